@@ -1,0 +1,32 @@
+# make demo   a talking head from a shipped speech clip, in out/
+# make test   everything that is tested
+# Both set up their own .venv from a fresh clone; nothing else is needed but Python and make.
+
+PYTHON ?= python3
+BIN := .venv/bin
+SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -name '*.pyc' 2>/dev/null)
+
+.PHONY: demo test check clean
+
+demo: .venv/ready-demo
+	mkdir -p out
+	$(BIN)/elocute animate --force src/elocute/assets/example.flac \
+		-o out/talk.mp4 -o out/talk.glb -o out/talk.html
+	@echo "Look at out/talk.mp4, open out/talk.html in a browser, load out/talk.glb anywhere."
+
+test: .venv/ready-dev
+	$(BIN)/python -m pytest -n auto --dist loadscope
+
+check: .venv/ready-dev
+	scripts/check
+
+.venv/ready-demo: $(SOURCES)
+	PYTHON=$(PYTHON) scripts/setup demo
+	touch $@
+
+.venv/ready-dev: pyproject.toml hatch_build.py $(wildcard web/package*.json)
+	PYTHON=$(PYTHON) scripts/setup dev
+	touch $@
+
+clean:
+	rm -rf .venv out build dist web/node_modules

@@ -1,0 +1,72 @@
+"""Elocute: speech in, 3D facial animation out.
+
+    import elocute
+    elocute.animate("speech.wav").write("talk.glb")
+
+Names are loaded when first used, so that importing the package costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from elocute.articulation.style import Style
+    from elocute.audio.read import read_audio
+    from elocute.audio.waveform import Waveform
+    from elocute.errors import ElocuteError, InputError
+    from elocute.head.builtin import load_builtin_head
+    from elocute.head.model import HeadModel
+    from elocute.motion.curves import Curves
+    from elocute.motion.measures import measure_mouth
+    from elocute.motion.motion import Motion
+    from elocute.motion.store import load_motion, save_motion
+    from elocute.synthesis.animate import Animation, animate
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Animation": "elocute.synthesis.animate",
+    "Curves": "elocute.motion.curves",
+    "ElocuteError": "elocute.errors",
+    "HeadModel": "elocute.head.model",
+    "InputError": "elocute.errors",
+    "Motion": "elocute.motion.motion",
+    "Style": "elocute.articulation.style",
+    "Waveform": "elocute.audio.waveform",
+    "animate": "elocute.synthesis.animate",
+    "load_builtin_head": "elocute.head.builtin",
+    "load_motion": "elocute.motion.store",
+    "measure_mouth": "elocute.motion.measures",
+    "read_audio": "elocute.audio.read",
+    "save_motion": "elocute.motion.store",
+}
+
+__all__ = [
+    "Animation",
+    "Curves",
+    "ElocuteError",
+    "HeadModel",
+    "InputError",
+    "Motion",
+    "Style",
+    "Waveform",
+    "__version__",
+    "animate",
+    "load_builtin_head",
+    "load_motion",
+    "measure_mouth",
+    "read_audio",
+    "save_motion",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'elocute' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,57 @@
+"""Errors of Elocute.
+
+    ElocuteError
+    ├── InputError          a file, a value or an option that cannot be used: exit code 2
+    │   ├── AudioError      sound that cannot be read
+    │   ├── HeadError       head model or identity that cannot be used
+    │   ├── MotionError     motion or curves that cannot be used
+    │   └── OutputError     a place or a format that cannot be written
+    └── EnvironmentFailure  something this machine lacks (a renderer, say)
+
+A message says what was found, what is allowed and what to do, in one line.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Self
+
+
+class ElocuteError(Exception):
+    """Base of every error that Elocute raises on purpose."""
+
+
+class InputError(ElocuteError, ValueError):
+    """Something given by the caller cannot be used; nothing was written."""
+
+    @classmethod
+    def about(
+        cls, subject: str | Path, *, found: str, allowed: str = "", remedy: str = ""
+    ) -> Self:
+        """Compose the one-line message `subject: found; allowed: …; remedy`."""
+        parts = [f"{subject}: {found}"]
+        if allowed:
+            parts.append(f"allowed: {allowed}")
+        if remedy:
+            parts.append(remedy)
+        return cls(" ".join("; ".join(parts).split()))
+
+
+class AudioError(InputError):
+    """Sound that cannot be read or is not sound."""
+
+
+class HeadError(InputError):
+    """A head model, mesh or identity that cannot be used."""
+
+
+class MotionError(InputError):
+    """Motion or curves that are malformed."""
+
+
+class OutputError(InputError):
+    """An output that cannot be written: unknown suffix, missing folder, no permission."""
+
+
+class EnvironmentFailure(ElocuteError):
+    """This machine lacks something that the request needs."""

@@ -1,0 +1,91 @@
+"""Curves: named values over time, and ARKit's 52 names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import MotionError
+from elocute.head.model import HeadModel
+from elocute.motion.motion import Motion
+
+# Apple's names in the order of the Live Link Face recordings.
+ARKIT_NAMES: tuple[str, ...] = (
+    "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft",
+    "eyeSquintLeft", "eyeWideLeft", "eyeBlinkRight", "eyeLookDownRight", "eyeLookInRight",
+    "eyeLookOutRight", "eyeLookUpRight", "eyeSquintRight", "eyeWideRight", "jawForward",
+    "jawLeft", "jawRight", "jawOpen", "mouthClose", "mouthFunnel", "mouthPucker", "mouthLeft",
+    "mouthRight", "mouthSmileLeft", "mouthSmileRight", "mouthFrownLeft", "mouthFrownRight",
+    "mouthDimpleLeft", "mouthDimpleRight", "mouthStretchLeft", "mouthStretchRight",
+    "mouthRollLower", "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper", "mouthPressLeft",
+    "mouthPressRight", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft",
+    "mouthUpperUpRight", "browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft",
+    "browOuterUpRight", "cheekPuff", "cheekSquintLeft", "cheekSquintRight", "noseSneerLeft",
+    "noseSneerRight", "tongueOut",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Named curves: values (frame, curve) float32 at `fps`; frame f is at time f / fps.
+
+    Raises MotionError where names and columns differ in number, a name occurs twice, or a
+    value is not finite.
+    """
+
+    values: NDArray[np.float32]
+    names: tuple[str, ...]
+    fps: float
+
+    def __post_init__(self) -> None:
+        values = np.ascontiguousarray(self.values, dtype=np.float32)
+        if values.ndim != 2 or values.shape[1] != len(self.names):
+            raise MotionError(
+                f"curves: found shape {values.shape} for {len(self.names)} names; "
+                f"allowed: (frames, {len(self.names)})"
+            )
+        if len(set(self.names)) != len(self.names):
+            raise MotionError("curves: found a name twice; allowed: each name once")
+        if not np.isfinite(values).all():
+            raise MotionError("curves: found NaN or infinity")
+        object.__setattr__(self, "values", values)
+
+    def __getitem__(self, name: str) -> NDArray[np.float32]:
+        """(frame,) values of one curve; raises KeyError for an unknown name."""
+        try:
+            return self.values[:, self.names.index(name)]
+        except ValueError:
+            raise KeyError(name) from None
+
+    def select(self, names: tuple[str, ...]) -> Curves:
+        """The curves called `names`, in that order; one that is missing is all zero."""
+        values = np.zeros((len(self.values), len(names)), np.float32)
+        for column, name in enumerate(names):
+            if name in self.names:
+                values[:, column] = self[name]
+        return Curves(values, names, self.fps)
+
+
+def motion_from_curves(head: HeadModel, curves: Curves) -> Motion:
+    """Drive the expression basis of `head` by curves of the same names.
+
+    Raises MotionError where a curve that moves has no shape of its name.
+    """
+    unknown = [
+        name
+        for name, peak in zip(curves.names, np.abs(curves.values).max(axis=0), strict=True)
+        if peak > 0 and name not in head.expression_names
+    ]
+    if unknown:
+        raise MotionError(
+            f"curves: found {', '.join(unknown)} without a shape on this head; "
+            f"allowed: {', '.join(head.expression_names)}"
+        )
+    return Motion(head, curves.select(head.expression_names).values, curves.fps)
+
+
+def curves_from_motion(motion: Motion) -> Curves:
+    """The weights of a motion as curves named after its components."""
+    return Curves(motion.weights, motion.names, motion.fps)

@@ -1,0 +1,125 @@
+"""Motion: a head that moves, as weights on its shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import MotionError
+from elocute.head.model import HeadModel
+from elocute.head.skinning import skin
+
+FPS_MAX = 1000.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Weights over time on the expression basis of one head.
+
+    Vertices of frame f are `template + Σ weights[f, c] · basis[c]`, then turned by the joint
+    rotations where there are any. Frame f is at time f / fps. The basis is linear, so this
+    store is exact and about fifty times smaller than the vertices (VOCA 2019, section 4: the
+    decoder is linear too).
+
+    head       template (vertex, 3) m and expression basis (component, vertex, 3) m
+    weights    (frame, component) float32, no unit
+    fps        frames per second
+    rotations  (frame, joint, 4) float32 quaternions wxyz, or None for the zero pose
+
+    Raises MotionError where shapes, numbers or the frame rate do not fit.
+    """
+
+    head: HeadModel
+    weights: NDArray[np.float32]
+    fps: float
+    rotations: NDArray[np.float32] | None = None
+
+    def __post_init__(self) -> None:
+        weights = np.ascontiguousarray(self.weights, dtype=np.float32)
+        components = len(self.head.expression_names)
+        if weights.ndim != 2 or weights.shape[1] != components or not len(weights):
+            raise MotionError(
+                f"motion weights: found shape {weights.shape}; allowed: (frames, {components}) "
+                "with at least one frame"
+            )
+        if not np.isfinite(weights).all():
+            frame = int(np.argwhere(~np.isfinite(weights))[0, 0])
+            raise MotionError(f"motion weights: found NaN or infinity at frame {frame}")
+        if not (np.isfinite(self.fps) and 0 < self.fps <= FPS_MAX):
+            raise MotionError(f"fps: found {self.fps}; allowed: above 0, at most {FPS_MAX:g}")
+        object.__setattr__(self, "weights", weights)
+        object.__setattr__(self, "fps", float(self.fps))
+        if self.rotations is not None:
+            object.__setattr__(self, "rotations", self._checked_rotations(self.rotations))
+
+    def _checked_rotations(self, rotations: NDArray[np.float32]) -> NDArray[np.float32]:
+        rotations = np.ascontiguousarray(rotations, dtype=np.float32)
+        shape = (len(self.weights), len(self.head.joint_names), 4)
+        if rotations.shape != shape or not np.isfinite(rotations).all():
+            raise MotionError(
+                f"motion rotations: found shape {rotations.shape}; allowed: {shape}, finite"
+            )
+        return rotations
+
+    @property
+    def frame_count(self) -> int:
+        return len(self.weights)
+
+    @property
+    def duration_s(self) -> float:
+        return self.frame_count / self.fps
+
+    @property
+    def times_s(self) -> NDArray[np.float64]:
+        """(frame,) seconds."""
+        return np.arange(self.frame_count) / self.fps
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """One name per component: ARKit's for the built-in head."""
+        return self.head.expression_names
+
+    def vertices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float32]:
+        """Expand frames start:stop to (frame, vertex, 3) m."""
+        weights = self.weights[start:stop]
+        # Components that stay at zero cost nothing: speech uses about half of them.
+        used = np.flatnonzero(np.abs(weights).max(axis=0, initial=0.0))
+        basis = self.head.expression_basis[used].reshape(len(used), self.head.template.size)
+        points = weights[:, used] @ basis
+        points += self.head.template.reshape(1, -1)
+        points = points.reshape(len(weights), -1, 3)
+        if self.rotations is None:
+            return points
+        return skin(self.head, points, self.rotations[start:stop])
+
+    def blocks(self, frames: int = 120) -> Iterator[NDArray[np.float32]]:
+        """Expand in blocks of at most `frames`, so that an hour fits in bounded memory."""
+        for start in range(0, self.frame_count, frames):
+            yield self.vertices(start, start + frames)
+
+    def at_fps(self, fps: float) -> Motion:
+        """The same motion sampled at another frame rate, linear between frames."""
+        count = max(1, round(self.duration_s * fps))
+        positions = np.minimum(np.arange(count) * (self.fps / fps), self.frame_count - 1)
+        below = np.minimum(positions.astype(int), max(self.frame_count - 2, 0))
+        above = np.minimum(below + 1, self.frame_count - 1)
+        share = (positions - below).astype(np.float32)[:, None]
+        weights = self.weights[below] * (1 - share) + self.weights[above] * share
+        rotations = None
+        if self.rotations is not None:
+            rotations = _blend_rotations(
+                self.rotations[below], self.rotations[above], share[:, :, None]
+            )
+        return replace(self, weights=weights, fps=fps, rotations=rotations)
+
+
+def _blend_rotations(
+    first: NDArray[np.float32], second: NDArray[np.float32], share: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Normalised linear blend; enough between neighbouring frames."""
+    sign = np.where((first * second).sum(-1, keepdims=True) < 0, -1.0, 1.0)
+    mixed = first * (1 - share) + second * sign * share
+    return (mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)).astype(np.float32)
