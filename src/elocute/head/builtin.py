@@ -1,0 +1,17 @@
+"""The head that ships with Elocute (see docs/cards/head.md)."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from elocute.head.model import HeadModel
+from elocute.head.storage import load_head
+
+BUILTIN_HEAD_PATH = Path(__file__).parent / "assets" / "head.npz"
+
+
+@cache
+def load_builtin_head() -> HeadModel:
+    """The built-in head, read once per process."""
+    return load_head(BUILTIN_HEAD_PATH)

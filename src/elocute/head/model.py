@@ -1,0 +1,175 @@
+"""The head: one mesh, its identity and expression bases, its joints and its named places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import HeadError
+
+Array = NDArray[np.float32]
+Indices = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class HeadModel:
+    """A rigged, morphable head.
+
+    Lengths are metres, +Y is up, +Z points out of the face and +X to the head's own left.
+    The mesh is rendered as it is: no subdivision follows, so what holds for these vertices
+    (lips sealed, lids closed) holds in every picture and every export.
+
+    Every `*_basis` is linear: vertices = template + Σ identity·identity_basis
+    + Σ expression·expression_basis, then linear blend skinning by the joints.
+    An identity coefficient is a standard deviation, an expression weight lies in 0..1.
+    """
+
+    name: str
+    template: Array  # (vertex, 3) m, mean identity, closed lips
+    quads: Indices  # (face, 4); a triangle repeats its last index
+    uv: Array  # (texcoord, 2), origin bottom left
+    uv_quads: Indices  # (face, 4) into uv
+    identity_basis: Array  # (identity, vertex, 3) m per standard deviation
+    expression_names: tuple[str, ...]
+    expression_basis: Array  # (expression, vertex, 3) m
+    joint_names: tuple[str, ...]
+    joint_parents: tuple[int, ...]  # -1 = no parent
+    joint_positions: Array  # (joint, 3) m
+    joint_identity_basis: Array  # (identity, joint, 3) m
+    skin_weights: Array  # (vertex, joint), rows sum to one
+    landmarks: Indices  # (68,) iBUG order: first on the head's right side
+    lip_rings: Indices  # (ring, column), from the vermilion border inwards
+    outer_lip_upper: Indices  # (column,) vermilion border, by increasing x
+    outer_lip_lower: Indices
+    inner_lip_upper: Indices  # (column,) contact line, paired, by increasing x, no corners
+    inner_lip_lower: Indices
+    outer_corners: Indices  # (2,) by increasing x
+    inner_corners: Indices
+    regions: dict[str, Indices]  # name -> vertex indices
+    material: NDArray[np.uint8]  # (face,) into material_names
+    material_names: tuple[str, ...]
+    vertex_color: NDArray[np.uint8]  # (vertex, 3) sRGB
+    occlusion: Array  # (vertex,) 1 = open to the light, 0 = never lit
+    mirror: Indices  # (vertex,) the vertex on the other side
+    notice: str = field(repr=False)  # licence and origin
+
+    def __post_init__(self) -> None:
+        _check_shapes(self)
+        _check_values(self)
+
+    @property
+    def vertex_count(self) -> int:
+        return len(self.template)
+
+    @cached_property
+    def triangles(self) -> Indices:
+        """(triangle, 3): every quad split along its first diagonal, degenerate halves dropped."""
+        return split_quads(self.quads)
+
+    @cached_property
+    def triangle_material(self) -> NDArray[np.uint8]:
+        """(triangle,) material of each row of `triangles`."""
+        doubled = np.repeat(self.material, 2)
+        return doubled[_kept_halves(self.quads)]
+
+    @cached_property
+    def uv_triangles(self) -> Indices:
+        """(triangle, 3) into `uv`, row for row with `triangles`."""
+        return _halves(self.uv_quads)[_kept_halves(self.quads)]
+
+    def expression_index(self, name: str) -> int:
+        """Row of `expression_basis` that `name` owns; HeadError if there is none."""
+        try:
+            return self.expression_names.index(name)
+        except ValueError:
+            raise HeadError.about(
+                self.name,
+                found=f"no expression called {name!r}",
+                allowed=", ".join(self.expression_names),
+            ) from None
+
+    def expression_vector(self, weights: dict[str, float]) -> Array:
+        """(expression,) from a few named weights, zeros elsewhere."""
+        vector = np.zeros(len(self.expression_names), np.float32)
+        for name, weight in weights.items():
+            vector[self.expression_index(name)] = weight
+        return vector
+
+    def identity_template(self, coefficients: Array) -> Array:
+        """(vertex, 3) m: the neutral face of an identity (identity,) in standard deviations."""
+        k = len(coefficients)
+        return self.template + np.tensordot(coefficients, self.identity_basis[:k], 1)
+
+    def identity_joints(self, coefficients: Array) -> Array:
+        """(joint, 3) m: where the joints of an identity are."""
+        k = len(coefficients)
+        return self.joint_positions + np.tensordot(coefficients, self.joint_identity_basis[:k], 1)
+
+    def vertices(self, identity: Array, expression: Array) -> Array:
+        """(vertex, 3) m: one face, before skinning."""
+        return self.identity_template(identity) + np.tensordot(expression, self.expression_basis, 1)
+
+
+def split_quads(quads: Indices) -> Indices:
+    """(triangle, 3) of quads (face, 4) whose triangles repeat their last index."""
+    return _halves(quads)[_kept_halves(quads)]
+
+
+def _halves(quads: Indices) -> Indices:
+    return np.stack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]], 1).reshape(-1, 3)
+
+
+def _kept_halves(quads: Indices) -> NDArray[np.bool_]:
+    kept = np.ones((len(quads), 2), bool)
+    kept[:, 1] = quads[:, 2] != quads[:, 3]
+    return kept.ravel()
+
+
+def _check_shapes(head: HeadModel) -> None:
+    vertex, face = len(head.template), len(head.quads)
+    joint, expression = len(head.joint_names), len(head.expression_names)
+    identity = len(head.identity_basis)
+    expected: dict[str, tuple[int, ...]] = {
+        "template": (vertex, 3),
+        "quads": (face, 4),
+        "uv": (len(head.uv), 2),
+        "uv_quads": (face, 4),
+        "identity_basis": (identity, vertex, 3),
+        "expression_basis": (expression, vertex, 3),
+        "joint_positions": (joint, 3),
+        "joint_identity_basis": (identity, joint, 3),
+        "skin_weights": (vertex, joint),
+        "landmarks": (68,),
+        "inner_lip_lower": head.inner_lip_upper.shape,
+        "outer_corners": (2,),
+        "inner_corners": (2,),
+        "material": (face,),
+        "vertex_color": (vertex, 3),
+        "occlusion": (vertex,),
+        "mirror": (vertex,),
+    }
+    for field_name, shape in expected.items():
+        found = getattr(head, field_name).shape
+        if found != shape:
+            raise HeadError.about(
+                f"head {head.name!r}", found=f"{field_name} is {found}", allowed=str(shape)
+            )
+    if len(head.joint_parents) != joint:
+        raise HeadError.about(
+            f"head {head.name!r}", found=f"{len(head.joint_parents)} parents for {joint} joints"
+        )
+
+
+def _check_values(head: HeadModel) -> None:
+    for field_name in ("template", "identity_basis", "expression_basis", "skin_weights"):
+        if not np.isfinite(getattr(head, field_name)).all():
+            raise HeadError.about(f"head {head.name!r}", found=f"{field_name} is not finite")
+    for field_name, top in (("quads", len(head.template)), ("uv_quads", len(head.uv))):
+        values = getattr(head, field_name)
+        if values.size and (values.min() < 0 or values.max() >= top):
+            raise HeadError.about(
+                f"head {head.name!r}", found=f"{field_name} points past {top} entries"
+            )

@@ -1,0 +1,61 @@
+"""Linear blend skinning with joints given as unit quaternions (w, x, y, z)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating]
+
+
+def rotation_matrices(quaternions: Array) -> Array:
+    """(..., 3, 3) of unit quaternions (..., 4) in the order w, x, y, z."""
+    w, x, y, z = np.moveaxis(np.asarray(quaternions), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, -1) for row in rows], -2)
+
+
+def joint_transforms(
+    quaternions: Array, joint_positions: Array, parents: tuple[int, ...]
+) -> tuple[Array, Array]:
+    """World rotation (..., joint, 3, 3) and translation (..., joint, 3) from rest.
+
+    A joint turns about its rest position inside its parent: G_j = G_parent · T(p) R_j T(-p).
+    Parents come before their children.
+    """
+    local = rotation_matrices(quaternions)
+    rotations = np.empty_like(local)
+    translations = np.empty(local.shape[:-1], local.dtype)
+    for joint, parent in enumerate(parents):
+        turn, pivot = local[..., joint, :, :], joint_positions[joint]
+        shift = pivot - turn @ pivot
+        if parent < 0:
+            rotations[..., joint, :, :] = turn
+            translations[..., joint, :] = shift
+            continue
+        above = rotations[..., parent, :, :]
+        rotations[..., joint, :, :] = above @ turn
+        carried = np.einsum("...ij,...j->...i", above, shift)
+        translations[..., joint, :] = carried + translations[..., parent, :]
+    return rotations, translations
+
+
+def skin(
+    vertices: Array,
+    quaternions: Array,
+    joint_positions: Array,
+    parents: tuple[int, ...],
+    weights: Array,
+) -> Array:
+    """(..., vertex, 3) m: v' = Σ_j w_j (R_j v + t_j).
+
+    vertices (..., vertex, 3), quaternions (..., joint, 4), weights (vertex, joint).
+    """
+    rotations, translations = joint_transforms(quaternions, joint_positions, parents)
+    blended = np.einsum("vj,...jab->...vab", weights, rotations)
+    moved = np.einsum("...vab,...vb->...va", blended, vertices)
+    return moved + np.einsum("vj,...ja->...va", weights, translations)
