@@ -1,0 +1,1 @@
+"""Parts of the recipe for the speech encoder `phones`."""

@@ -1,0 +1,129 @@
+"""Natural speech of the data folder: listing, splitting by speaker, forced alignment."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import soundfile
+import soxr
+from elocute.articulation.phones import PHONES
+
+from encoder.store import HOP, RATE, ShardWriter, labels_from_times
+
+Phones = list[tuple[float, float, str]]
+PAD_S = 0.15  # of faint noise around clips that begin and end in the middle of a breath
+# Whole speakers for testing. The German and the Dutch corpus have one speaker each: of kerstin
+# every second sentence is held out (said so in the card), ljspeech trains as a whole.
+TEST_SPEAKERS = {"theo", "lucas"}
+TEST_SOURCES = {"ami"}
+TEST_SHARE = 0.12
+
+
+@dataclass(frozen=True)
+class Recording:
+    path: Path
+    source: str
+    speaker: str
+    language: str
+    text: str
+    phones: str
+
+
+def list_recordings(data: Path) -> list[Recording]:
+    """Every row of `speech/transcripts.tsv`."""
+    with (data / "speech" / "transcripts.tsv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+    return [
+        Recording(
+            data / row["path"], row["path"].split("/")[1], row["speaker"], row["language"],
+            row["text"] or "", row["phones"] or "",
+        )
+        for row in rows
+    ]  # fmt: skip
+
+
+def split_of(recording: Recording) -> str:
+    """`train` or `test`, by a hash of the speaker; by sentence for kerstin alone."""
+    if recording.source in TEST_SOURCES or recording.speaker in TEST_SPEAKERS:
+        return "test"
+    if recording.source in ("ljspeech_a", "ljspeech_b", "kathleen_en", "nathalie_nl", "fsdd"):
+        return "train"
+    key = recording.path.name if recording.speaker == "kerstin" else recording.speaker
+    share = int(hashlib.sha256(key.encode()).hexdigest()[:8], 16) / 0xFFFFFFFF
+    return "test" if share < TEST_SHARE else "train"
+
+
+def read(path: Path) -> np.ndarray:
+    """(sample,) float32 at 16 kHz with faint noise around."""
+    samples, rate = soundfile.read(path, dtype="float32", always_2d=True)
+    samples = samples.mean(axis=1)
+    if rate != RATE:
+        samples = soxr.resample(samples, rate, RATE)
+    pad = np.random.default_rng(len(samples)).normal(0, 1e-5, round(PAD_S * RATE))
+    return np.concatenate([pad, samples, pad[::-1]]).astype(np.float32)
+
+
+def words_in(text: str) -> list[str]:
+    text = text.lower().replace("’", "'").replace("-", " ")
+    return re.sub(r"[^a-z' ]", " ", text).split()
+
+
+class EnglishAligner:
+    """pocketsphinx with wide beams; words it does not know are refused, never guessed."""
+
+    def __init__(self) -> None:
+        from pocketsphinx import Decoder
+
+        self.decoder = Decoder(
+            lm=None, loglevel="FATAL", bestpath=False, beam=1e-80, pbeam=1e-80, wbeam=1e-60
+        )
+
+    def align(self, samples: np.ndarray, text: str) -> Phones | None:
+        """Phones with times, or None where the text does not fit the sound."""
+        words = words_in(text)
+        if not words or any(self.decoder.lookup_word(word) is None for word in words):
+            return None
+        loud = np.clip(samples / (np.abs(samples).max() + 1e-6) * 0.7, -1, 1)
+        data = (loud * 32767).astype(np.int16).tobytes()
+        try:
+            self.decoder.set_align_text(" ".join(words))
+            self._pass(data)
+            if self.decoder.hyp() is None:
+                return None
+            self.decoder.set_alignment()
+            self._pass(data)
+        except RuntimeError:
+            return None
+        phones: Phones = []
+        for word in self.decoder.get_alignment():
+            for phone in word:
+                name = phone.name if phone.name in PHONES else "SIL"
+                phones.append((phone.start / 100, (phone.start + phone.duration) / 100, name))
+        return phones
+
+    def _pass(self, data: bytes) -> None:
+        self.decoder.start_utt()
+        self.decoder.process_raw(data, no_search=False, full_utt=True)
+        self.decoder.end_utt()
+
+
+def aligned_shard(recordings: list[Recording], folder: Path, name: str) -> int:
+    """Align English recordings by their text; returns how many fitted."""
+    aligner, writer = EnglishAligner(), ShardWriter()
+    for recording in recordings:
+        samples = read(recording.path)
+        phones = aligner.align(samples, recording.text)
+        if phones:
+            labels = labels_from_times(phones, len(samples) // HOP)
+            writer.add(
+                samples, labels, speaker=recording.speaker, source=recording.source,
+                language=recording.language, text=recording.text,
+            )  # fmt: skip
+    if writer.items:
+        writer.save(folder, name)
+    return len(writer.items)

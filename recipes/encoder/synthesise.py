@@ -1,0 +1,215 @@
+"""Synthetic speech with exact phone times from espeak-ng, flite and festival."""
+
+from __future__ import annotations
+
+import ctypes
+import random
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import soundfile
+import soxr
+
+from encoder.store import HOP, RATE, ShardWriter, labels_from_times
+from encoder.symbols import from_festival, from_ipa
+from encoder.texts import sentence, words_of
+
+PHONEME_EVENT = 7
+RATE_PARAMETER, PITCH_PARAMETER, RANGE_PARAMETER = 1, 3, 4
+Phones = list[tuple[float, float, str]]
+
+ESPEAK_MINUTES = {
+    "en-us": 28, "en-gb": 18, "en-gb-scotland": 7, "en-gb-x-rp": 7, "en-029": 5,
+    "en-gb-x-gbclan": 5, "de": 22, "nl": 14, "fr": 12, "es": 10, "it": 10, "pl": 8, "sv": 8,
+}  # fmt: skip
+ESPEAK_VARIANTS = (
+    "Alex Alicia Andrea Andy Annie Denis Gene Gene2 Henrique Hugo Jacky Lee Marco Mario Michael "
+    "Mike adam anika antonio aunty belinda benjamin boris caleb david ed edward edward2 f1 f2 f3 "
+    "f4 f5 grandma grandpa gustave iven iven2 iven3 iven4 john linda m1 m2 m3 m4 m5 m6 m7 m8 "
+    "marcelo max michel miguel norbert pablo paul pedro quincy rob robert sandro shelby steph "
+    "steph2 steph3 travis victor zac"
+).split()
+FLITE_VOICES = ("slt", "rms", "awb", "kal16")
+FESTIVAL_VOICES = ("cmu_us_slt_arctic_hts", "kal_diphone", "ked_diphone")
+
+
+class _Name(ctypes.Union):
+    _fields_ = (("number", ctypes.c_int), ("name", ctypes.c_char_p), ("string", ctypes.c_char * 8))
+
+
+class _Event(ctypes.Structure):
+    _fields_ = (
+        ("type", ctypes.c_int), ("uid", ctypes.c_uint), ("text_position", ctypes.c_int),
+        ("length", ctypes.c_int), ("audio_ms", ctypes.c_int), ("sample", ctypes.c_int),
+        ("user_data", ctypes.c_void_p), ("id", _Name),
+    )  # fmt: skip
+
+
+_CALLBACK = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.POINTER(_Event)
+)
+
+
+class Espeak:
+    """espeak-ng's C library; phone events give exact sample positions."""
+
+    def __init__(self) -> None:
+        self.library = ctypes.CDLL("libespeak-ng.so.1")
+        # Synchronous output, phoneme events (1) with IPA names (2).
+        self.rate = self.library.espeak_Initialize(2, 500, None, 3)
+        self.blocks: list[np.ndarray] = []
+        self.events: list[tuple[int, str]] = []
+        self.callback = _CALLBACK(self._collect)
+        self.library.espeak_SetSynthCallback(self.callback)
+
+    def _collect(self, samples, count, events) -> int:
+        if count > 0 and samples:
+            self.blocks.append(np.ctypeslib.as_array(samples, shape=(count,)).copy())
+        index = 0
+        while events[index].type != 0:
+            if events[index].type == PHONEME_EVENT:
+                name = events[index].id.string.decode("utf-8", "ignore")
+                self.events.append((events[index].sample, name))
+            index += 1
+        return 0
+
+    def speak(
+        self, text: str, voice: str, words_per_minute: int, pitch: int, pitch_range: int
+    ) -> tuple[np.ndarray, Phones]:
+        """Float samples at 16 kHz and phones with times; empty where the voice is missing."""
+        self.blocks.clear()
+        self.events.clear()
+        if self.library.espeak_SetVoiceByName(voice.encode()) != 0:
+            return np.zeros(0, np.float32), []
+        self.library.espeak_SetParameter(RATE_PARAMETER, words_per_minute, 0)
+        self.library.espeak_SetParameter(PITCH_PARAMETER, pitch, 0)
+        self.library.espeak_SetParameter(RANGE_PARAMETER, pitch_range, 0)
+        data = text.encode()
+        self.library.espeak_Synth(data, len(data) + 1, 0, 1, 0, 1, None, None)
+        if not self.blocks:
+            return np.zeros(0, np.float32), []
+        samples = np.concatenate(self.blocks).astype(np.float32) / 32768
+        phones = self._phones(voice[:2], len(samples))
+        return soxr.resample(samples, self.rate, RATE), phones
+
+    def _phones(self, language: str, total: int) -> Phones:
+        phones: Phones = []
+        starts = [sample for sample, _ in self.events] + [total]
+        for index, (start, name) in enumerate(self.events):
+            phone = from_ipa(name, language)
+            begin_s, end_s = start / self.rate, starts[index + 1] / self.rate
+            if phone is None and phones:  # a sign that prolongs the phone before
+                phones[-1] = (phones[-1][0], end_s, phones[-1][2])
+            else:
+                phones.append((begin_s, end_s, phone or "SIL"))
+        return phones
+
+
+def _pad(samples: np.ndarray, phones: Phones, draw: random.Random) -> tuple[np.ndarray, Phones]:
+    """Silence around an utterance, so that rests are heard too."""
+    lead = round(draw.uniform(0.05, 0.6) * 100) * HOP
+    tail = round(draw.uniform(0.05, 0.6) * 100) * HOP
+    shift = lead / RATE
+    padded = np.concatenate([np.zeros(lead), samples, np.zeros(tail)]).astype(np.float32)
+    return padded, [(a + shift, b + shift, p) for a, b, p in phones]
+
+
+def _add(
+    writer: ShardWriter, samples: np.ndarray, phones: Phones, draw: random.Random, **about: str
+) -> float:
+    samples, phones = _pad(samples, phones, draw)
+    writer.add(samples, labels_from_times(phones, len(samples) // HOP), **about)
+    return len(samples) / RATE
+
+
+def espeak_shard(folder: Path, minutes: dict[str, float], seed: int = 1) -> None:
+    """Many accents, languages and voice variants."""
+    engine, writer, draw = Espeak(), ShardWriter(), random.Random(seed)
+    for voice, wanted in minutes.items():
+        language = voice[:2]
+        words, done = words_of(language), 0.0
+        while done < wanted * 60:
+            text = sentence(language, words, draw)
+            variant = draw.choice(ESPEAK_VARIANTS)
+            samples, phones = engine.speak(
+                text, f"{voice}+{variant}", draw.randint(120, 240), draw.randint(15, 85),
+                draw.randint(25, 80),
+            )  # fmt: skip
+            if len(samples) < RATE // 4:
+                continue
+            done += _add(
+                writer, samples, phones, draw, speaker=f"espeak-{voice}+{variant}",
+                source="espeak", language=language, text=text,
+            )  # fmt: skip
+    writer.save(folder, "espeak")
+
+
+def flite_shard(folder: Path, minutes: float, seed: int = 2) -> None:
+    """flite's voices; `-psdur` prints each phone with its end time."""
+    writer, draw, words, done = ShardWriter(), random.Random(seed), words_of("en"), 0.0
+    with tempfile.TemporaryDirectory() as room:
+        wav = Path(room) / "speech.wav"
+        while done < minutes * 60:
+            voice, text = draw.choice(FLITE_VOICES), sentence("en", words, draw)
+            command = [
+                "flite", "-voice", voice, "-psdur", "--setf",
+                f"duration_stretch={draw.uniform(0.75, 1.3):.2f}", "--setf",
+                f"int_f0_target_mean={draw.uniform(80, 240):.0f}", "-t", text, "-o", str(wav),
+            ]  # fmt: skip
+            output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+            ends = [part.rsplit(":", 1) for part in output.split() if ":" in part]
+            samples, phones = _read(wav), _from_ends([(p, float(t)) for p, t in ends])
+            done += _add(
+                writer, samples, phones, draw, speaker=f"flite-{voice}", source="flite",
+                language="en", text=text,
+            )  # fmt: skip
+    writer.save(folder, "flite")
+
+
+def festival_shard(folder: Path, minutes: float, seed: int = 3) -> None:
+    """festival's voices; segment files give each phone with its end time."""
+    writer, draw, words = ShardWriter(), random.Random(seed), words_of("en")
+    for voice in FESTIVAL_VOICES:
+        done = 0.0
+        while done < minutes * 60 / len(FESTIVAL_VOICES):
+            with tempfile.TemporaryDirectory() as room:
+                texts = [sentence("en", words, draw) for _ in range(40)]
+                for text, samples, phones in _festival(voice, texts, Path(room), draw.uniform):
+                    done += _add(
+                        writer, samples, phones, draw, speaker=f"festival-{voice}",
+                        source="festival", language="en", text=text,
+                    )  # fmt: skip
+    writer.save(folder, "festival")
+
+
+def _festival(voice: str, texts: list[str], room: Path, uniform: Callable[[float, float], float]):
+    lines = [f"(voice_{voice})"]
+    for index, text in enumerate(texts):
+        lines.append(
+            f"(Parameter.set 'Duration_Stretch {uniform(0.75, 1.3):.2f})"
+            f'(set! u (utt.synth (Utterance Text "{text}")))'
+            f'(utt.save.wave u "{room}/{index}.wav" \'riff)(utt.save.segs u "{room}/{index}.lab")'
+        )
+    script = room / "speak.scm"
+    script.write_text("\n".join(lines), encoding="utf-8")
+    subprocess.run(["festival", "-b", str(script)], capture_output=True, check=False)
+    for index, text in enumerate(texts):
+        wav, lab = room / f"{index}.wav", room / f"{index}.lab"
+        if not (wav.exists() and lab.exists()):
+            continue
+        rows = [line.split() for line in lab.read_text(encoding="utf-8").splitlines()]
+        ends = [(row[2], float(row[0])) for row in rows if len(row) == 3 and row[0] != "#"]
+        yield text, _read(wav), _from_ends(ends)
+
+
+def _read(wav: Path) -> np.ndarray:
+    samples, rate = soundfile.read(wav, dtype="float32")
+    return soxr.resample(samples, rate, RATE) if rate != RATE else samples
+
+
+def _from_ends(ends: list[tuple[str, float]]) -> Phones:
+    starts = [0.0, *(end for _, end in ends)]
+    return [(start, end, from_festival(p)) for start, (p, end) in zip(starts, ends, strict=False)]

@@ -1,0 +1,159 @@
+"""The rule-based driver: posteriors of phones in, ARKit-space curves out.
+
+Path of the data: posteriors → co-articulated curves → rest gate → labiodental → closure →
+style. Contacts come last and win, because a lip that misses a p is seen at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.blinks import blink_curve
+from elocute.articulation.coarticulation import coarticulate
+from elocute.articulation.gates import contact_gate, speech_gate
+from elocute.articulation.phones import PHONES
+from elocute.articulation.shapes import VISEME_SHAPES
+from elocute.articulation.style import Style
+from elocute.articulation.targets import curve_names
+from elocute.errors import InputError
+from elocute.motion.curves import Curves
+
+Array = NDArray[np.float32]
+
+BILABIALS = ("P", "B", "M")
+LABIODENTALS = ("F", "V")
+# Curves that part the lips: a closure takes them away altogether.
+PARTING = (
+    "mouthFunnel", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft",
+    "mouthUpperUpRight", "mouthStretchLeft", "mouthStretchRight", "mouthShrugUpper",
+)  # fmt: skip
+JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
+ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
+
+
+def articulate(
+    log_posteriors: Array,
+    rate: float,
+    *,
+    frame_count: int | None = None,
+    fps: float = 60.0,
+    style: Style | None = None,
+    strength: float = 1.0,
+) -> Curves:
+    """Curves of a face that says the phones in `log_posteriors`.
+
+    log_posteriors (frame, 40) natural logarithms in the order of PHONES, frame k at k / rate
+    seconds. frame_count defaults to the whole length. `strength` scales how far the mouth
+    moves, not whether it closes. Raises InputError for a strength outside 0…2 or posteriors of
+    another shape.
+    """
+    style = style or Style()
+    if not 0 <= strength <= 2:
+        raise InputError.about("strength", found=f"{strength}", allowed="a number from 0 to 2")
+    if log_posteriors.ndim != 2 or log_posteriors.shape[1] != len(PHONES):
+        raise InputError.about(
+            "posteriors", found=f"shape {log_posteriors.shape}", allowed=f"(frames, {len(PHONES)})"
+        )
+    if frame_count is None:
+        frame_count = max(1, round(len(log_posteriors) / rate * fps))
+    posteriors = np.exp(log_posteriors).astype(np.float32)
+    times_s = np.arange(frame_count) / fps
+
+    values = coarticulate(
+        posteriors, rate, frame_count, fps, style.anticipation_s, style.carry_s
+    )
+    curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
+    _apply_style(curves, style, strength)
+    speech = speech_gate(posteriors[:, PHONES.index("SIL")], rate, times_s)
+    for name in curves:
+        curves[name] *= speech
+    _meet_teeth(curves, _contact(posteriors, LABIODENTALS, rate, times_s, style) * speech)
+    _close_lips(curves, _contact(posteriors, BILABIALS, rate, times_s, style) * speech)
+    _lean(curves, style.asymmetry)
+    blink = blink_curve(frame_count, fps, style.blink_per_min)
+    curves["eyeBlinkLeft"] = curves["eyeBlinkRight"] = blink
+    table = np.stack(list(curves.values()), axis=1)
+    return Curves(np.clip(table, 0, 1), tuple(curves), fps)
+
+
+def posteriors_from_phones(
+    phones: list[tuple[float, float, str]], duration_s: float, rate: float = 50.0
+) -> Array:
+    """Log-posteriors (frame, 40) for phones whose times are known.
+
+    phones is a list of (start s, end s, ARPAbet phone without stress); what nothing covers is
+    silence. A frame that two phones share is split between them. Raises InputError for an
+    unknown phone or times that run backwards.
+    """
+    count = max(1, int(np.ceil(duration_s * rate)))
+    shares = np.zeros((count, len(PHONES)))
+    centres = np.arange(count) / rate
+    for start_s, end_s, phone in phones:
+        if phone not in PHONES:
+            raise InputError.about(f"phone {phone!r}", found="unknown", allowed=" ".join(PHONES))
+        if not 0 <= start_s <= end_s:
+            raise InputError.about(
+                f"phone {phone!r}", found=f"times {start_s} to {end_s}", allowed="0 <= start <= end"
+            )
+        half = 0.5 / rate
+        overlap = np.minimum(end_s, centres + half) - np.maximum(start_s, centres - half)
+        shares[:, PHONES.index(phone)] += np.clip(overlap * rate, 0, 1)
+    shares[:, PHONES.index("SIL")] += np.clip(1 - shares.sum(axis=1), 0, 1)
+    shares /= shares.sum(axis=1, keepdims=True)
+    return np.log(np.maximum(shares, 1e-6)).astype(np.float32)
+
+
+def _contact(
+    posteriors: Array, phones: tuple[str, ...], rate: float, times_s: Array, style: Style
+) -> Array:
+    posterior = posteriors[:, [PHONES.index(phone) for phone in phones]].sum(axis=1)
+    threshold = style.closure if phones is BILABIALS else style.labiodental
+    return contact_gate(posterior, rate, times_s, threshold, style.hold_s)
+
+
+def _apply_style(curves: dict[str, Array], style: Style, strength: float) -> None:
+    for name in curves:
+        factor = strength
+        if name == "jawOpen" or name.startswith("mouthLowerDown"):
+            factor *= style.amplitude
+        elif name.startswith("mouthUpperUp"):
+            factor *= style.upper_lip * style.amplitude
+        elif name in ("mouthPucker", "mouthFunnel"):
+            factor *= style.rounding
+        elif name.startswith(("mouthStretch", "mouthSmile", "mouthDimple")):
+            factor *= style.spread
+        curves[name] = np.clip(curves[name] * factor, 0, 1)
+
+
+def _meet_teeth(curves: dict[str, Array], gate: Array) -> None:
+    """Replace what the lips do by the labiodental shape, as far as the gate is open."""
+    _replace(curves, VISEME_SHAPES["FF"], gate)
+
+
+def _close_lips(curves: dict[str, Array], gate: Array) -> None:
+    """Seal the lips: parting curves go, the jaw rises, mouthClose takes up what it leaves."""
+    for name in PARTING:
+        if name in curves:
+            curves[name] *= 1 - gate
+    if "mouthLabiodental" in curves:
+        curves["mouthLabiodental"] *= 1 - gate
+    curves["jawOpen"] *= 1 - gate * (1 - JAW_LEFT_IN_CLOSURE)
+    for name, weight in VISEME_SHAPES["PP"].items():
+        if name not in ("jawOpen", "mouthClose"):
+            curves[name] = np.maximum(curves.get(name, np.zeros_like(gate)), gate * weight)
+    # ARKit's mouthClose seals the lips where it equals jawOpen.
+    curves["mouthClose"] = gate * curves["jawOpen"]
+
+
+def _replace(curves: dict[str, Array], shape: dict[str, float], gate: Array) -> None:
+    for name in curves:
+        curves[name] = curves[name] * (1 - gate) + gate * shape.get(name, 0.0)
+
+
+def _lean(curves: dict[str, Array], asymmetry: float) -> None:
+    """Take from the side that the style does not favour."""
+    weak = "Left" if asymmetry > 0 else "Right"
+    for name in curves:
+        if name.startswith("mouth") and name.endswith(weak):
+            curves[name] = curves[name] * (1 - ASYMMETRY_REACH * abs(asymmetry))

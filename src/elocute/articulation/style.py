@@ -1,0 +1,120 @@
+"""Speaking style: how a person articulates, as a handful of numbers."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+from elocute.errors import InputError
+
+
+@dataclass(frozen=True)
+class Style:
+    """How broadly, tightly and evenly the face speaks. All defaults are a plain speaker's.
+
+    amplitude       jaw and lip opening, 1 = plain
+    rounding        lip rounding and protrusion of rounded sounds
+    spread          lip spreading of e, i, s
+    upper_lip       activity of the upper lip
+    asymmetry       -1 … 1: more on the left … right side of the mouth
+    anticipation_s  how early a sound is seen before it is heard
+    carry_s         how long it is seen after it
+    closure         posterior of p, b or m above which the lips close
+    labiodental     posterior of f or v above which the lower lip meets the teeth
+    hold_s          least time that a closure is held
+    blink_per_min   blinks a minute, 0 for none
+
+    Raises InputError where a number lies outside its range.
+    """
+
+    amplitude: float = 1.0
+    rounding: float = 1.0
+    spread: float = 1.0
+    upper_lip: float = 1.0
+    asymmetry: float = 0.0
+    anticipation_s: float = 0.060
+    carry_s: float = 0.050
+    closure: float = 0.2
+    labiodental: float = 0.2
+    hold_s: float = 0.06
+    blink_per_min: float = 12.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            low, high = RANGES[field.name]
+            value = getattr(self, field.name)
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not (number and math.isfinite(value) and low <= value <= high):
+                raise InputError.about(
+                    f"style {field.name}",
+                    found=repr(value),
+                    allowed=f"a number from {low:g} to {high:g}",
+                )
+
+
+RANGES: dict[str, tuple[float, float]] = {
+    "amplitude": (0.0, 2.0),
+    "rounding": (0.0, 2.0),
+    "spread": (0.0, 2.0),
+    "upper_lip": (0.0, 2.0),
+    "asymmetry": (-1.0, 1.0),
+    "anticipation_s": (0.01, 0.3),
+    "carry_s": (0.01, 0.3),
+    "closure": (0.01, 1.0),
+    "labiodental": (0.01, 1.0),
+    "hold_s": (0.0, 0.3),
+    "blink_per_min": (0.0, 60.0),
+}
+
+STYLES: dict[str, Style] = {
+    "plain": Style(),
+    "calm": Style(amplitude=0.78, spread=0.8, anticipation_s=0.075, carry_s=0.065),
+    "broad": Style(amplitude=1.25, rounding=1.15, spread=1.2, upper_lip=1.2),
+    "mumble": Style(
+        amplitude=0.5, rounding=0.7, spread=0.5, upper_lip=0.5, anticipation_s=0.09, carry_s=0.08
+    ),
+    "crisp": Style(amplitude=1.05, anticipation_s=0.045, carry_s=0.035, hold_s=0.08),
+    "rounded": Style(amplitude=0.95, rounding=1.35, spread=0.7),
+    "smiling": Style(spread=1.5, rounding=0.85, upper_lip=1.25),
+    "wry": Style(amplitude=0.9, asymmetry=0.45),
+}
+
+
+def resolve_style(given: str | Style) -> Style:
+    """A Style from a name of STYLES, a JSON file of its fields, or a Style as it is.
+
+    Raises InputError naming what is allowed.
+    """
+    if isinstance(given, Style):
+        return given
+    if given in STYLES:
+        return STYLES[given]
+    path = Path(given)
+    if path.suffix == ".json":
+        return _read_style(path)
+    raise InputError.about(
+        f"style {given!r}",
+        found="no such style",
+        allowed=", ".join(STYLES) + ", or a .json file of style numbers",
+    )
+
+
+def _read_style(path: Path) -> Style:
+    try:
+        if path.stat().st_size > 65536:
+            raise InputError.about(path, found="more than 64 KiB", allowed="a small JSON object")
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError.about(path, found=f"cannot be read ({error.strerror})") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError.about(path, found="no JSON", allowed="an object of numbers") from error
+    unknown = sorted(set(record) - set(RANGES)) if isinstance(record, dict) else None
+    if unknown is None or unknown:
+        found = f"unknown fields {', '.join(unknown)}" if unknown else "no JSON object"
+        raise InputError.about(path, found=found, allowed=", ".join(RANGES))
+    try:
+        return replace(Style(), **record)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error

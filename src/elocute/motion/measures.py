@@ -1,0 +1,84 @@
+"""Mouth measures: what a phonetician reads off a face, per frame, in millimetres."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import MotionError
+from elocute.head.model import HeadModel
+from elocute.motion.atomic import write_atomically
+from elocute.motion.curves import Curves
+from elocute.motion.motion import Motion
+
+MEASURES = ("opening_mm", "width_mm", "protrusion_mm", "jaw_mm")
+CHIN = 8  # iBUG 68: the lowest point of the jaw line
+
+
+@dataclass(frozen=True)
+class _Probe:
+    """The few vertices that the measures look at."""
+
+    upper: NDArray[np.intp]
+    lower: NDArray[np.intp]
+    corners: NDArray[np.intp]
+    front: NDArray[np.intp]
+    chin: int
+
+
+def _probe(head: HeadModel) -> _Probe:
+    upper, lower = head.inner_lip_upper, head.inner_lip_lower
+    if not len(upper) or not len(head.landmarks):
+        raise MotionError("this motion's head has no lip rings or landmarks to measure")
+    # The middle third of the lips: what a tracked inner-lip gap looks at.
+    third = len(upper) // 3
+    return _Probe(
+        upper=upper[third : len(upper) - third],
+        lower=lower[third : len(lower) - third],
+        corners=np.array([head.landmarks[48], head.landmarks[54]]),
+        front=np.array([head.landmarks[51], head.landmarks[57]]),
+        chin=int(head.landmarks[CHIN]),
+    )
+
+
+def measure_mouth(motion: Motion) -> Curves:
+    """Curves `opening_mm, width_mm, protrusion_mm, jaw_mm` of a motion in zero pose.
+
+    opening     vertical gap between the inner lips, mean of the middle third; 0 where they
+                touch or overlap
+    width       distance of the outer mouth corners
+    protrusion  how far the lips stand out in front of where they rest (mean of both lips)
+    jaw         how far the chin has dropped from where it rests
+
+    Joint rotations are left out, so a nod measures nothing. Raises MotionError for a head
+    without lip rings and landmarks.
+    """
+    head = motion.head
+    probe = _probe(head)
+    kept = np.concatenate([probe.upper, probe.lower, probe.corners, probe.front, [probe.chin]])
+    rest = head.template[kept]
+    basis = head.expression_basis[:, kept].reshape(len(head.expression_names), -1)
+    points = (motion.weights @ basis).reshape(motion.frame_count, len(kept), 3) + rest
+    ends = np.cumsum([len(probe.upper), len(probe.lower), 2, 2])
+    upper, lower, corners, front, chin = np.split(points, ends, axis=1)
+    front_rest = rest[ends[2] : ends[3], 2]
+    columns = [
+        np.maximum(upper[:, :, 1] - lower[:, :, 1], 0).mean(axis=1),
+        np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1),
+        (front[:, :, 2] - front_rest).mean(axis=1),
+        rest[-1, 1] - chin[:, 0, 1],
+    ]
+    return Curves(1000 * np.stack(columns, axis=1), MEASURES, motion.fps)
+
+
+def write_measures(measures: Curves, path: str | Path) -> None:
+    """Write `time_s` and the measures as CSV. Raises OutputError."""
+    with write_atomically(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(["time_s", *measures.names])
+        for frame, values in enumerate(measures.values):
+            rows.writerow([f"{frame / measures.fps:.4f}", *(f"{value:.3f}" for value in values)])

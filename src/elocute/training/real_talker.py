@@ -1,0 +1,214 @@
+"""The real-talker measure: a predicted mouth against one that was tracked in video.
+
+A folder holds `NAME.ogg` (or another sound) and `NAME.npz` with `t` (s), `inner_opening_mean`
+and `lip_width` (in units of the outer eye-corner distance), `valid` and `words`, a JSON text of
+[start s, end s, word]. The predictor is a plain callable, so any model can be measured.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import InputError
+from elocute.motion.curves import Curves
+
+Array = NDArray[np.float64]
+Predictor = Callable[[Path], Curves]
+"""Sound file to `opening_mm, width_mm, …` as `measure_mouth` gives them."""
+
+SOUNDS = (".ogg", ".wav", ".flac", ".mp3", ".m4a", ".opus")
+LAG_MAX_S = 0.120
+LAG_STEP_S = 0.020
+CLOSED = 0.02  # inner-lip gap in eye distances: below it, tracked lips count as closed
+# Around a word's start. With this window the tracked talker himself closes at 0.99 of his b/p
+# words and 0.46 of the others.
+CLOSURE_WINDOW_S = 0.080
+FIELDS_MAX_BYTES = 16_000_000
+
+
+@dataclass(frozen=True)
+class Take:
+    """One tracked recording."""
+
+    name: str
+    sound: Path
+    times_s: Array
+    opening: Array
+    width: Array
+    valid: NDArray[np.bool_]
+    words: list[tuple[float, float, str]]
+
+
+@dataclass(frozen=True)
+class TakeScore:
+    """How one prediction fared: correlations, and closures at word starts (met, counted)."""
+
+    name: str
+    opening_r: float
+    opening_best_r: float
+    opening_lag_s: float
+    width_r: float
+    width_best_r: float
+    closures_met: int
+    closures: int
+    false_met: int
+    others: int
+    real_closures_met: int
+    real_false_met: int
+
+
+@dataclass(frozen=True)
+class RealTalkerScore:
+    """Means over takes; closures are pooled over words. Recall up, false closure down."""
+
+    takes: int
+    opening_r: float
+    opening_best_r: float
+    opening_lag_s: float
+    width_r: float
+    width_best_r: float
+    closure_recall: float
+    false_closure: float
+    real_closure_recall: float
+    real_false_closure: float
+
+
+def read_takes(folder: str | Path, names: list[str] | None = None) -> list[Path]:
+    """The `.npz` files of a folder (or those called `names`), sorted. Raises InputError."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError.about(folder, found="no folder", allowed="a folder of NAME.npz and sound")
+    if names is None:
+        paths = sorted(folder.glob("*.npz"))
+    else:
+        paths = [folder / f"{Path(name).name}.npz" for name in names]
+    missing = [path for path in paths if not path.is_file()]
+    if missing or not paths:
+        found = f"{missing[0].name} is missing" if missing else "no .npz file"
+        raise InputError.about(folder, found=found, allowed="NAME.npz with NAME.ogg beside it")
+    return paths
+
+
+def read_take(path: Path) -> Take:
+    """One tracked recording. Raises InputError where a field or the sound is missing."""
+    sound = next((s for s in (path.with_suffix(x) for x in SOUNDS) if s.is_file()), None)
+    if sound is None:
+        raise InputError.about(path, found="no sound beside it", allowed=" ".join(SOUNDS))
+    if path.stat().st_size > FIELDS_MAX_BYTES:
+        raise InputError.about(path, found="more than 16 MB", allowed="one short recording")
+    try:
+        with np.load(path, allow_pickle=False) as fields:
+            times_s = np.asarray(fields["t"], float)
+            opening = np.asarray(fields["inner_opening_mean"], float)
+            width = np.asarray(fields["lip_width"], float)
+            valid = np.asarray(fields["valid"]) > 0.5
+            words = [(float(a), float(b), str(w)) for a, b, w in json.loads(str(fields["words"]))]
+    except (KeyError, ValueError, TypeError, OSError, EOFError) as error:
+        raise InputError.about(
+            path, found=f"no tracked mouth in it ({error})", allowed="the fields of grid_s1"
+        ) from error
+    if not len(times_s) == len(opening) == len(width) == len(valid) or valid.sum() < 10:
+        raise InputError.about(path, found="too few valid frames", allowed="10 frames or more")
+    return Take(path.stem, sound, times_s, opening, width, valid, words)
+
+
+def score_take(take: Take, predicted: Curves, eye_distance_mm: float) -> TakeScore:
+    """Compare one prediction with its recording; eye_distance_mm is the predicted head's."""
+    predicted_times = np.arange(len(predicted.values)) / predicted.fps
+    opening = predicted["opening_mm"].astype(float) / eye_distance_mm
+    width = predicted["width_mm"].astype(float) / eye_distance_mm
+    opening_r, opening_best, lag_s = _correlate(take, take.opening, predicted_times, opening)
+    width_r, width_best, _ = _correlate(take, take.width, predicted_times, width)
+    met = _closures(take.words, predicted_times, opening)
+    real = _closures(take.words, take.times_s[take.valid], take.opening[take.valid])
+    return TakeScore(
+        take.name, opening_r, opening_best, lag_s, width_r, width_best,
+        *met, real_closures_met=real[0], real_false_met=real[2],
+    )  # fmt: skip
+
+
+def summarise(scores: list[TakeScore]) -> RealTalkerScore:
+    """Means over takes, closures pooled."""
+
+    def mean(field: str) -> float:
+        return float(np.nanmean([getattr(score, field) for score in scores]))
+
+    def share(met: str, of: str) -> float:
+        total = sum(getattr(score, of) for score in scores)
+        return sum(getattr(score, met) for score in scores) / total if total else float("nan")
+
+    return RealTalkerScore(
+        takes=len(scores),
+        opening_r=mean("opening_r"),
+        opening_best_r=mean("opening_best_r"),
+        opening_lag_s=float(np.median([score.opening_lag_s for score in scores])),
+        width_r=mean("width_r"),
+        width_best_r=mean("width_best_r"),
+        closure_recall=share("closures_met", "closures"),
+        false_closure=share("false_met", "others"),
+        real_closure_recall=share("real_closures_met", "closures"),
+        real_false_closure=share("real_false_met", "others"),
+    )
+
+
+def _correlate(
+    take: Take, tracked: Array, predicted_times: Array, predicted: Array
+) -> tuple[float, float, float]:
+    """Pearson r at zero lag, the best r within ±LAG_MAX_S, and its lag (s, positive: late)."""
+    times, real = take.times_s[take.valid], tracked[take.valid]
+    steps = round(LAG_MAX_S / LAG_STEP_S)
+    lags = np.arange(-steps, steps + 1) * LAG_STEP_S
+    rs = [_pearson(real, np.interp(times + lag, predicted_times, predicted)) for lag in lags]
+    best = int(np.argmax(rs))
+    return rs[steps], rs[best], float(lags[best])
+
+
+def _pearson(a: Array, b: Array) -> float:
+    """Pearson's r; 0 for a mouth that does not move."""
+    a, b = a - a.mean(), b - b.mean()
+    norm = np.sqrt((a * a).sum() * (b * b).sum())
+    return float((a * b).sum() / norm) if norm > 1e-12 else 0.0
+
+
+def _closures(
+    words: list[tuple[float, float, str]], times_s: Array, opening: Array
+) -> tuple[int, int, int, int]:
+    """Closed at b/p words, b/p words, closed at other words, other words (m counts nowhere)."""
+    met = wanted = false = others = 0
+    for start_s, _, word in words:
+        if word in ("sil", "sp", "") or word[0] == "m":
+            continue
+        near = np.abs(times_s - start_s) <= CLOSURE_WINDOW_S
+        if not near.any():
+            continue
+        closed = bool(opening[near].min() < CLOSED)
+        if word[0] in "bp":
+            wanted, met = wanted + 1, met + closed
+        else:
+            others, false = others + 1, false + closed
+    return met, wanted, false, others
+
+
+def evaluate_real(
+    folder: str | Path,
+    predict: Predictor,
+    eye_distance_mm: float,
+    *,
+    names: list[str] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[RealTalkerScore, list[TakeScore]]:
+    """Measure a predictor on a folder of tracked recordings. Raises InputError."""
+    paths = read_takes(folder, names)
+    scores = []
+    for done, path in enumerate(paths, 1):
+        take = read_take(path)
+        scores.append(score_take(take, predict(take.sound), eye_distance_mm))
+        if progress:
+            progress(done / len(paths))
+    return summarise(scores), scores
