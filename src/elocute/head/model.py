@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -79,6 +79,25 @@ class HeadModel:
     def uv_triangles(self) -> Indices:
         """(triangle, 3) into `uv`, row for row with `triangles`."""
         return _halves(self.uv_quads)[_kept_halves(self.quads)]
+
+    @property
+    def eye_distance_m(self) -> float:
+        """Distance of the outer eye corners (iBUG 36 and 45)."""
+        right, left = self.template[self.landmarks[[36, 45]]]
+        return float(np.linalg.norm(left - right))
+
+    def with_identity(self, coefficients: Array) -> HeadModel:
+        """The same head with somebody's face; the identity space is left behind.
+
+        coefficients (identity,) in standard deviations, at most as many as the basis has.
+        """
+        return replace(
+            self,
+            template=self.identity_template(coefficients).astype(np.float32),
+            joint_positions=self.identity_joints(coefficients).astype(np.float32),
+            identity_basis=self.identity_basis[:0],
+            joint_identity_basis=self.joint_identity_basis[:0],
+        )
 
     def expression_index(self, name: str) -> int:
         """Row of `expression_basis` that `name` owns; HeadError if there is none."""

@@ -39,7 +39,7 @@ def _probe(head: HeadModel) -> _Probe:
     return _Probe(
         upper=upper[third : len(upper) - third],
         lower=lower[third : len(lower) - third],
-        corners=np.array([head.landmarks[48], head.landmarks[54]]),
+        corners=head.outer_corners,
         front=np.array([head.landmarks[51], head.landmarks[57]]),
         chin=int(head.landmarks[CHIN]),
     )

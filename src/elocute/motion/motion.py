@@ -93,7 +93,15 @@ class Motion:
         points = points.reshape(len(weights), -1, 3)
         if self.rotations is None:
             return points
-        return skin(self.head, points, self.rotations[start:stop])
+        head = self.head
+        turned = skin(
+            points,
+            self.rotations[start:stop],
+            head.joint_positions,
+            head.joint_parents,
+            head.skin_weights,
+        )
+        return turned.astype(np.float32)
 
     def blocks(self, frames: int = 120) -> Iterator[NDArray[np.float32]]:
         """Expand in blocks of at most `frames`, so that an hour fits in bounded memory."""

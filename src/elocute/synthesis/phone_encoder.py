@@ -1,0 +1,144 @@
+"""The speech encoder `phones` at run time: sound in, log-posteriors of forty phones out.
+
+There is one way through it, the stream; a whole file is a stream fed once. The network sees the
+same history whichever way the sound is cut, so both give the same numbers.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.phones import PHONES
+from elocute.audio import front_end
+from elocute.errors import InputError
+
+Array = NDArray[np.float32]
+
+SAMPLE_RATE = front_end.SAMPLE_RATE
+PHONE_RATE = 50.0
+STRIDE = 2  # feature frames per output frame
+BUILTIN_PATH = Path(__file__).parent / "assets" / "phones.onnx"
+BLOCK_FRAMES = 3000  # feature frames in one run of the network: 30 s, so memory stays bounded
+FILE_MAX_BYTES = 64_000_000
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Feature frames that an output sees before and after its own."""
+
+    history: int
+    lookahead: int
+
+
+class PhoneEncoder:
+    """An ONNX phone network and its front end.
+
+    Raises InputError where the file is missing or is no phone encoder.
+    """
+
+    def __init__(self, path: str | Path = BUILTIN_PATH) -> None:
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise InputError.about(self.path, found="missing", allowed="a phone encoder (.onnx)")
+        if self.path.stat().st_size > FILE_MAX_BYTES:
+            raise InputError.about(self.path, found="more than 64 MB", allowed="a phone encoder")
+
+    @cached_property
+    def _session(self) -> Any:
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 3
+        try:
+            return onnxruntime.InferenceSession(
+                self.path.read_bytes(), options, providers=["CPUExecutionProvider"]
+            )
+        except Exception as error:  # onnxruntime has no common base of its own
+            raise InputError.about(
+                self.path, found="no ONNX network", allowed="a phone encoder"
+            ) from error
+
+    @cached_property
+    def config(self) -> dict[str, Any]:
+        """What the recipe wrote into the file: phones, rates, reach, thresholds, version."""
+        entry = self._session.get_modelmeta().custom_metadata_map.get("elocute")
+        config = json.loads(entry) if entry else {}
+        if tuple(config.get("phones", ())) != PHONES:
+            raise InputError.about(
+                self.path, found="a network for other phones", allowed="the forty of Elocute"
+            )
+        return config
+
+    @property
+    def reach(self) -> Reach:
+        return Reach(self.config["history_frames"], self.config["lookahead_frames"])
+
+    @property
+    def lookahead_s(self) -> float:
+        """How much later than an output's own time the sound must be known."""
+        return front_end.LOOKAHEAD_S + self.reach.lookahead / 100
+
+    def encode(self, samples: Array) -> Array:
+        """(sample,) at 16 kHz to (ceil(sample / 320), 40) log-posteriors at 50 Hz."""
+        stream = self.stream()
+        return np.concatenate([stream.push(samples), stream.flush()])
+
+    def stream(self) -> PhoneStream:
+        """The same in pieces."""
+        return PhoneStream(self)
+
+    def run(self, features: Array) -> Array:
+        """(frame, 64) features to (ceil(frame / 2), 40) log-posteriors."""
+        return self._session.run(None, {"features": features[None]})[0][0]
+
+
+class PhoneStream:
+    """Push sound, take log-posteriors as soon as their look-ahead is known; flush at the end."""
+
+    def __init__(self, encoder: PhoneEncoder) -> None:
+        self._encoder = encoder
+        self._front_end = front_end.FrontEnd()
+        self._reach = encoder.reach
+        # Whole outputs of history: what is kept begins at an even feature frame.
+        self._keep = -(-self._reach.history // STRIDE) * STRIDE
+        self._features = np.zeros((0, front_end.BANDS), np.float32)
+        self._origin = 0  # feature frame at which _features begins
+        self._done = 0  # outputs given so far
+
+    def push(self, samples: Array) -> Array:
+        """(sample,) at 16 kHz; returns the (frame, 40) that are now certain."""
+        self._extend(self._front_end.push(samples))
+        known = self._origin + len(self._features) - self._reach.lookahead
+        return self._advance(max(0, -(-known // STRIDE)))
+
+    def flush(self) -> Array:
+        """The remaining frames; the network pads what lies beyond the end."""
+        self._extend(self._front_end.flush())
+        return self._advance(-(-(self._origin + len(self._features)) // STRIDE))
+
+    def _extend(self, features: Array) -> None:
+        self._features = np.concatenate([self._features, features])
+
+    def _advance(self, until: int) -> Array:
+        pieces = [np.zeros((0, len(PHONES)), np.float32)]
+        while self._done < until:
+            stop = min(until, self._done + BLOCK_FRAMES // STRIDE)
+            begin = max(self._origin, self._done * STRIDE - self._keep)
+            end = min(stop * STRIDE + self._reach.lookahead, self._origin + len(self._features))
+            window = self._features[begin - self._origin : end - self._origin]
+            outputs = self._encoder.run(window)
+            first = self._done - begin // STRIDE
+            pieces.append(outputs[first : first + stop - self._done])
+            self._done = stop
+        cut = max(self._origin, self._done * STRIDE - self._keep)
+        self._features = self._features[cut - self._origin :]
+        self._origin = cut
+        return np.concatenate(pieces)
