@@ -25,6 +25,7 @@ MIX = {
     "ljspeech_a": 0.03, "ljspeech_b": 0.01, "wakeword": 0.06, "fsdd": 0.03, "kerstin_de": 0.07,
     "nathalie_nl": 0.05, "precise": 0.02,
 }  # fmt: skip
+NOTHING_SHARE = 0.02
 LIPS = ("P", "B", "M", "F", "V")
 
 
@@ -60,6 +61,8 @@ class Mixer:
 
     def chunk(self) -> tuple[np.ndarray, np.ndarray]:
         self.source = self.draw.choices(self.sources, [MIX[name] for name in self.sources])[0]
+        if self.draw.random() < NOTHING_SHARE:  # a room where nobody speaks
+            return self.augment(*self._nothing()), np.zeros(CHUNK_FRAMES, np.uint8)
         rate = self.draw.uniform(0.82, 1.22)
         need = int(CHUNK_FRAMES * rate) + 2
         sounds, labels, have = [], [], 0
@@ -74,6 +77,11 @@ class Mixer:
             have += len(label)
         sound, label = stretch(np.concatenate(sounds), np.concatenate(labels), rate)
         return self.augment(sound, self._babble(len(sound))), label
+
+    def _nothing(self) -> tuple[np.ndarray, np.ndarray]:
+        count = CHUNK_FRAMES * HOP
+        noise = self.augment.numbers.standard_normal(count).astype(np.float32)
+        return np.zeros(count, np.float32), noise
 
     def _babble(self, count: int) -> np.ndarray:
         """A few other people at once."""
@@ -91,8 +99,11 @@ class Mixer:
         return np.stack([c[0] for c in chunks]), np.stack([c[1][::2] for c in chunks])
 
 
-def _feed(queue, folder: Path, names: list[str], noise_paths: list[Path], config: TrainConfig):
-    mixer = Mixer([load_shard(folder, n) for n in names], read_noises(noise_paths), config.seed)
+def _feed(
+    queue, folder: Path, names: list[str], noise_paths: list[Path], config: TrainConfig, step: int
+):
+    shards = [load_shard(folder, name) for name in names]
+    mixer = Mixer(shards, read_noises(noise_paths), config.seed + step)  # new draws on resuming
     while True:
         queue.put(mixer.batch(config.batch))
 
@@ -129,7 +140,7 @@ def train(
     front_end = BatchFrontEnd(CHUNK_FRAMES, config.seed + step)
     queue = multiprocessing.get_context("spawn").Queue(maxsize=6)
     feeder = multiprocessing.get_context("spawn").Process(
-        target=_feed, args=(queue, folder, names, noise_paths, config), daemon=True
+        target=_feed, args=(queue, folder, names, noise_paths, config, step), daemon=True
     )
     feeder.start()
     saved = logged = started = time.monotonic()

@@ -25,7 +25,7 @@ class PhoneNetConfig:
         (1, 2), (2, 1), (4, 0), (1, 2), (2, 1), (4, 0), (1, 0), (8, 0), (1, 0),
     )  # fmt: skip
     stem_kernel: int = 5
-    dropout: float = 0.1
+    dropout: float = 0.05
 
     @property
     def lookahead_frames(self) -> int:
@@ -50,7 +50,8 @@ class Block(nn.Module):
             config.channels, config.channels, config.kernel, dilation=dilation, bias=False
         )
         self.norm = nn.BatchNorm1d(config.channels)
-        self.dropout = nn.Dropout(config.dropout)
+        # Whole channels: drawing a number for every frame took a fifth of the training time.
+        self.dropout = nn.Dropout1d(config.dropout)
 
     def forward(self, x: Tensor) -> Tensor:
         y = self.norm(self.convolution(functional.pad(x, self.padding)))
