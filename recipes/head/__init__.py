@@ -1,1 +1,1 @@
-"""Parts of the recipe for the built-in head."""
+"""Parts of `recipes/build_head.py`: the built-in head, made from MakeHuman's CC0 data."""

@@ -1,0 +1,119 @@
+"""Build the built-in head from MakeHuman's CC0 data.
+
+    python recipes/build_head.py [--data ../shared/data] [--people 600]
+
+Writes src/elocute/head/assets/head.npz. Takes about eight minutes on one core, nearly all of
+it spent on sampling people.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from elocute.head import HeadModel, save_head
+from head import marks, paint, shade
+from head.arkit import NAMES
+from head.face import NeutralFace
+from head.identity import JOINT_NAMES, JOINT_PARENTS, IdentityBasis, identity_basis, joints_of
+from head.lips import PAIRS
+from head.makehuman import MakeHuman
+from head.preview import vertex_normals
+from head.shapes import expression_basis
+from head.weights import skin_weights
+
+ROOT = Path(__file__).parents[1]
+NOTICE = (
+    "CC0 1.0 Universal (public domain dedication). Derived from the MakeHuman base mesh, targets, "
+    "rig and pose units (makehumancommunity.org), which their authors released under CC0 1.0; "
+    "changed, sculpted further and given teeth, eyes, colours and shapes for Elocute. "
+    "An artist's prior, not population statistics."
+)
+
+
+def build(data: Path, people: int, cache: Path | None) -> HeadModel:
+    face = NeutralFace(MakeHuman(data / "makehuman"))
+    identity = cached_identity(face, people, cache)
+    print(f"identity: {identity.explained:.4f} of variance, held out {identity.held_out_m * 1e3:.2f} mm")
+    shapes = expression_basis(face)
+    return assembled(face, identity, shapes)
+
+
+def cached_identity(face: NeutralFace, people: int, cache: Path | None) -> IdentityBasis:
+    """Sampling people is slow: keep the basis beside the scratch files while shapes change."""
+    if cache and cache.exists():
+        with np.load(cache) as stored:
+            return IdentityBasis(
+                stored["vertices"], stored["joints"], float(stored["explained"]), float(stored["held_out_m"])
+            )
+    basis = identity_basis(face, people)
+    if cache:
+        np.savez(cache, **vars(basis))
+    return basis
+
+
+def assembled(face: NeutralFace, identity: IdentityBasis, shapes: np.ndarray) -> HeadModel:
+    assembly, lips = face.assembly, face.lips
+    uv, uv_quads = paint.texture(face)
+    triangles = np.vstack([assembly.quads[:, [0, 1, 2]], assembly.quads[:, [0, 2, 3]]])
+    ajar = face.vertices + 0.3 * shapes[NAMES.index("jawOpen")]
+    light = shade.shading(face, ajar, triangles, vertex_normals(ajar, triangles))
+    joints = joints_of(face, face.body)
+    joints[:3, 0] = 0
+    joints[4] = joints[3] * [-1, 1, 1]
+    origin = np.array([0, joints[3, 1], joints[2, 2]])
+    rings = lips.rings
+    upper, lower = np.array(PAIRS).T
+    return HeadModel(
+        name="elocute",
+        template=(face.vertices - origin).astype(np.float32),
+        quads=assembly.quads.astype(np.int32),
+        uv=uv.astype(np.float32),
+        uv_quads=uv_quads.astype(np.int32),
+        identity_basis=identity.vertices.astype(np.float32),
+        expression_names=NAMES,
+        expression_basis=shapes.astype(np.float32),
+        joint_names=JOINT_NAMES,
+        joint_parents=JOINT_PARENTS,
+        joint_positions=(joints - origin).astype(np.float32),
+        joint_identity_basis=identity.joints.astype(np.float32),
+        skin_weights=skin_weights(face).astype(np.float32),
+        landmarks=marks.landmarks(face),
+        lip_rings=rings.astype(np.int32),
+        outer_lip_upper=rings[0, upper].astype(np.int32),
+        outer_lip_lower=rings[0, lower].astype(np.int32),
+        inner_lip_upper=rings[7, upper].astype(np.int32),
+        inner_lip_lower=rings[7, lower].astype(np.int32),
+        outer_corners=rings[0, [26, 12]].astype(np.int32),
+        inner_corners=rings[7, [26, 12]].astype(np.int32),
+        regions=marks.regions(face),
+        material=paint.face_materials(face),
+        material_names=paint.MATERIALS,
+        vertex_color=np.round(paint.vertex_colours(face) * 255).clip(0, 255).astype(np.uint8),
+        occlusion=light.astype(np.float32),
+        mirror=assembly.mirror.astype(np.int32),
+        notice=NOTICE,
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data")
+    parser.add_argument("--people", type=int, default=600)
+    parser.add_argument("--cache", type=Path, help="keep the identity basis in this .npz")
+    parser.add_argument(
+        "--out", type=Path, default=ROOT / "src" / "elocute" / "head" / "assets" / "head.npz"
+    )
+    choice = parser.parse_args()
+    head = build(choice.data, choice.people, choice.cache)
+    save_head(choice.out, head)
+    print(f"{choice.out}: {head.vertex_count} vertices, {choice.out.stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,57 @@
+"""Brows, lids, eyeballs, cheeks and nose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .face import NeutralFace
+from .pose import axis_rotation
+
+LOOK_DEG = {"Down": 30.0, "Up": 25.0, "In": 32.0, "Out": 32.0}
+
+
+def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
+    shapes: dict[str, np.ndarray] = {}
+    for side in ("Left", "Right"):
+        low = side.lower()
+        skin = {
+            "browDown": face.expression(f"eyebrows-{low}-down"),
+            "browOuterUp": face.expression(f"eyebrows-{low}-extern-up"),
+            "eyeBlink": face.expression(f"eye-{low}-closure"),
+            "eyeWide": face.expression(f"eye-{low}-opened-up"),
+            "eyeSquint": face.pose_unit(f"{side}LowerLidUp"),
+            "cheekSquint": face.pose_unit(f"{side}CheekUp"),
+            "noseSneer": face.expression(f"nose-{low}-elevation"),
+        }
+        shapes |= {name + side: face.of_skin(moved) for name, moved in skin.items()}
+        for way in LOOK_DEG:
+            shapes[f"eyeLook{way}{side}"] = _look(face, way, side)
+    shapes["browInnerUp"] = face.of_skin(
+        face.expression("eyebrows-left-inner-up") + face.expression("eyebrows-right-inner-up")
+    )
+    shapes["cheekPuff"] = face.of_skin(face.pose_unit("CheeksPump"))
+    return shapes
+
+
+def _look(face: NeutralFace, way: str, side: str) -> np.ndarray:
+    """The eyeball turns about its centre, the lids follow as MakeHuman's pose unit has it."""
+    inwards = "Right" if side == "Left" else "Left"
+    outwards = side
+    unit = {
+        "Down": f"{side}EyeDown",
+        "Up": f"{side}EyeUp",
+        "In": f"{side}Eyeturn{inwards}",
+        "Out": f"{side}Eyeturn{outwards}",
+    }[way]
+    moved = face.of_skin(face.pose_unit(unit))
+    sign = 1 if side == "Left" else -1
+    turn = {
+        "Down": axis_rotation("X", LOOK_DEG["Down"]),
+        "Up": axis_rotation("X", -LOOK_DEG["Up"]),
+        "In": axis_rotation("Y", -sign * LOOK_DEG["In"]),
+        "Out": axis_rotation("Y", sign * LOOK_DEG["Out"]),
+    }[way]
+    where = face.assembly.slices[f"eye_{side.lower()}"]
+    centre = face.assembly.eye_centre * [sign, 1, 1]
+    moved[where] = (face.vertices[where] - centre) @ (turn.T - np.eye(3))
+    return moved

@@ -1,0 +1,84 @@
+"""The neutral face while shapes are sculpted on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .anatomy import Anatomy
+from .assembly import Assembly
+from .jaw import jaw_move, jaw_weights
+from .lips import Lips
+from .makehuman import MakeHuman
+from .population import RACES, Traits, body
+from .pose import PoseUnits
+from .topology import mirrored, symmetrised
+
+SOFTENING = (("mouth/mouth-angles-up", 0.12),)
+"""Small touches that make the average face friendlier: (target, amount)."""
+
+
+class NeutralFace:
+    """Template with closed lips, and the sources that shapes are drawn from."""
+
+    def __init__(self, mh: MakeHuman) -> None:
+        self.mh = mh
+        moved = body(mh, Traits())
+        for name, amount in SOFTENING:
+            moved += amount * mh.target(name)
+        self.body = mh.base.vertices + moved
+        self.anatomy = Anatomy(mh)
+        self.assembly = Assembly(self.anatomy, self.body)
+        self.skin_slice = self.assembly.slices["skin"]
+        raw = symmetrised(self.assembly.whole(self.body), self.assembly.mirror)
+        self.lips = Lips(self.anatomy, raw[self.skin_slice])
+        self.vertices = raw + self.of_skin(self.lips.seal(raw[self.skin_slice]))
+        self.vertices = symmetrised(self.vertices, self.assembly.mirror)
+        self.vertices[self.assembly.slices["tongue"]] += self.tongue_rest()
+        self.lips.rest = self.skin
+        self.pose_units = PoseUnits(mh)
+        self.jaw_joint = mh.joint("jaw____head", self.body) * [0, 1, 1]
+        self.jaw_weights = jaw_weights(self.assembly)
+
+    @property
+    def skin(self) -> np.ndarray:
+        return self.vertices[self.skin_slice]
+
+    def tongue_rest(self) -> np.ndarray:
+        """Lower and further back than MakeHuman's, so that it lies behind the lower teeth."""
+        z = self.vertices[self.assembly.slices["tongue"], 2]
+        tip = (z - z.min()) / np.ptp(z)
+        return np.stack([0 * tip, -0.003 - 0.006 * tip, -0.003 - 0.004 * tip], 1)
+
+    def of_skin(self, displacement: np.ndarray) -> np.ndarray:
+        """A displacement of the skin as one of the whole."""
+        whole = np.zeros((self.assembly.count, 3))
+        whole[self.skin_slice] = displacement
+        return whole
+
+    def expression(self, name: str) -> np.ndarray:
+        """(skin vertex, 3): MakeHuman's expression target, its three ancestries averaged."""
+        parts = [self.mh.target(f"expression/units/{race}/{name}") for race in RACES]
+        return self.anatomy.skin(np.mean(parts, axis=0))
+
+    def pose_unit(self, name: str) -> np.ndarray:
+        """(skin vertex, 3): displacement of one of MakeHuman's pose units."""
+        return self.anatomy.skin(self.pose_units.delta(name, self.body))
+
+    def jaw(self, **movement) -> np.ndarray:
+        """(vertex, 3) of the whole: see `jaw_move`."""
+        return jaw_move(self.vertices, self.jaw_weights, self.jaw_joint, **movement)
+
+    def resealed(self, displacement: np.ndarray, overlap_m: float = 0.0003) -> np.ndarray:
+        """The same skin displacement with closed lips."""
+        return displacement + self.lips.seal(self.skin + displacement, overlap_m)
+
+    def halves(self, displacement: np.ndarray, blend_m: float = 0.0045) -> dict[str, np.ndarray]:
+        """Left and right part of a skin displacement, blended across the middle."""
+        share = 1 / (1 + np.exp(-self.skin[:, 0] / blend_m))[:, None]
+        return {"Left": displacement * share, "Right": displacement * (1 - share)}
+
+    def mirrored(self, field: np.ndarray) -> np.ndarray:
+        return mirrored(field, self.assembly.mirror)
+
+    def symmetrised(self, field: np.ndarray) -> np.ndarray:
+        return symmetrised(field, self.assembly.mirror)

@@ -1,0 +1,107 @@
+"""Lips as rings and columns: sealing, moving and rolling them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .anatomy import CONTACT_RING, CORNERS, Anatomy
+from .topology import SmoothSpread
+
+PAIRS = tuple(
+    [(upper, lower) for upper, lower in zip((27, 28, 30, 32, 34, 36), range(25, 19, -1), strict=True)]
+    + [(0, 19)]
+    + [(upper, lower) for upper, lower in zip((2, 4, 6, 8, 10, 11), range(18, 12, -1), strict=True)]
+)
+"""Columns (upper, lower) that meet, by increasing x. The upper lip has twice the columns."""
+BETWEEN = (29, 31, 33, 35, 37, 1, 3, 5, 7, 9)
+"""Upper columns that meet the lower lip between two of its columns."""
+FOLLOW = np.array([0.58, 0.66, 0.74, 0.82, 0.90, 0.96, 1.0, 1.0, 0.97, 0.8])
+"""How far each ring follows a small displacement of the contact ring."""
+OVERLAP_M = 0.0002
+RING_COUNT, COLUMN_COUNT = 10, 38
+
+
+class Lips:
+    """Displacement fields of the skin that move the lips of one neutral face."""
+
+    def __init__(self, anatomy: Anatomy, skin: np.ndarray) -> None:
+        self.rings = anatomy.lip_rings
+        self.count = anatomy.skin_count
+        self.handles = np.unique(self.rings)
+        self.centre = skin[self.rings[0]].mean(0)
+        self.spread = self.spreading(anatomy, skin, radius_m=0.055)
+        contact = skin[self.rings[CONTACT_RING], 0]
+        self.fractions = {
+            column: _fraction(contact, column, *_beside(column)) for column in BETWEEN
+        }
+        self.rest = skin
+
+    def spreading(self, anatomy: Anatomy, skin: np.ndarray, radius_m: float) -> SmoothSpread:
+        """Smooth falloff from the lips to `radius_m`, stopping at the nose."""
+        away = skin - self.centre
+        near = np.linalg.norm(away * [1, 1, 0.6], axis=1) < radius_m
+        nose = (away[:, 1] > 0.022) & (away[:, 2] > -0.022)
+        return SmoothSpread(
+            anatomy.skin_quads, self.count, self.handles, np.flatnonzero(near & ~nose), alpha=0.01
+        )
+
+    def field(self, moves: np.ndarray) -> np.ndarray:
+        """(vertex, 3) of the skin from moves (ring, column, 3) of the lip vertices."""
+        displacement = np.zeros((self.count, 3))
+        displacement[self.rings.ravel()] = moves.reshape(-1, 3)
+        return self.spread(displacement[self.handles])
+
+    def seal(
+        self,
+        skin: np.ndarray,
+        overlap_m: float = OVERLAP_M,
+        upper_share: float = 0.5,
+        follow: np.ndarray = FOLLOW,
+    ) -> np.ndarray:
+        """Displacement that brings the contact lines of both lips together.
+
+        Afterwards each pair of columns differs by the overlap alone, straight up, and the
+        upper columns between lie on the lower lip's edges: an affine map of `skin`, so any
+        mixture of sealed faces is sealed.
+        """
+        contact = skin[self.rings[CONTACT_RING]]
+        wanted = contact.copy()
+        sink = np.array([0, overlap_m / 2, 0])
+        for upper, lower in PAIRS:
+            meeting = (1 - upper_share) * contact[upper] + upper_share * contact[lower]
+            wanted[upper], wanted[lower] = meeting - sink, meeting + sink
+        for column in BETWEEN:
+            first, second = _beside(column)
+            t = self.fractions[column]
+            wanted[column] = (1 - t) * wanted[first] + t * wanted[second]
+        return self.field(follow[:, None, None] * (wanted - contact))
+
+    def gaps(self, skin: np.ndarray) -> np.ndarray:
+        """(pair,) m: upper minus lower contact height, by increasing x; negative = overlap."""
+        contact = skin[..., self.rings[CONTACT_RING], :]
+        upper, lower = np.array(PAIRS).T
+        return contact[..., upper, 1] - contact[..., lower, 1]
+
+    def roll(self, upper_rings: float, lower_rings: float) -> np.ndarray:
+        """Slide each lip along its own profile into the mouth, by that many rings."""
+        moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+        half_width = np.abs(self.rest[self.rings[CONTACT_RING][list(CORNERS)], 0]).mean() * 1.15
+        for column in range(COLUMN_COUNT):
+            amount = lower_rings if CORNERS[0] < column < CORNERS[1] else upper_rings
+            profile = self.rest[self.rings[:, column]]
+            reach = np.clip(1 - (profile[CONTACT_RING, 0] / half_width) ** 2, 0, 1) ** 0.7
+            lengths = np.r_[0, np.cumsum(np.linalg.norm(np.diff(profile, axis=0), axis=1))]
+            ease = np.sin(np.pi / 2 * np.clip((np.arange(RING_COUNT) + 0.6) / 3, 0, 1))
+            target = lengths + amount * ease * reach * lengths[8] / 9
+            target[9] = lengths[9]
+            slid = [np.interp(target, lengths, profile[:, k]) for k in range(3)]
+            moves[:, column] = np.stack(slid, 1) - profile
+        return self.field(moves)
+
+
+def _beside(column: int) -> tuple[int, int]:
+    return (column - 1) % COLUMN_COUNT, (column + 1) % COLUMN_COUNT
+
+
+def _fraction(contact_x: np.ndarray, column: int, first: int, second: int) -> float:
+    return float((contact_x[column] - contact_x[first]) / (contact_x[second] - contact_x[first]))

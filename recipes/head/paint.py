@@ -1,0 +1,123 @@
+"""Colours (sRGB), materials and texture coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .eyeball import IRIS_RAD, PUPIL_RAD
+from .face import NeutralFace
+
+MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball")
+SKIN = (0.80, 0.615, 0.52)
+LIP = (0.71, 0.43, 0.40)
+INNER = (0.45, 0.17, 0.16)
+FLUSH = (0.80, 0.50, 0.43)
+BROW = (0.24, 0.17, 0.13)
+SCLERA, IRIS, IRIS_RIM, PUPIL = (0.92, 0.91, 0.89), (0.40, 0.29, 0.18), (0.20, 0.14, 0.09), (0.02,) * 3
+TOOTH, TOOTH_ROOT = (0.90, 0.87, 0.79), (0.82, 0.74, 0.62)
+GUM, TONGUE = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38)
+
+
+def mix(colours: np.ndarray, other, share: np.ndarray) -> np.ndarray:
+    share = np.clip(share, 0, 1)[:, None]
+    return colours * (1 - share) + np.asarray(other) * share
+
+
+def vertex_colours(face: NeutralFace) -> np.ndarray:
+    """(vertex, 3) sRGB 0..1."""
+    colours = np.zeros((face.assembly.count, 3))
+    slices = face.assembly.slices
+    colours[slices["skin"]] = _skin(face)
+    angle = face.assembly.eye_angle
+    for side in ("left", "right"):
+        colours[slices[f"eye_{side}"]] = _eye(angle)
+    colours[slices["tongue"]] = TONGUE
+    for jaw in ("upper", "lower"):
+        shade = face.assembly.jaws[f"teeth_{jaw}"].shade
+        base = np.tile(TOOTH_ROOT, (len(shade), 1))
+        colours[slices[f"teeth_{jaw}"]] = mix(base, TOOTH, shade * 1.8)
+        colours[slices[f"gums_{jaw}"]] = GUM
+    return colours
+
+
+def _eye(angle: np.ndarray) -> np.ndarray:
+    colours = np.tile(SCLERA, (len(angle), 1))
+    colours = mix(colours, (0.80, 0.52, 0.48), (angle - 0.75) / 0.8)
+    colours[angle < IRIS_RAD + 0.001] = IRIS_RIM
+    colours[angle < 0.401] = IRIS
+    colours[angle < 0.25] = np.array(IRIS) * 1.12
+    colours[angle < PUPIL_RAD] = PUPIL
+    return colours
+
+
+def _skin(face: NeutralFace) -> np.ndarray:
+    skin = face.skin
+    colours = np.tile(SKIN, (len(skin), 1))
+    eye = face.assembly.eye_centre
+    side = np.abs(skin[:, 0])
+
+    def spot(x_mm: float, y_mm: float, radius_mm: float) -> np.ndarray:
+        """Soft spot on the front, seen from the eye: x from the middle, y from eye height."""
+        away = np.stack([side * 1000 - x_mm, (skin[:, 1] - eye[1]) * 1000 - y_mm], 1)
+        near = np.exp(-((np.linalg.norm(away, axis=1) / radius_mm) ** 2))
+        return near * (skin[:, 2] > eye[2] - 0.03)
+
+    colours = mix(colours, FLUSH, 0.45 * spot(36, -36, 20))
+    colours = mix(colours, FLUSH, 0.40 * spot(0, -44, 11))
+    colours = mix(colours, FLUSH, 0.20 * spot(0, -108, 14))
+    colours = mix(colours, FLUSH, 0.55 * np.clip((side - 0.068) / 0.012, 0, 1) * (skin[:, 1] > eye[1] - 0.05))
+    colours = mix(colours, (0.66, 0.46, 0.42), 0.30 * spot(31, -2, 15))
+    colours = mix(colours, BROW, 0.8 * _brows(face))
+    rings = face.lips.rings
+    for ring, share in zip(range(8), (0.55, 1, 1, 1, 1, 1, 1, 1), strict=True):
+        where = np.zeros(len(skin))
+        where[rings[ring]] = share
+        colours = mix(colours, LIP, where)
+    inner = np.zeros(len(skin))
+    inner[face.anatomy.inner_mouth] = 1
+    inner[rings[7]] = 0.35
+    return mix(colours, INNER, inner)
+
+
+def _brows(face: NeutralFace) -> np.ndarray:
+    skin, eye = face.skin, face.assembly.eye_centre
+    x = np.abs(skin[:, 0]) * 1000
+    along = np.clip((x - 11) / 39, 0, 1)
+    middle = 18.5 + 5.5 * np.sin(np.pi * np.clip((x - 8) / 50, 0, 1)) - 2 * along
+    half_height = 3.6 * (1 - 0.55 * along)
+    away = np.abs((skin[:, 1] - eye[1]) * 1000 - middle) / half_height
+    ends = np.clip((x - 10) / 5, 0, 1) * np.clip((52 - x) / 8, 0, 1)
+    return np.clip(1.35 - away, 0, 1) * ends * (skin[:, 2] > eye[2] - 0.03)
+
+
+def face_materials(face: NeutralFace) -> np.ndarray:
+    """(face,) index into MATERIALS."""
+    by_part = np.array([0, 6, 6, 5, 3, 3, 4, 4], np.uint8)
+    material = by_part[face.assembly.part_of_face]
+    quads = face.assembly.quads
+    lips = np.isin(quads, face.lips.rings[:8]).all(1)
+    inner = np.isin(quads, [*face.anatomy.inner_mouth, *face.lips.rings[7]]).all(1)
+    material[lips] = 1
+    material[inner] = 2
+    return material
+
+
+def texture(face: NeutralFace) -> tuple[np.ndarray, np.ndarray]:
+    """uv (texcoord, 2) and uv_quads (face, 4): skin and tongue keep MakeHuman's layout,
+    enlarged to the upper 3/4 of the square; other parts lie flat in a strip below."""
+    base, anatomy, assembly = face.mh.base, face.anatomy, face.assembly
+    corners = base.uv_quads[np.r_[anatomy.skin_faces_of_base]]
+    kept, skin_quads = np.unique(corners, return_inverse=True)
+    uv = base.uv[kept]
+    low, high = uv.min(0), uv.max(0)
+    uv = (uv - low) / (high - low).max() * 0.74 + [0.0, 0.26]
+    uvs, quads, count = [uv], [skin_quads.reshape(-1, 4)], len(uv)
+    for place, name in enumerate(("eye_left", "eye_right", "tongue", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower")):
+        where = assembly.slices[name]
+        flat = face.vertices[where][:, [0, 1] if name.startswith("eye") else [0, 2]]
+        flat = (flat - flat.min(0)) / np.ptp(flat, axis=0).max()
+        uvs.append(flat * 0.13 + [0.005 + 0.14 * place, 0.06])
+        mine = assembly.quads[assembly.part_of_face == place + 1]
+        quads.append(mine - where.start + count)
+        count += where.stop - where.start
+    return np.vstack(uvs), np.vstack(quads)

@@ -1,0 +1,48 @@
+"""Baked occlusion: how much of the sky each vertex sees, the mouth slightly open."""
+
+from __future__ import annotations
+
+import numpy as np
+
+RAYS = 96
+REACH_M = 0.12
+
+
+def occlusion(vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """(vertex,) share of cosine-weighted rays that leave the head, 0..1."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    scene = EmbreeScene()
+    TriangleMesh(scene, vertices[triangles].astype(np.float32))
+    rng = np.random.default_rng(0)
+    u, turn = (np.arange(RAYS) + 0.5) / RAYS, np.pi * (3 - 5**0.5) * np.arange(RAYS)
+    local = np.stack([np.sqrt(u) * np.cos(turn), np.sqrt(u) * np.sin(turn), np.sqrt(1 - u)], 1)
+    side = np.cross(normals, [0.0, 1.0, 0.1])
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
+    up = np.cross(normals, side)
+    spin = rng.uniform(0, 2 * np.pi, len(vertices))[:, None]
+    side, up = np.cos(spin) * side + np.sin(spin) * up, np.cos(spin) * up - np.sin(spin) * side
+    free = np.zeros(len(vertices))
+    origin = (vertices + normals * 4e-4).astype(np.float32)
+    for ray in local:
+        direction = (ray[0] * side + ray[1] * up + ray[2] * normals).astype(np.float32)
+        hit = scene.run(origin, direction, dists=np.full(len(origin), REACH_M, np.float32))
+        free += hit < 0
+    return free / RAYS
+
+
+def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """(vertex,) 0..1: `occlusion` softened on the skin outside, deepened inside the mouth."""
+    free = occlusion(vertices, triangles, normals)
+    light = 0.55 + 0.45 * np.clip(free * 1.25, 0, 1)
+    slices = face.assembly.slices
+    inside = np.zeros(len(vertices), bool)
+    inside[face.anatomy.inner_mouth] = True
+    for name in ("tongue", "gums_upper", "gums_lower", "teeth_upper", "teeth_lower"):
+        inside[slices[name]] = True
+    front = face.vertices[slices["teeth_upper"], 2].max()
+    depth = np.clip((front - face.vertices[:, 2]) / 0.030, 0, 1)
+    deep = (1 - depth) ** 1.3 * np.clip(0.35 + 1.6 * free, 0, 1)
+    light[inside] = np.clip(0.06 + 0.9 * deep[inside], 0, 1)
+    return light
