@@ -22,7 +22,7 @@ RATE_PARAMETER, PITCH_PARAMETER, RANGE_PARAMETER = 1, 3, 4
 Phones = list[tuple[float, float, str]]
 
 ESPEAK_MINUTES = {
-    "en-us": 28, "en-gb": 18, "en-gb-scotland": 7, "en-gb-x-rp": 7, "en-029": 5,
+    "en-us": 28, "en": 18, "en-gb-scotland": 7, "en-gb-x-rp": 7, "en-029": 5,
     "en-gb-x-gbclan": 5, "de": 22, "nl": 14, "fr": 12, "es": 10, "it": 10, "pl": 8, "sv": 8,
 }  # fmt: skip
 ESPEAK_VARIANTS = (
@@ -79,11 +79,11 @@ class Espeak:
     def speak(
         self, text: str, voice: str, words_per_minute: int, pitch: int, pitch_range: int
     ) -> tuple[np.ndarray, Phones]:
-        """Float samples at 16 kHz and phones with times; empty where the voice is missing."""
+        """Float samples at 16 kHz and phones with times; raises LookupError for no such voice."""
         self.blocks.clear()
         self.events.clear()
         if self.library.espeak_SetVoiceByName(voice.encode()) != 0:
-            return np.zeros(0, np.float32), []
+            raise LookupError(voice)
         self.library.espeak_SetParameter(RATE_PARAMETER, words_per_minute, 0)
         self.library.espeak_SetParameter(PITCH_PARAMETER, pitch, 0)
         self.library.espeak_SetParameter(RANGE_PARAMETER, pitch_range, 0)

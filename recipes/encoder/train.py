@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import random
 import time
@@ -151,7 +152,7 @@ def train(
         share = elapsed / (config.minutes * 60)
         if share >= 1:
             break
-        rate = config.learning_rate * min(1, (step + 1) / 60) * 0.5 * (1 + np.cos(np.pi * share))
+        rate = config.learning_rate * min(1, (step + 1) / 60) * 0.5 * (1 + math.cos(math.pi * share))
         for group in optimiser.param_groups:
             group["lr"] = rate + 1e-6
         waves, labels = queue.get()

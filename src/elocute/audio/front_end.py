@@ -19,8 +19,8 @@ BANDS = 64
 LOWEST_HZ, HIGHEST_HZ = 40.0, 7800.0
 FLOOR = 1e-11  # mean power of a band below which nothing is heard: -110 dB of full scale
 MEAN_S = 6.0  # time constant of the running mean
-PRIOR = 1e-5  # mean power expected before anything was heard
-PRIOR_S = 0.3  # and how long a stretch that expectation counts for
+PRIOR = 1e-6  # mean power expected before anything was heard
+PRIOR_S = 0.1  # and how long a stretch that expectation counts for
 SCALE = 1 / 3.0
 LIMIT = 3.0  # features lie within ±LIMIT
 BLOCK = 64  # frames for which the recursion is one matrix product
@@ -42,7 +42,8 @@ def mel_weights() -> NDArray[np.float32]:
 def triangles(edges_hz: NDArray[np.float64]) -> NDArray[np.float32]:
     """(257, band) filters with corners at `edges_hz` (band + 2,), each of area one."""
     bins = np.arange(FFT // 2 + 1)[:, None]
-    low, middle, high = (edges_hz * FFT / SAMPLE_RATE)[np.arange(3)[:, None] + np.arange(len(edges_hz) - 2)]
+    edges = edges_hz * FFT / SAMPLE_RATE
+    low, middle, high = edges[:-2], edges[1:-1], edges[2:]
     rising = (bins - low) / np.maximum(middle - low, 1e-3)
     falling = (high - bins) / np.maximum(high - middle, 1e-3)
     filters = np.maximum(0, np.minimum(rising, falling))

@@ -43,7 +43,6 @@ class Animation:
     motion: Motion
     curves: Curves
     sound: Path | Waveform
-    channel: int | None = None
 
     def write(self, path: str | Path, **options: Any) -> Animation:
         """Write to the format that the suffix names; returns itself, so that calls chain.
@@ -52,7 +51,7 @@ class Animation:
         """
         from elocute.export.registry import write
 
-        write(self.motion, Path(path), sound=self.sound, channel=self.channel, **options)
+        write(self.motion, Path(path), sound=self.sound, **options)
         return self
 
 
@@ -92,7 +91,7 @@ def animate(
         strength=strength,
     )
     sound = speech if isinstance(speech, Waveform) else Path(speech)
-    return Animation(motion_from_curves(head, curves), curves, sound, channel)
+    return Animation(motion_from_curves(head, curves), curves, sound)
 
 
 def identity_head(identity: str | int | Path) -> HeadModel:

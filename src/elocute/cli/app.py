@@ -1,0 +1,62 @@
+"""The commands together, and how errors leave: one line, exit 2 for bad input."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from elocute.cli import animate, evaluate, inspect, render
+from elocute.errors import ElocuteError, InputError
+
+app = typer.Typer(
+    help="Speech in, 3D facial animation out.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("animate")(animate.animate_command)
+app.command("render")(render.render_command)
+app.command("measure")(render.measure_command)
+app.command("info")(inspect.info_command)
+app.command("doctor")(inspect.doctor_command)
+app.add_typer(evaluate.app, name="evaluate")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from elocute import __version__
+
+        print(f"elocute {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, help="Print the version."
+    ),
+) -> None:
+    """Speech in, 3D facial animation out."""
+
+
+def main() -> None:
+    """Run the command line; never a traceback for bad input."""
+    try:
+        sys.exit(app(standalone_mode=False) or 0)
+    except ElocuteError as error:
+        print(f"elocute: {error}", file=sys.stderr)
+        sys.exit(2 if isinstance(error, InputError) else 1)
+    except KeyboardInterrupt:
+        print("elocute: interrupted; nothing was left half-written", file=sys.stderr)
+        sys.exit(130)
+    except Exception as error:
+        # Usage errors and aborts of the option parser carry their own exit code and message.
+        if not hasattr(error, "exit_code"):
+            raise
+        message = getattr(error, "format_message", lambda: str(error))()
+        if message:
+            print(f"elocute: {' '.join(message.split())}", file=sys.stderr)
+        sys.exit(error.exit_code)  # pyright: ignore[reportAttributeAccessIssue]

@@ -1,0 +1,77 @@
+"""`elocute evaluate`: measures against real recordings."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import InputError
+
+if TYPE_CHECKING:
+    from elocute.motion.curves import Curves
+
+app = typer.Typer(help="Measure against real recordings.", no_args_is_help=True)
+
+
+@app.callback()
+def _group() -> None:
+    """Measure against real recordings."""
+
+
+@app.command("real")
+def real_command(
+    folder: Path = typer.Argument(..., help="Folder of NAME.npz (tracked mouth) and NAME.ogg."),
+    names: Path | None = typer.Option(None, help="A text file of names; all by default."),
+    style: str = typer.Option("plain", help="Speaking style: a name or a .json file."),
+    strength: float = typer.Option(1.0, help="How far the mouth moves, 0 to 2."),
+    model: str = typer.Option("articulation", help="What drives the face."),
+    per_clip: bool = typer.Option(False, help="Print every clip too."),
+    as_json: bool = options.Json,
+) -> None:
+    """Predicted lips against those of a real talker: correlation and closures."""
+    from elocute.head.builtin import load_builtin_head
+    from elocute.motion.measures import measure_mouth
+    from elocute.synthesis.animate import animate
+    from elocute.training.real_talker import evaluate_real
+
+    wanted = _names(names)
+    eye_distance_mm = 1000 * load_builtin_head().eye_distance_m
+
+    def predict(sound: Path) -> Curves:
+        return measure_mouth(animate(sound, style=style, strength=strength, model=model).motion)
+
+    with progress_bar("measuring", as_json) as progress:
+        summary, scores = evaluate_real(
+            folder, predict, eye_distance_mm, names=wanted, progress=progress
+        )
+    if as_json:
+        record = {"summary": asdict(summary)}
+        print(json.dumps(record | ({"clips": list(map(asdict, scores))} if per_clip else {})))
+        return
+    if per_clip:
+        for score in scores:
+            print(
+                f"{score.name:12} opening r {score.opening_best_r:5.2f} at {score.opening_lag_s:+.2f}"
+                f" s  closures {score.closures_met}/{score.closures}"
+                f"  false {score.false_met}/{score.others}"
+            )
+    for name, value in asdict(summary).items():
+        print(f"{name:22} {value:.3f}" if isinstance(value, float) else f"{name:22} {value}")
+
+
+def _names(path: Path | None) -> list[str] | None:
+    if path is None:
+        return None
+    try:
+        names = path.read_text(encoding="utf-8").split()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError.about(path, found="cannot be read", allowed="a text file") from error
+    if not names:
+        raise InputError.about(path, found="no name in it", allowed="one name a line")
+    return names

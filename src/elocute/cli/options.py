@@ -1,0 +1,45 @@
+"""Options that several commands share, and what their texts mean."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from elocute.errors import InputError
+
+SIZES = {"720p": (1280, 720), "1080p": (1920, 1080), "4k": (3840, 2160)}
+SIDE_RANGE = (64, 4096)
+
+Output = typer.Option(
+    ..., "-o", "--output",
+    help="Where to write; the suffix chooses the format. May be given several times.",
+)  # fmt: skip
+Size = typer.Option("800", help="Picture size: 800, 1280x720, 720p, 1080p, 4k.")
+Backend = typer.Option("auto", help="Renderer: auto, moderngl or embreex.")
+EmbedAudio = typer.Option(False, help="Put the sound into the .glb instead of beside it.")
+Json = typer.Option(False, "--json", help="Print one JSON record for machines.")
+
+_PICTURES = (".mp4", ".png")
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Width and height in pixels. Raises InputError."""
+    if text in SIZES:
+        return SIZES[text]
+    parts = text.lower().split("x")
+    low, high = SIDE_RANGE
+    if len(parts) <= 2 and all(part.isdecimal() and low <= int(part) <= high for part in parts):
+        return int(parts[0]), int(parts[-1])
+    raise InputError.about(
+        f"--size {text}", found="no picture size",
+        allowed=f"one number or WIDTHxHEIGHT, {low} to {high}, or {', '.join(SIZES)}",
+    )  # fmt: skip
+
+
+def writer_options(path: Path, size: str, backend: str, embed_audio: bool) -> dict[str, Any]:
+    """The options that the writer for this suffix takes."""
+    if path.suffix.lower() in _PICTURES:
+        return {"size": parse_size(size), "backend": backend}
+    return {"embed_audio": embed_audio} if path.suffix.lower() == ".glb" else {}

@@ -1,0 +1,95 @@
+"""ARKit's 52 curves with timecode, laid out as Live Link Face records them."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elocute.errors import MotionError
+from elocute.motion.atomic import write_atomically
+from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion
+from elocute.motion.motion import Motion
+
+POSE_COLUMNS = (
+    "HeadYaw", "HeadPitch", "HeadRoll", "LeftEyeYaw", "LeftEyePitch", "LeftEyeRoll",
+    "RightEyeYaw", "RightEyePitch", "RightEyeRoll",
+)  # fmt: skip
+# Speech shapes beyond ARKit, told in its nearest words.
+NEAREST: dict[str, dict[str, float]] = {
+    "mouthLabiodental": {"mouthRollLower": 0.55, "mouthUpperUpLeft": 0.25, "mouthUpperUpRight": 0.25},
+    "tongueDental": {"tongueOut": 0.25},
+    "tongueTipUp": {},
+}  # fmt: skip
+BYTES_MAX = 500_000_000
+
+
+def arkit_curves(motion: Motion) -> Curves:
+    """The 52 curves of a motion; speech shapes beyond them folded in. Raises MotionError."""
+    curves = curves_from_motion(motion)
+    unknown = [n for n in curves.names if n not in ARKIT_NAMES and n not in NEAREST]
+    if not set(curves.names) & set(ARKIT_NAMES):
+        raise MotionError(
+            f"this motion has no ARKit curves (it has {', '.join(unknown[:5])}, …); "
+            "allowed for .csv: motions of a head with ARKit shapes"
+        )
+    result = curves.select(ARKIT_NAMES)
+    values = result.values.copy()
+    for name, parts in NEAREST.items():
+        if name in curves.names:
+            for part, share in parts.items():
+                values[:, ARKIT_NAMES.index(part)] += share * curves[name]
+    return Curves(np.clip(values, 0, 1), ARKIT_NAMES, motion.fps)
+
+
+def write_csv(
+    motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
+) -> None:
+    """Timecode, BlendShapeCount and 61 columns, as Unreal, Blender and Maya importers take them.
+
+    The built-in heads' rotations are not told (zero pose). Raises OutputError, MotionError.
+    """
+    curves = arkit_curves(motion)
+    names = [name[0].upper() + name[1:] for name in ARKIT_NAMES]
+    zeros = ["0"] * len(POSE_COLUMNS)
+    with write_atomically(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(["Timecode", "BlendShapeCount", *names, *POSE_COLUMNS])
+        for frame, values in enumerate(curves.values):
+            shown = [f"{value:.6f}" for value in values]
+            rows.writerow([timecode(frame, curves.fps), "61", *shown, *zeros])
+
+
+def timecode(frame: int, fps: float) -> str:
+    """HH:MM:SS:FF.fff of a frame, at the whole frame rate nearest to `fps`."""
+    base = max(1, round(fps))
+    seconds, within = divmod(frame / fps, 1)
+    hours, rest = divmod(int(seconds + 1e-9), 3600)
+    minutes, whole = divmod(rest, 60)
+    return f"{hours:02d}:{minutes:02d}:{whole:02d}:{within * base:06.3f}"
+
+
+def read_csv_curves(path: str | Path, fps: float) -> Curves:
+    """Read such a file back. Raises MotionError naming the row."""
+    path = Path(path)
+    if not path.is_file() or path.stat().st_size > BYTES_MAX:
+        raise MotionError.about(path, found="no readable file", allowed="a CSV up to 500 MB")
+    with path.open(newline="", encoding="utf-8", errors="replace") as file:
+        rows = csv.reader(file)
+        header = next(rows, [])
+        names = [name[:1].lower() + name[1:] for name in header]
+        missing = [name for name in ARKIT_NAMES if name not in names]
+        if missing:
+            raise MotionError.about(path, found=f"no column {missing[0]}", allowed="ARKit's 52")
+        columns = [names.index(name) for name in ARKIT_NAMES]
+        values = []
+        for number, row in enumerate(rows, 2):
+            try:
+                values.append([float(row[column]) for column in columns])
+            except (ValueError, IndexError) as error:
+                raise MotionError.about(f"{path} row {number}", found="no numbers") from error
+    if not values:
+        raise MotionError.about(path, found="no frames", allowed="one or more")
+    return Curves(np.array(values, np.float32), ARKIT_NAMES, fps)

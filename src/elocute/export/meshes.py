@@ -1,0 +1,99 @@
+"""Every frame as a mesh file, or all of them as one array."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import OutputError
+from elocute.head.model import HeadModel
+from elocute.motion.atomic import write_atomically, write_folder_atomically
+from elocute.motion.motion import Motion
+
+BLOCK = 120
+
+
+def write_obj(
+    motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
+) -> None:
+    """A folder `path` (say `talk.obj`) of 00000.obj, 00001.obj, … in metres.
+
+    Raises OutputError where the folder is there already.
+    """
+    faces = _obj_faces(motion.head)
+
+    def frame(points: NDArray[np.float32]) -> bytes:
+        lines = ("v %.6f %.6f %.6f\n" * len(points)) % tuple(points.ravel().tolist())
+        return lines.encode() + faces
+
+    _write_sequence(motion, Path(path), ".obj", frame, progress)
+
+
+def write_ply(
+    motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
+) -> None:
+    """A folder `path` (say `talk.ply`) of binary 00000.ply, … with vertex colours, in metres.
+
+    Raises OutputError where the folder is there already.
+    """
+    head = motion.head
+    triangles = head.triangles
+    record = np.dtype([("xyz", "<f4", 3), ("rgb", "u1", 3)])
+    faces = np.zeros(len(triangles), np.dtype([("n", "u1"), ("abc", "<i4", 3)]))
+    faces["n"], faces["abc"] = 3, triangles
+    opening = (
+        "ply\nformat binary_little_endian 1.0\ncomment Elocute, metres\n"
+        f"element vertex {head.vertex_count}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    ).encode()
+
+    def frame(points: NDArray[np.float32]) -> bytes:
+        vertices = np.empty(len(points), record)
+        vertices["xyz"], vertices["rgb"] = points, head.vertex_color
+        return opening + vertices.tobytes() + faces.tobytes()
+
+    _write_sequence(motion, Path(path), ".ply", frame, progress)
+
+
+def write_npy(
+    motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
+) -> None:
+    """Vertices (frame, vertex, 3) float32 m, written block by block. Raises OutputError."""
+    shape = (motion.frame_count, motion.head.vertex_count, 3)
+    with write_atomically(path) as draft:
+        try:
+            array = np.lib.format.open_memmap(draft, "w+", np.float32, shape)
+        except OSError as error:
+            size = np.prod(shape) * 4 / 1e9
+            raise OutputError.about(path, found=f"no room for {size:.1f} GB") from error
+        for start in range(0, motion.frame_count, BLOCK):
+            array[start : start + BLOCK] = motion.vertices(start, start + BLOCK)
+            if progress:
+                progress(min(1.0, (start + BLOCK) / motion.frame_count))
+        array.flush()
+        del array
+
+
+def _write_sequence(motion: Motion, path: Path, suffix: str, frame: Any, progress: Any) -> None:
+    digits = max(5, len(str(motion.frame_count - 1)))
+    number = 0
+    with write_folder_atomically(path) as folder:
+        for block in motion.blocks(BLOCK):
+            for points in block:
+                (folder / f"{number:0{digits}d}{suffix}").write_bytes(frame(points))
+                number += 1
+                if progress:
+                    progress(number / motion.frame_count)
+
+
+def _obj_faces(head: HeadModel) -> bytes:
+    lines = []
+    for quad in (head.quads + 1).tolist():
+        corners = quad[:3] if quad[2] == quad[3] else quad
+        lines.append("f " + " ".join(map(str, corners)))
+    return ("\n".join(lines) + "\n").encode()

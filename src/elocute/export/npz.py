@@ -1,0 +1,16 @@
+"""The native format as a writer among writers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from elocute.motion.motion import Motion
+from elocute.motion.store import save_motion
+
+
+def write_npz(
+    motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
+) -> None:
+    """Write a motion as .npz; the sound stays where it is. Raises OutputError."""
+    save_motion(motion, path)

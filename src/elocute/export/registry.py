@@ -1,0 +1,43 @@
+"""Which suffix is written by what."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+from elocute.errors import OutputError
+from elocute.motion.motion import Motion
+
+# suffix: (module, function); modules are imported when first needed.
+WRITERS: dict[str, tuple[str, str]] = {
+    ".npz": ("elocute.export.npz", "write_npz"),
+    ".glb": ("elocute.export.gltf", "write_glb"),
+    ".mp4": ("elocute.export.mp4", "write_mp4"),
+    ".html": ("elocute.export.html", "write_html"),
+    ".csv": ("elocute.export.arkit_csv", "write_csv"),
+    ".npy": ("elocute.export.meshes", "write_npy"),
+    ".obj": ("elocute.export.meshes", "write_obj"),
+    ".ply": ("elocute.export.meshes", "write_ply"),
+    ".png": ("elocute.export.png", "write_png"),
+}
+
+
+def check_suffix(path: str | Path) -> str:
+    """The suffix of `path`, in lower case. Raises OutputError for one that nothing writes."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in WRITERS:
+        raise OutputError.about(
+            path, found=f"suffix {suffix!r}" if suffix else "no suffix",
+            allowed=" ".join(WRITERS), remedy="choose one of these",
+        )  # fmt: skip
+    return suffix
+
+
+def write(motion: Motion, path: str | Path, *, sound: Any = None, **options: Any) -> None:
+    """Write a motion in the format that the suffix names.
+
+    `sound` is a path or a Waveform; options are those of the writer. Raises OutputError.
+    """
+    module, function = WRITERS[check_suffix(path)]
+    getattr(importlib.import_module(module), function)(motion, Path(path), sound=sound, **options)

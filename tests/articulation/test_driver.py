@@ -1,0 +1,145 @@
+"""The rule-based driver: contacts, rest, style, and no pops."""
+
+import numpy as np
+import pytest
+
+from elocute.articulation.driver import articulate, posteriors_from_phones
+from elocute.articulation.phones import PHONES
+from elocute.articulation.style import STYLES, Style
+from elocute.errors import InputError
+
+QUIET = Style(blink_per_min=0)
+
+
+def say(*phones, each_s=0.1, rest_s=0.6, **options):
+    """Curves of phones of equal length with rests around them, and the time each begins."""
+    times = [(rest_s + i * each_s, rest_s + (i + 1) * each_s, p) for i, p in enumerate(phones)]
+    posteriors = posteriors_from_phones(times, 2 * rest_s + len(phones) * each_s)
+    return articulate(posteriors, 50, **({"style": QUIET} | options)), times
+
+
+def at(curves, name, time_s):
+    return curves[name][round(time_s * curves.fps)]
+
+
+def test_a_bilabial_seals_the_lips_between_open_vowels():
+    curves, times = say("AA", "P", "AA")
+    middle = sum(times[1][:2]) / 2
+    assert at(curves, "mouthClose", middle) == pytest.approx(at(curves, "jawOpen", middle))
+    for parting in ("mouthLowerDownLeft", "mouthUpperUpLeft"):
+        if parting in curves.names:
+            assert at(curves, parting, middle) < 0.01
+    assert at(curves, "jawOpen", middle) < 0.5 * curves["jawOpen"].max()
+
+
+@pytest.mark.parametrize("phone", ["F", "V"])
+def test_a_labiodental_brings_the_lower_lip_to_the_teeth(phone):
+    curves, times = say("AA", phone, "AA")
+    assert at(curves, "mouthLabiodental", sum(times[1][:2]) / 2) > 0.8
+    assert at(curves, "mouthLabiodental", sum(times[2][:2]) / 2 + 0.04) < 0.2
+
+
+def test_open_vowels_open_more_than_close_ones():
+    opened = {v: say("SIL", v, "SIL", each_s=0.2)[0]["jawOpen"].max() for v in ("AA", "EH", "IY")}
+    assert opened["AA"] > opened["EH"] > opened["IY"] > 0.02
+
+
+def test_rounded_vowels_pucker_and_spread_ones_do_not():
+    assert say("UW", "UW")[0]["mouthPucker"].max() > 0.3
+    assert say("IY", "IY")[0]["mouthPucker"].max() < 0.05
+
+
+def test_a_diphthong_travels_from_its_first_to_its_second_vowel():
+    curves, times = say("SIL", "AW", "SIL", each_s=0.3)
+    start, end, _ = times[1]
+    jaw_early, jaw_late = at(curves, "jawOpen", start + 0.08), at(curves, "jawOpen", end - 0.06)
+    round_early = at(curves, "mouthPucker", start + 0.08)
+    assert jaw_early > jaw_late
+    assert at(curves, "mouthPucker", end - 0.06) > round_early
+
+
+def test_silence_is_closed_and_exactly_still():
+    curves = articulate(posteriors_from_phones([], 2.0), 50, style=QUIET)
+    assert np.abs(curves.values).max() == 0
+
+
+def test_the_mouth_rests_before_and_after_speech():
+    curves, times = say("AA", "P", "IY", rest_s=1.0)
+    for rest in (slice(0, 30), slice(-20, None)):
+        assert np.abs(curves.values[rest]).max() == 0
+    assert curves["jawOpen"].max() > 0.05
+
+
+def test_nothing_moves_faster_than_a_face_can():
+    curves, _ = say(*"SIL P AA M IY F UW B AE SIL".split(), each_s=0.09)
+    assert np.abs(np.diff(curves.values, axis=0)).max() < 0.30  # per 1/60 s
+
+
+def test_a_clip_that_starts_and_ends_in_speech_has_no_pop():
+    posteriors = posteriors_from_phones([(0, 0.5, "AA"), (0.5, 1.0, "IY")], 1.0)
+    curves = articulate(posteriors, 50, style=QUIET)
+    assert np.abs(np.diff(curves.values, axis=0)).max() < 0.15
+
+
+def test_frames_follow_the_sound_at_any_rate():
+    posteriors = posteriors_from_phones([(0.5, 0.8, "AA")], 1.5)
+    slow = articulate(posteriors, 50, fps=25, style=QUIET)
+    fast = articulate(posteriors, 50, fps=100, style=QUIET)
+    assert len(slow.values) == 38 and len(fast.values) == 150
+    assert np.allclose(slow.values[:37], fast.values[: 37 * 4 : 4], atol=1e-5)
+
+
+def test_a_blip_of_noise_does_not_wake_the_mouth():
+    posteriors = posteriors_from_phones([(1.0, 1.04, "AA")], 2.0)
+    assert np.abs(articulate(posteriors, 50, style=QUIET).values).max() == 0
+
+
+def test_styles_differ_where_they_say():
+    plain = say("AA", "UW", "IY")[0]
+    broad = say("AA", "UW", "IY", style=STYLES["broad"])[0]
+    mumble = say("AA", "UW", "IY", style=STYLES["mumble"])[0]
+    assert broad["jawOpen"].max() > plain["jawOpen"].max() > mumble["jawOpen"].max()
+
+
+def test_strength_scales_motion_but_not_closure():
+    half, times = say("AA", "P", "AA", strength=0.5)
+    full, _ = say("AA", "P", "AA")
+    middle = sum(times[1][:2]) / 2
+    assert half["jawOpen"].max() == pytest.approx(0.5 * full["jawOpen"].max(), rel=0.05)
+    assert at(half, "mouthClose", middle) == pytest.approx(at(half, "jawOpen", middle))
+
+
+def test_asymmetry_leans():
+    curves, _ = say("EH", "EH", style=Style(asymmetry=0.6, blink_per_min=0))
+    assert curves["mouthLowerDownRight"].max() > curves["mouthLowerDownLeft"].max()
+
+
+def test_blinks_come_and_go():
+    curves = articulate(posteriors_from_phones([], 30.0), 50)
+    lid = curves["eyeBlinkLeft"]
+    assert lid.max() > 0.95 and lid[0] == lid[-1] == 0
+    assert 2 <= (np.diff((lid > 0.5).astype(int)) == 1).sum() <= 12
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [({"amplitude": float("nan")}, "amplitude"), ({"asymmetry": 2}, "asymmetry")],
+)
+def test_a_style_out_of_range_is_refused(change, word):
+    with pytest.raises(InputError, match=word):
+        Style(**change)
+
+
+def test_strength_and_phones_out_of_range_are_refused():
+    posteriors = posteriors_from_phones([], 0.5)
+    with pytest.raises(InputError, match="strength"):
+        articulate(posteriors, 50, strength=9)
+    with pytest.raises(InputError, match="XX"):
+        posteriors_from_phones([(0, 1, "XX")], 1.0)
+
+
+def test_phone_times_become_posteriors_that_sum_to_one():
+    posteriors = np.exp(posteriors_from_phones([(0.1, 0.215, "AA"), (0.215, 0.3, "P")], 0.5))
+    assert np.allclose(posteriors.sum(axis=1), 1, atol=1e-3)
+    assert posteriors[7, PHONES.index("AA")] > 0.9
+    assert posteriors[13, PHONES.index("P")] > 0.9

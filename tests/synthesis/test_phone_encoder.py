@@ -1,0 +1,111 @@
+"""The shipped encoder: streamed or whole, what it may see, and whether it hears lips close."""
+
+from pathlib import Path
+
+import numpy as np
+import onnxruntime
+import pytest
+import soundfile
+import soxr
+
+from elocute.articulation.phones import PHONES
+from elocute.errors import InputError
+from elocute.synthesis import phone_encoder
+from elocute.synthesis.phone_encoder import PhoneEncoder
+
+EXAMPLE = Path(phone_encoder.__file__).parents[1] / "assets" / "example.flac"
+LIPS = [PHONES.index(phone) for phone in ("P", "B", "M")]
+
+
+@pytest.fixture(scope="module")
+def encoder() -> PhoneEncoder:
+    return PhoneEncoder()
+
+
+@pytest.fixture(scope="module")
+def speech() -> np.ndarray:
+    samples, rate = soundfile.read(EXAMPLE, dtype="float32")
+    return soxr.resample(samples, rate, 16000)
+
+
+def streamed(encoder: PhoneEncoder, samples: np.ndarray, size: int) -> np.ndarray:
+    stream = encoder.stream()
+    parts = [stream.push(samples[at : at + size]) for at in range(0, len(samples), size)]
+    return np.concatenate([*parts, stream.flush()])
+
+
+@pytest.mark.parametrize("size", [333, 1600, 7777])
+def test_a_stream_gives_what_the_whole_file_gives(encoder, speech, size):
+    whole = encoder.encode(speech)
+    np.testing.assert_allclose(streamed(encoder, speech, size), whole, atol=2e-3)
+
+
+def test_a_recording_longer_than_one_block_has_no_seams(encoder, speech, monkeypatch):
+    whole = encoder.encode(speech)
+    monkeypatch.setattr(phone_encoder, "BLOCK_FRAMES", 50)
+    np.testing.assert_allclose(encoder.encode(speech), whole, atol=2e-3)
+
+
+@pytest.mark.parametrize("count", [0, 1, 320, 321, 16000])
+def test_there_is_a_frame_for_every_twenty_milliseconds_begun(encoder, count):
+    assert encoder.encode(np.zeros(count, np.float32)).shape == (-(-count // 320), 40)
+
+
+def test_posteriors_sum_to_one(encoder, speech):
+    np.testing.assert_allclose(np.exp(encoder.encode(speech)).sum(axis=1), 1, atol=1e-3)
+
+
+def test_lookahead_is_within_200_ms_and_as_declared(encoder, speech):
+    assert encoder.lookahead_s <= 0.2
+    at = 16000
+    changed = speech.copy()
+    changed[at:] = 0
+    certain = int((at / 16000 - encoder.lookahead_s) * 50)
+    before, after = encoder.encode(speech), encoder.encode(changed)
+    np.testing.assert_allclose(before[:certain], after[:certain], atol=2e-3)
+    assert np.abs(before[certain + 4 :] - after[certain + 4 :]).max() > 0.1
+
+
+def test_a_stream_lags_no_more_than_its_lookahead(encoder, speech):
+    stream = encoder.stream()
+    given = 0
+    for at in range(0, 32000, 320):
+        given += len(stream.push(speech[at : at + 320]))
+        assert given / 50 >= (at + 320) / 16000 - encoder.lookahead_s - 0.02
+
+
+@pytest.mark.parametrize("level_db", [0, -20, -40])
+def test_silence_is_heard_as_silence_and_speech_is_not(encoder, speech, level_db):
+    quiet = np.zeros(16000, np.float32)
+    sound = np.concatenate([quiet, speech * 10 ** (level_db / 20), quiet])
+    silent = encoder.encode(sound).argmax(axis=1) == PHONES.index("SIL")
+    assert silent[:45].mean() > 0.9
+    assert silent[-40:].mean() > 0.9
+    assert silent[50:-50].mean() < 0.5
+
+
+def test_a_telephone_line_changes_little(encoder, speech):
+    line = soxr.resample(soxr.resample(speech, 16000, 8000), 8000, 16000)[: len(speech)]
+    clean, dull = encoder.encode(speech), encoder.encode(line)
+    assert (clean.argmax(axis=1) == dull.argmax(axis=1)).mean() > 0.6
+
+
+def test_the_file_is_small_and_carries_its_configuration(encoder):
+    assert phone_encoder.BUILTIN_PATH.stat().st_size <= 8_000_000
+    assert encoder.config["rate_hz"] == 50
+    assert 0 < encoder.config["thresholds"]["bilabial"] < 1
+    assert 0 < encoder.config["thresholds"]["labiodental"] < 1
+
+
+def test_a_file_that_is_no_network_is_refused(tmp_path):
+    path = tmp_path / "phones.onnx"
+    path.write_bytes(b"not a network")
+    with pytest.raises(InputError, match=r"phones\.onnx"):
+        PhoneEncoder(path).encode(np.zeros(16000, np.float32))
+    with pytest.raises(InputError, match="missing"):
+        PhoneEncoder(tmp_path / "none.onnx")
+
+
+def test_onnxruntime_uses_one_thread(encoder):
+    assert isinstance(encoder._session, onnxruntime.InferenceSession)
+    assert encoder._session.get_session_options().intra_op_num_threads == 1
