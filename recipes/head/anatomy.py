@@ -20,6 +20,8 @@ CORNERS = (12, 26)
 UPPER_COLUMNS = (*range(27, 38), *range(12))
 LOWER_COLUMNS = tuple(range(25, 12, -1))
 """Both by increasing x, corners left out."""
+LID_FRONT, LID_MIDDLE, LID_BACK = (6784, 6785), (13352, 13359), (7747, 7748)
+"""First two vertices of the left lid margin's loops; the last one lies on the eyeball."""
 
 
 class Anatomy:
@@ -46,6 +48,8 @@ class Anatomy:
         self.rim = self.local[self.rim_of_base]
         self.lip_rings = self.local[[self._ring(web, start) for start in LIP_RINGS]]
         self.web = Connectivity(self.skin_quads)
+        lids = [self.local[web.loop(*start)] for start in (LID_FRONT, LID_MIDDLE, LID_BACK)]
+        self.lid_front, self.lid_middle, self.lid_back = lids
 
     def _cut(self, kept: np.ndarray, group: str) -> tuple[np.ndarray, np.ndarray]:
         base = self.mh.base

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import eyeball, teeth
+from . import attachments, eyeball, teeth
 from .anatomy import Anatomy
+from .topology import symmetrised
 
 PARTS = (
     "skin", "eye_left", "eye_right", "tongue",
-    "teeth_upper", "teeth_lower", "gums_upper", "gums_lower",
+    "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "bust", "brows", "lashes",
 )  # fmt: skip
 UPPER_HELPER = slice(15060, 15128)
 LOWER_HELPER = slice(14992, 15060)
@@ -57,6 +58,12 @@ class Assembly:
             followers[name] = Follower.of(part.vertices, helper)
         self.followers = followers
         self.jaws = jaws
+        skin = symmetrised(anatomy.skin(body), anatomy.skin_mirror)
+        self.attached = {
+            "bust": attachments.bust(anatomy),
+            "brows": attachments.brows(anatomy, skin, self.eye_centre),
+            "lashes": attachments.lashes(anatomy, skin, self.eye_centre),
+        }
         quads = {
             "skin": anatomy.skin_quads,
             "eye_left": ball.quads,
@@ -65,13 +72,20 @@ class Assembly:
             **{name: part.quads for name, part in jaws.items()},
         }
         counts = [anatomy.skin_count, len(left), len(left), len(anatomy.tongue_of_base)]
-        counts += [len(jaws[name].vertices) for name in PARTS[4:]]
+        counts += [len(jaws[name].vertices) for name in PARTS[4:8]]
+        counts += [len(self.attached[name].offset) for name in PARTS[8:]]
         ends = np.cumsum(counts)
         self.slices = {
             name: slice(end - n, end) for name, n, end in zip(PARTS, counts, ends, strict=True)
         }
         self.count = int(ends[-1])
-        self.quads = np.vstack([quads[name] + self.slices[name].start for name in PARTS])
+        whole = [quads[name] + self.slices[name].start for name in PARTS[:8]]
+        for name in PARTS[8:]:
+            local = self.attached[name].quads
+            shift = self.slices[name].start - anatomy.skin_count
+            quads[name] = local
+            whole.append(np.where(local < anatomy.skin_count, local, local + shift))
+        self.quads = np.vstack(whole)
         self.part_of_face = np.repeat(np.arange(len(PARTS)), [len(quads[name]) for name in PARTS])
         self.mirror = self._mirror()
 
@@ -79,6 +93,7 @@ class Assembly:
         mirror = np.empty(self.count, int)
         own = {"skin": self.anatomy.skin_mirror, "tongue": self.anatomy.tongue_mirror}
         own |= {name: part.mirror for name, part in self.jaws.items()}
+        own |= {name: part.mirror for name, part in self.attached.items()}
         for name, partner in own.items():
             mirror[self.slices[name]] = partner + self.slices[name].start
         left, right = self.slices["eye_left"], self.slices["eye_right"]
@@ -102,6 +117,13 @@ class Assembly:
         vertices[self.slices["tongue"]] = self.anatomy.tongue(body)
         for name, points in helpers.items():
             vertices[self.slices[name]] = self.followers[name].carry @ points
+        return self.attach(vertices)
+
+    def attach(self, vertices: np.ndarray, offset: bool = True) -> np.ndarray:
+        """Put what rides on the skin where the skin is; `offset` False for displacements."""
+        skin = vertices[self.slices["skin"]]
+        for name, part in self.attached.items():
+            vertices[self.slices[name]] = part.mixture @ skin + (part.offset if offset else 0)
         return vertices
 
 

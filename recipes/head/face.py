@@ -11,10 +11,31 @@ from .lips import Lips
 from .makehuman import MakeHuman
 from .population import RACES, Traits, body
 from .pose import PoseUnits
-from .topology import mirrored, symmetrised
+from .topology import SmoothSpread, mirrored, symmetrised
 
 SOFTENING = (("mouth/mouth-angles-up", 0.12),)
 """Small touches that make the average face friendlier: (target, amount)."""
+
+
+class BustCut:
+    """Brings the rim of the neck into one plane, the same for every face."""
+
+    def __init__(self, anatomy: Anatomy, skin: np.ndarray) -> None:
+        self.rim = anatomy.rim
+        points = skin[self.rim]
+        front, back = points[points[:, 2].argmax()], points[points[:, 2].argmin()]
+        slope = (front - back) * [0, 1, 1]
+        self.normal = np.cross(slope, [1.0, 0, 0])
+        self.normal /= np.linalg.norm(self.normal) * np.sign(self.normal[1])
+        self.height = float(points.mean(0) @ self.normal) - 0.006
+        near = np.flatnonzero(skin @ self.normal - self.height < 0.07)
+        self.spread = SmoothSpread(
+            anatomy.skin_quads, anatomy.skin_count, self.rim, near, alpha=0.002
+        )
+
+    def __call__(self, skin: np.ndarray) -> np.ndarray:
+        drop = self.height - skin[self.rim] @ self.normal
+        return self.spread(drop[:, None] * self.normal)
 
 
 class NeutralFace:
@@ -31,13 +52,18 @@ class NeutralFace:
         self.skin_slice = self.assembly.slices["skin"]
         raw = symmetrised(self.assembly.whole(self.body), self.assembly.mirror)
         self.lips = Lips(self.anatomy, raw[self.skin_slice])
-        self.vertices = raw + self.of_skin(self.lips.seal(raw[self.skin_slice]))
-        self.vertices = symmetrised(self.vertices, self.assembly.mirror)
+        self.bust = BustCut(self.anatomy, raw[self.skin_slice])
+        raw[self.skin_slice] = self.finished(raw[self.skin_slice])
+        self.vertices = self.assembly.attach(symmetrised(raw, self.assembly.mirror))
         self.vertices[self.assembly.slices["tongue"]] += self.tongue_rest()
         self.lips.rest = self.skin
         self.pose_units = PoseUnits(mh)
         self.jaw_joint = mh.joint("jaw____head", self.body) * [0, 1, 1]
         self.jaw_weights = jaw_weights(self.assembly)
+
+    def finished(self, skin: np.ndarray) -> np.ndarray:
+        """Skin of any face with sealed lips and the neck cut along the bust's plane."""
+        return skin + self.lips.seal(skin) + self.bust(skin)
 
     @property
     def skin(self) -> np.ndarray:
@@ -76,6 +102,9 @@ class NeutralFace:
         """Left and right part of a skin displacement, blended across the middle."""
         share = 1 / (1 + np.exp(-self.skin[:, 0] / blend_m))[:, None]
         return {"Left": displacement * share, "Right": displacement * (1 - share)}
+
+    def attached(self, displacement: np.ndarray) -> np.ndarray:
+        return self.assembly.attach(displacement.copy(), offset=False)
 
     def mirrored(self, field: np.ndarray) -> np.ndarray:
         return mirrored(field, self.assembly.mirror)

@@ -55,7 +55,8 @@ def _person(face: NeutralFace, rng: np.random.Generator) -> np.ndarray:
     """Vertices and joints of one adult, lips sealed, placed like the template."""
     body = random_adult(face.mh, rng)
     vertices = face.assembly.whole(body)
-    vertices[face.skin_slice] += face.lips.seal(vertices[face.skin_slice])
+    vertices[face.skin_slice] = face.finished(vertices[face.skin_slice])
+    face.assembly.attach(vertices)
     joints = joints_of(face, body)
     upper = face.skin[:, 1] > face.skin[:, 1].mean()
     shift = (face.skin - vertices[face.skin_slice])[upper].mean(0)

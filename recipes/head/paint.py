@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from .assembly import PARTS
 from .eyeball import IRIS_RAD, PUPIL_RAD
 from .face import NeutralFace
 
-MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball")
+MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball", "hair")
 SKIN = (0.80, 0.615, 0.52)
 LIP = (0.71, 0.43, 0.40)
 INNER = (0.45, 0.17, 0.16)
 FLUSH = (0.80, 0.50, 0.43)
-BROW = (0.24, 0.17, 0.13)
+BROW, LASH = (0.30, 0.215, 0.165), (0.11, 0.08, 0.07)
 SCLERA, IRIS, IRIS_RIM, PUPIL = (0.92, 0.91, 0.89), (0.40, 0.29, 0.18), (0.20, 0.14, 0.09), (0.02,) * 3
 TOOTH, TOOTH_ROOT = (0.90, 0.87, 0.79), (0.82, 0.74, 0.62)
 GUM, TONGUE = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38)
@@ -37,6 +38,10 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
         base = np.tile(TOOTH_ROOT, (len(shade), 1))
         colours[slices[f"teeth_{jaw}"]] = mix(base, TOOTH, shade * 1.8)
         colours[slices[f"gums_{jaw}"]] = GUM
+    colours[slices["bust"]] = SKIN
+    brows = face.assembly.attached["brows"].shade
+    colours[slices["brows"]] = mix(np.tile(SKIN, (len(brows), 1)), BROW, 0.25 + 0.65 * brows)
+    colours[slices["lashes"]] = LASH
     return colours
 
 
@@ -67,7 +72,12 @@ def _skin(face: NeutralFace) -> np.ndarray:
     colours = mix(colours, FLUSH, 0.20 * spot(0, -108, 14))
     colours = mix(colours, FLUSH, 0.55 * np.clip((side - 0.068) / 0.012, 0, 1) * (skin[:, 1] > eye[1] - 0.05))
     colours = mix(colours, (0.66, 0.46, 0.42), 0.30 * spot(31, -2, 15))
-    colours = mix(colours, BROW, 0.8 * _brows(face))
+    colours = mix(colours, (0.60, 0.46, 0.39), 0.35 * spot(31, 20, 9))
+    lid = np.zeros(len(skin))
+    for loop in (face.anatomy.lid_middle, face.anatomy.lid_back):
+        upper = loop[skin[loop, 1] > eye[1] - 0.001]
+        lid[[*upper, *face.anatomy.skin_mirror[upper]]] = 0.8
+    colours = mix(colours, LASH, lid)
     rings = face.lips.rings
     for ring, share in zip(range(8), (0.55, 1, 1, 1, 1, 1, 1, 1), strict=True):
         where = np.zeros(len(skin))
@@ -79,20 +89,9 @@ def _skin(face: NeutralFace) -> np.ndarray:
     return mix(colours, INNER, inner)
 
 
-def _brows(face: NeutralFace) -> np.ndarray:
-    skin, eye = face.skin, face.assembly.eye_centre
-    x = np.abs(skin[:, 0]) * 1000
-    along = np.clip((x - 11) / 39, 0, 1)
-    middle = 18.5 + 5.5 * np.sin(np.pi * np.clip((x - 8) / 50, 0, 1)) - 2 * along
-    half_height = 3.6 * (1 - 0.55 * along)
-    away = np.abs((skin[:, 1] - eye[1]) * 1000 - middle) / half_height
-    ends = np.clip((x - 10) / 5, 0, 1) * np.clip((52 - x) / 8, 0, 1)
-    return np.clip(1.35 - away, 0, 1) * ends * (skin[:, 2] > eye[2] - 0.03)
-
-
 def face_materials(face: NeutralFace) -> np.ndarray:
     """(face,) index into MATERIALS."""
-    by_part = np.array([0, 6, 6, 5, 3, 3, 4, 4], np.uint8)
+    by_part = np.array([0, 6, 6, 5, 3, 3, 4, 4, 0, 7, 7], np.uint8)
     material = by_part[face.assembly.part_of_face]
     quads = face.assembly.quads
     lips = np.isin(quads, face.lips.rings[:8]).all(1)
@@ -112,12 +111,14 @@ def texture(face: NeutralFace) -> tuple[np.ndarray, np.ndarray]:
     low, high = uv.min(0), uv.max(0)
     uv = (uv - low) / (high - low).max() * 0.74 + [0.0, 0.26]
     uvs, quads, count = [uv], [skin_quads.reshape(-1, 4)], len(uv)
-    for place, name in enumerate(("eye_left", "eye_right", "tongue", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower")):
+    for place, name in enumerate(PARTS[1:]):
         where = assembly.slices[name]
-        flat = face.vertices[where][:, [0, 1] if name.startswith("eye") else [0, 2]]
+        upright = name.startswith("eye") or name in ("brows", "lashes")
+        flat = face.vertices[where][:, [0, 1] if upright else [0, 2]]
         flat = (flat - flat.min(0)) / np.ptp(flat, axis=0).max()
-        uvs.append(flat * 0.13 + [0.005 + 0.14 * place, 0.06])
+        uvs.append(flat * 0.094 + [0.003 + 0.1 * place, 0.06])
         mine = assembly.quads[assembly.part_of_face == place + 1]
-        quads.append(mine - where.start + count)
+        # The bust's first ring is the skin's rim: its texture starts at the bust's own ring.
+        quads.append(np.maximum(mine - where.start, 0) + count)
         count += where.stop - where.start
     return np.vstack(uvs), np.vstack(quads)

@@ -17,7 +17,7 @@ NOISE_M = 4e-6
 def expression_basis(face: NeutralFace) -> np.ndarray:
     """(expression, vertex, 3) in the order of NAMES, exactly mirror-symmetric."""
     drawn = eye_and_brow_shapes(face) | mouth_shapes(face) | tongue_shapes(face)
-    return np.stack([_tidy(_symmetric(face, drawn, name)) for name in NAMES])
+    return np.stack([_tidy(face.attached(_symmetric(face, drawn, name))) for name in NAMES])
 
 
 def _symmetric(face: NeutralFace, drawn: dict[str, np.ndarray], name: str) -> np.ndarray:

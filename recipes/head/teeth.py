@@ -48,7 +48,7 @@ class Arch:
 
         tangent = at(along + 0.5) - at(max(along - 0.5, 0))
         tangent /= np.linalg.norm(tangent)
-        return at(along), tangent, np.array([-tangent[1], tangent[0]]) * -1
+        return at(along), tangent, np.array([-tangent[1], tangent[0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +144,8 @@ def gums(arch: Arch, heights, stations: int = 19) -> Part:
     along = np.linspace(0, length[-1] * 0.995, stations)
     root = float(np.mean(heights)) - 0.6
     section = np.array(  # (out, up from the root line)
-        [[0.6, -1.2], [1.1, 0.6], [0.9, 3.5], [-2.5, 5.5], [-7.5, 5.0], [-10.5, 2.5], [-10.0, -0.8],
-         [-5.0, -1.4]]
+        [[-0.2, -1.2], [0.3, 0.3], [0.0, 2.2], [-2.5, 3.6], [-7.0, 3.4], [-10.0, 2.0],
+         [-9.6, -0.8], [-5.0, -1.4]]
     )  # fmt: skip
     rows = []
     for s in along:

@@ -1,0 +1,168 @@
+"""Parts that ride on the skin: brows, lashes and the closed edge of the bust.
+
+Each vertex is a fixed mixture of skin vertices plus a fixed offset, so a part follows every
+identity and expression without bases of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from .anatomy import Anatomy
+
+BROW_COLUMNS, BROW_ROWS = 16, 5
+LASH_MM = 1.7
+
+
+@dataclass(frozen=True, eq=False)
+class Attachment:
+    mixture: sp.csr_matrix  # (vertex, skin vertex), rows sum to one
+    offset: np.ndarray  # (vertex, 3) m
+    quads: np.ndarray  # skin vertices first, own vertices from skin count on
+    mirror: np.ndarray  # (vertex,) own numbering
+    shade: np.ndarray  # (vertex,) 0..1, meaning depends on the part
+
+
+def brows(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
+    """Two bands that rise out of the skin along the brow ridge."""
+    t = np.linspace(0, 1, BROW_COLUMNS)
+    x = 10.5 + 40.0 * t
+    middle = 17.6 + 6.2 * np.sin(np.pi * np.clip(t * 0.80 + 0.06, 0, 1)) ** 1.2 - 1.0 * t
+    half = np.interp(t, [0, 0.08, 0.3, 0.6, 1], [2.2, 2.9, 3.1, 2.3, 0.5])
+    across = np.linspace(1, -1, BROW_ROWS)
+    lift = np.interp(np.abs(across), [0, 0.5, 1], [0.55, 0.45, -0.35])
+    rows, offsets = [], []
+    for column in range(BROW_COLUMNS):
+        for row in range(BROW_ROWS):
+            place = np.array([x[column], middle[column] + across[row] * half[column]]) / 1000
+            end = 1.0 if 0 < column < BROW_COLUMNS - 1 else 0.0
+            rows.append(_under(anatomy, skin, place + [0, eye[1]]))
+            offsets.append([0, 0, (lift[row] * end - 0.3 * (1 - end)) / 1000])
+    shade = np.tile(np.abs(across) < 0.9, (BROW_COLUMNS, 1)).astype(float)
+    shade[[0, -1]] *= 0.4
+    return _both_sides(anatomy, rows, np.array(offsets), (BROW_COLUMNS, BROW_ROWS), shade.ravel())
+
+
+def lashes(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
+    """A short dark fringe along each upper lid."""
+    front, back = anatomy.lid_front, anatomy.lid_middle
+    edge = skin[front]
+    ends = [int(edge[:, 0].argmin()), int(edge[:, 0].argmax())]
+    upper = _arc(len(front), ends[0], ends[1], edge[:, 1])
+    t = np.linspace(0, 1, len(upper))
+    length = LASH_MM * np.sin(np.pi * np.clip(t * 0.85 + 0.13, 0, 1)) ** 0.6
+    rows, offsets = [], []
+    for k, place in enumerate(upper):
+        nearest = back[np.linalg.norm(skin[back] - edge[place], axis=1).argmin()]
+        out = edge[place] - eye
+        direction = np.array([0.5 * out[0] / 0.015, 0.42, 1.0])
+        direction /= np.linalg.norm(direction)
+        for vertex, offset in (
+            (nearest, np.zeros(3)),
+            (front[place], np.array([0, 0.0, 0.0002])),
+            (front[place], direction * length[k] / 1000),
+        ):
+            rows.append({int(vertex): 1.0})
+            offsets.append(offset)
+    shade = np.ones(len(rows))
+    return _both_sides(anatomy, rows, np.array(offsets), (len(upper), 3), shade)
+
+
+def bust(anatomy: Anatomy) -> Attachment:
+    """Rounds the cut of the neck and closes it."""
+    rim = anatomy.rim
+    n = len(rim)
+    steps = ((0.985, -0.0012), (0.95, -0.0020), (0.6, -0.0020))
+    rows, offsets = [], []
+    for keep, drop in steps:
+        for vertex in rim:
+            row = dict.fromkeys(rim.tolist(), (1 - keep) / n)
+            row[int(vertex)] += keep
+            rows.append(row)
+            offsets.append([0, drop, 0])
+    rows.append(dict.fromkeys(rim.tolist(), 1 / n))
+    offsets.append([0, -0.0020, 0])
+    rings = [rim, *(anatomy.skin_count + np.arange(n) + n * k for k in range(len(steps)))]
+    quads = []
+    for outer, inner in zip(rings[:-1], rings[1:], strict=True):
+        for k in range(n):
+            quads.append([outer[k], outer[(k + 1) % n], inner[(k + 1) % n], inner[k]])
+    centre = anatomy.skin_count + n * len(steps)
+    for k in range(0, n, 2):
+        quads.append([rings[-1][k], rings[-1][(k + 1) % n], rings[-1][(k + 2) % n], centre])
+    partner = {int(vertex): k for k, vertex in enumerate(rim)}
+    turn = np.array([partner[int(anatomy.skin_mirror[vertex])] for vertex in rim])
+    mirror = np.r_[np.concatenate([turn + n * k for k in range(len(steps))]), n * len(steps)]
+    faces = np.array(quads)
+    if not _rim_runs_outwards(anatomy):
+        faces = faces[:, ::-1]
+    return Attachment(
+        _mixture(rows, anatomy.skin_count), np.array(offsets), faces, mirror, np.ones(len(rows))
+    )
+
+
+def _rim_runs_outwards(anatomy: Anatomy) -> bool:
+    """True where the skin face at the rim holds its edge against the rim's direction."""
+    a, b = anatomy.rim[:2]
+    for quad in anatomy.skin_quads:
+        for first, second in zip(quad, np.roll(quad, -1), strict=True):
+            if (first, second) == (a, b):
+                return False
+            if (first, second) == (b, a):
+                return True
+    raise ValueError("rim edge not found")
+
+
+def _both_sides(
+    anatomy: Anatomy, rows: list, offset: np.ndarray, grid: tuple[int, int], shade: np.ndarray
+) -> Attachment:
+    """A grid (columns by rows) on the left side and its mirror image."""
+    columns, across = grid
+    n = len(rows)
+    index = np.arange(n).reshape(columns, across)
+    quads = np.stack(
+        [index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], -1
+    ).reshape(-1, 4)
+    other = [
+        {int(anatomy.skin_mirror[vertex]): share for vertex, share in row.items()} for row in rows
+    ]
+    return Attachment(
+        _mixture(rows + other, anatomy.skin_count),
+        np.vstack([offset, offset * [-1, 1, 1]]),
+        np.vstack([quads, quads[:, ::-1] + n]) + anatomy.skin_count,
+        np.r_[np.arange(n) + n, np.arange(n)],
+        np.r_[shade, shade],
+    )
+
+
+def _mixture(rows: list[dict[int, float]], skin_count: int) -> sp.csr_matrix:
+    entries = [(i, j, share) for i, row in enumerate(rows) for j, share in row.items()]
+    i, j, share = zip(*entries, strict=True)
+    return sp.csr_matrix((share, (i, j)), shape=(len(rows), skin_count))
+
+
+def _under(anatomy: Anatomy, skin: np.ndarray, place: np.ndarray) -> dict[int, float]:
+    """Barycentric mixture of the foremost skin triangle at (x, y)."""
+    quads = anatomy.skin_quads
+    triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    a, b, c = (skin[triangles[:, k]] for k in range(3))
+    v0, v1, v2 = (b - a)[:, :2], (c - a)[:, :2], place - a[:, :2]
+    area = v0[:, 0] * v1[:, 1] - v0[:, 1] * v1[:, 0]
+    area = np.where(np.abs(area) < 1e-12, np.inf, area)
+    u = (v2[:, 0] * v1[:, 1] - v2[:, 1] * v1[:, 0]) / area
+    v = (v0[:, 0] * v2[:, 1] - v0[:, 1] * v2[:, 0]) / area
+    inside = (u >= 0) & (v >= 0) & (u + v <= 1) & np.isfinite(area)
+    depth = a[:, 2] + u * (b - a)[:, 2] + v * (c - a)[:, 2]
+    best = int(np.where(inside, depth, -np.inf).argmax())
+    shares = (1 - u[best] - v[best], u[best], v[best])
+    return {int(k): float(s) for k, s in zip(triangles[best], shares, strict=True)}
+
+
+def _arc(count: int, first: int, last: int, height: np.ndarray) -> list[int]:
+    """Positions on a loop from `first` to `last`, the way that runs higher."""
+    forward = [(first + k) % count for k in range((last - first) % count + 1)]
+    backward = [(first - k) % count for k in range((first - last) % count + 1)]
+    return max(forward, backward, key=lambda way: height[way].mean())
