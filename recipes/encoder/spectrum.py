@@ -43,7 +43,8 @@ class BatchFrontEnd:
         half = fe.WINDOW // 2
         padded = torch.nn.functional.pad(waves, (half, half))
         views = padded.unfold(-1, fe.WINDOW, fe.HOP)[:, : waves.shape[1] // fe.HOP]
-        power = torch.fft.rfft(views * self.window, fe.FFT).abs().square() * fe.power_scale()
+        spectrum = torch.view_as_real(torch.fft.rfft(views * self.window, fe.FFT))
+        power = spectrum.square().sum(dim=-1) * fe.power_scale()
         if not augment:
             return self._normalise(power @ self.plain, warm=False)
         bands = torch.stack([self._colour(one) @ self.draw.choice(self.mels) for one in power])

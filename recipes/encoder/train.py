@@ -22,9 +22,8 @@ from encoder.store import HOP, UNKNOWN, Shard, load_shard
 
 # How often each kind of speech is heard; speakers count for more than minutes.
 MIX = {
-    "espeak": 0.20, "flite": 0.05, "festival": 0.05, "speechocean": 0.36, "kathleen_en": 0.09,
-    "ljspeech_a": 0.03, "ljspeech_b": 0.01, "wakeword": 0.06, "fsdd": 0.03, "kerstin_de": 0.07,
-    "nathalie_nl": 0.05, "precise": 0.02,
+    "espeak": 0.20, "flite": 0.05, "festival": 0.05, "speechocean": 0.34, "kathleen_en": 0.11,
+    "wakeword": 0.09, "fsdd": 0.03, "kerstin_de": 0.07, "nathalie_nl": 0.05, "precise": 0.02,
 }  # fmt: skip
 NOTHING_SHARE = 0.02
 LIPS = ("P", "B", "M", "F", "V")
@@ -33,12 +32,12 @@ LIPS = ("P", "B", "M", "F", "V")
 @dataclass(frozen=True)
 class TrainConfig:
     minutes: float = 75.0
-    batch: int = 20
-    learning_rate: float = 2.5e-3
+    batch: int = 12
+    learning_rate: float = 2e-3
     weight_decay: float = 1e-2
     lip_weight: float = 2.0
     smoothing: float = 0.05
-    ema: float = 0.998
+    ema: float = 0.999
     seed: int = 7
     checkpoint_s: float = 120.0
 
