@@ -58,7 +58,7 @@ def train(data: Path, work: Path, minutes: float) -> None:
 def realign(data: Path, work: Path, minutes: float) -> None:
     from encoder.realign import realigned_shards
 
-    realigned_shards(data, work, work / "phones.pt")
+    realigned_shards(data, work, work / "phones.pt", [])
 
 
 def ship(data: Path, work: Path, minutes: float) -> None:

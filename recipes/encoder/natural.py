@@ -22,6 +22,17 @@ PAD_S = 0.15  # of faint noise around clips that begin and end in the middle of 
 TEST_SPEAKERS = {"theo", "lucas"}
 TEST_SOURCES = {"ami", "ljspeech_a", "ljspeech_b"}
 TEST_SHARE = 0.12
+PRECISE_TEXTS = {
+    "athena": ("athena", "en"),
+    "amelia": ("amelia", "en"),
+    "computer": ("computer", "en"),
+    "heysavant__wake-word": ("hey savant", "en"),
+    "heysavant__not-wake-words__en__HeyVermont": ("hey vermont", "en"),
+    "heysavant__not-wake-words__en__HesDistraught": ("he's distraught", "en"),
+    "heychatterbox": ("hey chatterbox", "en"),
+    "heycomputer__en": ("hey computer", "en"),
+    "heycomputer__es": ("hey computer", "en"),
+}
 
 
 @dataclass(frozen=True)
@@ -45,6 +56,15 @@ def list_recordings(data: Path) -> list[Recording]:
         )
         for row in rows
     ]  # fmt: skip
+
+
+def list_precise(data: Path) -> list[Recording]:
+    """The wake words of `speech/precise`, which has no transcripts but names its folders."""
+    return [
+        Recording(path, "precise", "", language, text, "")
+        for start, (text, language) in PRECISE_TEXTS.items()
+        for path in sorted((data / "speech" / "precise").glob(f"{start}__*.ogg"))
+    ]
 
 
 def split_of(recording: Recording) -> str:
@@ -83,11 +103,16 @@ class EnglishAligner:
             lm=None, loglevel="FATAL", bestpath=False, beam=1e-80, pbeam=1e-80, wbeam=1e-60
         )
 
+    def knows(self, text: str) -> bool:
+        """Whether every word is in the dictionary."""
+        words = words_in(text)
+        return bool(words) and all(self.decoder.lookup_word(w) is not None for w in words)
+
     def align(self, samples: np.ndarray, text: str) -> Phones | None:
         """Phones with times, or None where the text does not fit the sound."""
-        words = words_in(text)
-        if not words or any(self.decoder.lookup_word(word) is None for word in words):
+        if not self.knows(text):
             return None
+        words = words_in(text)
         loud = np.clip(samples / (np.abs(samples).max() + 1e-6) * 0.7, -1, 1)
         data = (loud * 32767).astype(np.int16).tobytes()
         try:

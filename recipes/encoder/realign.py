@@ -1,4 +1,7 @@
-"""German and Dutch: the network's own Viterbi alignment against espeak-ng's phones."""
+"""The network's own Viterbi alignment, where pocketsphinx has no dictionary.
+
+German, Dutch and Spanish, and English words such as wake words, against espeak-ng's phones.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import torch
+
 from elocute.articulation.phones import PHONES
 from elocute.audio.front_end import encoder_features
-
-from encoder.natural import list_recordings, read, split_of
+from encoder.natural import EnglishAligner, Recording, list_precise, list_recordings, read, split_of
 from encoder.ship import load_net
 from encoder.store import HOP, ShardWriter
 from encoder.synthesise import Espeak
 
 SILENCE = PHONES.index("SIL")
-WORST = -2.6  # mean log-posterior along the path below which text and sound do not fit
+VOICES = {"en": "en-us"}  # espeak-ng's voice where it is not named as the language
+FRAME_LEAST = -8.0  # no single frame may veto a path
+REST_COST = 3.0  # of a rest between two phones: a stop's closure belongs to the stop
+WORST = -2.4  # mean score along the path below which text and sound do not fit
 
 
 def viterbi(log_posteriors: np.ndarray, phones: list[int]) -> tuple[np.ndarray, float]:
@@ -26,18 +32,18 @@ def viterbi(log_posteriors: np.ndarray, phones: list[int]) -> tuple[np.ndarray, 
     states = [SILENCE]
     for phone in phones:
         states += [phone, SILENCE]
-    scores = log_posteriors[:, states]
+    scores = np.maximum(log_posteriors[:, states], FRAME_LEAST)
     frames, count = scores.shape
-    optional = np.array([index % 2 == 0 for index in range(count)])
+    rests = np.arange(count) % 2 == 0
+    entry = np.where(rests, -REST_COST, 0.0)
     total = np.full(count, -np.inf)
     total[:2] = scores[0, :2]
     came = np.zeros((frames, count), np.int8)
     for frame in range(1, frames):
-        stay = total
-        step = np.concatenate([[-np.inf], total[:-1]])
+        step = np.concatenate([[-np.inf], total[:-1]]) + entry
         skip = np.concatenate([[-np.inf, -np.inf], total[:-2]])
-        skip[optional] = -np.inf  # only silences may be skipped
-        options = np.stack([stay, step, skip])
+        skip[rests] = -np.inf  # only silences may be skipped
+        options = np.stack([total, step, skip])
         came[frame] = options.argmax(axis=0)
         total = options.max(axis=0) + scores[frame]
     state = count - 1 if total[-1] > total[-2] else count - 2
@@ -49,32 +55,52 @@ def viterbi(log_posteriors: np.ndarray, phones: list[int]) -> tuple[np.ndarray, 
     return path, float(best / frames)
 
 
-def realigned_shards(data: Path, work: Path, checkpoint: Path) -> None:
-    """Write train and test shards of the German and the Dutch recordings."""
-    net, engine = load_net(checkpoint), Espeak()
-    writers = {"train": ShardWriter(), "test": ShardWriter()}
-    refused = 0
-    for recording in list_recordings(data):
-        if recording.language not in ("de", "nl"):
-            continue
-        samples = read(recording.path)
-        _, phones = engine.speak(recording.text, recording.language, 170, 50, 50)
-        names = [PHONES.index(p) for _, _, p in phones if p != "SIL"]
+class Realigner:
+    """Aligns recordings with a trained checkpoint and espeak-ng."""
+
+    def __init__(self, checkpoint: Path) -> None:
+        self.net, self.engine = load_net(checkpoint), Espeak()
+
+    def align(self, samples: np.ndarray, recording: Recording) -> np.ndarray | None:
+        """(frame,) phones at 50 Hz, or None where text and sound do not fit."""
+        voice = VOICES.get(recording.language, recording.language)
+        _, phones = self.engine.speak(recording.text, voice, 170, 50, 50)
+        names = [PHONES.index(name) for _, _, name in phones if name != "SIL"]
         with torch.no_grad():
-            logits = net(torch.from_numpy(encoder_features(samples)[None]))[0]
+            logits = self.net(torch.from_numpy(encoder_features(samples)[None]))[0]
         posteriors = torch.log_softmax(logits, -1).numpy()
         if not names or len(names) * 1.5 > len(posteriors):
-            refused += 1
-            continue
-        path, score = viterbi(np.maximum(posteriors, -8), names)
-        if score < WORST:
-            refused += 1
-            continue
-        writers[split_of(recording)].add(
-            samples[: len(path) * 2 * HOP], np.repeat(path, 2), speaker=recording.speaker,
-            source=recording.source, language=recording.language, text=recording.text,
-        )  # fmt: skip
-    for split, writer in writers.items():
-        print(split, len(writer.items), "realigned;", refused, "refused in all", flush=True)
-        if writer.items:
-            writer.save(work, f"{'test' if split == 'test' else 'nat'}_german_dutch")
+            return None
+        path, score = viterbi(posteriors, names)
+        return path if score > WORST else None
+
+
+def recordings_to_realign(data: Path) -> list[Recording]:
+    """What `align` could not do: other languages, and words that are in no dictionary."""
+    aligner = EnglishAligner()
+    listed = [r for r in list_recordings(data) if r.text]
+    return [r for r in listed if r.language != "en" or not aligner.knows(r.text)] + list_precise(
+        data
+    )
+
+
+def realigned_shards(data: Path, work: Path, checkpoint: Path, sources: list[str]) -> None:
+    """Write a train and a test shard for each of `sources` (all where empty)."""
+    realigner, chosen = Realigner(checkpoint), recordings_to_realign(data)
+    for source in sources or sorted({r.source for r in chosen}):
+        writers = {"train": ShardWriter(), "test": ShardWriter()}
+        refused = 0
+        for recording in (r for r in chosen if r.source == source):
+            samples = read(recording.path)
+            path = realigner.align(samples, recording)
+            if path is None:
+                refused += 1
+                continue
+            writers[split_of(recording)].add(
+                samples[: len(path) * 2 * HOP], np.repeat(path, 2), speaker=recording.speaker,
+                source=recording.source, language=recording.language, text=recording.text,
+            )  # fmt: skip
+        for split, writer in writers.items():
+            print(source, split, len(writer.items), "realigned;", refused, "refused", flush=True)
+            if writer.items:
+                writer.save(work, f"own_{split}_{source}")

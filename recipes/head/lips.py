@@ -30,6 +30,7 @@ class Lips:
         self.handles = np.unique(self.rings)
         self.centre = skin[self.rings[0]].mean(0)
         self.spread = self.spreading(anatomy, skin, radius_m=0.055)
+        self.wide_spread = self.spreading(anatomy, skin, radius_m=0.080)
         contact = skin[self.rings[CONTACT_RING], 0]
         self.fractions = {
             column: _fraction(contact, column, *_beside(column)) for column in BETWEEN
@@ -45,11 +46,12 @@ class Lips:
             anatomy.skin_quads, self.count, self.handles, np.flatnonzero(near & ~nose), alpha=0.01
         )
 
-    def field(self, moves: np.ndarray) -> np.ndarray:
+    def field(self, moves: np.ndarray, wide: bool = False) -> np.ndarray:
         """(vertex, 3) of the skin from moves (ring, column, 3) of the lip vertices."""
         displacement = np.zeros((self.count, 3))
         displacement[self.rings.ravel()] = moves.reshape(-1, 3)
-        return self.spread(displacement[self.handles])
+        spread = self.wide_spread if wide else self.spread
+        return spread(displacement[self.handles])
 
     def seal(
         self,

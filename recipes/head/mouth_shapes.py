@@ -6,7 +6,19 @@ import numpy as np
 
 from .face import NeutralFace
 from .jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
+from .lip_forms import Aperture, aperture_moves, carried_block, reach
 from .lips import COLUMN_COUNT, RING_COUNT
+
+FUNNEL = Aperture(
+    half_width=12.0, above=1.2, below=6.4, forward=6.0, corner_back=3.4, evert_deg=14,
+    thickness=0.92,
+)  # fmt: skip
+PUCKER = Aperture(
+    half_width=9.6, above=0.0, below=0.8, forward=8.0, corner_back=3.0, evert_deg=10,
+    thickness=0.90,
+)  # fmt: skip
+CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
+"""Where the sealed lips are while the jaw is wide open."""
 
 
 def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
@@ -24,8 +36,8 @@ def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     return {
-        "mouthFunnel": face.expression("mouth-protusion"),
-        "mouthPucker": face.expression("mouth-pursing"),
+        "mouthFunnel": face.lips.field(aperture_moves(face.lips, FUNNEL), wide=True),
+        "mouthPucker": face.lips.field(aperture_moves(face.lips, PUCKER), wide=True),
         "mouthLeft": face.pose_unit("MouthMoveLeft"),
         "mouthRight": face.pose_unit("MouthMoveRight"),
     }
@@ -33,14 +45,14 @@ def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.ndarray]:
     lips = face.lips
-    press = lips.roll(1.3, 1.3)
+    press = lips.roll(2.0, 2.0)
     press = press + lips.seal(face.skin + press, 0.0016)
     return {
-        "mouthClose": lips.seal(
-            face.skin + jaw_open, upper_share=0.4, follow=np.ones(RING_COUNT)
+        "mouthClose": lips.field(
+            carried_block(lips, face.skin + jaw_open, CLOSED_DROP_M, CLOSED_BACK_M), wide=True
         ),
-        "mouthRollLower": face.resealed(lips.roll(0, 3.2)),
-        "mouthRollUpper": face.resealed(lips.roll(3.2, 0)),
+        "mouthRollLower": face.resealed(lips.roll(0, 4.6)),
+        "mouthRollUpper": face.resealed(lips.roll(4.2, 0)),
         "mouthShrugLower": face.resealed(face.pose_unit("lowerLipUp") * 0.8, 0.0006),
         "mouthShrugUpper": face.resealed(face.pose_unit("UpperLipUp") * 0.8),
         **{f"mouthPress{side}": half for side, half in face.halves(press).items()},
@@ -64,17 +76,21 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 
 def _labiodental(face: NeutralFace) -> np.ndarray:
-    """The lower lip rises and draws in until it touches the edge of the upper incisors."""
+    """The lower lip draws in until its top touches the edge of the upper incisors, and the
+    upper lip makes way."""
     lips = face.lips
     teeth = face.vertices[face.assembly.slices["teeth_upper"]]
-    middle = teeth[np.abs(teeth[:, 0]) < 0.016]
+    middle = teeth[np.abs(teeth[:, 0]) < 0.008]
     edge = middle[:, 1].min()
-    front = middle[middle[:, 1] < edge + 0.003][:, 2].max()
+    front = middle[middle[:, 1] < edge + 0.002][:, 2].max()
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    follow = np.array([0.25, 0.4, 0.6, 0.8, 0.95, 1, 1, 1, 0.9, 0.7])
-    for column in range(13, 26):
-        contact = face.skin[lips.rings[7, column]]
-        reach = np.clip(1 - (contact[0] / 0.024) ** 2, 0, 1)
-        goal = np.array([0, edge + 0.001 - contact[1], front + 0.0012 - contact[2]])
-        moves[:, column] = follow[:, None] * goal * reach
+    lower_follow = np.array([0.30, 0.40, 0.52, 0.66, 0.80, 0.90, 0.97, 1.0, 0.95, 0.75])
+    upper_follow = np.array([0.70, 0.78, 0.86, 0.93, 1, 1, 1, 1, 0.95, 0.8])
+    lower = np.arange(13, 26)
+    contact = face.skin[lips.rings[7, 19]]
+    goal = np.array([0, edge + 0.0004 - contact[1], front + 0.0006 - contact[2]])
+    moves[:, lower] = lower_follow[:, None, None] * goal * reach(lips, 0.022, 0.8)[lower][:, None]
+    upper = np.r_[0:12, 27:38]
+    lift = np.array([0, 0.0014, 0.0004])
+    moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0215, 0.7)[upper][:, None]
     return lips.field(moves)

@@ -1,29 +1,92 @@
-"""Tongue: out of the mouth, to the ridge, between the teeth."""
+"""Tongue: out of the mouth, to the ridge, between the teeth.
+
+A shape bends the tongue's middle line onto a guide curve in the plane x = 0 and carries the
+cross sections along, turned with the curve.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from .face import NeutralFace
+from .lip_forms import reach
+from .lips import COLUMN_COUNT, RING_COUNT
+
+
+@dataclass(frozen=True)
+class Guide:
+    """Where the middle line goes, from the root (0) to the tip (1).
+
+    points: (share along the tongue, forward mm, up mm) from rest; thickness and width at the tip.
+    """
+
+    points: tuple[tuple[float, float, float], ...]
+    thickness: float
+    width: float
+
+
+OUT = Guide(((0.0, 0, 0), (0.35, 4, 1), (0.6, 17, 2.5), (0.8, 29, 3), (1.0, 39, -3)), 0.55, 0.80)
+TIP_UP = Guide(((0.0, 0, 0), (0.4, 0.5, 1), (0.7, 2, 3.5), (0.88, 4, 9), (1.0, 5.5, 15)), 0.75, 0.85)
+DENTAL = Guide(((0.0, 0, 0), (0.35, 3, 1.5), (0.65, 11, 4), (1.0, 19.5, 6.5)), 0.55, 0.85)
 
 
 def tongue_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     return {
-        "tongueOut": _bent(face, out_mm=42, up_mm=7, narrow=0.15),
-        "tongueTipUp": _bent(face, out_mm=5, up_mm=6, tip_mm=9, narrow=0.12),
-        "tongueDental": _bent(face, out_mm=17, up_mm=8, tip_mm=2, narrow=0.1),
+        "tongueOut": _bent(face, OUT) + face.of_skin(_lips_apart(face)),
+        "tongueTipUp": _bent(face, TIP_UP),
+        "tongueDental": _bent(face, DENTAL),
     }
 
 
-def _bent(
-    face: NeutralFace, out_mm: float, up_mm: float, tip_mm: float = 0.0, narrow: float = 0.0
-) -> np.ndarray:
-    """Displacement that grows towards the tip."""
+def _bent(face: NeutralFace, guide: Guide) -> np.ndarray:
+    from scipy.interpolate import PchipInterpolator
+
     where = face.assembly.slices["tongue"]
-    rest = face.vertices[where]
-    tip = (rest[:, 2] - rest[:, 2].min()) / np.ptp(rest[:, 2])
+    rest = face.vertices[where] * 1000
+    along = (rest[:, 2] - rest[:, 2].min()) / np.ptp(rest[:, 2])
+    centre = np.polynomial.Polynomial.fit(along, rest[:, 1], 4)
+    share, forward, up = np.array(guide.points).T
+    z = PchipInterpolator(share, share * np.ptp(rest[:, 2]) + rest[:, 2].min() + forward)
+    rise = PchipInterpolator(share, up)
+
+    def line(t: np.ndarray) -> np.ndarray:
+        return np.stack([centre(t) + rise(t), z(t)], -1)
+
+    def slope(t: np.ndarray) -> np.ndarray:
+        """Angle of the bent line against the line at rest."""
+        step = 0.02
+        bent = line(t + step) - line(t - step)
+        straight_y = centre(t + step) - centre(t - step)
+        straight_z = np.full_like(t, 2 * step * np.ptp(rest[:, 2]))
+        return np.arctan2(bent[:, 0], bent[:, 1]) - np.arctan2(straight_y, straight_z)
+
+    inner = np.clip(along, 0.02, 0.98)
+    turn = slope(inner) * np.clip(along / 0.3, 0, 1)
+    ease = along**2
+    height = (rest[:, 1] - centre(along)) * (1 - ease * (1 - guide.thickness))
+    middle = line(along)
+    goal = np.stack(
+        [
+            rest[:, 0] * (1 - ease * (1 - guide.width)),
+            middle[:, 0] + height * np.cos(turn),
+            middle[:, 1] - height * np.sin(turn),
+        ],
+        1,
+    )
     moved = np.zeros((face.assembly.count, 3))
-    moved[where, 0] = -narrow * rest[:, 0] * tip**2
-    moved[where, 1] = (up_mm * tip**1.2 + tip_mm * tip**4) / 1000
-    moved[where, 2] = out_mm * tip**1.5 / 1000
+    moved[where] = (goal - rest) / 1000
     return moved
+
+
+def _lips_apart(face: NeutralFace) -> np.ndarray:
+    """Room for the tongue: the lips part around it."""
+    lips = face.lips
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    opening = reach(lips, 0.021, 0.8)
+    lower, upper = np.arange(13, 26), np.r_[0:12, 27:38]
+    follow = np.linspace(0.75, 1.0, RING_COUNT)[:, None, None]
+    moves[:, lower] = follow * np.array([0, -0.0065, 0.0005]) * opening[lower][:, None]
+    moves[:, upper] = follow * np.array([0, 0.0022, 0.0003]) * opening[upper][:, None]
+    return lips.field(moves)

@@ -72,7 +72,7 @@ def test_the_mouth_rests_before_and_after_speech():
 
 def test_nothing_moves_faster_than_a_face_can():
     curves, _ = say(*"SIL P AA M IY F UW B AE SIL".split(), each_s=0.09)
-    assert np.abs(np.diff(curves.values, axis=0)).max() < 0.30  # per 1/60 s
+    assert np.abs(np.diff(curves.values, axis=0)).max() < 0.40  # per 1/60 s: lips that meet in 65 ms
 
 
 def test_a_clip_that_starts_and_ends_in_speech_has_no_pop():

@@ -96,5 +96,8 @@ def _gather(
     nearest = np.floor(positions).astype(int)
     taps = nearest[:, None] + np.arange(-reach, reach + 1)
     lead_s = (taps - positions[:, None]) / rate  # positive: the sound is still to come
-    kernel = np.exp(np.where(lead_s > 0, -lead_s / anticipation_s, lead_s / carry_s))
+    # (1 + x) exp(-x) has no cusp at its own time, so that curves have no corners; halving the
+    # time constants keeps the area of a plain exponential.
+    distance = np.where(lead_s > 0, 2 * lead_s / anticipation_s, -2 * lead_s / carry_s)
+    kernel = (1 + distance) * np.exp(-distance)
     return np.einsum("ft,ftc->fc", kernel.astype(np.float32), pull[taps + reach], optimize=True)

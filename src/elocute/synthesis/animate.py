@@ -25,7 +25,7 @@ from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
-from elocute.synthesis.phone_encoder import PHONE_RATE, SAMPLE_RATE, PhoneEncoder
+from elocute.synthesis.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
 
 FPS_RANGE = (1.0, 240.0)
 MODELS = ("articulation",)
@@ -107,7 +107,7 @@ def listen(
     progress: Progress | None = None,
 ) -> tuple[NDArray[np.float32], float]:
     """Log-posteriors (frame, 40) at 50 Hz, and the length of the sound in seconds."""
-    encoder = None if phones is not None else PhoneEncoder().stream()
+    encoder = None if phones is not None else builtin_encoder().stream()
     frames, samples = [], 0
     for block, share in _blocks(speech, channel):
         samples += len(block)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +98,12 @@ class PhoneEncoder:
     def run(self, features: Array) -> Array:
         """(frame, 64) features to (ceil(frame / 2), 40) log-posteriors."""
         return self._session.run(None, {"features": features[None]})[0][0]
+
+
+@cache
+def builtin_encoder() -> PhoneEncoder:
+    """The shipped encoder, loaded once per process."""
+    return PhoneEncoder()
 
 
 class PhoneStream:

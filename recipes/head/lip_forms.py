@@ -1,0 +1,78 @@
+"""Whole lip forms by parameters: round apertures, and lips carried as a block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .anatomy import CONTACT_RING, CORNERS
+from .lips import COLUMN_COUNT, RING_COUNT, Lips
+
+
+@dataclass(frozen=True)
+class Aperture:
+    """The opening between the lips: an ellipse on the contact line. Millimetres, degrees."""
+
+    half_width: float
+    above: float  # upper lip over the rest line
+    below: float  # lower lip under the rest line
+    forward: float  # of the middle of the lips
+    corner_back: float  # how far the corners lie behind the middle
+    evert_deg: float = 0.0  # outward turn of the lips' profile
+    thickness: float = 1.0  # height of the red lip against rest
+    roundness: float = 1.0  # 0 keeps the rest outline's normals, 1 takes the ellipse's
+
+
+def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
+    """(ring, column, 3) m: from rest to the form."""
+    rest = lips.rest[lips.rings] * 1000
+    contact = rest[CONTACT_RING]
+    corner_x = np.abs(contact[list(CORNERS), 0]).mean()
+    line_y = contact[[0, 19], 1].mean()
+    goal = np.empty_like(rest)
+    for column in range(COLUMN_COUNT):
+        u = contact[column, 0] / corner_x
+        side = 0.0 if column in CORNERS else -1.0 if CORNERS[0] < column < CORNERS[1] else 1.0
+        height = form.above if side > 0 else form.below
+        angle = u * np.pi / 2
+        flat_x = (1 - form.roundness) * u + form.roundness * np.sin(angle)
+        rest_bow = contact[column, 1] - line_y
+        goal_contact = np.array(
+            [
+                form.half_width * flat_x,
+                line_y + rest_bow * (1 - 0.6 * form.roundness) + side * height * np.cos(angle),
+                contact[[0, 19], 2].mean() + form.forward - form.corner_back * u * u,
+            ]
+        )
+        goal[:, column] = goal_contact + _profile(rest[:, column], form, angle, side)
+    return (goal - rest) / 1000
+
+
+def _profile(profile: np.ndarray, form: Aperture, angle: float, side: float) -> np.ndarray:
+    """(ring, 3) mm offsets from the contact point, laid along the ellipse's normal."""
+    offset = profile - profile[CONTACT_RING]
+    radial = offset[0, :2] / np.linalg.norm(offset[0, :2])
+    ellipse = np.array([np.sin(angle), side * np.cos(angle) + 1e-9])
+    if side == 0:
+        ellipse = np.array([np.sign(angle), 0.0])
+    normal = (1 - form.roundness) * radial + form.roundness * ellipse
+    normal /= np.linalg.norm(normal)
+    along = offset[:, :2] @ radial * form.thickness
+    depth = offset[:, 2]
+    turn = np.radians(form.evert_deg) * np.clip(np.arange(RING_COUNT) / -9 + 1.2, 0, 1)
+    turned = along * np.cos(turn) + depth * np.sin(turn) * 0.5
+    raised = depth * np.cos(turn) + along * np.sin(turn)
+    return np.c_[turned[:, None] * normal, raised]
+
+
+def carried_block(lips: Lips, from_skin: np.ndarray, drop_m: float, back_m: float) -> np.ndarray:
+    """(ring, column, 3) m: lips in their rest form, lowered as one piece, out of a pose."""
+    goal = lips.rest[lips.rings] + np.array([0, -drop_m, -back_m])
+    return goal - from_skin[lips.rings]
+
+
+def reach(lips: Lips, half_width_m: float, power: float = 1.0) -> np.ndarray:
+    """(column,) 1 in the middle, 0 from `half_width_m` on."""
+    x = lips.rest[lips.rings[CONTACT_RING], 0]
+    return np.clip(1 - (x / half_width_m) ** 2, 0, 1) ** power
