@@ -44,6 +44,11 @@ class Recording:
     text: str
     phones: str
 
+    @property
+    def name(self) -> str:
+        """Folder and file, as below `speech/`."""
+        return f"{self.path.parent.name}/{self.path.name}"
+
 
 def list_recordings(data: Path) -> list[Recording]:
     """Every row of `speech/transcripts.tsv`."""
@@ -147,7 +152,7 @@ def aligned_shard(recordings: list[Recording], folder: Path, name: str) -> int:
             labels = labels_from_times(phones, len(samples) // HOP)
             writer.add(
                 samples, labels, speaker=recording.speaker, source=recording.source,
-                language=recording.language, text=recording.text,
+                language=recording.language, text=recording.text, path=recording.name,
             )  # fmt: skip
     if writer.items:
         writer.save(folder, name)

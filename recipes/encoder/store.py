@@ -27,6 +27,7 @@ class Item:
     text: str
     start: int
     frames: int
+    path: str = ""  # below the data folder; empty for synthetic speech
 
 
 def labels_from_times(phones: list[tuple[float, float, str]], frames: int) -> np.ndarray:
@@ -48,13 +49,13 @@ class ShardWriter:
 
     def add(
         self, samples: np.ndarray, labels: np.ndarray, *, speaker: str, source: str,
-        language: str, text: str,
+        language: str, text: str, path: str = "",
     ) -> None:  # fmt: skip
         """Add float samples in [-1, 1] at 16 kHz; both are cut to whole frames."""
         frames = min(len(samples) // HOP, len(labels))
         self.audio.append((np.clip(samples[: frames * HOP], -1, 1) * 32767).astype(np.int16))
         self.labels.append(labels[:frames].astype(np.uint8))
-        self.items.append(Item(speaker, source, language, text, self.frames, frames))
+        self.items.append(Item(speaker, source, language, text, self.frames, frames, path))
         self.frames += frames
 
     def save(self, folder: Path, name: str) -> None:

@@ -1,0 +1,74 @@
+"""Where the camera stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import InputError
+from elocute.head.model import HeadModel
+
+Floats = NDArray[np.float32]
+
+FIELD_DEG = 18.0  # vertical field of view: a portrait lens
+MARGIN = 1.06
+# name: (yaw, pitch in degrees, share of the portrait's height that is shown)
+VIEWS: dict[str, tuple[float, float, float]] = {
+    "front": (0.0, 2.0, 1.0),
+    "three-quarter": (32.0, 2.0, 1.0),
+    "side": (85.0, 0.0, 1.0),
+    "mouth": (0.0, 0.0, 0.34),
+}
+
+
+@dataclass(frozen=True)
+class Camera:
+    """position, target (3,) m; field_deg is the vertical field of view."""
+
+    position: Floats
+    target: Floats
+    field_deg: float = FIELD_DEG
+
+    def axes(self) -> Floats:
+        """(3, 3) rows: right, up, back."""
+        back = self.position - self.target
+        back = back / np.linalg.norm(back)
+        right = np.cross([0.0, 1.0, 0.0], back)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(back, right), back]).astype(np.float32)
+
+    def matrix(self, aspect: float) -> Floats:
+        """(4, 4) world to clip space."""
+        axes = self.axes()
+        look = np.eye(4)
+        look[:3, :3], look[:3, 3] = axes, -axes @ self.position
+        distance = float(np.linalg.norm(self.position - self.target))
+        near, far = 0.4 * distance, 2.0 * distance
+        focal = 1 / np.tan(np.radians(self.field_deg) / 2)
+        lens = np.zeros((4, 4))
+        lens[0, 0], lens[1, 1] = focal / aspect, focal
+        lens[2, 2], lens[2, 3] = (far + near) / (near - far), 2 * far * near / (near - far)
+        lens[3, 2] = -1
+        return (lens @ look).astype(np.float32)
+
+
+def portrait(head: HeadModel, view: str = "front") -> Camera:
+    """A camera that frames the head with some neck, or the mouth alone. Raises InputError."""
+    if view not in VIEWS:
+        raise InputError.about(f"view {view!r}", found="unknown", allowed=", ".join(VIEWS))
+    yaw_deg, pitch_deg, share = VIEWS[view]
+    low, high = head.template.min(axis=0), head.template.max(axis=0)
+    # The bust below the chin fills the frame's foot; the crown keeps some air.
+    top = high[1] + 0.02
+    chin = head.template[head.landmarks[8], 1] if len(head.landmarks) else low[1]
+    bottom = max(low[1] + 0.015, chin - 0.075)
+    target = np.array([0.0, (top + bottom) / 2, high[2] - 0.1])
+    if view == "mouth" and len(head.lip_rings):
+        target = head.template[head.lip_rings[0]].mean(axis=0)
+    height = (top - bottom) * share * MARGIN
+    distance = height / 2 / np.tan(np.radians(FIELD_DEG) / 2)
+    yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
+    away = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
+    return Camera((target + away * distance).astype(np.float32), target.astype(np.float32))

@@ -1,0 +1,82 @@
+"""The interface of a renderer, and which engine to take."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import EnvironmentFailure, InputError
+from elocute.export.render.camera import Camera, portrait
+from elocute.head.model import HeadModel
+
+BACKENDS = ("auto", "moderngl", "embreex")
+REMEDY = "apt-get install libegl1 libgl1-mesa-dri"
+
+
+class Renderer(Protocol):
+    """Draws frames of one head; use as a context manager."""
+
+    def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """(height, width, 3) sRGB picture of vertices (vertex, 3) m."""
+        ...
+
+    def __enter__(self) -> Renderer: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def open_renderer(
+    head: HeadModel,
+    size: tuple[int, int] = (800, 800),
+    *,
+    backend: str = "auto",
+    camera: Camera | None = None,
+) -> Renderer:
+    """A renderer of `size` (width, height) pixels.
+
+    `auto` takes moderngl where EGL works, embreex where not. Raises InputError for an unknown
+    backend, EnvironmentFailure where the one wished for does not work here.
+    """
+    if backend not in BACKENDS:
+        raise InputError.about(f"backend {backend!r}", found="unknown", allowed=", ".join(BACKENDS))
+    camera = camera or portrait(head)
+    if backend in ("auto", "moderngl"):
+        try:
+            from elocute.export.render.gl import GlRenderer
+
+            return GlRenderer(head, size, camera)
+        except Exception as error:  # the driver's own kinds of failure are many
+            if backend == "moderngl":
+                raise EnvironmentFailure(f"renderer moderngl: {_line(error)}; {REMEDY}") from error
+    try:
+        from elocute.export.render.rays import RayRenderer
+
+        return RayRenderer(head, size, camera)
+    except ImportError as error:
+        raise EnvironmentFailure(
+            f"no renderer works here: {_line(error)}; pip install embreex, or {REMEDY}"
+        ) from error
+
+
+def available_backends() -> dict[str, str]:
+    """Backend → `works (…)` or why it does not."""
+    states = {}
+    try:
+        from elocute.export.render.gl import describe
+
+        states["moderngl"] = f"works ({describe()})"
+    except Exception as error:  # as above
+        states["moderngl"] = f"does not work: {_line(error)}; {REMEDY}"
+    try:
+        import embreex  # noqa: F401
+
+        states["embreex"] = "works (no system library needed)"
+    except ImportError as error:
+        states["embreex"] = f"does not work: {_line(error)}"
+    return states
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,126 @@
+"""The look, once in numbers: a soft three-point studio. Both engines shade by these.
+
+Light adds up in linear space: wrapped diffuse with a warm terminator (light that skin scatters),
+a gentle highlight, a rim where the surface turns away; then a filmic curve and sRGB.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.export.surface import linear_colors
+from elocute.head.model import HeadModel
+
+Floats = NDArray[np.float32]
+
+# direction towards the light, colour, wrap
+LIGHTS: tuple[tuple[tuple[float, float, float], tuple[float, float, float], float], ...] = (
+    ((-0.55, 0.60, 0.80), (1.55, 1.42, 1.28), 0.25),  # key, high on the left of the picture
+    ((0.85, 0.10, 0.60), (0.34, 0.38, 0.46), 0.45),  # fill, low and cool
+    ((0.45, 0.65, -0.75), (0.85, 0.85, 0.95), 0.05),  # rim, from behind
+    ((-0.80, 0.25, -0.60), (0.40, 0.42, 0.50), 0.05),  # kicker
+)
+SKY, GROUND = (0.20, 0.21, 0.24), (0.10, 0.085, 0.08)
+TERMINATOR = (0.16, 0.03, 0.0)  # how much further red and green wrap round on skin
+RIM, RIM_POWER = 0.10, 4.0
+EXPOSURE = 0.92
+BACKGROUND_TOP, BACKGROUND_BOTTOM = (0.100, 0.110, 0.128), (0.028, 0.031, 0.038)
+# material: (highlight strength, exponent, softness 0…1)
+SURFACES: dict[str, tuple[float, float, float]] = {
+    "skin": (0.10, 22.0, 1.0),
+    "lips": (0.20, 42.0, 0.8),
+    "mouth": (0.03, 20.0, 0.6),
+    "teeth": (0.22, 60.0, 0.3),
+    "gums": (0.12, 40.0, 0.6),
+    "tongue": (0.08, 24.0, 0.8),
+    "eyeball": (1.6, 420.0, 0.2),
+}
+
+
+def vertex_surfaces(head: HeadModel) -> Floats:
+    """(vertex, 7): linear colour with occlusion (3), occlusion, highlight, exponent, softness."""
+    surfaces = np.tile(np.float32(SURFACES["skin"]), (head.vertex_count, 1))
+    for index, name in enumerate(head.material_names):
+        faces = head.triangles[head.triangle_material == index]
+        surfaces[np.unique(faces)] = SURFACES.get(name, SURFACES["skin"])
+    return np.concatenate(
+        [linear_colors(head), head.occlusion[:, None], surfaces], axis=1
+    ).astype(np.float32)
+
+
+def shade(normals: Floats, views: Floats, surfaces: Floats) -> Floats:
+    """sRGB colours (point, 3) 0…1 of points with unit normals and unit directions to the eye.
+
+    surfaces (point, 7) as `vertex_surfaces` gives them.
+    """
+    albedo, occlusion = surfaces[:, :3], surfaces[:, 3:4]
+    strength, exponent, softness = surfaces[:, 4:5], surfaces[:, 5:6], surfaces[:, 6:7]
+    up = normals[:, 1:2] * 0.5 + 0.5
+    light = np.float32(GROUND) * (1 - up) + np.float32(SKY) * up
+    shine = np.zeros_like(albedo)
+    for direction, color, wrap in LIGHTS:
+        towards = np.float32(direction) / np.float32(np.linalg.norm(direction))
+        facing = (normals @ towards)[:, None]
+        reach = wrap + softness * np.float32(TERMINATOR)
+        light = light + np.float32(color) * np.clip((facing + reach) / (1 + reach), 0, None)
+        half = views + towards
+        half /= np.linalg.norm(half, axis=1, keepdims=True)
+        glint = np.clip((normals * half).sum(axis=1, keepdims=True), 0, 1) ** exponent
+        shine += np.float32(color) * glint * strength * (facing > 0)
+    edge = 1 - np.clip((normals * views).sum(axis=1, keepdims=True), 0, 1)
+    rim = RIM * edge**RIM_POWER * softness
+    return to_srgb(tone(albedo * light + (shine + rim) * occlusion))
+
+
+def tone(color: Floats) -> Floats:
+    """A filmic curve (Narkowicz 2016), 0…1."""
+    x = color * EXPOSURE
+    return np.clip(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0, 1)
+
+
+def to_srgb(color: Floats) -> Floats:
+    """Linear 0…1 to sRGB 0…1."""
+    return np.where(
+        color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 1e-9) ** (1 / 2.4) - 0.055
+    ).astype(np.float32)
+
+
+def background(height: int) -> Floats:
+    """(height, 3) sRGB rows from top to bottom."""
+    share = np.linspace(0, 1, height, dtype=np.float32)[:, None]
+    share = share * share * (3 - 2 * share)
+    rows = np.float32(BACKGROUND_TOP) * (1 - share) + np.float32(BACKGROUND_BOTTOM) * share
+    return to_srgb(rows)
+
+
+def glsl() -> str:
+    """The same `shade` as a GLSL function, its numbers written from above."""
+    lines = []
+    for direction, color, wrap in LIGHTS:
+        towards = np.array(direction) / np.linalg.norm(direction)
+        lines.append(f"    lamp({_vec(towards)}, {_vec(color)}, {float(wrap)});")
+    return f"""
+vec3 N; vec3 V; vec3 light; vec3 shine; vec3 material;
+void lamp(vec3 towards, vec3 color, float wrap) {{
+    float facing = dot(N, towards);
+    vec3 reach = vec3(wrap) + material.z * {_vec(TERMINATOR)};
+    light += color * max((facing + reach) / (1.0 + reach), 0.0);
+    if (facing > 0.0)
+        shine += color * material.x * pow(clamp(dot(N, normalize(V + towards)), 0.0, 1.0), material.y);
+}}
+vec3 shade(vec3 albedo, float occlusion) {{
+    light = mix({_vec(GROUND)}, {_vec(SKY)}, N.y * 0.5 + 0.5);
+    shine = vec3(0.0);
+{chr(10).join(lines)}
+    float edge = 1.0 - clamp(dot(N, V), 0.0, 1.0);
+    float rim = {RIM} * pow(edge, {RIM_POWER}) * material.z;
+    vec3 x = (albedo * light + (shine + rim) * occlusion) * {EXPOSURE};
+    x = clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+    return mix(12.92 * x, 1.055 * pow(max(x, 1e-9), vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x));
+}}
+"""
+
+
+def _vec(values: object) -> str:
+    return "vec3(" + ", ".join(f"{float(v):.6f}" for v in np.ravel(values)) + ")"
