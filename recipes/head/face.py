@@ -70,10 +70,10 @@ class NeutralFace:
         return self.vertices[self.skin_slice]
 
     def tongue_rest(self) -> np.ndarray:
-        """Lower and further back than MakeHuman's, so that it lies behind the lower teeth."""
+        """Lower than MakeHuman's and longer, so that its tip lies behind the lower teeth."""
         z = self.vertices[self.assembly.slices["tongue"], 2]
         tip = (z - z.min()) / np.ptp(z)
-        return np.stack([0 * tip, -0.003 - 0.006 * tip, -0.003 - 0.004 * tip], 1)
+        return np.stack([0 * tip, -0.0045 - 0.0040 * tip, -0.003 + 0.006 * tip], 1)
 
     def of_skin(self, displacement: np.ndarray) -> np.ndarray:
         """A displacement of the skin as one of the whole."""

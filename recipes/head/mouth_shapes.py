@@ -10,12 +10,12 @@ from .lip_forms import Aperture, aperture_moves, carried_block, reach
 from .lips import COLUMN_COUNT, RING_COUNT
 
 FUNNEL = Aperture(
-    half_width=12.0, above=1.2, below=6.4, forward=6.0, corner_back=3.4, evert_deg=14,
-    thickness=0.92,
+    half_width=11.5, above=-0.2, below=7.4, forward=6.0, corner_back=3.4, evert_deg=14,
+    thickness=0.90, roundness=0.75,
 )  # fmt: skip
 PUCKER = Aperture(
-    half_width=9.6, above=0.0, below=0.8, forward=8.0, corner_back=3.0, evert_deg=10,
-    thickness=0.90,
+    half_width=9.6, above=-1.7, below=2.6, forward=7.5, corner_back=3.0, evert_deg=8,
+    thickness=0.88, roundness=0.65,
 )  # fmt: skip
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
@@ -89,8 +89,8 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     lower = np.arange(13, 26)
     contact = face.skin[lips.rings[7, 19]]
     goal = np.array([0, edge + 0.0004 - contact[1], front + 0.0006 - contact[2]])
-    moves[:, lower] = lower_follow[:, None, None] * goal * reach(lips, 0.022, 0.8)[lower][:, None]
+    moves[:, lower] = lower_follow[:, None, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
     upper = np.r_[0:12, 27:38]
-    lift = np.array([0, 0.0014, 0.0004])
+    lift = np.array([0, 0.0004, 0.0004])
     moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0215, 0.7)[upper][:, None]
     return lips.field(moves)

@@ -15,7 +15,7 @@ INNER = (0.45, 0.17, 0.16)
 FLUSH = (0.80, 0.50, 0.43)
 BROW, LASH = (0.30, 0.215, 0.165), (0.11, 0.08, 0.07)
 SCLERA, IRIS, IRIS_RIM, PUPIL = (0.92, 0.91, 0.89), (0.40, 0.29, 0.18), (0.20, 0.14, 0.09), (0.02,) * 3
-TOOTH, TOOTH_ROOT = (0.90, 0.87, 0.79), (0.82, 0.74, 0.62)
+TOOTH, TOOTH_ROOT = (0.88, 0.85, 0.77), (0.78, 0.70, 0.58)
 GUM, TONGUE = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38)
 
 
@@ -86,6 +86,8 @@ def _skin(face: NeutralFace) -> np.ndarray:
     inner = np.zeros(len(skin))
     inner[face.anatomy.inner_mouth] = 1
     inner[rings[7]] = 0.35
+    inner[rings[8]] = 0.6
+    inner[rings[9]] = 0.8
     return mix(colours, INNER, inner)
 
 

@@ -45,11 +45,14 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     depth = np.clip((front - face.vertices[:, 2]) / 0.030, 0, 1)
     deep = (1 - depth) ** 1.3 * np.clip(0.35 + 1.6 * free, 0, 1)
     light[inside] = np.clip(0.05 + 0.95 * deep[inside], 0, 1)
+    near_lips = face.lips.rings[[7, 8, 9]]
+    for ring, floor in zip(near_lips, (0.80, 0.55, 0.38), strict=True):
+        light[ring] = np.maximum(light[ring], floor)
     tongue = face.vertices[slices["tongue"], 2]
-    light[slices["tongue"]] = 0.16 + 0.56 * ((tongue - tongue.min()) / np.ptp(tongue)) ** 2.5
+    light[slices["tongue"]] = 0.13 + 0.45 * ((tongue - tongue.min()) / np.ptp(tongue)) ** 2.5
     for jaw in ("upper", "lower"):
         teeth = slices[f"teeth_{jaw}"]
-        light[teeth] = np.minimum(0.10 + 0.85 * (1 - depth[teeth]) ** 1.7, 0.85)
+        light[teeth] = np.minimum(0.06 + 0.80 * (1 - depth[teeth]) ** 2.0, 0.74)
         gums = slices[f"gums_{jaw}"]
         light[gums] = 0.05 + 0.70 * (1 - depth[gums]) ** 2
     return light

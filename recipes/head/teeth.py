@@ -19,9 +19,13 @@ AROUND = 12
 """Vertices around a crown."""
 
 
+SQUARENESS = 2.35
+"""Exponent of the arch's superellipse: 2 would be an ellipse, more is squarer."""
+
+
 @dataclass(frozen=True)
 class Arch:
-    """Half an ellipse in the xz plane through the outer faces of the teeth."""
+    """Half a superellipse in the xz plane through the outer faces of the teeth."""
 
     half_width_mm: float
     front_mm: float  # z of the front
@@ -33,8 +37,13 @@ class Arch:
         """Arc length (n,) and points (n, 2) of the left half, from the middle backwards."""
         angle = np.linspace(0, np.pi / 2, 400)
         depth = self.front_mm - self.back_mm
+        power = 2 / SQUARENESS
         points = np.stack(
-            [self.half_width_mm * np.sin(angle), self.back_mm + depth * np.cos(angle)], 1
+            [
+                self.half_width_mm * np.sin(angle) ** power,
+                self.back_mm + depth * np.abs(np.cos(angle)) ** power,
+            ],
+            1,
         )
         length = np.r_[0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
         return length, points
