@@ -70,8 +70,8 @@ def ship(data: Path, work: Path, minutes: float) -> None:
     BUILTIN_PATH.parent.mkdir(exist_ok=True)
     ship.export(ship.load_net(work / "phones.pt"), BUILTIN_PATH, thresholds)
     shards = [load_shard(work, p.stem) for p in sorted(work.glob("*test*.json"))]
-    hear = PhoneEncoder().encode
-    clean, noisy = evaluate.listen(shards, hear), evaluate.listen(shards, hear, noise_db=10)
+    spoken, hear = list(evaluate.utterances_of(shards)), PhoneEncoder().encode
+    clean, noisy = evaluate.listen(spoken, hear), evaluate.listen(spoken, hear, noise_db=10)
     figures = evaluate.report(clean, noisy)
     print(json.dumps(figures, indent=1))
     thresholds["bilabial"] = round(figures["bilabial_threshold"], 3)

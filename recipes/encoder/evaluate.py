@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,17 @@ THRESHOLDS = np.arange(0.05, 0.95, 0.025)
 
 
 @dataclass(frozen=True)
+class Utterance:
+    """(sample,) at 16 kHz and (frame,) phones at 50 Hz."""
+
+    speaker: str
+    source: str
+    language: str
+    samples: np.ndarray
+    labels: np.ndarray
+
+
+@dataclass(frozen=True)
 class Heard:
     """One utterance: log-posteriors and labels at 50 Hz."""
 
@@ -29,21 +40,30 @@ class Heard:
     labels: np.ndarray
 
 
-def listen(shards: list[Shard], hear: Hear, noise_db: float | None = None) -> list[Heard]:
-    """Run `hear` over every item, with white-to-pink noise at a signal-to-noise ratio."""
-    results = []
-    numbers = np.random.default_rng(5)
+def utterances_of(shards: list[Shard]) -> Iterator[Utterance]:
     for shard in shards:
         for item in shard.items:
-            samples = shard.samples(item)
-            if noise_db is not None:
-                samples = samples + _noise(numbers, samples, noise_db)
-            posteriors = hear(samples)
             labels = np.asarray(shard.item_labels(item)[::2], int)
-            count = min(len(labels), len(posteriors))
-            results.append(
-                Heard(item.speaker, item.source, item.language, posteriors[:count], labels[:count])
+            yield Utterance(item.speaker, item.source, item.language, shard.samples(item), labels)
+
+
+def listen(
+    utterances: Iterable[Utterance], hear: Hear, noise_db: float | None = None
+) -> list[Heard]:
+    """Run `hear` over every utterance, with white-to-pink noise at a signal-to-noise ratio."""
+    results = []
+    numbers = np.random.default_rng(5)
+    for one in utterances:
+        samples = one.samples
+        if noise_db is not None:
+            samples = samples + _noise(numbers, samples, noise_db)
+        posteriors = hear(samples)
+        count = min(len(one.labels), len(posteriors))
+        results.append(
+            Heard(
+                one.speaker, one.source, one.language, posteriors[:count], one.labels[:count]
             )
+        )  # fmt: skip
     return results
 
 
