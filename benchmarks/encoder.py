@@ -18,10 +18,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "recipes"))
 
+from elocute.synthesis.phone_encoder import PhoneEncoder
 from encoder import evaluate
 from encoder.reference import read_reference
-
-from elocute.synthesis.phone_encoder import PhoneEncoder
 
 REFERENCE = Path(__file__).with_name("encoder_reference.json")
 TARGETS = {
@@ -64,7 +63,9 @@ def main() -> None:
     english = [one.source for one in clean if one.language == "en"]
     groups = {"English, all": ("en", None), "German (kerstin)": ("de", None)}
     groups |= {f"English: {name}": ("en", name) for name in sorted(set(english))}
-    print(f"{'':32}" + "".join(f"{name:>30}" for name in TARGETS) + f"{'minutes':>9}{'speakers':>9}")
+    print(
+        f"{'':32}" + "".join(f"{name:>30}" for name in TARGETS) + f"{'minutes':>9}{'speakers':>9}"
+    )
     for label, (language, source) in groups.items():
         chosen = [
             index for index, one in enumerate(clean)

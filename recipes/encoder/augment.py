@@ -86,9 +86,7 @@ class Augmenter:
         return np.sign(steps) * (256 ** np.abs(steps) - 1) / 255 * peak
 
 
-def stretch(
-    samples: np.ndarray, labels: np.ndarray, rate: float
-) -> tuple[np.ndarray, np.ndarray]:
+def stretch(samples: np.ndarray, labels: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Play faster (rate above 1) or slower, pitch with it; CHUNK_FRAMES come out."""
     count = CHUNK_FRAMES * HOP
     times = np.arange(count) * rate
@@ -101,5 +99,3 @@ def silence_gap(draw: random.Random) -> tuple[np.ndarray, np.ndarray]:
     """A rest between two utterances, labelled silence."""
     frames = int(draw.uniform(0.1, 1.5) * 100)
     return np.zeros(frames * HOP, np.float32), np.zeros(frames, np.uint8)
-
-

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from elocute.articulation.phones import PHONE_TO_VISEME, PHONES, VISEMES
 
+from elocute.articulation.phones import PHONE_TO_VISEME, PHONES, VISEMES
 from encoder.store import Shard
 
 Hear = Callable[[np.ndarray], np.ndarray]

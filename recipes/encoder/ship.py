@@ -8,10 +8,11 @@ from pathlib import Path
 
 import onnx
 import torch
+from torch import Tensor, nn
+
 from elocute.articulation.phones import PHONES
 from elocute.audio import front_end
 from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
-from torch import Tensor, nn
 
 
 class _LogPosteriors(nn.Module):

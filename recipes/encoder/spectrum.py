@@ -6,8 +6,9 @@ import random
 
 import numpy as np
 import torch
-from elocute.audio import front_end as fe
 from torch import Tensor
+
+from elocute.audio import front_end as fe
 
 WARPS = np.linspace(0.82, 1.22, 17)
 

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+
 from elocute.articulation.phones import PHONES
 
 RATE = 16000

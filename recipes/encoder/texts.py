@@ -4,6 +4,7 @@ Drawn from the word lists of the system (Debian's wamerican, wngerman, …), so 
 anybody's is needed; phones follow the language, which is all that the encoder learns from.
 """
 
+# ruff: noqa: SIM905 - words read better as text
 from __future__ import annotations
 
 import random
@@ -52,7 +53,8 @@ def sentence(language: str, words: list[str], draw: random.Random) -> str:
     little = LITTLE_WORDS.get(language)
     picked = []
     for _ in range(draw.choice([1, 2, 3, 5, 6, 7, 8, 9, 10, 12, 14])):
-        picked.append(draw.choice(little) if little and draw.random() < 0.35 else draw.choice(words))
+        pool = little if little and draw.random() < 0.35 else words
+        picked.append(draw.choice(pool))
         if draw.random() < 0.06:
             picked[-1] += ","
     return " ".join(picked).rstrip(",")

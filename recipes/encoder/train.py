@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import soundfile
 import torch
-from elocute.articulation.phones import PHONES
-from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
 from torch.nn import functional
 
+from elocute.articulation.phones import PHONES
+from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
 from encoder.augment import CHUNK_FRAMES, Augmenter, silence_gap, stretch
 from encoder.spectrum import BatchFrontEnd
 from encoder.store import HOP, UNKNOWN, Shard, load_shard
@@ -151,7 +151,9 @@ def train(
         share = elapsed / (config.minutes * 60)
         if share >= 1:
             break
-        rate = config.learning_rate * min(1, (step + 1) / 60) * 0.5 * (1 + math.cos(math.pi * share))
+        rate = (
+            config.learning_rate * min(1, (step + 1) / 60) * 0.5 * (1 + math.cos(math.pi * share))
+        )
         for group in optimiser.param_groups:
             group["lr"] = rate + 1e-6
         waves, labels = queue.get()
@@ -171,7 +173,9 @@ def train(
         step += 1
         decay = min(config.ema, (1 + step) / (10 + step))
         with torch.no_grad():
-            for mine, other in zip(ema.state_dict().values(), net.state_dict().values(), strict=True):
+            for mine, other in zip(
+                ema.state_dict().values(), net.state_dict().values(), strict=True
+            ):
                 if mine.is_floating_point():
                     mine.lerp_(other, 1 - decay)
                 else:

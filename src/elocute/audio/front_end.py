@@ -100,7 +100,7 @@ class FrontEnd:
         views = np.lib.stride_tricks.sliding_window_view(self._pending, WINDOW)[::HOP][:count]
         spectrum = np.fft.rfft(views * self._window, FFT)
         power = (spectrum.real**2 + spectrum.imag**2).astype(np.float32)
-        features = self._normalise(power @ self._mel)
+        features = self._normalise(np.matmul(power, self._mel, dtype=np.float32))
         self._pending = self._pending[count * HOP :]
         self._frames += count
         return features
