@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from .anatomy import Anatomy
 
 BROW_COLUMNS, BROW_ROWS = 16, 5
-LASH_MM = 1.7
+LASH_MM = 1.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +39,9 @@ def brows(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
         for row in range(BROW_ROWS):
             place = np.array([x[column], middle[column] + across[row] * half[column]]) / 1000
             end = 1.0 if 0 < column < BROW_COLUMNS - 1 else 0.0
-            rows.append(_under(anatomy, skin, place + [0, eye[1]]))
-            offsets.append([0, 0, (lift[row] * end - 0.3 * (1 - end)) / 1000])
+            mixture, outward = _under(anatomy, skin, place + [0, eye[1]])
+            rows.append(mixture)
+            offsets.append(outward * (lift[row] * end - 0.3 * (1 - end)) / 1000)
     shade = np.tile(np.abs(across) < 0.9, (BROW_COLUMNS, 1)).astype(float)
     shade[[0, -1]] *= 0.4
     return _both_sides(anatomy, rows, np.array(offsets), (BROW_COLUMNS, BROW_ROWS), shade.ravel())
@@ -53,12 +54,12 @@ def lashes(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
     ends = [int(edge[:, 0].argmin()), int(edge[:, 0].argmax())]
     upper = _arc(len(front), ends[0], ends[1], edge[:, 1])
     t = np.linspace(0, 1, len(upper))
-    length = LASH_MM * np.sin(np.pi * np.clip(t * 0.85 + 0.13, 0, 1)) ** 0.6
+    length = LASH_MM * np.sin(np.pi * np.clip(t * 0.88 + 0.02, 0, 1)) ** 0.9
     rows, offsets = [], []
     for k, place in enumerate(upper):
         nearest = back[np.linalg.norm(skin[back] - edge[place], axis=1).argmin()]
         out = edge[place] - eye
-        direction = np.array([0.5 * out[0] / 0.015, 0.42, 1.0])
+        direction = np.array([0.25 * out[0] / 0.015, 0.45, 1.0])
         direction /= np.linalg.norm(direction)
         for vertex, offset in (
             (nearest, np.zeros(3)),
@@ -144,8 +145,10 @@ def _mixture(rows: list[dict[int, float]], skin_count: int) -> sp.csr_matrix:
     return sp.csr_matrix((share, (i, j)), shape=(len(rows), skin_count))
 
 
-def _under(anatomy: Anatomy, skin: np.ndarray, place: np.ndarray) -> dict[int, float]:
-    """Barycentric mixture of the foremost skin triangle at (x, y)."""
+def _under(
+    anatomy: Anatomy, skin: np.ndarray, place: np.ndarray
+) -> tuple[dict[int, float], np.ndarray]:
+    """Barycentric mixture of the foremost skin triangle at (x, y), and its normal."""
     quads = anatomy.skin_quads
     triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     a, b, c = (skin[triangles[:, k]] for k in range(3))
@@ -158,7 +161,9 @@ def _under(anatomy: Anatomy, skin: np.ndarray, place: np.ndarray) -> dict[int, f
     depth = a[:, 2] + u * (b - a)[:, 2] + v * (c - a)[:, 2]
     best = int(np.where(inside, depth, -np.inf).argmax())
     shares = (1 - u[best] - v[best], u[best], v[best])
-    return {int(k): float(s) for k, s in zip(triangles[best], shares, strict=True)}
+    normal = np.cross(b[best] - a[best], c[best] - a[best])
+    normal *= np.sign(normal[2]) / np.linalg.norm(normal)
+    return {int(k): float(s) for k, s in zip(triangles[best], shares, strict=True)}, normal
 
 
 def _arc(count: int, first: int, last: int, height: np.ndarray) -> list[int]:

@@ -4,29 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 
-from .face import NeutralFace
+from .face import EYES_OPEN, NeutralFace
 from .pose import axis_rotation
 
-LOOK_DEG = {"Down": 30.0, "Up": 25.0, "In": 32.0, "Out": 32.0}
+LOOK_DEG = {"Down": 27.0, "Up": 21.0, "In": 32.0, "Out": 32.0}
+LID_DOWN, LID_UP = 0.42, 0.40
+"""How far the lids follow a look down (of a blink) and up (of wide eyes)."""
 
 
 def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes: dict[str, np.ndarray] = {}
     for side in ("Left", "Right"):
         low = side.lower()
+        wide = face.expression(f"eye-{low}-opened-up")
         skin = {
-            "browDown": face.expression(f"eyebrows-{low}-down"),
+            "browDown": 0.8 * face.expression(f"eyebrows-{low}-down"),
             "browOuterUp": face.expression(f"eyebrows-{low}-extern-up"),
-            "eyeBlink": face.expression(f"eye-{low}-closure"),
-            "eyeWide": face.expression(f"eye-{low}-opened-up"),
+            "eyeBlink": face.expression(f"eye-{low}-closure") - EYES_OPEN * wide,
+            "eyeWide": wide,
             "eyeSquint": face.pose_unit(f"{side}LowerLidUp"),
             "cheekSquint": face.pose_unit(f"{side}CheekUp"),
-            "noseSneer": face.expression(f"nose-{low}-elevation"),
+            "noseSneer": 1.4 * face.expression(f"nose-{low}-elevation"),
         }
         shapes |= {name + side: face.of_skin(moved) for name, moved in skin.items()}
         for way in LOOK_DEG:
             shapes[f"eyeLook{way}{side}"] = _look(face, way, side)
-    shapes["browInnerUp"] = face.of_skin(
+        shapes[f"eyeLookDown{side}"] += LID_DOWN * shapes[f"eyeBlink{side}"]
+        shapes[f"eyeLookUp{side}"] += LID_UP * shapes[f"eyeWide{side}"]
+    shapes["browInnerUp"] = 1.5 * face.of_skin(
         face.expression("eyebrows-left-inner-up") + face.expression("eyebrows-right-inner-up")
     )
     shapes["cheekPuff"] = face.of_skin(face.pose_unit("CheeksPump"))

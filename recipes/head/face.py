@@ -17,6 +17,10 @@ SOFTENING = (("mouth/mouth-angles-up", 0.12),)
 """Small touches that make the average face friendlier: (target, amount)."""
 
 
+EYES_OPEN = 0.22
+"""Share of the wide-eyed expression in the neutral face: MakeHuman's lids hang a little."""
+
+
 class BustCut:
     """Brings the rim of the neck into one plane, the same for every face."""
 
@@ -46,6 +50,8 @@ class NeutralFace:
         moved = body(mh, Traits())
         for name, amount in SOFTENING:
             moved += amount * mh.target(name)
+        for side in ("left", "right"):
+            moved += EYES_OPEN * self._expression_of_base(f"eye-{side}-opened-up")
         self.body = mh.base.vertices + moved
         self.anatomy = Anatomy(mh)
         self.assembly = Assembly(self.anatomy, self.body)
@@ -83,8 +89,11 @@ class NeutralFace:
 
     def expression(self, name: str) -> np.ndarray:
         """(skin vertex, 3): MakeHuman's expression target, its three ancestries averaged."""
+        return self.anatomy.skin(self._expression_of_base(name))
+
+    def _expression_of_base(self, name: str) -> np.ndarray:
         parts = [self.mh.target(f"expression/units/{race}/{name}") for race in RACES]
-        return self.anatomy.skin(np.mean(parts, axis=0))
+        return np.mean(parts, axis=0)
 
     def pose_unit(self, name: str) -> np.ndarray:
         """(skin vertex, 3): displacement of one of MakeHuman's pose units."""

@@ -6,7 +6,7 @@
     │   ├── HeadError       head model or identity that cannot be used
     │   ├── MotionError     motion or curves that cannot be used
     │   └── OutputError     a place or a format that cannot be written
-    └── EnvironmentFailure  something this machine lacks (a renderer, say)
+    └── MachineError        something this machine lacks (a renderer, say)
 
 A message says what was found, what is allowed and what to do, in one line.
 """
@@ -53,5 +53,5 @@ class OutputError(InputError):
     """An output that cannot be written: unknown suffix, missing folder, no permission."""
 
 
-class EnvironmentFailure(ElocuteError):
+class MachineError(ElocuteError):
     """This machine lacks something that the request needs."""

@@ -60,9 +60,7 @@ def articulate(
     posteriors = np.exp(log_posteriors).astype(np.float32)
     times_s = np.arange(frame_count) / fps
 
-    values = coarticulate(
-        posteriors, rate, frame_count, fps, style.anticipation_s, style.carry_s
-    )
+    values = coarticulate(posteriors, rate, frame_count, fps, style.anticipation_s, style.carry_s)
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
     speech = speech_gate(posteriors[:, PHONES.index("SIL")], rate, times_s)

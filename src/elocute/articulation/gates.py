@@ -17,9 +17,7 @@ SETTLE_S = 0.22  # and settles after the last
 def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Start and stop (exclusive) of every run of True."""
     edges = np.diff(np.concatenate([[0], inside.astype(np.int8), [0]]))
-    return list(
-        zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)
-    )
+    return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True))
 
 
 def contact_gate(

@@ -33,7 +33,9 @@ def _motion_facts(file: Path) -> dict[str, Any]:
     from elocute.motion.store import load_motion
 
     motion = load_motion(file)
-    moving = [name for name, column in zip(motion.names, motion.weights.T, strict=True) if column.any()]
+    moving = [
+        name for name, column in zip(motion.names, motion.weights.T, strict=True) if column.any()
+    ]
     return {
         "file": str(file), "kind": "motion", "frames": motion.frame_count, "fps": motion.fps,
         "duration_s": round(motion.duration_s, 4), "vertices": motion.head.vertex_count,

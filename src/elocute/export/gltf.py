@@ -26,7 +26,7 @@ ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
 ROUGHNESS = {
     "skin": 0.55, "lips": 0.38, "mouth": 0.5, "teeth": 0.25, "gums": 0.35, "tongue": 0.45,
-    "eyeball": 0.08, "eye": 0.08,
+    "eyeball": 0.08, "hair": 0.8,
 }  # fmt: skip
 
 
@@ -146,7 +146,7 @@ class _File:
                     "metallicFactor": 0.0,
                     "roughnessFactor": ROUGHNESS.get(name, 0.5),
                 },
-                "doubleSided": name in ("mouth", "tongue"),
+                "doubleSided": name in ("mouth", "tongue", "hair"),
             }
         )
         return len(self.json["materials"]) - 1
@@ -182,7 +182,8 @@ def _primitives(file: _File, head: HeadModel, materials: list[int]) -> list[dict
     triangles = head.triangles
     normals = vertex_normals(head.template, triangles)
     shapes = [
-        vertex_normals(head.template + delta, triangles) - normals for delta in head.expression_basis
+        vertex_normals(head.template + delta, triangles) - normals
+        for delta in head.expression_basis
     ]
     colors = linear_colors(head)
     result = []

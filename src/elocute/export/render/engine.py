@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import EnvironmentFailure, InputError
+from elocute.errors import InputError, MachineError
 from elocute.export.render.camera import Camera, portrait
 from elocute.head.model import HeadModel
 
@@ -37,7 +37,7 @@ def open_renderer(
     """A renderer of `size` (width, height) pixels.
 
     `auto` takes moderngl where EGL works, embreex where not. Raises InputError for an unknown
-    backend, EnvironmentFailure where the one wished for does not work here.
+    backend, MachineError where the one wished for does not work here.
     """
     if backend not in BACKENDS:
         raise InputError.about(f"backend {backend!r}", found="unknown", allowed=", ".join(BACKENDS))
@@ -49,13 +49,13 @@ def open_renderer(
             return GlRenderer(head, size, camera)
         except Exception as error:  # the driver's own kinds of failure are many
             if backend == "moderngl":
-                raise EnvironmentFailure(f"renderer moderngl: {_line(error)}; {REMEDY}") from error
+                raise MachineError(f"renderer moderngl: {_line(error)}; {REMEDY}") from error
     try:
         from elocute.export.render.rays import RayRenderer
 
         return RayRenderer(head, size, camera)
     except ImportError as error:
-        raise EnvironmentFailure(
+        raise MachineError(
             f"no renderer works here: {_line(error)}; pip install embreex, or {REMEDY}"
         ) from error
 

@@ -28,6 +28,7 @@ class RayRenderer:
         self._size = size
         self._triangles = np.ascontiguousarray(head.triangles, np.int32)
         self._surfaces = shading.vertex_surfaces(head)
+        self._glossy = shading.glossy_triangles(head)
         self._eye = camera.position
         self._axes = camera.axes()
         self._reach = np.tan(np.radians(camera.field_deg) / 2)
@@ -44,15 +45,16 @@ class RayRenderer:
         scene = EmbreeScene()
         TriangleMesh(scene, np.ascontiguousarray(points[self._triangles], np.float32))
         normals = vertex_normals(points, self._triangles)
+        skin = shading.shade_vertices(points, normals, self._surfaces, self._eye)
         everywhere = np.arange(width * height)
-        colors = self._cast(scene, points, normals, everywhere, (0.0, 0.0))
+        colors = self._cast(scene, skin, normals, everywhere, (0.0, 0.0))
         edges = self._edges(colors.reshape(height, width, 3))
-        more = [self._cast(scene, points, normals, edges, offset) for offset in GRID]
+        more = [self._cast(scene, skin, normals, edges, offset) for offset in GRID]
         colors[edges] = np.mean(more, axis=0)
         return (colors.reshape(height, width, 3) * 255 + 0.5).astype(np.uint8)
 
     def _cast(
-        self, scene: Any, points: Floats, normals: Floats, pixels: NDArray[np.intp],
+        self, scene: Any, skin: Floats, normals: Floats, pixels: NDArray[np.intp],
         offset: tuple[float, float],
     ) -> Floats:  # fmt: skip
         """Colours (pixel, 3) of rays through pixels (flat indices), moved by part of a pixel."""
@@ -69,24 +71,17 @@ class RayRenderer:
         found = np.flatnonzero(hit["primID"] >= 0)
         colors = self._back[pixels].copy()
         if len(found):
-            corners = self._triangles[hit["primID"][found]]
+            faces = hit["primID"][found]
             u, v = hit["u"][found], hit["v"][found]
             shares = np.stack([1 - u - v, u, v], axis=1).astype(np.float32)[:, :, None]
-            normal = (normals[corners] * shares).sum(axis=1)
+            corners = self._triangles[faces]
+            colors[found] = (skin[corners] * shares).sum(axis=1)
+            gloss = self._glossy[faces]
+            normal = (normals[corners[gloss]] * shares[gloss]).sum(axis=1)
             normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-            view = -rays[found]
-            behind = ((normal * view).sum(axis=1) < 0) & self._seen_from_behind(
-                points, corners, view
-            )
-            normal[behind] *= -1
-            surface = (self._surfaces[corners] * shares).sum(axis=1)
-            colors[found] = shading.shade(normal, view, surface)
+            surface = (self._surfaces[corners[gloss]] * shares[gloss]).sum(axis=1)
+            colors[found[gloss]] = shading.shade(normal, -rays[found[gloss]], surface)
         return colors
-
-    @staticmethod
-    def _seen_from_behind(points: Floats, corners: NDArray[Any], view: Floats) -> NDArray[np.bool_]:
-        a, b, c = (points[corners[:, k]] for k in range(3))
-        return (np.cross(b - a, c - a) * view).sum(axis=1) < 0
 
     @staticmethod
     def _edges(picture: Floats) -> NDArray[np.intp]:

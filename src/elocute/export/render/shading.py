@@ -1,5 +1,8 @@
 """The look, once in numbers: a soft three-point studio. Both engines shade by these.
 
+Skin is shaded at its vertices, which are dense enough for soft light, so a frame costs little
+even without a graphics card; what is glossy or fine (eyes, teeth, hair) is shaded pixel by pixel.
+
 Light adds up in linear space: wrapped diffuse with a warm terminator (light that skin scatters),
 a gentle highlight, a rim where the surface turns away; then a filmic curve and sRGB.
 """
@@ -14,18 +17,19 @@ from elocute.head.model import HeadModel
 
 Floats = NDArray[np.float32]
 
-# direction towards the light, colour, wrap
+# direction towards the light, colour, wrap; the first GLINTS of them are seen as highlights
 LIGHTS: tuple[tuple[tuple[float, float, float], tuple[float, float, float], float], ...] = (
     ((-0.55, 0.60, 0.80), (1.55, 1.42, 1.28), 0.25),  # key, high on the left of the picture
     ((0.85, 0.10, 0.60), (0.34, 0.38, 0.46), 0.45),  # fill, low and cool
     ((0.45, 0.65, -0.75), (0.85, 0.85, 0.95), 0.05),  # rim, from behind
     ((-0.80, 0.25, -0.60), (0.40, 0.42, 0.50), 0.05),  # kicker
 )
+GLINTS = 2
 SKY, GROUND = (0.20, 0.21, 0.24), (0.10, 0.085, 0.08)
 TERMINATOR = (0.16, 0.03, 0.0)  # how much further red and green wrap round on skin
 RIM, RIM_POWER = 0.10, 4.0
-EXPOSURE = 0.92
-BACKGROUND_TOP, BACKGROUND_BOTTOM = (0.100, 0.110, 0.128), (0.028, 0.031, 0.038)
+EXPOSURE = 0.74
+BACKGROUND_TOP, BACKGROUND_BOTTOM = (0.345, 0.365, 0.395), (0.175, 0.185, 0.205)  # sRGB
 # material: (highlight strength, exponent, softness 0…1)
 SURFACES: dict[str, tuple[float, float, float]] = {
     "skin": (0.10, 22.0, 1.0),
@@ -35,7 +39,17 @@ SURFACES: dict[str, tuple[float, float, float]] = {
     "gums": (0.12, 40.0, 0.6),
     "tongue": (0.08, 24.0, 0.8),
     "eyeball": (1.6, 420.0, 0.2),
+    "hair": (0.03, 20.0, 0.3),
 }
+
+
+GLOSSY = ("eyeball", "teeth", "hair")
+
+
+def glossy_triangles(head: HeadModel) -> NDArray[np.bool_]:
+    """(triangle,) whether it is shaded pixel by pixel, and seen from both sides."""
+    names = [index for index, name in enumerate(head.material_names) if name in GLOSSY]
+    return np.isin(head.triangle_material, names)
 
 
 def vertex_surfaces(head: HeadModel) -> Floats:
@@ -44,9 +58,9 @@ def vertex_surfaces(head: HeadModel) -> Floats:
     for index, name in enumerate(head.material_names):
         faces = head.triangles[head.triangle_material == index]
         surfaces[np.unique(faces)] = SURFACES.get(name, SURFACES["skin"])
-    return np.concatenate(
-        [linear_colors(head), head.occlusion[:, None], surfaces], axis=1
-    ).astype(np.float32)
+    return np.concatenate([linear_colors(head), head.occlusion[:, None], surfaces], axis=1).astype(
+        np.float32
+    )
 
 
 def shade(normals: Floats, views: Floats, surfaces: Floats) -> Floats:
@@ -59,11 +73,13 @@ def shade(normals: Floats, views: Floats, surfaces: Floats) -> Floats:
     up = normals[:, 1:2] * 0.5 + 0.5
     light = np.float32(GROUND) * (1 - up) + np.float32(SKY) * up
     shine = np.zeros_like(albedo)
-    for direction, color, wrap in LIGHTS:
+    for index, (direction, color, wrap) in enumerate(LIGHTS):
         towards = np.float32(direction) / np.float32(np.linalg.norm(direction))
         facing = (normals @ towards)[:, None]
         reach = wrap + softness * np.float32(TERMINATOR)
         light = light + np.float32(color) * np.clip((facing + reach) / (1 + reach), 0, None)
+        if index >= GLINTS:
+            continue
         half = views + towards
         half /= np.linalg.norm(half, axis=1, keepdims=True)
         glint = np.clip((normals * half).sum(axis=1, keepdims=True), 0, 1) ** exponent
@@ -71,6 +87,13 @@ def shade(normals: Floats, views: Floats, surfaces: Floats) -> Floats:
     edge = 1 - np.clip((normals * views).sum(axis=1, keepdims=True), 0, 1)
     rim = RIM * edge**RIM_POWER * softness
     return to_srgb(tone(albedo * light + (shine + rim) * occlusion))
+
+
+def shade_vertices(points: Floats, normals: Floats, surfaces: Floats, eye: Floats) -> Floats:
+    """sRGB colours (vertex, 3) as an eye at `eye` (3,) m sees them."""
+    views = eye - points
+    views /= np.linalg.norm(views, axis=1, keepdims=True)
+    return shade(normals, views, surfaces)
 
 
 def tone(color: Floats) -> Floats:
@@ -88,26 +111,31 @@ def to_srgb(color: Floats) -> Floats:
 
 def background(height: int) -> Floats:
     """(height, 3) sRGB rows from top to bottom."""
-    share = np.linspace(0, 1, height, dtype=np.float32)[:, None]
-    share = share * share * (3 - 2 * share)
-    rows = np.float32(BACKGROUND_TOP) * (1 - share) + np.float32(BACKGROUND_BOTTOM) * share
-    return to_srgb(rows)
+    share = (np.arange(height, dtype=np.float32)[:, None] + 0.5) / height
+    return np.float32(BACKGROUND_TOP) * (1 - share) + np.float32(BACKGROUND_BOTTOM) * share
+
+
+def with_background(source: str) -> str:
+    """GLSL with the ground's colours written in for TOP and BOTTOM."""
+    return source.replace("TOP", _vec(BACKGROUND_TOP)).replace("BOTTOM", _vec(BACKGROUND_BOTTOM))
 
 
 def glsl() -> str:
     """The same `shade` as a GLSL function, its numbers written from above."""
     lines = []
-    for direction, color, wrap in LIGHTS:
+    for index, (direction, color, wrap) in enumerate(LIGHTS):
         towards = np.array(direction) / np.linalg.norm(direction)
-        lines.append(f"    lamp({_vec(towards)}, {_vec(color)}, {float(wrap)});")
+        glint = float(index < GLINTS)
+        lines.append(f"    lamp({_vec(towards)}, {_vec(color)}, {float(wrap)}, {glint});")
     return f"""
 vec3 N; vec3 V; vec3 light; vec3 shine; vec3 material;
-void lamp(vec3 towards, vec3 color, float wrap) {{
+void lamp(vec3 towards, vec3 color, float wrap, float glint) {{
     float facing = dot(N, towards);
     vec3 reach = vec3(wrap) + material.z * {_vec(TERMINATOR)};
     light += color * max((facing + reach) / (1.0 + reach), 0.0);
-    if (facing > 0.0)
-        shine += color * material.x * pow(clamp(dot(N, normalize(V + towards)), 0.0, 1.0), material.y);
+    if (facing * glint > 0.0)
+        shine += color * material.x
+            * pow(clamp(dot(N, normalize(V + towards)), 0.0, 1.0), material.y);
 }}
 vec3 shade(vec3 albedo, float occlusion) {{
     light = mix({_vec(GROUND)}, {_vec(SKY)}, N.y * 0.5 + 0.5);

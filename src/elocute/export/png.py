@@ -1,0 +1,65 @@
+"""A contact sheet: a take at a glance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.export.render import open_renderer, portrait
+from elocute.motion.atomic import write_atomically
+from elocute.motion.motion import Motion
+
+TILES = 20
+COLUMNS = 5
+
+
+def write_png(
+    motion: Motion,
+    path: str | Path,
+    *,
+    sound: object = None,
+    size: tuple[int, int] = (800, 800),
+    backend: str = "auto",
+    view: str = "front",
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Evenly spaced frames with their times, five in a row.
+
+    The sheet is twice as wide as `size`; its height follows. Raises OutputError.
+    """
+    frames = np.unique(np.linspace(0, motion.frame_count - 1, TILES).round().astype(int))
+    side = max(32, 2 * size[0] // COLUMNS)
+    camera = portrait(motion.head, view)
+    pictures = []
+    with (
+        write_atomically(path) as draft,
+        open_renderer(motion.head, (side, side), backend=backend, camera=camera) as renderer,
+    ):
+        for done, frame in enumerate(frames, 1):
+            pictures.append(renderer.frame(motion.vertices(frame, frame + 1)[0]))
+            if progress:
+                progress(done / len(frames))
+        labels = [f"{frame / motion.fps:.2f} s" for frame in frames]
+        contact_sheet(pictures, labels, COLUMNS).save(draft)
+
+
+def contact_sheet(
+    pictures: Sequence[NDArray[np.uint8]], labels: Sequence[str], columns: int
+) -> Any:
+    """A PIL image of equal pictures in rows, each with its label."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    height, width = pictures[0].shape[:2]
+    rows = -(-len(pictures) // columns)
+    sheet = Image.new("RGB", (columns * width, rows * height), (24, 26, 30))
+    draw = ImageDraw.Draw(sheet)
+    font = ImageFont.load_default(max(11, width // 22))
+    for index, (picture, label) in enumerate(zip(pictures, labels, strict=True)):
+        x, y = index % columns * width, index // columns * height
+        sheet.paste(Image.fromarray(picture), (x, y))
+        draw.text((x + width // 40, y + width // 60), label, fill=(235, 235, 235), font=font)
+    return sheet
