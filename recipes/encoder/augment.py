@@ -9,6 +9,7 @@ from __future__ import annotations
 import random
 
 import numpy as np
+from scipy import fft
 
 from encoder.store import HOP, RATE
 
@@ -22,6 +23,13 @@ class Augmenter:
         self.draw = random.Random(seed)
         self.numbers = np.random.default_rng(seed)
         self.noises = noises
+        # A minute of white noise to cut from: drawing it anew took longer than all the rest.
+        self.bank = self.numbers.standard_normal(60 * RATE, np.float32)
+
+    def white(self, count: int) -> np.ndarray:
+        """(count,) float32, a random stretch of the bank."""
+        begin = self.draw.randrange(len(self.bank) - count)
+        return self.bank[begin : begin + count]
 
     def chance(self, share: float) -> bool:
         return self.draw.random() < share
@@ -47,11 +55,11 @@ class Augmenter:
     def _reverberate(self, samples: np.ndarray) -> np.ndarray:
         length = int(self.draw.uniform(0.05, 0.6) * RATE)
         decay = np.exp(-6.9 * np.arange(length) / length)
-        response = self.numbers.standard_normal(length) * decay * self.draw.uniform(0.01, 0.12)
+        response = self.white(length) * decay.astype(np.float32) * self.draw.uniform(0.01, 0.1)
         response[0] = 1.0
-        size = 1 << (len(samples) + length).bit_length()
-        wet = np.fft.irfft(np.fft.rfft(samples, size) * np.fft.rfft(response, size), size)
-        return wet[: len(samples)].astype(np.float32)
+        size = fft.next_fast_len(len(samples) + length, real=True)
+        wet = fft.irfft(fft.rfft(samples, size) * fft.rfft(response, size), size)
+        return wet[: len(samples)]
 
     def _noise(self, count: int, level: float, babble: np.ndarray) -> np.ndarray:
         kind = self.draw.random()
@@ -67,10 +75,10 @@ class Augmenter:
 
     def _coloured(self, count: int) -> np.ndarray:
         """White to brown noise, sometimes swelling, sometimes with a hum."""
-        white = self.numbers.standard_normal(count)
-        spectrum = np.fft.rfft(white)
-        spectrum *= (np.arange(len(spectrum)) + 50.0) ** -self.draw.uniform(0, 1.2)
-        noise = np.fft.irfft(spectrum, count)
+        spectrum = fft.rfft(self.white(count))
+        slope = -self.draw.uniform(0, 1.2)
+        spectrum *= (np.arange(len(spectrum), dtype=np.float32) + 50.0) ** slope
+        noise = fft.irfft(spectrum, count)
         if self.chance(0.3):
             noise *= 1 + 0.9 * np.sin(np.arange(count) * (self.draw.uniform(0.3, 6) * 6.28 / RATE))
         if self.chance(0.15):

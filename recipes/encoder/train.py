@@ -17,6 +17,7 @@ from torch.nn import functional
 from elocute.articulation.phones import PHONES
 from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
 from encoder.augment import CHUNK_FRAMES, Augmenter, silence_gap, stretch
+from encoder.fast import fast_logits
 from encoder.spectrum import BatchFrontEnd
 from encoder.store import HOP, UNKNOWN, Shard, load_shard
 
@@ -80,8 +81,7 @@ class Mixer:
 
     def _nothing(self) -> tuple[np.ndarray, np.ndarray]:
         count = CHUNK_FRAMES * HOP
-        noise = self.augment.numbers.standard_normal(count).astype(np.float32)
-        return np.zeros(count, np.float32), noise
+        return np.zeros(count, np.float32), self.augment.white(count)
 
     def _babble(self, count: int) -> np.ndarray:
         """A few other people at once."""
@@ -91,7 +91,7 @@ class Mixer:
                 voice, _ = self._pick()
                 total += np.resize(voice, count)
         else:
-            total += self.augment.numbers.standard_normal(count).astype(np.float32)
+            total += self.augment.white(count)
         return total
 
     def batch(self, size: int) -> tuple[np.ndarray, np.ndarray]:
@@ -161,7 +161,7 @@ def train(
         with torch.no_grad():
             features = front_end(torch.from_numpy(waves), augment=True)
         net.train()
-        logits = net(features)
+        logits = fast_logits(net, features)
         loss = functional.cross_entropy(
             logits.transpose(1, 2), target, weights, ignore_index=UNKNOWN,
             label_smoothing=config.smoothing,
