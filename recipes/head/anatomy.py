@@ -78,6 +78,18 @@ class Anatomy:
     def tongue(self, body: np.ndarray) -> np.ndarray:
         return self.tongue_stencil @ body[self.tongue_of_base]
 
+    def lid_arc(self, skin: np.ndarray, upper: bool) -> np.ndarray:
+        """Vertices of the left lid's front edge between the corners, corners left out."""
+        edge, height = self.lid_front, skin[self.lid_front, 1]
+        first, last = int(skin[edge, 0].argmin()), int(skin[edge, 0].argmax())
+        count = len(edge)
+        ways = (
+            [(first + k) % count for k in range((last - first) % count + 1)],
+            [(first - k) % count for k in range((first - last) % count + 1)],
+        )
+        choose = max if upper else min
+        return edge[choose(ways, key=lambda way: height[way].mean())[1:-1]]
+
     @cached_property
     def inner_mouth(self) -> np.ndarray:
         """Skin vertices behind the contact ring."""

@@ -130,7 +130,7 @@ class Assembly:
 def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
     """Teeth and gums fitted to the mouth of `body`."""
     helper = body[UPPER_HELPER] * 1000
-    front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 1.9
+    front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 0.9
     upper = teeth.Arch(30.5, front, front - 45.0, biting, direction=-1)
     lower = teeth.Arch(28.6, front - 2.6, front - 45.5, biting - 1.4, direction=1)
     return {

@@ -49,25 +49,17 @@ def brows(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
 
 def lashes(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
     """A short dark fringe along each upper lid."""
-    front, back = anatomy.lid_front, anatomy.lid_middle
-    edge = skin[front]
-    ends = [int(edge[:, 0].argmin()), int(edge[:, 0].argmax())]
-    upper = _arc(len(front), ends[0], ends[1], edge[:, 1])
+    upper, back = anatomy.lid_arc(skin, upper=True), anatomy.lid_middle
     t = np.linspace(0, 1, len(upper))
     length = LASH_MM * np.sin(np.pi * np.clip(t * 0.88 + 0.02, 0, 1)) ** 0.9
     rows, offsets = [], []
-    for k, place in enumerate(upper):
-        nearest = back[np.linalg.norm(skin[back] - edge[place], axis=1).argmin()]
-        out = edge[place] - eye
+    for k, vertex in enumerate(upper):
+        nearest = back[np.linalg.norm(skin[back] - skin[vertex], axis=1).argmin()]
+        out = skin[vertex] - eye
         direction = np.array([0.25 * out[0] / 0.015, 0.45, 1.0])
         direction /= np.linalg.norm(direction)
-        for vertex, offset in (
-            (nearest, np.zeros(3)),
-            (front[place], np.array([0, 0.0, 0.0002])),
-            (front[place], direction * length[k] / 1000),
-        ):
-            rows.append({int(vertex): 1.0})
-            offsets.append(offset)
+        rows += [{int(nearest): 1.0}, {int(vertex): 1.0}, {int(vertex): 1.0}]
+        offsets += [np.zeros(3), np.array([0, 0, 0.0002]), direction * length[k] / 1000]
     shade = np.ones(len(rows))
     return _both_sides(anatomy, rows, np.array(offsets), (len(upper), 3), shade)
 
@@ -165,9 +157,3 @@ def _under(
     normal *= np.sign(normal[2]) / np.linalg.norm(normal)
     return {int(k): float(s) for k, s in zip(triangles[best], shares, strict=True)}, normal
 
-
-def _arc(count: int, first: int, last: int, height: np.ndarray) -> list[int]:
-    """Positions on a loop from `first` to `last`, the way that runs higher."""
-    forward = [(first + k) % count for k in range((last - first) % count + 1)]
-    backward = [(first - k) % count for k in range((first - last) % count + 1)]
-    return max(forward, backward, key=lambda way: height[way].mean())

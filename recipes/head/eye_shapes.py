@@ -8,7 +8,7 @@ from .face import EYES_OPEN, NeutralFace
 from .pose import axis_rotation
 
 LOOK_DEG = {"Down": 27.0, "Up": 21.0, "In": 32.0, "Out": 32.0}
-LID_DOWN, LID_UP = 0.42, 0.40
+LID_DOWN, LID_UP = 0.22, 0.40
 """How far the lids follow a look down (of a blink) and up (of wide eyes)."""
 
 
@@ -18,7 +18,7 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         low = side.lower()
         wide = face.expression(f"eye-{low}-opened-up")
         skin = {
-            "browDown": 0.8 * face.expression(f"eyebrows-{low}-down"),
+            "browDown": 0.65 * face.expression(f"eyebrows-{low}-down"),
             "browOuterUp": face.expression(f"eyebrows-{low}-extern-up"),
             "eyeBlink": face.expression(f"eye-{low}-closure") - EYES_OPEN * wide,
             "eyeWide": wide,

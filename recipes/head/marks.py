@@ -60,5 +60,8 @@ def regions(face: NeutralFace) -> dict[str, np.ndarray]:
         "gums": np.r_[slices["gums_upper"], slices["gums_lower"]],
         "neck_rim": face.anatomy.rim,
     }
+    for name, is_upper in (("lid_upper", True), ("lid_lower", False)):
+        arc = face.anatomy.lid_arc(skin, is_upper)
+        named |= {f"{name}_left": arc, f"{name}_right": face.anatomy.skin_mirror[arc]}
     named |= {name: np.r_[where] for name, where in slices.items() if name not in named}
     return {name: np.asarray(vertices, np.int32) for name, vertices in named.items()}

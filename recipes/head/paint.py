@@ -9,10 +9,10 @@ from .eyeball import IRIS_RAD, PUPIL_RAD
 from .face import NeutralFace
 
 MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball", "hair")
-SKIN = (0.80, 0.615, 0.52)
-LIP = (0.71, 0.43, 0.40)
+SKIN = (0.735, 0.545, 0.455)
+LIP = (0.645, 0.37, 0.345)
 INNER = (0.45, 0.17, 0.16)
-FLUSH = (0.80, 0.50, 0.43)
+FLUSH = (0.73, 0.43, 0.36)
 BROW, LASH = (0.30, 0.215, 0.165), (0.11, 0.08, 0.07)
 SCLERA, IRIS, IRIS_RIM, PUPIL = (0.92, 0.91, 0.89), (0.40, 0.29, 0.18), (0.20, 0.14, 0.09), (0.02,) * 3
 TOOTH, TOOTH_ROOT = (0.88, 0.85, 0.77), (0.78, 0.70, 0.58)
@@ -71,8 +71,8 @@ def _skin(face: NeutralFace) -> np.ndarray:
     colours = mix(colours, FLUSH, 0.40 * spot(0, -44, 11))
     colours = mix(colours, FLUSH, 0.20 * spot(0, -108, 14))
     colours = mix(colours, FLUSH, 0.55 * np.clip((side - 0.068) / 0.012, 0, 1) * (skin[:, 1] > eye[1] - 0.05))
-    colours = mix(colours, (0.66, 0.46, 0.42), 0.30 * spot(31, -2, 15))
-    colours = mix(colours, (0.60, 0.46, 0.39), 0.35 * spot(31, 20, 9))
+    colours = mix(colours, (0.60, 0.41, 0.37), 0.30 * spot(31, -2, 15))
+    colours = mix(colours, (0.54, 0.40, 0.34), 0.35 * spot(31, 20, 9))
     lid = np.zeros(len(skin))
     for loop in (face.anatomy.lid_middle, face.anatomy.lid_back):
         upper = loop[skin[loop, 1] > eye[1] - 0.001]

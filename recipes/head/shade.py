@@ -49,10 +49,10 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     for ring, floor in zip(near_lips, (0.80, 0.55, 0.38), strict=True):
         light[ring] = np.maximum(light[ring], floor)
     tongue = face.vertices[slices["tongue"], 2]
-    light[slices["tongue"]] = 0.13 + 0.45 * ((tongue - tongue.min()) / np.ptp(tongue)) ** 2.5
+    light[slices["tongue"]] = 0.06 + 0.36 * ((tongue - tongue.min()) / np.ptp(tongue)) ** 4
     for jaw in ("upper", "lower"):
         teeth = slices[f"teeth_{jaw}"]
-        light[teeth] = np.minimum(0.06 + 0.80 * (1 - depth[teeth]) ** 2.0, 0.74)
+        light[teeth] = np.minimum(0.05 + 0.80 * (1 - depth[teeth]) ** 2.2, 0.72)
         gums = slices[f"gums_{jaw}"]
-        light[gums] = 0.05 + 0.70 * (1 - depth[gums]) ** 2
+        light[gums] = 0.04 + 0.50 * (1 - depth[gums]) ** 2.5
     return light

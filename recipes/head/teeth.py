@@ -129,11 +129,11 @@ def teeth(arch: Arch, widths, heights, depths, tilts=(0.0, 0.4, -0.3, 0.3, 0.5, 
         y = arch.biting_mm - arch.direction * (height + tilts[place] - local[:, 1])
         left = np.stack([flat[:, 0], y, flat[:, 1]], 1)
         n = len(left)
-        # A crown's outside must stay outside: the lower jaw's crowns are the upper's mirrored.
-        first = faces if arch.direction > 0 else faces[:, ::-1]
+        # Mirroring turns faces inside out: the lower jaw's crowns and each right side need it.
+        first = faces[:, ::-1] if arch.direction > 0 else faces
         for side, side_faces in ((1, first), (-1, first[:, ::-1])):
             vertices.append(left * [side, 1, 1])
-            quads.append(_faces(side_faces) + count)
+            quads.append(side_faces + count)
             partner = count + n if side > 0 else count - n
             mirror.append(np.arange(n) + partner)
             shades.append(shade)
@@ -141,10 +141,6 @@ def teeth(arch: Arch, widths, heights, depths, tilts=(0.0, 0.4, -0.3, 0.3, 0.5, 
     return Part(
         np.vstack(vertices) / 1000, np.vstack(quads), np.concatenate(mirror), np.concatenate(shades)
     )
-
-
-def _faces(quads: np.ndarray) -> np.ndarray:
-    return np.asarray(quads)
 
 
 def gums(arch: Arch, heights, stations: int = 19) -> Part:
@@ -171,7 +167,7 @@ def gums(arch: Arch, heights, stations: int = 19) -> Part:
         for j in range(k):
             a, b = i * k + j, i * k + (j + 1) % k
             quad = [a, b, b + k, a + k]
-            quads.append(quad if arch.direction < 0 else quad[::-1])
+            quads.append(quad if arch.direction > 0 else quad[::-1])
     index = np.arange(n * k).reshape(n, k)
     shade = np.full(n * k, 1.0)
     return Part(whole.reshape(-1, 3) / 1000, np.array(quads), index[::-1].ravel(), shade)

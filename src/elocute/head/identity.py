@@ -1,4 +1,4 @@
-"""Whose face: by name, by seed, or from a file of coefficients."""
+"""Whose face: a name, a seed or a file of coefficients."""
 
 from __future__ import annotations
 
@@ -10,60 +10,69 @@ from numpy.typing import NDArray
 
 from elocute.errors import HeadError
 
-COUNT = 50
-FARTHEST = 5.0  # standard deviations
-SPREAD = 0.8  # of a drawn face; at 1.0 one in ten looks odd
-SEED_MAX = 2**32 - 1
-FILE_MAX_BYTES = 65536
+IDENTITY_COUNT = 50
+COEFFICIENT_MAX = 5.0
+SAMPLE_SPREAD = 0.85
+"""Standard deviation of a random face: a little under one, so that few look odd."""
+FILE_MAX_BYTES = 100_000
 
-# Faces chosen by looking: name → seed.
-NAMED: dict[str, int] = {
-    "ada": 3, "ben": 7, "chen": 12, "dara": 19, "emil": 23, "fatou": 31, "grace": 42, "hugo": 57,
-}  # fmt: skip
+NAMED_SEEDS: dict[str, int] = {}
 
 
 def sample_identity(seed: int) -> NDArray[np.float32]:
-    """(50,) coefficients in standard deviations; the same for the same seed."""
-    return (SPREAD * np.random.default_rng(seed).standard_normal(COUNT)).astype(np.float32)
+    """(50,) standard deviations of a random adult; the same seed gives the same face."""
+    drawn = np.random.default_rng(seed).normal(0.0, SAMPLE_SPREAD, IDENTITY_COUNT)
+    return np.clip(drawn, -2.5, 2.5).astype(np.float32)
 
 
-def resolve_identity(given: str) -> NDArray[np.float32]:
-    """(50,) coefficients of `mean`, a name of NAMED, a seed, or a file {"identity": [50 numbers]}.
+def identity_names() -> tuple[str, ...]:
+    """Names that `resolve_identity` knows."""
+    return ("mean", *NAMED_SEEDS)
 
-    Raises HeadError naming what is allowed.
+
+def resolve_identity(choice: str) -> NDArray[np.float32]:
+    """(50,) coefficients of "mean", a name, a whole number (seed) or a JSON file.
+
+    A file holds {"identity": [50 numbers from -5 to 5]}. Raises HeadError.
     """
-    if given == "mean":
-        return np.zeros(COUNT, np.float32)
-    if given in NAMED:
-        return sample_identity(NAMED[given])
-    if given.isdecimal() and int(given) <= SEED_MAX:
-        return sample_identity(int(given))
-    if Path(given).suffix.lower() == ".json":
-        return _read_identity(Path(given))
+    if choice == "mean":
+        return np.zeros(IDENTITY_COUNT, np.float32)
+    if choice in NAMED_SEEDS:
+        return sample_identity(NAMED_SEEDS[choice])
+    if choice.isascii() and choice.isdigit() and len(choice) <= 9:
+        return sample_identity(int(choice))
+    if choice.lower().endswith(".json"):
+        return read_identity(Path(choice))
     raise HeadError.about(
-        f"identity {given!r}", found="nobody of that name",
-        allowed=f"mean, {', '.join(NAMED)}, a seed from 0 to {SEED_MAX}, or a .json file",
-    )  # fmt: skip
+        f"identity {choice!r}",
+        found="no such face",
+        allowed=f"{', '.join(identity_names())}, a whole number from 0 to 999999999, a .json file",
+    )
 
 
-def _read_identity(path: Path) -> NDArray[np.float32]:
-    allowed = f'{{"identity": [{COUNT} numbers within ±{FARTHEST:g}]}}'
+def read_identity(path: Path) -> NDArray[np.float32]:
+    """(50,) from a JSON file. Raises HeadError."""
+    allowed = f'{{"identity": [{IDENTITY_COUNT} numbers from -5 to 5]}}'
     try:
         if path.stat().st_size > FILE_MAX_BYTES:
-            raise HeadError.about(path, found="more than 64 KiB", allowed=allowed)
-        record = json.loads(path.read_text(encoding="utf-8"))
+            raise HeadError.about(path, found="more than 100 kB", allowed=allowed)
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        numbers = np.array(stored["identity"], dtype=np.float64)
+    except HeadError:
+        raise
     except OSError as error:
-        raise HeadError.about(path, found=f"cannot be read ({error.strerror})") from error
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, HeadError):
-            raise
-        raise HeadError.about(path, found="no JSON", allowed=allowed) from error
-    values = record.get("identity") if isinstance(record, dict) else None
-    if not isinstance(values, list) or len(values) != COUNT:
-        size = f"{len(values)} numbers" if isinstance(values, list) else "no list `identity`"
-        raise HeadError.about(path, found=size, allowed=allowed)
-    for place, value in enumerate(values):
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (number and abs(value) <= FARTHEST):
-            raise HeadError.about(path, found=f"{value!r} at place {place}", allowed=allowed)
-    return np.array(values, np.float32)
+        raise HeadError.about(
+            path, found=f"cannot be read ({error.strerror})", allowed=allowed
+        ) from error
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise HeadError.about(path, found="not an identity", allowed=allowed) from error
+    if numbers.shape != (IDENTITY_COUNT,):
+        found = f"{numbers.size} numbers" if numbers.ndim == 1 else "not one list of numbers"
+        raise HeadError.about(path, found=found, allowed=allowed)
+    wrong = ~(np.abs(numbers) <= COEFFICIENT_MAX)  # also true for NaN
+    if wrong.any():
+        place = int(np.argmax(wrong))
+        raise HeadError.about(
+            path, found=f"identity[{place}] is {numbers[place]:g}", allowed=allowed
+        )
+    return numbers.astype(np.float32)

@@ -127,6 +127,37 @@ class HeadModel:
         k = len(coefficients)
         return self.joint_positions + np.tensordot(coefficients, self.joint_identity_basis[:k], 1)
 
+    @cached_property
+    def eye_distance_m(self) -> float:
+        """Distance between the outer corners of the eyes (iBUG landmarks 37 and 46)."""
+        outer = self.template[self.landmarks[[36, 45]]]
+        return float(np.linalg.norm(outer[1] - outer[0]))
+
+    def with_identity(self, coefficients: Array) -> HeadModel:
+        """The same head with somebody's face: template, joints and blinks that fit the eyes.
+
+        coefficients (identity,) in standard deviations. A blink is drawn for the mean face; on
+        an eye that stands further open it reaches further, in proportion.
+        """
+        template = self.identity_template(coefficients)
+        basis = self.expression_basis
+        for side in ("left", "right"):
+            name = f"eyeBlink{side.capitalize()}"
+            if name in self.expression_names and f"lid_upper_{side}" in self.regions:
+                basis = basis.copy() if basis is self.expression_basis else basis
+                scale = self._lid_gap(template, side) / self._lid_gap(self.template, side)
+                basis[self.expression_index(name)] *= np.float32(scale)
+        return replace(
+            self,
+            template=template.astype(np.float32),
+            expression_basis=basis,
+            joint_positions=self.identity_joints(coefficients).astype(np.float32),
+        )
+
+    def _lid_gap(self, vertices: Array, side: str) -> float:
+        upper = vertices[self.regions[f"lid_upper_{side}"], 1].mean()
+        return float(upper - vertices[self.regions[f"lid_lower_{side}"], 1].mean())
+
     def vertices(self, identity: Array, expression: Array) -> Array:
         """(vertex, 3) m: one face, before skinning."""
         return self.identity_template(identity) + np.tensordot(expression, self.expression_basis, 1)
