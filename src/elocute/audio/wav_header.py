@@ -1,50 +1,60 @@
-"""The header of a RIFF/WAVE file, read without trusting it."""
+"""The header of a RIFF/WAVE or RF64 file, read without trusting it."""
 
 from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
-UNKNOWN_SIZES = (0, 0xFFFFFFFF, 0x7FFFFFFF, 0x7FFFF000)  # what writers to a pipe leave behind
 CHUNKS_MAX = 1000
+# What writers to a pipe leave behind, who cannot go back to fill in the size.
+UNKNOWN_SIZES = (0xFFFFFFFF, 0x7FFFFFFF, 0x7FFFF000)
 
 
 @dataclass(frozen=True)
 class WavHeader:
-    """promised_bytes is None where the writer did not know."""
+    """promised_bytes of sound is None where the writer did not know."""
 
     channels: int
     sample_rate: int
-    frame_bytes: int
     promised_bytes: int | None
     present_bytes: int
 
 
 def read_wav_header(path: Path) -> WavHeader | None:
-    """The format and the size of the sound; None for what is no RIFF/WAVE or has no data."""
+    """Format and size of the sound; None for what is no WAVE file or ends before its sound."""
     total = path.stat().st_size
     with path.open("rb") as file:
-        if file.read(12)[:4] != b"RIFF":
+        head = file.read(12)
+        if head[:4] not in (b"RIFF", b"RF64") or head[8:] != b"WAVE":
             return None
-        fmt = None
-        for _ in range(CHUNKS_MAX):
-            head = file.read(8)
-            if len(head) < 8:
-                return None
-            name, size = struct.unpack("<4sI", head)
-            if name == b"fmt ":
-                body = file.read(min(size, 64))
-                if len(body) < 16:
-                    return None
-                fmt = struct.unpack("<HHIIHH", body[:16])
-                file.seek(size - len(body) + size % 2, 1)
-            elif name == b"data":
+        complete = struct.unpack("<I", head[4:8])[0] + 8 >= total
+        fmt = long_size = None
+        for name, size in _chunks(file):
+            if name == b"ds64":
+                long_size = struct.unpack("<8xQ", file.read(16))[0] if size >= 24 else None
+            elif name == b"fmt ":
+                body = file.read(16)
+                fmt = struct.unpack("<2xHI8x", body) if len(body) == 16 else None
+            elif name == b"data" and fmt:
                 present = total - file.tell()
-                if fmt is None:
-                    return None
-                unknown = size in UNKNOWN_SIZES and present > 0
-                return WavHeader(fmt[1], fmt[2], fmt[4], None if unknown else size, present)
-            else:
-                file.seek(size + size % 2, 1)
+                promised = long_size if long_size and size == 0xFFFFFFFF else size
+                # No size at all means "up to the end", unless the file as a whole is accounted for.
+                unknown = promised == 0 and present > 0 and not complete
+                if unknown or (promised in UNKNOWN_SIZES and not long_size):
+                    promised = None
+                return WavHeader(fmt[0], fmt[1], promised, present)
     return None
+
+
+def _chunks(file: BinaryIO):
+    """Name and size of each chunk, the file placed at its content."""
+    for _ in range(CHUNKS_MAX):
+        head = file.read(8)
+        if len(head) < 8:
+            return
+        name, size = struct.unpack("<4sI", head)
+        start = file.tell()
+        yield name, size
+        file.seek(start + size + size % 2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,66 +11,90 @@ from numpy.typing import NDArray
 from elocute.errors import AudioError
 
 RATE_RANGE = (4000, 768_000)
-LOUDEST = 100.0  # 1.0 is full scale; float files may go over it, but not to 1e38
+LOUDEST = 100.0
+"""1.0 is full scale. Float files may go over it (nothing is clipped), but not by 40 dB: such
+numbers are 16-bit integers written as floats, or damage."""
 
 
 @dataclass(frozen=True, eq=False)
 class Waveform:
     """samples (sample,) float32, full scale ±1; sample_rate in Hz.
 
-    Raises AudioError where the samples are not one-dimensional, fewer than two, not finite, or
-    the rate is absurd.
+    Raises AudioError where the samples are not floats, not one-dimensional, fewer than two, not
+    finite or beyond ±100, or the rate is absurd.
     """
 
     samples: NDArray[np.float32]
     sample_rate: int
 
     def __post_init__(self) -> None:
-        samples = np.ascontiguousarray(self.samples, dtype=np.float32)
-        if samples.ndim != 1 or len(samples) < 2:
-            raise AudioError(
-                f"waveform: found shape {samples.shape}; allowed: (samples,), two or more"
-            )
-        check_samples("waveform", samples, self.sample_rate)
-        check_rate("waveform", self.sample_rate)
+        given = np.asarray(self.samples)
+        if given.dtype.kind != "f":
+            raise AudioError.about(
+                "waveform", found=f"samples of type {given.dtype}", allowed="floats within ±1",
+                remedy="divide 16-bit integers by 32768",
+            )  # fmt: skip
+        with np.errstate(over="ignore"):
+            samples = np.ascontiguousarray(given, dtype=np.float32)
+        if given.ndim != 1 or len(samples) < 2:
+            raise AudioError.about(
+                "waveform", found=f"samples of shape {given.shape}",
+                allowed="(sample,), two or more", remedy="mix channels down first",
+            )  # fmt: skip
+        check_samples("waveform", samples, check_rate("waveform", self.sample_rate))
         object.__setattr__(self, "samples", samples)
+        object.__setattr__(self, "sample_rate", check_rate("waveform", self.sample_rate))
 
     @property
     def duration_s(self) -> float:
         return len(self.samples) / self.sample_rate
 
     def resample(self, sample_rate: int) -> Waveform:
-        """The same sound at another rate (soxr, high quality)."""
+        """The same sound at another rate (soxr, high quality). Raises AudioError."""
+        sample_rate = check_rate("waveform", sample_rate)
         if sample_rate == self.sample_rate:
             return self
         import soxr
 
-        check_rate("waveform", sample_rate)
         return Waveform(soxr.resample(self.samples, self.sample_rate, sample_rate), sample_rate)
 
 
-def check_rate(subject: object, rate: float) -> None:
-    """Raise AudioError for a sample rate that no speech has."""
+def check_rate(subject: object, rate: float) -> int:
+    """The rate as an integer. Raises AudioError for a sample rate that no speech has."""
     low, high = RATE_RANGE
-    if not low <= rate <= high:
+    try:
+        whole = operator.index(int(rate))
+    except (TypeError, ValueError, OverflowError):
+        whole = 0
+    if whole != rate or not low <= whole <= high:
         raise AudioError.about(
-            str(subject), found=f"sample rate {rate:g} Hz", allowed=f"{low} to {high} Hz"
-        )
+            str(subject), found=f"sample rate {rate} Hz",
+            allowed=f"{low} to {high} Hz, whole", remedy="export the sound at 16000 or 48000 Hz",
+        )  # fmt: skip
+    return whole
 
 
 def check_samples(
     subject: object, samples: NDArray[np.float32], rate: float, offset: int = 0
 ) -> None:
-    """Raise AudioError at the first sample that is no sound; `offset` samples came before."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        wrong = ~(np.abs(samples) <= LOUDEST)
-    if not wrong.any():
+    """Raise AudioError at the first sample that is no sound; `offset` samples came before.
+
+    samples: (sample,) or (sample, channel).
+    """
+    # Comparing with NaN is false, so one reduction each way finds everything.
+    if not len(samples) or (samples.max() <= LOUDEST and samples.min() >= -LOUDEST):
         return
-    first = int(wrong.argmax())
-    value = samples[first]
-    found = f"value {value:g}" if np.isfinite(value) else ("NaN" if np.isnan(value) else "infinity")
-    place = offset + first
+    with np.errstate(invalid="ignore"):
+        wrong = ~(np.abs(samples) <= LOUDEST)
+    where = np.unravel_index(int(wrong.argmax()), wrong.shape)
+    value, place = samples[where], offset + int(where[0])
+    if np.isfinite(value):
+        loudest = np.abs(samples[np.isfinite(samples)]).max()
+        found = f"value {value:g} (largest {loudest:g})"
+    else:
+        found = "NaN" if np.isnan(value) else "infinity"
     raise AudioError.about(
         str(subject), found=f"{found} at sample {place} ({place / rate:.3f} s)",
-        allowed=f"finite samples within ±{LOUDEST:g}", remedy="export the sound again",
+        allowed=f"finite samples within ±{LOUDEST:g}, full scale being ±1",
+        remedy="export the sound again",
     )  # fmt: skip

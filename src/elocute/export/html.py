@@ -1,0 +1,73 @@
+"""One self-contained page: the head, its sound and a viewer; works from file:// offline."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from pathlib import Path
+from typing import Any
+
+from elocute.errors import MachineError
+from elocute.export.gltf import glb_bytes
+from elocute.export.sound import Sound, pack_sound
+from elocute.motion.atomic import write_atomically
+from elocute.motion.motion import Motion
+
+ASSETS = Path(__file__).parent / "assets"
+
+
+def write_html(
+    motion: Motion,
+    path: str | Path,
+    *,
+    sound: Sound | None = None,
+    title: str | None = None,
+    progress: Any = None,
+) -> None:
+    """Write the page. Raises OutputError; MachineError where the viewer was not built."""
+    path = Path(path)
+    page, viewer = _asset("viewer.html"), _asset("viewer.js")
+    packed, media = pack_sound(sound) if sound is not None else (b"", None)
+    template = motion.head.template
+    take = {
+        "fps": motion.fps,
+        "duration": motion.duration_s,
+        "sound": media,
+        "low": template.min(axis=0).tolist(),
+        "high": template.max(axis=0).tolist(),
+    }
+    parts = {
+        "@TITLE@": html.escape(title or path.stem),
+        # No "<" leaves the JSON, so nothing in it can end its script element.
+        "@TAKE@": json.dumps(take).replace("<", "\\u003c"),
+        "@HEAD@": base64.b64encode(glb_bytes(motion)).decode(),
+        "@SOUND@": base64.b64encode(packed).decode(),
+        "@VIEWER@": viewer,
+    }
+    with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
+        # One pass over the page: what is put in is never searched for marks itself.
+        for piece in _pieces(page, parts):
+            file.write(piece)
+
+
+def _pieces(page: str, parts: dict[str, str]) -> list[str]:
+    pieces, rest = [], page
+    while rest:
+        found = [(rest.index(mark), mark) for mark in parts if mark in rest]
+        if not found:
+            return [*pieces, rest]
+        place, mark = min(found)
+        pieces += [rest[:place], parts[mark]]
+        rest = rest[place + len(mark) :]
+    return pieces
+
+
+def _asset(name: str) -> str:
+    try:
+        return (ASSETS / name).read_text(encoding="utf-8")
+    except OSError as error:
+        raise MachineError(
+            f"the viewer ({ASSETS / name}) was not built; install Elocute again with pip, "
+            "with Node or a network at hand"
+        ) from error
