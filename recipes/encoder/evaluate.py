@@ -113,10 +113,17 @@ def f1(counts: np.ndarray) -> np.ndarray:
 
 
 def tuned_f1(heard: list[Heard], phones: list[int]) -> tuple[float, float]:
-    """F1 and threshold, each half of the speakers at the threshold tuned on the other half."""
+    """F1 and threshold, each half of the speakers at the threshold tuned on the other half.
+
+    Of a single speaker, each half of the utterances.
+    """
     speakers = sorted({one.speaker for one in heard})
+    side_of = [
+        (speakers.index(one.speaker) if len(speakers) > 1 else index) % 2
+        for index, one in enumerate(heard)
+    ]
     halves = [
-        f1_by_threshold([one for one in heard if (speakers.index(one.speaker) % 2) == side], phones)
+        f1_by_threshold([one for one, at in zip(heard, side_of, strict=True) if at == side], phones)
         for side in (0, 1)
     ]
     picks = [int(f1(half).argmax()) for half in halves]
