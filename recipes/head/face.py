@@ -13,7 +13,7 @@ from .population import RACES, Traits, body
 from .pose import PoseUnits
 from .topology import SmoothSpread, mirrored, symmetrised
 
-SOFTENING = (("mouth/mouth-angles-up", 0.12),)
+SOFTENING = (("mouth/mouth-angles-up", 0.15), ("head/head-scale-vert-decr", 0.15))
 """Small touches that make the average face friendlier: (target, amount)."""
 
 

@@ -52,12 +52,10 @@ def identity_basis(
 
 
 def _person(face: NeutralFace, rng: np.random.Generator) -> np.ndarray:
-    """Vertices and joints of one adult, lips sealed, placed like the template."""
+    """Vertices and joints of one adult: placed like the template, lips sealed, neck cut."""
     body = random_adult(face.mh, rng)
-    vertices = face.assembly.whole(body)
-    vertices[face.skin_slice] = face.finished(vertices[face.skin_slice])
-    face.assembly.attach(vertices)
-    joints = joints_of(face, body)
     upper = face.skin[:, 1] > face.skin[:, 1].mean()
-    shift = (face.skin - vertices[face.skin_slice])[upper].mean(0)
-    return np.concatenate([vertices, joints]).ravel() + np.tile(shift, len(vertices) + 5)
+    shift = (face.skin - face.anatomy.skin(body))[upper].mean(0)
+    vertices = face.assembly.whole(body + shift)
+    vertices[face.skin_slice] = face.finished(vertices[face.skin_slice])
+    return np.concatenate([face.assembly.attach(vertices), joints_of(face, body + shift)]).ravel()

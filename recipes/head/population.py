@@ -17,8 +17,8 @@ OPPOSITES = (
     ("backward", "forward"), ("concave", "convex"), ("compress", "uncompress"),
 )  # fmt: skip
 SPREAD = {
-    "mouth": 0.32, "nose": 0.34, "eyes": 0.28, "chin": 0.34, "cheek": 0.34,
-    "ears": 0.35, "forehead": 0.35, "eyebrows": 0.35, "head": 0.28, "neck": 0.30,
+    "mouth": 0.24, "nose": 0.26, "eyes": 0.21, "chin": 0.26, "cheek": 0.26,
+    "ears": 0.26, "forehead": 0.20, "eyebrows": 0.28, "head": 0.13, "neck": 0.15,
 }  # fmt: skip
 """Standard deviation of a detail control, of its full range, by face part."""
 OUTLINES = ("oval", "round", "rectangular", "square", "triangular", "invertedtriangular", "diamond")
@@ -101,11 +101,11 @@ def random_adult(mh: MakeHuman, rng: np.random.Generator, detail: float = 1.0) -
         amount = float(np.clip(rng.normal(0, SPREAD[folder]), -0.85, 0.85)) * detail
         for low, high in pairs:
             moved += abs(amount) * mh.target(low if amount < 0 else high)
-    moved += rng.uniform(0, 0.45) * detail * mh.target(f"head/head-{rng.choice(OUTLINES)}")
+    moved += rng.uniform(0, 0.35) * detail * mh.target(f"head/head-{rng.choice(OUTLINES)}")
     if rng.random() < 0.5:
         for name in ASYMMETRIES:
             side = rng.choice(["l", "r"])
-            moved += rng.uniform(0, 0.25) * detail * mh.target(f"asym/asym-{name}-{side}")
+            moved += rng.uniform(0, 0.2) * detail * mh.target(f"asym/asym-{name}-{side}")
     return mh.base.vertices + moved
 
 

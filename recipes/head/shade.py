@@ -50,9 +50,9 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
         light[ring] = np.maximum(light[ring], floor)
     tongue = face.vertices[slices["tongue"], 2]
     light[slices["tongue"]] = 0.06 + 0.36 * ((tongue - tongue.min()) / np.ptp(tongue)) ** 4
-    for jaw in ("upper", "lower"):
+    for jaw, brightest in (("upper", 0.70), ("lower", 0.42)):
         teeth = slices[f"teeth_{jaw}"]
-        light[teeth] = np.minimum(0.05 + 0.80 * (1 - depth[teeth]) ** 2.2, 0.72)
+        light[teeth] = np.minimum(0.04 + 0.80 * (1 - depth[teeth]) ** 2.2, brightest)
         gums = slices[f"gums_{jaw}"]
         light[gums] = 0.04 + 0.50 * (1 - depth[gums]) ** 2.5
     return light
