@@ -22,10 +22,10 @@ function studio(scene) {
     scene.add(light);
   };
   lamp(0xffeedd, 2.6, -0.55, 0.6, 0.8);
-  lamp(0xdde6ff, 0.7, 0.85, 0.1, 0.6);
+  lamp(0xdde6ff, 1.3, 0.85, 0.1, 0.6);
   lamp(0xf4f4ff, 1.6, 0.45, 0.65, -0.75);
   lamp(0xe8ecff, 0.8, -0.8, 0.25, -0.6);
-  scene.add(new THREE.HemisphereLight(0xccd2dd, 0x6a5a50, 0.75));
+  scene.add(new THREE.HemisphereLight(0xccd2dd, 0x8a7a70, 1.5));
 }
 
 // Where there is no sound, a clock keeps the time in its place.
@@ -87,9 +87,9 @@ function clockText(seconds) {
 
 function start() {
   const take = JSON.parse($("take").textContent);
-  const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+  const renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
   renderer.toneMapping = THREE.ACESFilmicToneMapping;
-  renderer.toneMappingExposure = 0.85;
+  renderer.toneMappingExposure = 1.15;
   renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
   renderer.domElement.setAttribute("aria-label", "A speaking head; drag to turn it");
   $("stage").append(renderer.domElement);

@@ -1,0 +1,49 @@
+"""Features over time, and the windows that VOCA looks through."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """values (frame, feature) float32 at `rate` Hz, frame k at k / rate; who made them.
+
+    Raises InputError where shape, rate or numbers are wrong.
+    """
+
+    values: NDArray[np.float32]
+    rate: float
+    encoder: str
+
+    def __post_init__(self) -> None:
+        values = np.ascontiguousarray(self.values, np.float32)
+        if values.ndim != 2 or not len(values) or not np.isfinite(values).all():
+            raise InputError(f"features: found shape {values.shape}; allowed: (frames, n), finite")
+        if not (np.isfinite(self.rate) and self.rate > 0):
+            raise InputError(f"features rate: found {self.rate}; allowed: above 0 Hz")
+        object.__setattr__(self, "values", values)
+
+    def resample(self, rate: float) -> Features:
+        """Linear interpolation to another rate; the duration stays, the last value holds."""
+        count = max(1, round(len(self.values) / self.rate * rate))
+        places = np.minimum(np.arange(count) * (self.rate / rate), len(self.values) - 1)
+        below = np.floor(places).astype(int)
+        above = np.minimum(below + 1, len(self.values) - 1)
+        share = (places - below)[:, None]
+        values = self.values[below] * (1 - share) + self.values[above] * share
+        return replace(self, values=values.astype(np.float32), rate=rate)
+
+    def windows(self, size: int = 16) -> NDArray[np.float32]:
+        """(frame, size, feature): window i covers frames i - size/2 … i + size/2 - 1.
+
+        Zeros stand beyond both ends (VOCA 2019, section 4.1: W = 16 frames around each).
+        """
+        before = size // 2
+        padded = np.pad(self.values, ((before, size - before - 1), (0, 0)))
+        return np.lib.stride_tricks.sliding_window_view(padded, size, axis=0).swapaxes(1, 2).copy()
