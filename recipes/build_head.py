@@ -2,13 +2,13 @@
 
     python recipes/build_head.py [--data ../shared/data] [--people 600]
 
-Writes src/elocute/head/assets/head.npz. Takes about eight minutes on one core, nearly all of
-it spent on sampling people.
+Writes src/elocute/head/assets/head.npz and identities.json. Takes half a minute on one core.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from head.face import NeutralFace
 from head.identity import JOINT_NAMES, JOINT_PARENTS, IdentityBasis, identity_basis, joints_of
 from head.lips import PAIRS
 from head.makehuman import MakeHuman
+from head.people import coefficients
 from head.preview import vertex_normals
 from head.shapes import expression_basis
 from head.weights import skin_weights
@@ -36,21 +37,25 @@ NOTICE = (
 )
 
 
-def build(data: Path, people: int, cache: Path | None) -> HeadModel:
+def build(data: Path, people: int, cache: Path | None) -> tuple[HeadModel, dict]:
+    """The head, and the coefficients of the named faces."""
     face = NeutralFace(MakeHuman(data / "makehuman"))
     identity = cached_identity(face, people, cache)
-    print(f"identity: {identity.explained:.4f} of variance, held out {identity.held_out_m * 1e3:.2f} mm")
+    print(
+        f"identity: {identity.explained:.4f} of variance, held out {identity.held_out_m * 1e3:.2f} mm"
+    )
     shapes = expression_basis(face)
-    return assembled(face, identity, shapes)
+    named = coefficients(face, identity)
+    for name, values in named.items():
+        print(f"{name}: largest coefficient {np.abs(values).max():.1f}")
+    return assembled(face, identity, shapes), named
 
 
 def cached_identity(face: NeutralFace, people: int, cache: Path | None) -> IdentityBasis:
     """Sampling people is slow: keep the basis beside the scratch files while shapes change."""
     if cache and cache.exists():
         with np.load(cache) as stored:
-            return IdentityBasis(
-                stored["vertices"], stored["joints"], float(stored["explained"]), float(stored["held_out_m"])
-            )
+            return IdentityBasis(**{name: stored[name] for name in stored.files})
     basis = identity_basis(face, people)
     if cache:
         np.savez(cache, **vars(basis))
@@ -98,6 +103,7 @@ def assembled(face: NeutralFace, identity: IdentityBasis, shapes: np.ndarray) ->
         occlusion=light.astype(np.float32),
         mirror=assembly.mirror.astype(np.int32),
         notice=NOTICE,
+        tone_basis=identity.tone.astype(np.float32),
     )
 
 
@@ -110,8 +116,10 @@ def main() -> None:
         "--out", type=Path, default=ROOT / "src" / "elocute" / "head" / "assets" / "head.npz"
     )
     choice = parser.parse_args()
-    head = build(choice.data, choice.people, choice.cache)
+    head, named = build(choice.data, choice.people, choice.cache)
     save_head(choice.out, head)
+    rounded = {name: np.round(values, 3).tolist() for name, values in named.items()}
+    choice.out.with_name("identities.json").write_text(json.dumps(rounded) + "\n")
     print(f"{choice.out}: {head.vertex_count} vertices, {choice.out.stat().st_size / 1e6:.2f} MB")
 
 

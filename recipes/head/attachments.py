@@ -116,9 +116,9 @@ def _both_sides(
     columns, across = grid
     n = len(rows)
     index = np.arange(n).reshape(columns, across)
-    quads = np.stack(
-        [index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], -1
-    ).reshape(-1, 4)
+    quads = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], -1).reshape(
+        -1, 4
+    )
     other = [
         {int(anatomy.skin_mirror[vertex]): share for vertex, share in row.items()} for row in rows
     ]
@@ -156,4 +156,3 @@ def _under(
     normal = np.cross(b[best] - a[best], c[best] - a[best])
     normal *= np.sign(normal[2]) / np.linalg.norm(normal)
     return {int(k): float(s) for k, s in zip(triangles[best], shares, strict=True)}, normal
-

@@ -29,14 +29,17 @@ def eyeball(radius_m: float) -> Eyeball:
     angles = np.array(RINGS_RAD)
     turn = 2 * np.pi * np.arange(AROUND) / AROUND
     bulge = 1 + CORNEA_MM / 1000 / radius_m * np.clip(1 - (angles / 0.47) ** 2, 0, 1) ** 0.8
-    rings = np.stack(
-        [
-            np.sin(angles)[:, None] * np.cos(turn),
-            np.sin(angles)[:, None] * np.sin(turn),
-            np.repeat(np.cos(angles)[:, None], AROUND, 1),
-        ],
-        -1,
-    ) * bulge[:, None, None]
+    rings = (
+        np.stack(
+            [
+                np.sin(angles)[:, None] * np.cos(turn),
+                np.sin(angles)[:, None] * np.sin(turn),
+                np.repeat(np.cos(angles)[:, None], AROUND, 1),
+            ],
+            -1,
+        )
+        * bulge[:, None, None]
+    )
     front = np.array([[0, 0, 1 + CORNEA_MM / 1000 / radius_m]])
     back = np.array([[0, 0, -1.0]])
     vertices = np.vstack([front, rings.reshape(-1, 3), back])
@@ -54,4 +57,3 @@ def eyeball(radius_m: float) -> Eyeball:
         quads.append([third, second, first, rear])
     spread = np.r_[0.0, np.repeat(angles, AROUND), np.pi]
     return Eyeball(vertices * radius_m, np.array(quads), spread)
-

@@ -16,9 +16,7 @@ def jaw_weights(assembly: Assembly) -> np.ndarray:
     """(vertex,) share of the jaw bone and all bones below it."""
     anatomy = assembly.anatomy
     mh = anatomy.mh
-    body = sum(
-        weight for bone, weight in mh.bone_weights.items() if "jaw" in mh.ancestors(bone)
-    )
+    body = sum(weight for bone, weight in mh.bone_weights.items() if "jaw" in mh.ancestors(bone))
     weights = np.zeros(assembly.count)
     weights[assembly.slices["skin"]] = anatomy.skin_stencil @ body[anatomy.skin_of_base]
     weights[assembly.slices["tongue"]] = 1.0

@@ -8,7 +8,10 @@ from .anatomy import CONTACT_RING, CORNERS, Anatomy
 from .topology import SmoothSpread
 
 PAIRS = tuple(
-    [(upper, lower) for upper, lower in zip((27, 28, 30, 32, 34, 36), range(25, 19, -1), strict=True)]
+    [
+        (upper, lower)
+        for upper, lower in zip((27, 28, 30, 32, 34, 36), range(25, 19, -1), strict=True)
+    ]
     + [(0, 19)]
     + [(upper, lower) for upper, lower in zip((2, 4, 6, 8, 10, 11), range(18, 12, -1), strict=True)]
 )

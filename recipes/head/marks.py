@@ -26,7 +26,9 @@ def landmarks(face: NeutralFace) -> np.ndarray:
     jaw = [nearest(*p) for p in half_jaw] + [nearest(0, -107, 15)]
     jaw += [nearest(-x, y, z) for x, y, z in reversed(half_jaw)]
     half_brow = [(-50, 18, -1), (-43, 23, 8), (-34, 24, 13), (-24, 22, 17), (-14, 19, 20)]
-    brows = [nearest(*p) for p in half_brow] + [nearest(-x, y, z) for x, y, z in reversed(half_brow)]
+    brows = [nearest(*p) for p in half_brow] + [
+        nearest(-x, y, z) for x, y, z in reversed(half_brow)
+    ]
     bridge = [nearest(0, y, z) for y, z in ((2, 22), (-12, 27), (-25, 34), (-38, 41))]
     base = [nearest(x, y, z) for x, y, z in
             ((-14, -47, 20), (-7, -50, 25), (0, -52, 28), (7, -50, 25), (14, -47, 20))]  # fmt: skip
@@ -45,7 +47,11 @@ def regions(face: NeutralFace) -> dict[str, np.ndarray]:
     inner = face.anatomy.inner_mouth
     outside = np.setdiff1d(np.arange(len(skin)), inner)
     ahead = skin[outside]
-    is_face = (ahead[:, 2] > eye[2] - 0.055) & (ahead[:, 1] > eye[1] - 0.115) & (ahead[:, 1] < eye[1] + 0.07)
+    is_face = (
+        (ahead[:, 2] > eye[2] - 0.055)
+        & (ahead[:, 1] > eye[1] - 0.115)
+        & (ahead[:, 1] < eye[1] + 0.07)
+    )
     around_eye = np.linalg.norm((skin[outside] * [1, 1, 1] - eye) * [1, 1, 0.6], axis=1) < 0.024
     around_other = np.linalg.norm((skin[outside] - eye * [-1, 1, 1]) * [1, 1, 0.6], axis=1) < 0.024
     named = {

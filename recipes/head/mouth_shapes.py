@@ -10,7 +10,7 @@ from .lip_forms import Aperture, aperture_moves, carried_block, reach
 from .lips import COLUMN_COUNT, RING_COUNT
 
 FUNNEL = Aperture(
-    half_width=11.5, above=-0.2, below=7.4, forward=6.0, corner_back=3.4, evert_deg=14,
+    half_width=10.8, above=1.2, below=6.6, forward=6.0, corner_back=3.4, evert_deg=14,
     thickness=0.90, roundness=0.75,
 )  # fmt: skip
 PUCKER = Aperture(

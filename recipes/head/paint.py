@@ -14,7 +14,12 @@ LIP = (0.645, 0.37, 0.345)
 INNER = (0.45, 0.17, 0.16)
 FLUSH = (0.73, 0.43, 0.36)
 BROW, LASH = (0.30, 0.215, 0.165), (0.11, 0.08, 0.07)
-SCLERA, IRIS, IRIS_RIM, PUPIL = (0.92, 0.91, 0.89), (0.40, 0.29, 0.18), (0.20, 0.14, 0.09), (0.02,) * 3
+SCLERA, IRIS, IRIS_RIM, PUPIL = (
+    (0.92, 0.91, 0.89),
+    (0.40, 0.29, 0.18),
+    (0.20, 0.14, 0.09),
+    (0.02,) * 3,
+)
 TOOTH, TOOTH_ROOT = (0.88, 0.85, 0.77), (0.78, 0.70, 0.58)
 GUM, TONGUE = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38)
 
@@ -67,10 +72,12 @@ def _skin(face: NeutralFace) -> np.ndarray:
         near = np.exp(-((np.linalg.norm(away, axis=1) / radius_mm) ** 2))
         return near * (skin[:, 2] > eye[2] - 0.03)
 
-    colours = mix(colours, FLUSH, 0.45 * spot(36, -36, 20))
-    colours = mix(colours, FLUSH, 0.40 * spot(0, -44, 11))
+    colours = mix(colours, FLUSH, 0.30 * spot(35, -36, 19))
+    colours = mix(colours, FLUSH, 0.32 * spot(0, -44, 11))
     colours = mix(colours, FLUSH, 0.20 * spot(0, -108, 14))
-    colours = mix(colours, FLUSH, 0.55 * np.clip((side - 0.068) / 0.012, 0, 1) * (skin[:, 1] > eye[1] - 0.05))
+    colours = mix(
+        colours, FLUSH, 0.40 * np.clip((side - 0.068) / 0.012, 0, 1) * (skin[:, 1] > eye[1] - 0.05)
+    )
     colours = mix(colours, (0.60, 0.41, 0.37), 0.30 * spot(31, -2, 15))
     colours = mix(colours, (0.54, 0.40, 0.34), 0.35 * spot(31, 20, 9))
     lid = np.zeros(len(skin))
@@ -86,8 +93,8 @@ def _skin(face: NeutralFace) -> np.ndarray:
     inner = np.zeros(len(skin))
     inner[face.anatomy.inner_mouth] = 1
     inner[rings[7]] = 0.35
-    inner[rings[8]] = 0.6
-    inner[rings[9]] = 0.8
+    inner[rings[8]] = 0.3
+    inner[rings[9]] = 0.55
     return mix(colours, INNER, inner)
 
 

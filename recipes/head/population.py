@@ -86,8 +86,18 @@ def _moves_whole_part(folder: str, name: str) -> bool:
     return "trans-in" in name and folder in ("head", "nose", "mouth", "neck")
 
 
-def random_adult(mh: MakeHuman, rng: np.random.Generator, detail: float = 1.0) -> np.ndarray:
-    """(vertex, 3) m: one sampled adult over the whole base mesh."""
+TONES = (0.92, 0.34, 0.18)
+"""Skin tone of each ancestry's average, 0 light … 1 dark; individuals vary around it."""
+
+
+def tone_of(traits: Traits) -> float:
+    return float(np.dot(traits.races, TONES))
+
+
+def random_adult(
+    mh: MakeHuman, rng: np.random.Generator, detail: float = 1.0
+) -> tuple[np.ndarray, Traits]:
+    """(vertex, 3) m: one sampled adult over the whole base mesh, and its traits."""
     races = rng.dirichlet([0.8, 0.8, 0.8])
     traits = Traits(
         male=rng.beta(0.45, 0.45),
@@ -106,7 +116,7 @@ def random_adult(mh: MakeHuman, rng: np.random.Generator, detail: float = 1.0) -
         for name in ASYMMETRIES:
             side = rng.choice(["l", "r"])
             moved += rng.uniform(0, 0.2) * detail * mh.target(f"asym/asym-{name}-{side}")
-    return mh.base.vertices + moved
+    return mh.base.vertices + moved, traits
 
 
 _controls: dict[int, dict] = {}

@@ -108,9 +108,7 @@ def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def _projection(camera: Camera, aspect: float) -> tuple[np.ndarray, np.ndarray]:
     yaw, pitch = np.radians(camera.yaw_deg), np.radians(camera.pitch_deg)
-    away = np.array(
-        [np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)]
-    )
+    away = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
     eye = np.asarray(camera.target) + away * camera.distance_m
     right = np.cross([0, 1, 0], away)
     right /= np.linalg.norm(right)

@@ -45,6 +45,10 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     depth = np.clip((front - face.vertices[:, 2]) / 0.030, 0, 1)
     deep = (1 - depth) ** 1.3 * np.clip(0.35 + 1.6 * free, 0, 1)
     light[inside] = np.clip(0.05 + 0.95 * deep[inside], 0, 1)
+    # The inner side of the lips catches light when they part: only what is behind is dark.
+    skin_z = face.vertices[slices["skin"], 2]
+    open_side = 0.38 * np.clip((skin_z - (front - 0.010)) / 0.008, 0, 1)
+    light[slices["skin"]] = np.maximum(light[slices["skin"]], open_side)
     near_lips = face.lips.rings[[7, 8, 9]]
     for ring, floor in zip(near_lips, (0.80, 0.55, 0.38), strict=True):
         light[ring] = np.maximum(light[ring], floor)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ SAMPLE_SPREAD = 0.85
 """Standard deviation of a random face: a little under one, so that few look odd."""
 FILE_MAX_BYTES = 100_000
 
-NAMED_SEEDS: dict[str, int] = {}
+NAMED_PATH = Path(__file__).parent / "assets" / "identities.json"
 
 
 def sample_identity(seed: int) -> NDArray[np.float32]:
@@ -27,7 +28,12 @@ def sample_identity(seed: int) -> NDArray[np.float32]:
 
 def identity_names() -> tuple[str, ...]:
     """Names that `resolve_identity` knows."""
-    return ("mean", *NAMED_SEEDS)
+    return ("mean", *_named())
+
+
+@cache
+def _named() -> dict[str, list[float]]:
+    return json.loads(NAMED_PATH.read_text(encoding="utf-8"))
 
 
 def resolve_identity(choice: str) -> NDArray[np.float32]:
@@ -37,8 +43,8 @@ def resolve_identity(choice: str) -> NDArray[np.float32]:
     """
     if choice == "mean":
         return np.zeros(IDENTITY_COUNT, np.float32)
-    if choice in NAMED_SEEDS:
-        return sample_identity(NAMED_SEEDS[choice])
+    if choice in _named():
+        return np.array(_named()[choice], np.float32)
     if choice.isascii() and choice.isdigit() and len(choice) <= 9:
         return sample_identity(int(choice))
     if choice.lower().endswith(".json"):

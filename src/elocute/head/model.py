@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
+from elocute.head.tone import TONE_SHARES, recoloured
 
 Array = NDArray[np.float32]
 Indices = NDArray[np.int32]
@@ -55,6 +56,8 @@ class HeadModel:
     occlusion: Array  # (vertex,) 1 = open to the light, 0 = never lit
     mirror: Indices  # (vertex,) the vertex on the other side
     notice: str = field(repr=False)  # licence and origin
+    tone_basis: Array = field(default_factory=lambda: np.zeros(0, np.float32))
+    """(1 + identity,) skin tone of the mean face (0 light … 1 dark), then its slope; or empty."""
 
     def __post_init__(self) -> None:
         _check_shapes(self)
@@ -152,7 +155,19 @@ class HeadModel:
             template=template.astype(np.float32),
             expression_basis=basis,
             joint_positions=self.identity_joints(coefficients).astype(np.float32),
+            vertex_color=self._toned(coefficients),
         )
+
+    def _toned(self, coefficients: Array) -> NDArray[np.uint8]:
+        if not len(self.tone_basis):
+            return self.vertex_color
+        mean, slope = float(self.tone_basis[0]), self.tone_basis[1 : 1 + len(coefficients)]
+        tone = mean + float(slope @ coefficients[: len(slope)])
+        share = np.zeros(self.vertex_count, np.float32)
+        for index, name in enumerate(self.material_names):
+            where = np.unique(self.quads[self.material == index])
+            share[where] = np.maximum(share[where], TONE_SHARES.get(name, 0.0))
+        return recoloured(self.vertex_color, share, mean, tone)
 
     def _lid_gap(self, vertices: Array, side: str) -> float:
         upper = vertices[self.regions[f"lid_upper_{side}"], 1].mean()

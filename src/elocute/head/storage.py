@@ -15,7 +15,8 @@ from elocute.head.model import HeadModel
 BASIS_STEP_M = 5e-6
 """Bases are stored in whole steps of 5 micrometres: a tenth of what anyone can see."""
 
-_FLOATS = ("template", "uv", "joint_positions", "joint_identity_basis", "skin_weights")
+_FLOATS = ("template", "uv", "joint_positions", "joint_identity_basis", "skin_weights",
+           "tone_basis")  # fmt: skip
 _INDICES = (
     "quads", "uv_quads", "landmarks", "lip_rings", "outer_lip_upper", "outer_lip_lower",
     "inner_lip_upper", "inner_lip_lower", "outer_corners", "inner_corners", "mirror",
