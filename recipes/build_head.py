@@ -42,7 +42,8 @@ def build(data: Path, people: int, cache: Path | None) -> tuple[HeadModel, dict]
     face = NeutralFace(MakeHuman(data / "makehuman"))
     identity = cached_identity(face, people, cache)
     print(
-        f"identity: {identity.explained:.4f} of variance, held out {identity.held_out_m * 1e3:.2f} mm"
+        f"identity: {identity.explained:.4f} of variance, "
+        f"held out {identity.held_out_m * 1e3:.2f} mm"
     )
     shapes = expression_basis(face)
     named = coefficients(face, identity)

@@ -7,6 +7,7 @@ identity and expression without bases of its own.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
@@ -39,7 +40,7 @@ def brows(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
         for row in range(BROW_ROWS):
             place = np.array([x[column], middle[column] + across[row] * half[column]]) / 1000
             end = 1.0 if 0 < column < BROW_COLUMNS - 1 else 0.0
-            mixture, outward = _under(anatomy, skin, place + [0, eye[1]])
+            mixture, outward = _under(anatomy, skin, place + np.array([0, eye[1]]))
             rows.append(mixture)
             offsets.append(outward * (lift[row] * end - 0.3 * (1 - end)) / 1000)
     shade = np.tile(np.abs(across) < 0.9, (BROW_COLUMNS, 1)).astype(float)
@@ -80,7 +81,7 @@ def bust(anatomy: Anatomy) -> Attachment:
     offsets.append([0, -0.0020, 0])
     rings = [rim, *(anatomy.skin_count + np.arange(n) + n * k for k in range(len(steps)))]
     quads = []
-    for outer, inner in zip(rings[:-1], rings[1:], strict=True):
+    for outer, inner in pairwise(rings):
         for k in range(n):
             quads.append([outer[k], outer[(k + 1) % n], inner[(k + 1) % n], inner[k]])
     centre = anatomy.skin_count + n * len(steps)

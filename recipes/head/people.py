@@ -21,7 +21,7 @@ class Person:
 PEOPLE = (
     Person("ada", Traits(0.0, 0.52, 0.45, 0.45, (0.1, 0.0, 0.9)), (("head/head-oval", 0.3),)),
     Person("ben", Traits(1.0, 0.55, 0.60, 0.50, (0.0, 0.1, 0.9)), (("chin/chin-width-incr", 0.3),)),
-    Person("chidi", Traits(1.0, 0.56, 0.60, 0.50, (1.0, 0.0, 0.0)), (("head/head-rectangular", 0.2),)),
+    Person("chidi", Traits(1.0, 0.56, 0.60, 0.50, (1.0, 0.0, 0.0)), (("head/head-square", 0.2),)),
     Person("dana", Traits(0.05, 0.68, 0.45, 0.60, (0.2, 0.2, 0.6)), (("head/head-round", 0.3),)),
     Person("esi", Traits(0.0, 0.52, 0.45, 0.45, (1.0, 0.0, 0.0)), (("head/head-oval", 0.3),)),
     Person("feng", Traits(1.0, 0.60, 0.50, 0.48, (0.0, 1.0, 0.0)), (("head/head-square", 0.2),)),

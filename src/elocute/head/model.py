@@ -83,25 +83,6 @@ class HeadModel:
         """(triangle, 3) into `uv`, row for row with `triangles`."""
         return _halves(self.uv_quads)[_kept_halves(self.quads)]
 
-    @property
-    def eye_distance_m(self) -> float:
-        """Distance of the outer eye corners (iBUG 36 and 45)."""
-        right, left = self.template[self.landmarks[[36, 45]]]
-        return float(np.linalg.norm(left - right))
-
-    def with_identity(self, coefficients: Array) -> HeadModel:
-        """The same head with somebody's face; the identity space is left behind.
-
-        coefficients (identity,) in standard deviations, at most as many as the basis has.
-        """
-        return replace(
-            self,
-            template=self.identity_template(coefficients).astype(np.float32),
-            joint_positions=self.identity_joints(coefficients).astype(np.float32),
-            identity_basis=self.identity_basis[:0],
-            joint_identity_basis=self.joint_identity_basis[:0],
-        )
-
     def expression_index(self, name: str) -> int:
         """Row of `expression_basis` that `name` owns; HeadError if there is none."""
         try:
@@ -139,9 +120,16 @@ class HeadModel:
     def with_identity(self, coefficients: Array) -> HeadModel:
         """The same head with somebody's face: template, joints and blinks that fit the eyes.
 
-        coefficients (identity,) in standard deviations. A blink is drawn for the mean face; on
-        an eye that stands further open it reaches further, in proportion.
+        coefficients (identity,) in standard deviations, at most as many as the basis has;
+        HeadError for more. A blink is drawn for the mean face: on an eye that stands further
+        open it reaches further, in proportion. The identity space itself is left behind.
         """
+        if len(coefficients) > len(self.identity_basis):
+            raise HeadError.about(
+                f"head {self.name!r}",
+                found=f"{len(coefficients)} identity coefficients",
+                allowed=f"at most {len(self.identity_basis)}",
+            )
         template = self.identity_template(coefficients)
         basis = self.expression_basis
         for side in ("left", "right"):
@@ -156,6 +144,9 @@ class HeadModel:
             expression_basis=basis,
             joint_positions=self.identity_joints(coefficients).astype(np.float32),
             vertex_color=self._toned(coefficients),
+            identity_basis=self.identity_basis[:0],
+            joint_identity_basis=self.joint_identity_basis[:0],
+            tone_basis=self.tone_basis[:0],
         )
 
     def _toned(self, coefficients: Array) -> NDArray[np.uint8]:
