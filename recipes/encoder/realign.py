@@ -21,11 +21,11 @@ SILENCE = PHONES.index("SIL")
 VOICES = {"en": "en-us"}  # espeak-ng's voice where it is not named as the language
 FRAME_LEAST = -8.0  # no single frame may veto a path
 REST_COST = 3.0  # of a rest between two phones: a stop's closure belongs to the stop
-WORST = -2.4  # mean score along the path below which text and sound do not fit
+WORST = -2.7  # mean log-posterior of the spoken phones below which text and sound do not fit
 
 
 def viterbi(log_posteriors: np.ndarray, phones: list[int]) -> tuple[np.ndarray, float]:
-    """(frame,) phone indices of the best path through `phones` in order, and its mean score.
+    """(frame,) phones of the best path through `phones` in order, and the mean score of the spoken.
 
     Each phone lasts at least one frame; silence may come before, after and between any two.
     """
@@ -47,12 +47,12 @@ def viterbi(log_posteriors: np.ndarray, phones: list[int]) -> tuple[np.ndarray, 
         came[frame] = options.argmax(axis=0)
         total = options.max(axis=0) + scores[frame]
     state = count - 1 if total[-1] > total[-2] else count - 2
-    best = total[state]
     path = np.empty(frames, int)
     for frame in range(frames - 1, -1, -1):
         path[frame] = states[state]
-        state -= came[frame, state]
-    return path, float(best / frames)
+        state -= int(came[frame, state])
+    spoken = path != SILENCE
+    return path, float(log_posteriors[spoken, path[spoken]].mean())
 
 
 class Realigner:

@@ -23,8 +23,8 @@ from encoder.store import HOP, UNKNOWN, Shard, load_shard
 
 # How often each kind of speech is heard; speakers count for more than minutes.
 MIX = {
-    "espeak": 0.20, "flite": 0.05, "festival": 0.05, "speechocean": 0.34, "kathleen_en": 0.11,
-    "wakeword": 0.09, "fsdd": 0.03, "kerstin_de": 0.07, "nathalie_nl": 0.05, "precise": 0.02,
+    "espeak": 0.20, "flite": 0.05, "festival": 0.05, "speechocean": 0.32, "kathleen_en": 0.11,
+    "wakeword": 0.09, "fsdd": 0.03, "kerstin_de": 0.07, "nathalie_nl": 0.05, "precise": 0.04,
 }  # fmt: skip
 NOTHING_SHARE = 0.02
 LIPS = ("P", "B", "M", "F", "V")
