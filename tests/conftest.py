@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -25,10 +26,15 @@ def speech_wav() -> Path:
     return ROOT / "src" / "elocute" / "assets" / "example.flac"
 
 
-def need(condition: object, what: str) -> None:
+@pytest.fixture(scope="session")
+def need() -> Callable[[object, str], None]:
     """Skip for a missing system package, but fail where everything must be there (CI)."""
-    if condition:
-        return
-    if os.environ.get("ELOCUTE_REQUIRE_SYSTEM"):
-        pytest.fail(f"{what} is missing, and ELOCUTE_REQUIRE_SYSTEM says it must be there")
-    pytest.skip(f"needs {what}")
+
+    def check(there: object, what: str) -> None:
+        if there:
+            return
+        if os.environ.get("ELOCUTE_REQUIRE_SYSTEM"):
+            pytest.fail(f"{what} is missing, and ELOCUTE_REQUIRE_SYSTEM says it must be there")
+        pytest.skip(f"needs {what}")
+
+    return check

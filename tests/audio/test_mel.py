@@ -7,8 +7,15 @@ import python_speech_features as psf
 
 from elocute.audio.features import Features
 from elocute.audio.front_end import encoder_features
-from elocute.audio.mel import fbank, filterbank_energies, hz_to_mel, log_mel, mel_filterbank
-from elocute.audio.mel import mel_to_hz, mfcc
+from elocute.audio.mel import (
+    fbank,
+    filterbank_energies,
+    hz_to_mel,
+    log_mel,
+    mel_filterbank,
+    mel_to_hz,
+    mfcc,
+)
 from elocute.audio.mel3 import derivative, mel3_frames, mel3_windows
 from elocute.audio.read import read_audio
 from elocute.errors import InputError

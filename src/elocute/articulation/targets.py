@@ -27,6 +27,10 @@ _GROUP_OF = {
     "tongue": ("tongueTipUp", "tongueDental", "tongueOut"),
 }  # fmt: skip
 
+# Blending with neighbours takes about a third off every opening; targets overshoot by as much.
+OVERSHOOT = 1.45
+_OVERSHOT = ("jawOpen", "mouthLowerDown", "mouthUpperUp")
+
 # A diphthong travels: the first half of its posterior goes to one vowel, the second to another.
 DIPHTHONGS = {
     "AW": ("AA", "UH"),
@@ -103,7 +107,8 @@ def phone_targets() -> NDArray[np.float32]:
     for phone, (mixture, _) in _TARGETS.items():
         for viseme, share in mixture.items():
             for curve, weight in VISEME_SHAPES[viseme].items():
-                table[PHONES.index(phone), names.index(curve)] += share * weight
+                gain = OVERSHOOT if curve.startswith(_OVERSHOT) else 1.0
+                table[PHONES.index(phone), names.index(curve)] += gain * share * weight
     return table
 
 

@@ -124,6 +124,10 @@ class GlRenderer:
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(height, width, 3) picture of vertices (vertex, 3) m."""
+        with self._gl:  # several renderers may live in one process
+            return self._draw(points)
+
+    def _draw(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         import moderngl
 
         normals = vertex_normals(points, self._triangles)
