@@ -71,6 +71,11 @@ class NeutralFace:
         """Skin of any face with sealed lips and the neck cut along the bust's plane."""
         return skin + self.lips.seal(skin) + self.bust(skin)
 
+    def off_the_bust(self, height_m: float) -> np.ndarray:
+        """(vertex,) 0 at the cut of the neck, 1 from a height above it, smoothly between."""
+        t = np.clip((self.vertices @ self.bust.normal - self.bust.height) / height_m, 0, 1)
+        return t * t * (3 - 2 * t)
+
     @property
     def skin(self) -> np.ndarray:
         return self.vertices[self.skin_slice]

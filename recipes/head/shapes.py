@@ -12,12 +12,15 @@ from .tongue_shapes import tongue_shapes
 
 NOISE_M = 4e-6
 """Displacements below this are rounding, not shape."""
+BUST_M = 0.03
+"""No shape moves the cut of the neck; this high above it shapes are whole."""
 
 
 def expression_basis(face: NeutralFace) -> np.ndarray:
     """(expression, vertex, 3) in the order of NAMES, exactly mirror-symmetric."""
     drawn = eye_and_brow_shapes(face) | mouth_shapes(face) | tongue_shapes(face)
-    return np.stack([_tidy(face.attached(_symmetric(face, drawn, name))) for name in NAMES])
+    loose = face.off_the_bust(BUST_M)[:, None]
+    return np.stack([_tidy(face.attached(_symmetric(face, drawn, name) * loose)) for name in NAMES])
 
 
 def _symmetric(face: NeutralFace, drawn: dict[str, np.ndarray], name: str) -> np.ndarray:

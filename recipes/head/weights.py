@@ -10,6 +10,9 @@ from .identity import JOINT_NAMES
 NECK_BONES = {"neck03": 0.6, "neck02": 0.25}
 """How far the upper neck already turns with the head."""
 
+NECK_M = 0.05
+"""Height over the bust's cut below which the neck turns less and less with the head."""
+
 
 def skin_weights(face: NeutralFace) -> np.ndarray:
     """(vertex, joint), rows sum to one."""
@@ -26,6 +29,7 @@ def skin_weights(face: NeutralFace) -> np.ndarray:
     weights[:, column["head"]] = 1
     skin = slices["skin"]
     with_head = np.clip(anatomy.skin_stencil @ with_head[anatomy.skin_of_base], 0, 1)
+    with_head *= face.off_the_bust(NECK_M)[skin]
     weights[skin, column["head"]] = with_head
     weights[skin, column["neck"]] = 1 - with_head
     jaw = np.minimum(face.jaw_weights, weights[:, column["head"]])

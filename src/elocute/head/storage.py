@@ -49,6 +49,8 @@ def save_head(path: Path, head: HeadModel) -> None:
 
 def load_head(path: Path) -> HeadModel:
     """Read what `save_head` wrote; HeadError if the file is not a head."""
+    if not path.is_file():
+        raise HeadError.about(path, found="no such file", allowed="a head (.npz)")
     try:
         with np.load(path, allow_pickle=False) as stored:
             return _head_of({name: stored[name] for name in stored.files})
