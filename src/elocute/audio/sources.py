@@ -24,7 +24,9 @@ FORMATS = "wav, flac, mp3, ogg, opus, m4a, mp4, mkv, webm"
 AGAIN = "copy or export it again"
 BLOCK_VALUES_MAX = 20_000_000  # samples times channels held at once: 80 MB
 # Lossy streams count whole packets; one that ends earlier than this was cut off.
-SHORTFALL_S = 0.25
+SHORTFALL_S = 0.1
+# Only these go to libsndfile: it would search anything else named .mp3 for MPEG frames.
+SNDFILE_HEADS = (b"RIFF", b"RF64", b"riff", b"FORM", b"fLaC", b"OggS", b"caff", b".snd", b"ID3")
 LOSSLESS = ("WAV", "WAVEX", "RF64", "W64", "FLAC", "AIFF", "CAF", "AU")
 # Only sound and video: FFmpeg would also follow playlists, which name other files.
 DEMUXERS = (
@@ -65,11 +67,18 @@ def open_source(path: Path) -> Source:
     header = wav_header.read_wav_header(path)
     if header:
         _check_wav(path, header)
-    _check_ogg(path)
+        if header.promised_bytes is None:
+            return ContainerSource(path)  # libsndfile would take a size of 0 at its word
+    with path.open("rb") as file:
+        head = file.read(24)
+    _check_outer_size(path, head)
+    mpeg_frame = head[:1] == b"\xff" and head[1] >= 0xE0 if len(head) > 1 else False
+    if not (head.startswith(SNDFILE_HEADS) or mpeg_frame):
+        return ContainerSource(path)
     import soundfile
 
     try:
-        return SoundFileSource(path, sized=header is None or header.promised_bytes is not None)
+        return SoundFileSource(path)
     except soundfile.LibsndfileError:
         return ContainerSource(path)
 
@@ -114,18 +123,32 @@ def _check_wav(path: Path, header: wav_header.WavHeader) -> None:
         )
 
 
-def _check_ogg(path: Path) -> None:
-    """Ogg promises nothing, but its last page says how long it is itself."""
-    with path.open("rb") as file:
-        if file.read(4) != b"OggS":
+def _check_outer_size(path: Path, head: bytes) -> None:
+    """AIFF, Wave64 and Ogg: what libsndfile would read silently although its end is missing."""
+    present = path.stat().st_size
+    if head.startswith(b"FORM") and head[8:11] == b"AIF":
+        promised = int.from_bytes(head[4:8], "big") + 8
+        if promised - 8 in wav_header.UNKNOWN_SIZES:
             return
+    elif head.startswith(b"riff") and len(head) == 24:
+        promised = int.from_bytes(head[16:24], "little")
+    elif head.startswith(b"OggS"):
+        promised = present + _missing_of_last_page(path)
+    else:
+        return
+    if promised > present + 1:  # one byte of padding may lack
+        raise cut_off(path, f"{present} of the {promised} bytes promised")
+
+
+def _missing_of_last_page(path: Path) -> int:
+    """Bytes that the last Ogg page lacks: each page says how long it is."""
+    with path.open("rb") as file:
         file.seek(0, os.SEEK_END)
         file.seek(-min(file.tell(), OGG_PAGE_MAX), os.SEEK_END)
         tail = file.read()
     page = tail[tail.rfind(b"OggS\0") :]
-    segments = page[26] if len(page) > 26 else 255
-    if len(page) < 27 + segments + sum(page[27 : 27 + segments]):
-        raise cut_off(path, "part of its last page")
+    segments = page[26] if len(page) > 26 else 1
+    return max(0, 27 + segments + sum(page[27 : 27 + segments]) - len(page))
 
 
 def cut_off(path: Path, found: str) -> AudioError:
@@ -144,14 +167,14 @@ def damaged(path: Path, reason: object) -> AudioError:
 class SoundFileSource:
     """wav, flac, ogg, mp3, aiff … by libsndfile, which removes encoder delays itself."""
 
-    def __init__(self, path: Path, sized: bool = True) -> None:
+    def __init__(self, path: Path) -> None:
         import soundfile
 
         self._file = soundfile.SoundFile(path)
         self._path = path
         rate, frames = self._file.samplerate, self._file.frames
         known = 0 <= frames < 2**62 and rate > 0
-        self.promised = frames if known and sized else None
+        self.promised = frames if known else None
         self.slack = 0 if self._file.format in LOSSLESS else round(SHORTFALL_S * rate)
         self.info = AudioInfo(
             self._file.format, self._file.subtype, rate, self._file.channels,
@@ -207,7 +230,7 @@ class ContainerSource:
         )
         promised_s = self._promised_s(seconds)
         self.promised = round(promised_s * rate) if promised_s else None
-        self.slack = round(max(SHORTFALL_S, 0.01 * (seconds or 0)) * rate)
+        self.slack = round((SHORTFALL_S + 0.002 * (seconds or 0)) * rate)
 
     def _seconds(self) -> float | None:
         if self._stream.duration is not None and self._stream.time_base:

@@ -1,0 +1,135 @@
+"""The viewer page in a real browser, from file://, without a network."""
+
+import json
+import re
+import shutil
+import time
+
+import numpy as np
+import pytest
+
+from elocute.export.html import ASSETS, write_html
+from elocute.synthesis.animate import animate
+
+
+@pytest.fixture(scope="module")
+def page(speech_wav, tmp_path_factory):
+    """A page whose name tries to break out of it."""
+    path = tmp_path_factory.mktemp("html") / "a <b> & '</title>.html".replace("/", "")
+    take = animate(speech_wav, fps=30)
+    take.write(path)
+    return path, take.motion
+
+
+@pytest.fixture(scope="module")
+def browser(need, tmp_path_factory):
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    need(chromium and shutil.which("chromedriver"), "chromium and chromium-driver")
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    profile = tmp_path_factory.mktemp("profile")
+    for flag in (
+        "headless", "no-sandbox", "use-angle=swiftshader", "enable-unsafe-swiftshader",
+        "disable-quic", "no-first-run", "disable-background-networking", "mute-audio",
+        "disable-component-update", "disable-sync", "window-size=700,700",
+        "autoplay-policy=no-user-gesture-required", f"user-data-dir={profile}",
+    ):  # fmt: skip
+        options.add_argument(f"--{flag}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    service = webdriver.ChromeService(shutil.which("chromedriver"))
+    driver = webdriver.Chrome(options=options, service=service)
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def shown(browser, page):
+    browser.get(page[0].as_uri())
+    for _ in range(100):
+        if browser.execute_script("return document.body.classList.contains('ready')"):
+            return browser
+        time.sleep(0.2)
+    pytest.fail(f"the page never got ready: {browser.get_log('browser')}")
+
+
+pytestmark = pytest.mark.browser
+
+
+def influences(browser):
+    """Morph weights by name, as drawn."""
+    return browser.execute_script(
+        "elocute.show(); const m = elocute.meshes[0]; return Object.fromEntries("
+        "Object.entries(m.morphTargetDictionary).map(([n, i]) => [n, m.morphTargetInfluences[i]]))"
+    )
+
+
+def test_it_loads_without_errors_and_asks_nobody(shown):
+    errors = [entry for entry in shown.get_log("browser") if entry["level"] == "SEVERE"]
+    assert not errors
+    asked = []
+    for entry in shown.get_log("performance"):
+        message = json.loads(entry["message"])["message"]
+        if message["method"] == "Network.requestWillBeSent":
+            asked.append(message["params"]["request"]["url"])
+    assert any(url.startswith("file:") for url in asked)
+    assert [url for url in asked if url.startswith(("http", "ws"))] == []
+
+
+def test_the_name_is_shown_and_not_obeyed(shown, page):
+    assert shown.title == page[0].stem
+    assert shown.execute_script("return document.querySelectorAll('b').length") == 0
+
+
+def test_a_head_is_drawn(shown):
+    pixels = shown.execute_script(
+        "elocute.show(); const c = document.querySelector('canvas'), s = document.createElement("
+        "'canvas'); s.width = s.height = 64; const g = s.getContext('2d');"
+        "g.drawImage(c, 0, 0, 64, 64); return Array.from(g.getImageData(0, 0, 64, 64).data)"
+    )
+    picture = np.array(pixels).reshape(64, 64, 4)
+    assert picture[30, 32, 3] == 255 and picture[2, 2, 3] == 0
+    assert picture[10:50, 22:42, :3].std() > 15
+
+
+@pytest.mark.parametrize("at_s", [0.0, 1.5, 4.2])
+def test_the_face_follows_the_clock_of_the_sound(shown, page, at_s):
+    motion = page[1]
+    shown.execute_script("elocute.sound.pause(); elocute.jump(arguments[0])", at_s)
+    time.sleep(0.4)
+    drawn = influences(shown)
+    frame = round(at_s * motion.fps)
+    for name in ("jawOpen", "mouthClose", "mouthPucker"):
+        near = motion.weights[max(0, frame - 1) : frame + 2, motion.names.index(name)]
+        assert near.min() - 1e-3 <= drawn[name] <= near.max() + 1e-3
+
+
+def test_play_moves_time_and_face_together(shown, page):
+    motion = page[1]
+    shown.execute_script("elocute.jump(0.5); document.getElementById('play').click()")
+    time.sleep(1.2)
+    at_s, jaw = shown.execute_script(
+        "elocute.sound.pause(); elocute.show(); const m = elocute.meshes[0];"
+        "return [elocute.sound.currentTime, m.morphTargetInfluences[m.morphTargetDictionary.jawOpen]]"
+    )
+    assert at_s > 0.8
+    frame = at_s * motion.fps
+    column = motion.weights[int(max(frame - 1, 0)) : int(frame) + 3, motion.names.index("jawOpen")]
+    assert column.min() - 1e-3 <= jaw <= column.max() + 1e-3
+
+
+def test_the_page_carries_no_address(page):
+    text = page[0].read_text(encoding="utf-8")
+    outside = re.sub(r'<script id="(head|sound)".*?</script>', "", text, flags=re.S)
+    assert not re.search(r'(src|href)\s*=\s*["\']https?:', outside)
+    assert (ASSETS / "THIRD_PARTY_NOTICES.txt").is_file()
+
+
+def test_without_sound_a_clock_keeps_time(page, browser, tmp_path):
+    write_html(page[1], tmp_path / "silent.html")
+    browser.get((tmp_path / "silent.html").as_uri())
+    time.sleep(2)
+    browser.execute_script("document.getElementById('play').click()")
+    time.sleep(0.6)
+    assert browser.execute_script("return elocute.sound.currentTime") > 0.3
