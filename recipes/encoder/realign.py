@@ -19,6 +19,8 @@ from encoder.synthesise import Espeak
 
 SILENCE = PHONES.index("SIL")
 VOICES = {"en": "en-us"}  # espeak-ng's voice where it is not named as the language
+# Speakers of German make their r at the back of the mouth, unlike espeak-ng: the lips stay put.
+UVULAR = {"R": "HH"}
 FRAME_LEAST = -8.0  # no single frame may veto a path
 REST_COST = 3.0  # of a rest between two phones: a stop's closure belongs to the stop
 WORST = -2.7  # mean log-posterior of the spoken phones below which text and sound do not fit
@@ -65,7 +67,8 @@ class Realigner:
         """(frame,) phones at 50 Hz, or None where text and sound do not fit."""
         voice = VOICES.get(recording.language, recording.language)
         _, phones = self.engine.speak(recording.text, voice, 170, 50, 50)
-        names = [PHONES.index(name) for _, _, name in phones if name != "SIL"]
+        seen = UVULAR if recording.language == "de" else {}
+        names = [PHONES.index(seen.get(name, name)) for _, _, name in phones if name != "SIL"]
         with torch.no_grad():
             logits = self.net(torch.from_numpy(encoder_features(samples)[None]))[0]
         posteriors = torch.log_softmax(logits, -1).numpy()
