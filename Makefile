@@ -10,7 +10,7 @@ SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -
 
 demo: .venv/ready-demo
 	mkdir -p out
-	$(BIN)/elocute animate --force src/elocute/assets/example.flac \
+	$(BIN)/elocute animate src/elocute/assets/example.flac \
 		-o out/talk.mp4 -o out/talk.glb -o out/talk.html
 	@echo "Look at out/talk.mp4, open out/talk.html in a browser, load out/talk.glb anywhere."
 
