@@ -16,6 +16,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from elocute.export.surface import vertex_normals
 from elocute.head import HeadModel, save_head
 from head import marks, paint, shade
 from head.arkit import NAMES
@@ -24,7 +25,6 @@ from head.identity import JOINT_NAMES, JOINT_PARENTS, IdentityBasis, identity_ba
 from head.lips import PAIRS
 from head.makehuman import MakeHuman
 from head.people import coefficients
-from head.preview import vertex_normals
 from head.shapes import expression_basis
 from head.weights import skin_weights
 

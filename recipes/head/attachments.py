@@ -32,7 +32,7 @@ def brows(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
     t = np.linspace(0, 1, BROW_COLUMNS)
     x = 10.5 + 40.0 * t
     middle = 17.6 + 6.2 * np.sin(np.pi * np.clip(t * 0.80 + 0.06, 0, 1)) ** 1.2 - 1.0 * t
-    half = np.interp(t, [0, 0.08, 0.3, 0.6, 1], [2.2, 2.9, 3.1, 2.3, 0.5])
+    half = np.interp(t, [0, 0.07, 0.16, 0.35, 0.65, 1], [1.0, 2.2, 2.8, 3.0, 2.1, 0.4])
     across = np.linspace(1, -1, BROW_ROWS)
     lift = np.interp(np.abs(across), [0, 0.5, 1], [0.55, 0.45, -0.35])
     rows, offsets = [], []
@@ -44,7 +44,7 @@ def brows(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
             rows.append(mixture)
             offsets.append(outward * (lift[row] * end - 0.3 * (1 - end)) / 1000)
     shade = np.tile(np.abs(across) < 0.9, (BROW_COLUMNS, 1)).astype(float)
-    shade[[0, -1]] *= 0.4
+    shade[0], shade[1] = 0.15 * shade[0], 0.7 * shade[1]
     return _both_sides(anatomy, rows, np.array(offsets), (BROW_COLUMNS, BROW_ROWS), shade.ravel())
 
 

@@ -13,7 +13,13 @@ from .population import RACES, Traits, body
 from .pose import PoseUnits
 from .topology import SmoothSpread, mirrored, symmetrised
 
-SOFTENING = (("mouth/mouth-angles-up", 0.15), ("head/head-scale-vert-decr", 0.15))
+SOFTENING = (
+    ("mouth/mouth-angles-up", 0.28),
+    ("head/head-scale-vert-decr", 0.15),
+    ("eyes/l-eye-corner2-up", 0.18),
+    ("eyes/r-eye-corner2-up", 0.18),
+    ("mouth/mouth-lowerlip-volume-decr", 0.15),
+)
 """Small touches that make the average face friendlier: (target, amount)."""
 
 

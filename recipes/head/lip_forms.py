@@ -21,6 +21,7 @@ class Aperture:
     corner_back: float  # how far the corners lie behind the middle
     evert_deg: float = 0.0  # outward turn of the lips' profile
     thickness: float = 1.0  # height of the red lip against rest
+    taper: float = 0.0  # how much thinner the lips are at the corners than at rest
     roundness: float = 1.0  # 0 keeps the rest outline's normals, 1 takes the ellipse's
 
 
@@ -58,7 +59,8 @@ def _profile(profile: np.ndarray, form: Aperture, angle: float, side: float) -> 
         ellipse = np.array([np.sign(angle), 0.0])
     normal = (1 - form.roundness) * radial + form.roundness * ellipse
     normal /= np.linalg.norm(normal)
-    along = offset[:, :2] @ radial * form.thickness
+    thinner = 1 - form.taper * np.abs(np.sin(angle)) ** 4
+    along = offset[:, :2] @ radial * form.thickness * thinner
     depth = offset[:, 2]
     turn = np.radians(form.evert_deg) * np.clip(np.arange(RING_COUNT) / -9 + 1.2, 0, 1)
     turned = along * np.cos(turn) + depth * np.sin(turn) * 0.5

@@ -92,7 +92,7 @@ def _skin(face: NeutralFace) -> np.ndarray:
         colours = mix(colours, LIP, where)
     inner = np.zeros(len(skin))
     inner[face.anatomy.inner_mouth] = 1
-    inner[rings[7]] = 0.35
+    inner[rings[7]] = 0.2
     inner[rings[8]] = 0.3
     inner[rings[9]] = 0.55
     return mix(colours, INNER, inner)

@@ -54,7 +54,7 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
         light[ring] = np.maximum(light[ring], floor)
     tongue = face.vertices[slices["tongue"], 2]
     light[slices["tongue"]] = 0.06 + 0.36 * ((tongue - tongue.min()) / np.ptp(tongue)) ** 4
-    for jaw, brightest in (("upper", 0.70), ("lower", 0.42)):
+    for jaw, brightest in (("upper", 0.62), ("lower", 0.30)):
         teeth = slices[f"teeth_{jaw}"]
         light[teeth] = np.minimum(0.04 + 0.80 * (1 - depth[teeth]) ** 2.2, brightest)
         gums = slices[f"gums_{jaw}"]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 TONE_SHARES = {"skin": 1.0, "lips": 0.85, "hair": 0.5}
 """How far each material follows the tone."""
+LIGHTEST, DARKEST = 0.10, 0.97
 _PLACES = (0.0, 0.3, 0.65, 1.0)
 _ALBEDO = np.array(
     [[0.565, 0.32, 0.23], [0.50, 0.26, 0.17], [0.27, 0.125, 0.073], [0.115, 0.052, 0.031]]
@@ -15,8 +16,8 @@ _ALBEDO = np.array(
 
 
 def skin_albedo(tone: float) -> NDArray[np.float64]:
-    """(3,) linear colour of skin at a tone 0…1 (clipped)."""
-    tone = min(max(tone, 0.0), 1.0)
+    """(3,) linear colour of skin at a tone, clipped to what is painted."""
+    tone = min(max(tone, LIGHTEST), DARKEST)
     logs = np.log(_ALBEDO)
     return np.exp([np.interp(tone, _PLACES, logs[:, channel]) for channel in range(3)])
 

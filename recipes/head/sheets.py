@@ -1,0 +1,117 @@
+"""Contact sheets of the built-in head, drawn by Elocute's own renderer.
+
+python recipes/head/sheets.py [--out docs/images]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from elocute.articulation.shapes import VISEME_SHAPES
+from elocute.export.render import Camera, open_renderer
+from elocute.head import HeadModel, load_builtin_head
+from elocute.head.identity import identity_names, resolve_identity
+
+QUALITY = 82
+FIELD_DEG = 18.0
+
+
+def camera(head: HeadModel, height_m: float, yaw_deg: float, on_mouth: bool = False) -> Camera:
+    """Looks at the face, or at the mouth, so that `height_m` fills the picture."""
+    mouth = head.template[head.landmarks[48:68]].mean(0)
+    eyes = head.template[head.landmarks[36:48]].mean(0)
+    y = mouth[1] - 0.004 if on_mouth else eyes[1] - (0.042 if height_m > 0.25 else 0.030)
+    yaw = np.radians(yaw_deg)
+    depth = mouth[2] - 0.04 + 0.025 * np.sin(yaw) if on_mouth else 0.01
+    target = np.array([0, y, depth])
+    away = np.array([np.sin(yaw), 0.02, np.cos(yaw)])
+    distance = height_m / 2 / np.tan(np.radians(FIELD_DEG) / 2)
+    return Camera((target + away * distance).astype("f4"), target.astype("f4"), FIELD_DEG)
+
+
+def drawn(
+    head: HeadModel, faces: list[np.ndarray], size: tuple[int, int], view: Camera
+) -> Iterator[Image.Image]:
+    """One picture per face, twice as fine and scaled down."""
+    with open_renderer(head, (size[0] * 2, size[1] * 2), camera=view) as renderer:
+        for vertices in faces:
+            picture = Image.fromarray(renderer.frame(vertices.astype(np.float32)))
+            yield picture.resize(size, Image.Resampling.LANCZOS)
+
+
+def sheet(rows: list[list[Image.Image]], labels: list[str], columns: int, path: Path) -> None:
+    """`rows[view][item]`: the views of one item side by side, items in a grid."""
+    width, height = rows[0][0].size
+    views, items = len(rows), len(rows[0])
+    down = -(-items // columns)
+    whole = Image.new("RGB", (columns * views * width, down * height), (60, 64, 70))
+    for item in range(items):
+        x, y = item % columns * views * width, item // columns * height
+        for view in range(views):
+            whole.paste(rows[view][item], (x + view * width, y))
+        ImageDraw.Draw(whole).text((x + 6, y + 4), labels[item], fill=(255, 255, 255))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    whole.save(path, quality=QUALITY, optimize=True)
+    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
+def shapes_sheet(head: HeadModel, path: Path) -> None:
+    faces, labels = [], []
+    for name, delta in zip(head.expression_names, head.expression_basis, strict=True):
+        if name.endswith("Right"):
+            continue
+        partner = name[:-4] + "Right"
+        both = name.endswith("Left") and partner in head.expression_names
+        moved = head.template + delta
+        if name == "mouthClose":  # made for an open jaw
+            moved = moved + head.expression_basis[head.expression_index("jawOpen")]
+        sideways = name.startswith(("jaw", "mouthLeft", "eyeLook"))
+        if both and not sideways:
+            moved = moved + head.expression_basis[head.expression_index(partner)]
+        faces.append(moved)
+        label = name.removesuffix("Left") if both and not sideways else name
+        labels.append("mouthClose + jawOpen" if name == "mouthClose" else label)
+    rows = [list(drawn(head, faces, (150, 190), camera(head, 0.23, yaw))) for yaw in (0.0, 40.0)]
+    sheet(rows, labels, 5, path)
+
+
+def visemes_sheet(head: HeadModel, path: Path) -> None:
+    faces = [
+        head.template + np.tensordot(head.expression_vector(weights), head.expression_basis, 1)
+        for weights in VISEME_SHAPES.values()
+    ]
+    views = [(0.23, 0.0, False), (0.11, 0.0, True), (0.11, 40.0, True), (0.11, 85.0, True)]
+    rows = [
+        list(drawn(head, faces, (150, 170), camera(head, height, yaw, on_mouth)))
+        for height, yaw, on_mouth in views
+    ]
+    sheet(rows, list(VISEME_SHAPES), 2, path)
+
+
+def identities_sheet(head: HeadModel, path: Path) -> None:
+    labels = [*identity_names(), *(f"seed {seed}" for seed in range(1, 8))]
+    people = [head.with_identity(resolve_identity(label.split()[-1])) for label in labels]
+    rows = []
+    for yaw in (0.0, 35.0, 85.0):
+        view = camera(head, 0.34, yaw)
+        rows.append([next(drawn(one, [one.template], (150, 180), view)) for one in people])
+    sheet(rows, labels, 4, path)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "docs" / "images")
+    folder = parser.parse_args().out
+    head = load_builtin_head()
+    shapes_sheet(head, folder / "head_shapes.jpg")
+    visemes_sheet(head, folder / "visemes.jpg")
+    identities_sheet(head, folder / "head_identities.jpg")
+
+
+if __name__ == "__main__":
+    main()
