@@ -77,7 +77,7 @@ def test_silence_gives_finite_features():
 
 
 def test_mel3_static_part_equals_librosa(speech_wav):
-    sound = read_audio(speech_wav_wav)
+    sound = read_audio(speech_wav)
     samples = sound.resample(44100).samples.astype(float)
     samples = samples - samples.mean()
     samples /= np.abs(samples).max()
@@ -96,7 +96,7 @@ def test_mel3_derivatives_equal_the_regression_slope(samples):
 
 
 def test_mel3_windows_have_the_papers_shape(speech_wav):
-    sound = read_audio(speech_wav_wav)
+    sound = read_audio(speech_wav)
     windows = mel3_windows(sound, 30)
     assert windows.shape == (round(sound.duration_s * 30), 41, 128, 3)
     assert np.array_equal(windows[30, 20], mel3_frames(sound)[100])

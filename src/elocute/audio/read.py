@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.audio.sources import Array, AudioInfo, check_format, cut_off, open_source
+from elocute.audio.opening import open_source
+from elocute.audio.source import Array, AudioInfo, check_format, cut_off
 from elocute.audio.waveform import Waveform, check_rate, check_samples
 from elocute.errors import AudioError
 

@@ -1,0 +1,149 @@
+"""mp3, m4a, mp4, mkv, webm … by FFmpeg's libraries through PyAV."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elocute.audio.source import (
+    BLOCK_VALUES_MAX,
+    FORMATS,
+    SHORTFALL_S,
+    Array,
+    AudioInfo,
+    cut_off,
+    damaged,
+)
+from elocute.errors import AudioError
+
+# Only sound and video: FFmpeg would also follow playlists, which name other files.
+DEMUXERS = (
+    "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,ogg,mp3,aac,ac3,eac3,amr,wav,w64,aiff,flac,avi,flv,asf,"
+    "mpegts,mpeg,caf,au,wv,ape,tta,mxf,gsm,mpegvideo"
+)
+
+
+class ContainerSource:
+    """The first audio track of a container. Raises AudioError.
+
+    FFmpeg removes encoder delays that the container states. Time zero is the start of the
+    container: where sound begins after the picture, silence goes before it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        import av.error
+
+        self._path = path
+        options = {"format_whitelist": DEMUXERS, "protocol_whitelist": "file"}
+        try:
+            self._file = av.open(f"file:{path}", metadata_errors="ignore", options=options)
+        except (av.error.FFmpegError, OSError, ValueError) as error:
+            raise _unreadable(path) from error
+        streams = self._file.streams.audio
+        if not streams:
+            self._file.close()
+            raise AudioError.about(
+                path, found="no audio track", allowed="a file with sound",
+                remedy="add the sound or give its .wav",
+            )  # fmt: skip
+        self._stream: Any = streams[0]
+        context = self._stream.codec_context
+        rate, seconds = context.sample_rate or 0, self._seconds()
+        self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
+        self.info = AudioInfo(
+            self._file.format.name, context.name, rate, context.channels or 0, seconds
+        )
+        promised_s = self._promised_s(seconds)
+        self.promised = round(promised_s * rate) if promised_s else None
+        self.slack = round((SHORTFALL_S + 0.002 * (seconds or 0)) * rate)
+
+    def _seconds(self) -> float | None:
+        if self._stream.duration is not None and self._stream.time_base:
+            return float(self._stream.duration * self._stream.time_base)
+        return self._file.duration / 1e6 if self._file.duration else None
+
+    def _promised_s(self, seconds: float | None) -> float | None:
+        """How long the audio track says it is; elsewhere FFmpeg guesses from the bit rate."""
+        kind = self._file.format.name
+        if kind.startswith("mov") or (kind == "mp3" and _has_frame_count(self._path)):
+            return seconds
+        if not kind.startswith("matroska"):
+            return None
+        with contextlib.suppress(KeyError, ValueError):
+            hours, minutes, rest = self._stream.metadata["DURATION"].split(":")
+            return int(hours) * 3600 + int(minutes) * 60 + float(rest)
+        return seconds if len(self._file.streams) == 1 else None
+
+    def blocks(self, size: int) -> Iterator[Array]:
+        size = max(1, min(size, BLOCK_VALUES_MAX // self.info.channels))
+        waiting: list[Array] = []
+        count = 0
+        for piece in self._pieces(size):
+            waiting.append(piece)
+            count += len(piece)
+            if count >= size:
+                yield np.concatenate(waiting)
+                waiting, count = [], 0
+        if count:
+            yield np.concatenate(waiting)
+
+    def _pieces(self, size: int) -> Iterator[Array]:
+        """Decoded frames as (sample, channel), placed so that the first sample is at time zero."""
+        import av.error
+
+        resampler = av.AudioResampler(format="fltp", rate=self.info.sample_rate)
+        early = None
+        try:
+            for frame in self._file.decode(self._stream):
+                if early is None:
+                    early = self._early(frame)
+                    yield from self._silence(-early, size)
+                for ready in resampler.resample(frame):
+                    piece = ready.to_ndarray().T.astype(np.float32, copy=False)
+                    yield piece[max(0, early) :]
+                    early = max(0, early - len(piece))
+        except (av.error.FFmpegError, ValueError) as error:
+            raise damaged(self._path, "its packets cannot be decoded") from error
+
+    def _early(self, frame: Any) -> int:
+        """Samples of `frame` that lie before time zero; negative where it starts after it."""
+        if frame.pts is None or not frame.time_base:
+            return 0
+        seconds = self._zero_s - float(frame.pts * frame.time_base)
+        return math.floor(seconds * self.info.sample_rate + 0.5)
+
+    def _silence(self, count: int, size: int) -> Iterator[Array]:
+        for start in range(0, count, size):
+            yield np.zeros((min(size, count - start), self.info.channels), np.float32)
+
+    def close(self) -> None:
+        with contextlib.suppress(Exception):
+            self._file.close()
+
+
+def _has_frame_count(path: Path) -> bool:
+    """Whether the first frame of an MP3 file counts the others (a Xing or Info header)."""
+    with path.open("rb") as file:
+        head = file.read(10)
+        if head[:3] == b"ID3" and len(head) == 10:
+            size = 0
+            for byte in head[6:]:
+                size = size << 7 | byte & 0x7F
+            file.seek(10 + size)
+        first = file.read(2048)
+    return b"Xing" in first or b"Info" in first
+
+
+def _unreadable(path: Path) -> AudioError:
+    with path.open("rb") as file:
+        head = file.read(12)
+    if head[4:8] == b"ftyp":
+        return cut_off(path, "an MP4 file without its index")
+    return AudioError.about(
+        path, found="no sound that can be read", allowed=FORMATS, remedy="convert it to .wav"
+    )
