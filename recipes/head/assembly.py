@@ -132,7 +132,7 @@ def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
     helper = body[UPPER_HELPER] * 1000
     front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 0.9
     upper = teeth.Arch(30.5, front, front - 45.0, biting, direction=-1)
-    lower = teeth.Arch(28.6, front - 2.6, front - 45.5, biting - 2.6, direction=1)
+    lower = teeth.Arch(28.6, front - 2.6, front - 45.5, biting - 1.9, direction=1)
     return {
         "teeth_upper": teeth.teeth(
             upper, teeth.UPPER_WIDTHS_MM, teeth.UPPER_HEIGHTS_MM, teeth.UPPER_DEPTHS_MM
