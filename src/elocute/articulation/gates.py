@@ -10,7 +10,7 @@ Array = NDArray[np.float32]
 CLOSING_S = 0.065  # lips take this long to meet, and to part again
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
 SPEECH_AT_LEAST_S = 0.08  # a blip shorter than this inside a rest is no speech
-WAKE_S = 0.16  # the mouth prepares before the first sound
+WAKE_S = 0.24  # the mouth prepares before the first sound
 SETTLE_S = 0.22  # and settles after the last
 
 
