@@ -21,6 +21,7 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.02,) * 3,
 )
 TOOTH, TOOTH_ROOT = (0.88, 0.85, 0.77), (0.78, 0.70, 0.58)
+DEEP_TOOTH = (0.55, 0.30, 0.26)
 GUM, TONGUE = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38)
 
 
@@ -41,7 +42,9 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
     for jaw in ("upper", "lower"):
         shade = face.assembly.jaws[f"teeth_{jaw}"].shade
         base = np.tile(TOOTH_ROOT, (len(shade), 1))
-        colours[slices[f"teeth_{jaw}"]] = mix(base, TOOTH, shade * 1.8)
+        z = face.vertices[slices[f"teeth_{jaw}"], 2]
+        back = np.clip((z.max() - z - 0.008) / 0.022, 0, 1)  # a red mouth colours its back teeth
+        colours[slices[f"teeth_{jaw}"]] = mix(mix(base, TOOTH, shade * 1.8), DEEP_TOOTH, back)
         colours[slices[f"gums_{jaw}"]] = GUM
     colours[slices["bust"]] = SKIN
     brows = face.assembly.attached["brows"].shade
@@ -83,7 +86,10 @@ def _skin(face: NeutralFace) -> np.ndarray:
     lid = np.zeros(len(skin))
     for loop in (face.anatomy.lid_middle, face.anatomy.lid_back):
         upper = loop[skin[loop, 1] > eye[1] - 0.001]
-        lid[[*upper, *face.anatomy.skin_mirror[upper]]] = 0.8
+        inner_corner = skin[loop, 0].min()
+        share = 0.8 * np.clip((skin[upper, 0] - inner_corner - 0.002) / 0.008, 0, 1)
+        lid[upper] = share
+        lid[face.anatomy.skin_mirror[upper]] = share
     colours = mix(colours, LASH, lid)
     rings = face.lips.rings
     for ring, share in zip(range(8), (0.55, 1, 1, 1, 1, 1, 1, 1), strict=True):
