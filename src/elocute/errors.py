@@ -25,9 +25,7 @@ class InputError(ElocuteError, ValueError):
     """Something given by the caller cannot be used; nothing was written."""
 
     @classmethod
-    def about(
-        cls, subject: str | Path, *, found: str, allowed: str = "", remedy: str = ""
-    ) -> Self:
+    def about(cls, subject: str | Path, *, found: str, allowed: str = "", remedy: str = "") -> Self:
         """Compose the one-line message `subject: found; allowed: …; remedy`."""
         parts = [f"{subject}: {found}"]
         if allowed:

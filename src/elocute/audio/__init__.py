@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from elocute.audio.features import Features
     from elocute.audio.mel import fbank, log_mel, mel_filterbank, mfcc, power_spectrum
-    from elocute.audio.mel3 import mel3_windows
+    from elocute.audio.mel3 import Mel3, mel3_windows
     from elocute.audio.read import (
         AudioInfo,
         AudioStream,
@@ -26,6 +26,7 @@ _HOMES = {
     "AudioInfo": "read",
     "AudioStream": "read",
     "Features": "features",
+    "Mel3": "mel3",
     "Waveform": "waveform",
     "fbank": "mel",
     "log_mel": "mel",
@@ -43,6 +44,7 @@ __all__ = [
     "AudioInfo",
     "AudioStream",
     "Features",
+    "Mel3",
     "Waveform",
     "fbank",
     "log_mel",

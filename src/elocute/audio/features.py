@@ -24,15 +24,23 @@ class Features:
     def __post_init__(self) -> None:
         values = np.ascontiguousarray(self.values, np.float32)
         if values.ndim != 2 or not len(values) or not np.isfinite(values).all():
-            raise InputError(f"features: found shape {values.shape}; allowed: (frames, n), finite")
+            raise InputError.about(
+                "features", found=f"shape {values.shape}" + ("" if np.isfinite(values).all() else " with NaN or infinity"),
+                allowed="(frame, feature), at least one frame, finite",
+            )  # fmt: skip
         if not (np.isfinite(self.rate) and self.rate > 0):
-            raise InputError(f"features rate: found {self.rate}; allowed: above 0 Hz")
+            raise InputError.about("features", found=f"rate {self.rate}", allowed="above 0 Hz")
         object.__setattr__(self, "values", values)
 
     def resample(self, rate: float) -> Features:
-        """Linear interpolation to another rate; the duration stays, the last value holds."""
-        count = max(1, round(len(self.values) / self.rate * rate))
-        places = np.minimum(np.arange(count) * (self.rate / rate), len(self.values) - 1)
+        """Linear interpolation to another rate: frame k of the result is the value at k / rate.
+
+        The duration stays, rounded to a frame; the last value holds where nothing follows it.
+        """
+        if not (np.isfinite(rate) and rate > 0):
+            raise InputError.about("features", found=f"rate {rate}", allowed="above 0 Hz")
+        count = max(1, round(len(self.values) * rate / self.rate))
+        places = np.minimum(np.arange(count) * self.rate / rate, len(self.values) - 1)
         below = np.floor(places).astype(int)
         above = np.minimum(below + 1, len(self.values) - 1)
         share = (places - below)[:, None]
@@ -42,8 +50,11 @@ class Features:
     def windows(self, size: int = 16) -> NDArray[np.float32]:
         """(frame, size, feature): window i covers frames i - size/2 … i + size/2 - 1.
 
-        Zeros stand beyond both ends (VOCA 2019, section 4.1: W = 16 frames around each).
+        A read-only view, so that overlapping windows take no memory. Zeros stand beyond both
+        ends, as in the code released with the paper (VOCA 2019, section 4: 60T x W x D, W = 16).
         """
+        if size < 1:
+            raise InputError.about("features", found=f"windows of {size}", allowed="1 or more")
         before = size // 2
         padded = np.pad(self.values, ((before, size - before - 1), (0, 0)))
-        return np.lib.stride_tricks.sliding_window_view(padded, size, axis=0).swapaxes(1, 2).copy()
+        return np.lib.stride_tricks.sliding_window_view(padded, size, axis=0).swapaxes(1, 2)

@@ -16,7 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.sound import Sound, pack_sound, write_wav
-from elocute.export.surface import linear_colors, vertex_normals
+from elocute.export.surface import (
+    linear_colors,
+    morphed_normals,
+    moved_vertices,
+    vertex_normals,
+)
 from elocute.head.model import HeadModel
 from elocute.motion.atomic import write_atomically
 from elocute.motion.motion import Motion
@@ -117,16 +122,14 @@ class _File:
             record |= {"min": np.atleast_1d(low).tolist(), "max": np.atleast_1d(high).tolist()}
         return self.accessor(**record)
 
-    def sparse(self, deltas: NDArray[np.float32], kept: NDArray[np.bool_], bounds: bool) -> int:
-        """An accessor that is zero but for the rows in `kept`."""
-        rows = np.flatnonzero(kept)
-        record: dict[str, Any] = {"componentType": FLOAT, "count": len(deltas), "type": "VEC3"}
+    def sparse(
+        self, rows: NDArray[np.intp], values: NDArray[np.float32], count: int, bounds: bool
+    ) -> int:
+        """An accessor of `count` vectors that are zero but for `rows`."""
+        record: dict[str, Any] = {"componentType": FLOAT, "count": count, "type": "VEC3"}
         if bounds:
-            shown = deltas[rows] if len(rows) else np.zeros((1, 3), np.float32)
-            low, high = shown.min(axis=0), shown.max(axis=0)
-            if len(rows) < len(deltas):
-                low, high = np.minimum(low, 0), np.maximum(high, 0)
-            record |= {"min": low.tolist(), "max": high.tolist()}
+            shown = values if len(rows) == count else np.vstack([values, np.zeros((1, 3))])
+            record |= {"min": shown.min(axis=0).tolist(), "max": shown.max(axis=0).tolist()}
         if len(rows):
             record["sparse"] = {
                 "count": len(rows),
@@ -134,7 +137,7 @@ class _File:
                     "bufferView": self.view(rows.astype(np.uint32).tobytes()),
                     "componentType": UINT,
                 },
-                "values": {"bufferView": self.view(deltas[rows].astype(np.float32).tobytes())},
+                "values": {"bufferView": self.view(values.astype(np.float32).tobytes())},
             }
         return self.accessor(**record)
 
@@ -181,24 +184,24 @@ def _primitives(file: _File, head: HeadModel, materials: list[int]) -> list[dict
     """One primitive per material that has faces; corners are split where texture seams need it."""
     triangles = head.triangles
     normals = vertex_normals(head.template, triangles)
-    shapes = [
-        vertex_normals(head.template + delta, triangles) - normals
-        for delta in head.expression_basis
-    ]
+    shapes = _shapes(head)
     colors = linear_colors(head)
     result = []
     for index, material in enumerate(materials):
         chosen = head.triangle_material == index
         if not chosen.any():
             continue
-        pairs = np.stack([triangles[chosen].ravel(), head.uv_triangles[chosen].ravel()], axis=1)
-        corners, faces = np.unique(pairs, axis=0, return_inverse=True)
-        vertices, texels = corners[:, 0], corners[:, 1]
+        keys = (
+            triangles[chosen].ravel() * np.int64(len(head.uv)) + head.uv_triangles[chosen].ravel()
+        )
+        corners, faces = np.unique(keys, return_inverse=True)
+        vertices, texels = np.divmod(corners, len(head.uv))
         attributes = _attributes(file, head, vertices, texels, normals, colors)
         targets = [
-            _target(file, head.expression_basis[component][vertices], shapes[component][vertices])
-            for component in range(len(head.expression_names))
-        ]
+            {name: _target(file, vertices, *part, bounds=name == "POSITION")
+             for name, part in shape.items()}
+            for shape in shapes
+        ]  # fmt: skip
         # 65535 is the restart value and may not be used as an index.
         small = len(vertices) < 65535
         indices = file.array(
@@ -250,15 +253,30 @@ def _four_joints(weights: NDArray[np.float32]) -> tuple[NDArray[np.uint8], NDArr
     return np.where(kept > 0, joints, 0).astype(np.uint8), kept.astype(np.float32)
 
 
+_Part = tuple[NDArray[np.intp], NDArray[np.float32]]
+
+
+def _shapes(head: HeadModel) -> list[dict[str, _Part]]:
+    """Per shape: the vertices it moves and turns, ascending, and by how much."""
+    shapes: list[dict[str, _Part]] = []
+    turns = morphed_normals(head.template, head.triangles, head.expression_basis)
+    for delta, (turned, change) in zip(head.expression_basis, turns, strict=True):
+        moved = np.flatnonzero(moved_vertices(delta))
+        clear = (change * change).sum(axis=1) > NORMAL_STEP**2
+        shapes.append({"POSITION": (moved, delta[moved]), "NORMAL": (turned[clear], change[clear])})
+    return shapes
+
+
 def _target(
-    file: _File, positions: NDArray[np.float32], normals: NDArray[np.float32]
-) -> dict[str, int]:
-    moved = np.abs(positions).max(axis=1) > 1e-7
-    turned = np.abs(normals).max(axis=1) > NORMAL_STEP
-    return {
-        "POSITION": file.sparse(positions, moved, bounds=True),
-        "NORMAL": file.sparse(normals, turned, bounds=False),
-    }
+    file: _File, vertices: NDArray[Any], moved: NDArray[np.intp], deltas: NDArray[np.float32],
+    bounds: bool,
+) -> int:  # fmt: skip
+    """One morph target of the primitive whose corners stand on `vertices` (ascending)."""
+    if not len(moved):
+        return file.sparse(moved, deltas, len(vertices), bounds)
+    places = np.minimum(np.searchsorted(moved, vertices), len(moved) - 1)
+    rows = np.flatnonzero(moved[places] == vertices)
+    return file.sparse(rows, deltas[places[rows]], len(vertices), bounds)
 
 
 def _joints(file: _File, head: HeadModel, nodes: list[dict[str, Any]]) -> list[int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,16 +14,59 @@ Floats = NDArray[np.float32]
 
 def vertex_normals(points: Floats, triangles: NDArray[np.integer]) -> Floats:
     """(vertex, 3) unit normals, triangles weighted by area."""
-    corners = points[triangles]
-    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sums = np.stack(
+    return _unit(_gather(_face_normals(points, triangles), triangles, len(points)))
+
+
+def morphed_normals(
+    points: Floats, triangles: NDArray[np.integer], shapes: Floats
+) -> Iterator[tuple[NDArray[np.intp], Floats]]:
+    """For each shape (vertex, 3) added to `points`: vertices whose normals turn, and by how much.
+
+    Only triangles that a shape moves are looked at.
+    """
+    faces = _face_normals(points, triangles)
+    sums = _gather(faces, triangles, len(points))
+    normals = _unit(sums)
+    t0, t1, t2 = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    for shape in shapes:
+        moved = moved_vertices(shape)
+        touched = np.flatnonzero(moved[t0] | moved[t1] | moved[t2])
+        corners = triangles[touched]
+        change = _face_normals(points + shape, corners) - faces[touched]
+        near = np.zeros(len(points), bool)
+        near[corners] = True
+        vertices = np.flatnonzero(near)
+        total = sums[vertices] + _gather(change, corners, len(points))[vertices]
+        yield vertices, _unit(total) - normals[vertices]
+
+
+def moved_vertices(shape: Floats) -> NDArray[np.bool_]:
+    """(vertex,) whether a shape (vertex, 3) moves it; faster than `any` over short rows."""
+    return (shape[:, 0] != 0) | (shape[:, 1] != 0) | (shape[:, 2] != 0)
+
+
+def _face_normals(points: Floats, triangles: NDArray[np.integer]) -> Floats:
+    a, b, c = points[triangles[:, 0]], points[triangles[:, 1]], points[triangles[:, 2]]
+    u, v = b - a, c - a
+    return np.stack(
         [
-            np.bincount(triangles.ravel(), np.repeat(faces[:, axis], 3), len(points))
-            for axis in range(3)
+            u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1],
+            u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2],
+            u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0],
         ],
         axis=1,
     )
-    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+
+
+def _gather(faces: Floats, triangles: NDArray[np.integer], count: int) -> NDArray[np.float64]:
+    """Sum what faces give to each of their three vertices."""
+    corners = triangles.ravel()
+    parts = [np.bincount(corners, np.repeat(faces[:, axis], 3), count) for axis in range(3)]
+    return np.stack(parts, axis=1)
+
+
+def _unit(sums: NDArray[np.float64]) -> Floats:
+    lengths = np.sqrt((sums * sums).sum(axis=1, keepdims=True))
     return (sums / np.maximum(lengths, 1e-20)).astype(np.float32)
 
 
