@@ -38,8 +38,8 @@ def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     return {
         "mouthFunnel": face.lips.field(aperture_moves(face.lips, FUNNEL), wide=True),
         "mouthPucker": face.lips.field(aperture_moves(face.lips, PUCKER), wide=True),
-        "mouthLeft": face.pose_unit("MouthMoveLeft"),
-        "mouthRight": face.pose_unit("MouthMoveRight"),
+        "mouthLeft": face.resealed(face.pose_unit("MouthMoveLeft")),
+        "mouthRight": face.resealed(face.pose_unit("MouthMoveRight")),
     }
 
 
@@ -51,7 +51,7 @@ def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.nda
         "mouthClose": lips.field(
             carried_block(lips, face.skin + jaw_open, CLOSED_DROP_M, CLOSED_BACK_M), wide=True
         ),
-        "mouthRollLower": face.resealed(lips.roll(0, 4.6)),
+        "mouthRollLower": face.resealed(lips.roll(0, 4.0)),
         "mouthRollUpper": face.resealed(lips.roll(4.2, 0)),
         "mouthShrugLower": face.resealed(face.pose_unit("lowerLipUp") * 0.8, 0.0006),
         "mouthShrugUpper": face.resealed(face.pose_unit("UpperLipUp") * 0.8),
