@@ -23,9 +23,10 @@ class Features:
 
     def __post_init__(self) -> None:
         values = np.ascontiguousarray(self.values, np.float32)
-        if values.ndim != 2 or not len(values) or not np.isfinite(values).all():
+        fault = "" if np.isfinite(values).all() else " with NaN or infinity"
+        if values.ndim != 2 or not len(values) or fault:
             raise InputError.about(
-                "features", found=f"shape {values.shape}" + ("" if np.isfinite(values).all() else " with NaN or infinity"),
+                "features", found=f"shape {values.shape}{fault}",
                 allowed="(frame, feature), at least one frame, finite",
             )  # fmt: skip
         if not (np.isfinite(self.rate) and self.rate > 0):

@@ -24,7 +24,7 @@ RATE = 44100
 BANDS = 128
 WINDOW, HOP, FFT = 882, 441, 2048  # 20 ms, 10 ms
 CONTEXT = 20  # windows on each side of the middle one: 41 in all
-FLOOR = 1e-10  # mel power, the peak of the sound being one
+FLOOR = 1e-6  # mel power, about 107 dB below a sine of the peak that the sound has
 REACH = 2  # windows on each side that a derivative is fitted to
 BLOCK = 500  # windows whose spectra are held at once
 
@@ -71,10 +71,17 @@ def mel3_windows(waveform: Waveform, fps: float = 30.0) -> NDArray[np.float32]:
 
 def slopes(values: NDArray[np.floating]) -> NDArray[np.floating]:
     """(…, time, band) → (…, time - 4, band): Σ n·(x[t+n] - x[t-n]) / (2 Σ n²), n = 1, 2."""
-    time = values.shape[-2] - 2 * REACH
-    taps = range(-REACH, REACH + 1)
-    weighted = [n * values[..., REACH + n : REACH + n + time, :] for n in taps if n]
-    return np.sum(weighted, axis=0) / sum(n * n for n in taps)
+    time = values.shape[-2]
+    steps = range(1, REACH + 1)
+    weighted = [
+        n
+        * (
+            values[..., REACH + n : time - REACH + n, :]
+            - values[..., REACH - n : time - REACH - n, :]
+        )
+        for n in steps
+    ]
+    return np.sum(weighted, axis=0) / (2 * sum(n * n for n in steps))
 
 
 def _normalised(waveform: Waveform) -> NDArray[np.float32]:
