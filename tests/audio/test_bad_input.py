@@ -89,6 +89,10 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     assert "no regular file" in message_of(tmp_path / "a.wav")
 
 
+def test_a_name_that_the_system_refuses_is_refused(tmp_path):
+    assert "cannot be read (" in message_of(tmp_path / ("a" * 300 + ".wav"))
+
+
 @pytest.mark.skipif(
     not hasattr(os, "geteuid") or os.geteuid() == 0, reason="this user may read every file"
 )
