@@ -11,6 +11,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from elocute._version import __version__
+
 if TYPE_CHECKING:
     from elocute.articulation.style import Style
     from elocute.audio.read import read_audio
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
     from elocute.motion.store import load_motion, save_motion
     from elocute.synthesis.animate import Animation, animate
 
-__version__ = "0.1.0"
 
 _HOMES = {
     "Animation": "elocute.synthesis.animate",

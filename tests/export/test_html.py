@@ -111,7 +111,8 @@ def test_play_moves_time_and_face_together(shown, page):
     time.sleep(1.2)
     at_s, jaw = shown.execute_script(
         "elocute.sound.pause(); elocute.show(); const m = elocute.meshes[0];"
-        "return [elocute.sound.currentTime, m.morphTargetInfluences[m.morphTargetDictionary.jawOpen]]"
+        "const jaw = m.morphTargetInfluences[m.morphTargetDictionary.jawOpen];"
+        "return [elocute.sound.currentTime, jaw]"
     )
     assert at_s > 0.8
     frame = at_s * motion.fps

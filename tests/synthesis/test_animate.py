@@ -121,9 +121,10 @@ def test_identities_and_styles_change_the_face(sound):
     plain = animate(short).motion
     other = animate(short, identity="7", style="broad").motion
     assert np.abs(plain.head.template - other.head.template).max() > 1e-3
-    assert other.weights[:, plain.names.index("jawOpen")].max() > plain.weights[
-        :, plain.names.index("jawOpen")
-    ].max()
+    assert (
+        other.weights[:, plain.names.index("jawOpen")].max()
+        > plain.weights[:, plain.names.index("jawOpen")].max()
+    )
 
 
 def test_known_phone_times_replace_the_encoder():

@@ -69,7 +69,7 @@ def test_names_choose_takes_and_missing_ones_are_said(tmp_path):
     for name in ("a", "b", "c"):
         tracked(tmp_path, name)
     assert [p.stem for p in read_takes(tmp_path, ["b"])] == ["b"]
-    with pytest.raises(InputError, match="d.npz is missing"):
+    with pytest.raises(InputError, match=r"d\.npz is missing"):
         read_takes(tmp_path, ["d"])
 
 

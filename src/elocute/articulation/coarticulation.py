@@ -85,7 +85,7 @@ def coarticulate(
 
 
 def _gather(
-    pull: NDArray[np.float32],
+    pull: NDArray[np.floating],
     positions: NDArray[np.float64],
     rate: float,
     reach: int,

@@ -19,7 +19,7 @@ from elocute.articulation.targets import curve_names
 from elocute.errors import InputError
 from elocute.motion.curves import Curves
 
-Array = NDArray[np.float32]
+Array = NDArray[np.floating]
 
 BILABIALS = ("P", "B", "M")
 LABIODENTALS = ("F", "V")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float32]
+Array = NDArray[np.floating]
 
 CLOSING_S = 0.065  # lips take this long to meet, and to part again
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
@@ -17,11 +17,12 @@ SETTLE_S = 0.22  # and settles after the last
 def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Start and stop (exclusive) of every run of True."""
     edges = np.diff(np.concatenate([[0], inside.astype(np.int8), [0]]))
-    return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True))
+    starts, stops = np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist()
+    return list(zip(starts, stops, strict=True))
 
 
 def contact_gate(
-    posterior: Array, rate: float, times_s: NDArray[np.float64], threshold: float, hold_s: float
+    posterior: Array, rate: float, times_s: Array, threshold: float, hold_s: float
 ) -> Array:
     """(frame,) 0…1: full contact wherever `posterior` passes `threshold`, held and ramped.
 
@@ -44,7 +45,7 @@ def contact_gate(
     return gate
 
 
-def speech_gate(silence: Array, rate: float, times_s: NDArray[np.float64]) -> Array:
+def speech_gate(silence: Array, rate: float, times_s: Array) -> Array:
     """(frame,) 1 while somebody speaks, exactly 0 at rest, eased in between.
 
     silence (frame,) is the posterior of silence at `rate` Hz. Pauses shorter than
@@ -68,5 +69,5 @@ def speech_gate(silence: Array, rate: float, times_s: NDArray[np.float64]) -> Ar
     return gate
 
 
-def _smooth(share: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smooth(share: Array) -> Array:
     return share * share * (3 - 2 * share)

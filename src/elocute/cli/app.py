@@ -27,7 +27,7 @@ app.add_typer(evaluate.app, name="evaluate")
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from elocute import __version__
+        from elocute._version import __version__
 
         print(f"elocute {__version__}")
         raise typer.Exit
@@ -56,7 +56,8 @@ def main() -> None:
         # Usage errors and aborts of the option parser carry their own exit code and message.
         if not hasattr(error, "exit_code"):
             raise
-        message = getattr(error, "format_message", lambda: str(error))()
+        explain = getattr(error, "format_message", None)
+        message = explain() if explain else str(error)
         if message:
             print(f"elocute: {' '.join(message.split())}", file=sys.stderr)
         sys.exit(error.exit_code)  # pyright: ignore[reportAttributeAccessIssue]

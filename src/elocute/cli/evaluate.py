@@ -57,8 +57,8 @@ def real_command(
     if per_clip:
         for score in scores:
             print(
-                f"{score.name:12} opening r {score.opening_best_r:5.2f} at {score.opening_lag_s:+.2f}"
-                f" s  closures {score.closures_met}/{score.closures}"
+                f"{score.name:12} opening r {score.opening_best_r:5.2f}"
+                f" at {score.opening_lag_s:+.2f} s  closures {score.closures_met}/{score.closures}"
                 f"  false {score.false_met}/{score.others}"
             )
     for name, value in asdict(summary).items():

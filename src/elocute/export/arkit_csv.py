@@ -19,7 +19,9 @@ POSE_COLUMNS = (
 )  # fmt: skip
 # Speech shapes beyond ARKit, told in its nearest words.
 NEAREST: dict[str, dict[str, float]] = {
-    "mouthLabiodental": {"mouthRollLower": 0.55, "mouthUpperUpLeft": 0.25, "mouthUpperUpRight": 0.25},
+    "mouthLabiodental": {
+        "mouthRollLower": 0.55, "mouthUpperUpLeft": 0.25, "mouthUpperUpRight": 0.25,
+    },
     "tongueDental": {"tongueOut": 0.25},
     "tongueTipUp": {},
 }  # fmt: skip

@@ -171,7 +171,7 @@ class _File:
 
 
 def _empty_json() -> dict[str, Any]:
-    from elocute import __version__
+    from elocute._version import __version__
 
     return {
         "asset": {"version": "2.0", "generator": f"Elocute {__version__}"},

@@ -116,6 +116,7 @@ class _Encoder:
 
     def _work(self) -> None:
         import av
+        from av.error import FFmpegError
 
         try:
             while (picture := self._pictures.get()) is not None:
@@ -126,7 +127,7 @@ class _Encoder:
                 for packet in self._video.encode(frame):
                     self._file.mux(packet)
                 self._catch_up(self._frames / self._rate)
-        except av.FFmpegError as error:
+        except FFmpegError as error:
             self._failure = OutputError(f"video encoder: {error}")
         except BaseException as error:
             self._failure = error

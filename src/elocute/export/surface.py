@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating]
 
 
 def vertex_normals(points: Floats, triangles: NDArray[np.integer]) -> Floats:
@@ -62,7 +62,7 @@ def _gather(faces: Floats, triangles: NDArray[np.integer], count: int) -> NDArra
     """Sum what faces give to each of their three vertices."""
     corners = triangles.ravel()
     parts = [np.bincount(corners, np.repeat(faces[:, axis], 3), count) for axis in range(3)]
-    return np.stack(parts, axis=1)
+    return np.stack(parts, axis=1).astype(np.float64, copy=False)
 
 
 def _unit(sums: NDArray[np.float64]) -> Floats:

@@ -23,10 +23,10 @@ CHIN = 8  # iBUG 68: the lowest point of the jaw line
 class _Probe:
     """The few vertices that the measures look at."""
 
-    upper: NDArray[np.intp]
-    lower: NDArray[np.intp]
-    corners: NDArray[np.intp]
-    front: NDArray[np.intp]
+    upper: NDArray[np.integer]
+    lower: NDArray[np.integer]
+    corners: NDArray[np.integer]
+    front: NDArray[np.integer]
     chin: int
 
 

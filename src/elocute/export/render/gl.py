@@ -67,7 +67,8 @@ void main() {
 def _context() -> Any:
     import moderngl
 
-    return moderngl.create_context(standalone=True, backend="egl", require=330)
+    settings: Any = {"backend": "egl"}  # the library's own annotation of it is wrong
+    return moderngl.create_context(standalone=True, require=330, **settings)
 
 
 def describe() -> str:

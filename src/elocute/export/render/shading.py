@@ -9,13 +9,15 @@ a gentle highlight, a rim where the surface turns away; then a filmic curve and 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.surface import linear_colors
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating]
 
 # direction towards the light, colour, wrap; the first GLINTS of them are seen as highlights
 LIGHTS: tuple[tuple[tuple[float, float, float], tuple[float, float, float], float], ...] = (
@@ -46,6 +48,10 @@ SURFACES: dict[str, tuple[float, float, float]] = {
 GLOSSY = ("eyeball", "teeth", "hair")
 
 
+def _f32(values: tuple[float, ...]) -> NDArray[np.float32]:
+    return np.array(values, np.float32)
+
+
 def glossy_triangles(head: HeadModel) -> NDArray[np.bool_]:
     """(triangle,) whether it is shaded pixel by pixel, and seen from both sides."""
     names = [index for index, name in enumerate(head.material_names) if name in GLOSSY]
@@ -54,7 +60,7 @@ def glossy_triangles(head: HeadModel) -> NDArray[np.bool_]:
 
 def vertex_surfaces(head: HeadModel) -> Floats:
     """(vertex, 7): linear colour with occlusion (3), occlusion, highlight, exponent, softness."""
-    surfaces = np.tile(np.float32(SURFACES["skin"]), (head.vertex_count, 1))
+    surfaces = np.tile(_f32(SURFACES["skin"]), (head.vertex_count, 1))
     for index, name in enumerate(head.material_names):
         faces = head.triangles[head.triangle_material == index]
         surfaces[np.unique(faces)] = SURFACES.get(name, SURFACES["skin"])
@@ -71,19 +77,19 @@ def shade(normals: Floats, views: Floats, surfaces: Floats) -> Floats:
     albedo, occlusion = surfaces[:, :3], surfaces[:, 3:4]
     strength, exponent, softness = surfaces[:, 4:5], surfaces[:, 5:6], surfaces[:, 6:7]
     up = normals[:, 1:2] * 0.5 + 0.5
-    light = np.float32(GROUND) * (1 - up) + np.float32(SKY) * up
+    light = _f32(GROUND) * (1 - up) + _f32(SKY) * up
     shine = np.zeros_like(albedo)
     for index, (direction, color, wrap) in enumerate(LIGHTS):
-        towards = np.float32(direction) / np.float32(np.linalg.norm(direction))
+        towards = _f32(direction) / np.float32(np.linalg.norm(direction))
         facing = (normals @ towards)[:, None]
-        reach = wrap + softness * np.float32(TERMINATOR)
-        light = light + np.float32(color) * np.clip((facing + reach) / (1 + reach), 0, None)
+        reach = wrap + softness * _f32(TERMINATOR)
+        light = light + _f32(color) * np.clip((facing + reach) / (1 + reach), 0, None)
         if index >= GLINTS:
             continue
         half = views + towards
         half /= np.linalg.norm(half, axis=1, keepdims=True)
         glint = np.clip((normals * half).sum(axis=1, keepdims=True), 0, 1) ** exponent
-        shine += np.float32(color) * glint * strength * (facing > 0)
+        shine += _f32(color) * glint * strength * (facing > 0)
     edge = 1 - np.clip((normals * views).sum(axis=1, keepdims=True), 0, 1)
     rim = RIM * edge**RIM_POWER * softness
     return to_srgb(tone(albedo * light + (shine + rim) * occlusion))
@@ -112,7 +118,7 @@ def to_srgb(color: Floats) -> Floats:
 def background(height: int) -> Floats:
     """(height, 3) sRGB rows from top to bottom."""
     share = (np.arange(height, dtype=np.float32)[:, None] + 0.5) / height
-    return np.float32(BACKGROUND_TOP) * (1 - share) + np.float32(BACKGROUND_BOTTOM) * share
+    return _f32(BACKGROUND_TOP) * (1 - share) + _f32(BACKGROUND_BOTTOM) * share
 
 
 def with_background(source: str) -> str:
@@ -150,5 +156,5 @@ vec3 shade(vec3 albedo, float occlusion) {{
 """
 
 
-def _vec(values: object) -> str:
-    return "vec3(" + ", ".join(f"{float(v):.6f}" for v in np.ravel(values)) + ")"
+def _vec(values: Iterable[float]) -> str:
+    return "vec3(" + ", ".join(f"{float(v):.6f}" for v in values) + ")"
