@@ -16,7 +16,6 @@ from elocute.audio.source import (
     SHORTFALL_S,
     Array,
     AudioInfo,
-    cut_off,
     damaged,
 )
 from elocute.errors import AudioError
@@ -143,7 +142,7 @@ def _unreadable(path: Path) -> AudioError:
     with path.open("rb") as file:
         head = file.read(12)
     if head[4:8] == b"ftyp":
-        return cut_off(path, "an MP4 file without its index")
+        return damaged(path, "an MP4 file whose index is missing: was it cut off?")
     return AudioError.about(
         path, found="no sound that can be read", allowed=FORMATS, remedy="convert it to .wav"
     )
