@@ -8,11 +8,13 @@ import numpy as np
 
 from . import attachments, eyeball, teeth
 from .anatomy import Anatomy
+from .refine import refine
 from .topology import symmetrised
 
 PARTS = (
     "skin", "eye_left", "eye_right", "tongue",
     "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "bust", "brows", "lashes",
+    "scalp",
 )  # fmt: skip
 UPPER_HELPER = slice(15060, 15128)
 LOWER_HELPER = slice(14992, 15060)
@@ -59,13 +61,15 @@ class Assembly:
         self.followers = followers
         self.jaws = jaws
         skin = symmetrised(anatomy.skin(body), anatomy.skin_mirror)
+        self.refined = refine(anatomy, skin, self.eye_centre)
         self.attached = {
             "bust": attachments.bust(anatomy),
             "brows": attachments.brows(anatomy, skin, self.eye_centre),
             "lashes": attachments.lashes(anatomy, skin, self.eye_centre),
+            "scalp": attachments.loose(self.refined.mixture, self.refined.mirror),
         }
         quads = {
-            "skin": anatomy.skin_quads,
+            "skin": self.refined.quads,
             "eye_left": ball.quads,
             "eye_right": ball.quads[:, ::-1],
             "tongue": anatomy.tongue_quads,
@@ -79,15 +83,19 @@ class Assembly:
             name: slice(end - n, end) for name, n, end in zip(PARTS, counts, ends, strict=True)
         }
         self.count = int(ends[-1])
-        whole = [quads[name] + self.slices[name].start for name in PARTS[:8]]
-        for name in PARTS[8:]:
-            local = self.attached[name].quads
-            shift = self.slices[name].start - anatomy.skin_count
-            quads[name] = local
-            whole.append(np.where(local < anatomy.skin_count, local, local + shift))
-        self.quads = np.vstack(whole)
+        quads |= {name: part.quads for name, part in self.attached.items()}
+        self.quads = np.vstack([self._numbered(name, quads[name]) for name in PARTS])
         self.part_of_face = np.repeat(np.arange(len(PARTS)), [len(quads[name]) for name in PARTS])
         self.mirror = self._mirror()
+
+    def _numbered(self, name: str, quads: np.ndarray) -> np.ndarray:
+        """Own numbers as numbers of the whole. The skin and what rides on it count the skin's
+        vertices first; the skin's further vertices are the scalp's."""
+        if name != "skin" and name not in self.attached:
+            return quads + self.slices[name].start
+        start = self.slices["scalp" if name == "skin" else name].start
+        count = self.anatomy.skin_count
+        return np.where(quads < count, quads, quads - count + start)
 
     def _mirror(self) -> np.ndarray:
         mirror = np.empty(self.count, int)

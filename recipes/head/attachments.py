@@ -27,6 +27,13 @@ class Attachment:
     shade: np.ndarray  # (vertex,) 0..1, meaning depends on the part
 
 
+def loose(mixture: sp.csr_matrix, mirror: np.ndarray) -> Attachment:
+    """Vertices that are mixtures and no more; their faces belong to another part."""
+    count = mixture.shape[0]
+    none = np.zeros((0, 4), int)
+    return Attachment(mixture, np.zeros((count, 3)), none, mirror, np.ones(count))
+
+
 def brows(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
     """Two bands that rise out of the skin along the brow ridge."""
     t = np.linspace(0, 1, BROW_COLUMNS)

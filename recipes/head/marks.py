@@ -55,7 +55,7 @@ def regions(face: NeutralFace) -> dict[str, np.ndarray]:
     around_eye = np.linalg.norm((skin[outside] * [1, 1, 1] - eye) * [1, 1, 0.6], axis=1) < 0.024
     around_other = np.linalg.norm((skin[outside] - eye * [-1, 1, 1]) * [1, 1, 0.6], axis=1) < 0.024
     named = {
-        "skin": np.arange(len(skin)),
+        "skin": np.r_[np.arange(len(skin)), slices["scalp"]],
         "face": outside[is_face],
         "lips": np.unique(face.lips.rings[:8]),
         "inner_mouth": inner,

@@ -50,6 +50,8 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
     brows = face.assembly.attached["brows"].shade
     colours[slices["brows"]] = mix(np.tile(SKIN, (len(brows), 1)), BROW, 0.25 + 0.65 * brows)
     colours[slices["lashes"]] = LASH
+    scalp = face.assembly.attached["scalp"].mixture
+    colours[slices["scalp"]] = np.clip(scalp @ colours[slices["skin"]], 0, 1)
     return colours
 
 
@@ -106,7 +108,7 @@ def _skin(face: NeutralFace) -> np.ndarray:
 
 def face_materials(face: NeutralFace) -> np.ndarray:
     """(face,) index into MATERIALS."""
-    by_part = np.array([0, 6, 6, 5, 3, 3, 4, 4, 0, 7, 7], np.uint8)
+    by_part = np.array([0, 6, 6, 5, 3, 3, 4, 4, 0, 7, 7, 0], np.uint8)
     material = by_part[face.assembly.part_of_face]
     quads = face.assembly.quads
     lips = np.isin(quads, face.lips.rings[:8]).all(1)
@@ -120,13 +122,14 @@ def texture(face: NeutralFace) -> tuple[np.ndarray, np.ndarray]:
     """uv (texcoord, 2) and uv_quads (face, 4): skin and tongue keep MakeHuman's layout,
     enlarged to the upper 3/4 of the square; other parts lie flat in a strip below."""
     base, anatomy, assembly = face.mh.base, face.anatomy, face.assembly
-    corners = base.uv_quads[np.r_[anatomy.skin_faces_of_base]]
-    kept, skin_quads = np.unique(corners, return_inverse=True)
-    uv = base.uv[kept]
+    fine = assembly.refined
+    coarse_uv = base.uv[base.uv_quads[anatomy.skin_faces_of_base]]
+    corners = np.einsum("fcs,fsk->fck", fine.corner, coarse_uv[fine.source])
+    uv, skin_quads = np.unique(corners.reshape(-1, 2).round(7), axis=0, return_inverse=True)
     low, high = uv.min(0), uv.max(0)
     uv = (uv - low) / (high - low).max() * 0.74 + [0.0, 0.26]
     uvs, quads, count = [uv], [skin_quads.reshape(-1, 4)], len(uv)
-    for place, name in enumerate(PARTS[1:]):
+    for place, name in enumerate(PARTS[1:-1]):  # the scalp has no faces of its own
         where = assembly.slices[name]
         upright = name.startswith("eye") or name in ("brows", "lashes")
         flat = face.vertices[where][:, [0, 1] if upright else [0, 2]]

@@ -75,7 +75,7 @@ def crown(width: float, height: float, depth: float, place: int) -> tuple[np.nda
     and molars end in a dented top.
     """
     front = place < 3
-    levels = np.array([0.0, 0.25, 0.5, 0.75, 0.93, 1.0])
+    levels = np.array([0.0, 0.4, 0.75, 0.93, 1.0])
     widths = np.interp(levels, [0, 0.35, 0.8, 0.93, 1], [0.78, 0.93, 1.0, 0.96, 0.86])
     if front:
         depths = np.interp(levels, [0, 0.3, 0.8, 0.93, 1], [1.0, 0.92, 0.42, 0.30, 0.20])

@@ -39,7 +39,8 @@ def skin_weights(face: NeutralFace) -> np.ndarray:
         eye = slices[f"eye_{side.lower()}"]
         weights[eye] = 0
         weights[eye, column[f"eye{side}"]] = 1
-    face.assembly.attach(weights, offset=False)
+    # Smooth mixtures overshoot a little where weights end.
+    weights = np.clip(face.assembly.attach(weights, offset=False), 0, 1)
     weights = (weights + _swapped(weights, face.assembly.mirror)) / 2
     return weights / weights.sum(1, keepdims=True)
 
