@@ -43,8 +43,11 @@ def save_head(path: Path, head: HeadModel) -> None:
     texts = {name: getattr(head, name) for name in (*_TEXTS, *_TUPLES)}
     arrays["texts"] = np.frombuffer(json.dumps(texts).encode(), np.uint8)
     partial = path.with_name(f".{path.name}.partial.npz")
-    np.savez_compressed(partial, **arrays)  # pyright: ignore[reportArgumentType]
-    partial.replace(path)
+    try:
+        np.savez_compressed(partial, **arrays)  # pyright: ignore[reportArgumentType]
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def load_head(path: Path) -> HeadModel:
