@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elocute.articulation.blinks import blink_curve
 from elocute.articulation.coarticulation import coarticulate
-from elocute.articulation.gates import contact_gate, speech_gate
+from elocute.articulation.gates import contact_evidence, contact_gate, speech_gate
 from elocute.articulation.phones import PHONES
 from elocute.articulation.shapes import VISEME_SHAPES
 from elocute.articulation.style import Style
@@ -21,6 +21,7 @@ from elocute.motion.curves import Curves
 
 Array = NDArray[np.floating]
 
+SILENCE = PHONES.index("SIL")
 BILABIALS = ("P", "B", "M")
 LABIODENTALS = ("F", "V")
 # Curves that part the lips: a closure takes them away altogether.
@@ -63,7 +64,7 @@ def articulate(
     values = coarticulate(posteriors, rate, frame_count, fps, style.anticipation_s, style.carry_s)
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
-    speech = speech_gate(posteriors[:, PHONES.index("SIL")], rate, times_s)
+    speech = speech_gate(posteriors[:, SILENCE], rate, times_s)
     for name in curves:
         curves[name] *= speech
     _meet_teeth(curves, _contact(posteriors, LABIODENTALS, rate, times_s, style) * speech)
@@ -105,9 +106,11 @@ def posteriors_from_phones(
 def _contact(
     posteriors: Array, phones: tuple[str, ...], rate: float, times_s: Array, style: Style
 ) -> Array:
+    silence = posteriors[:, SILENCE]
     posterior = posteriors[:, [PHONES.index(phone) for phone in phones]].sum(axis=1)
     threshold = style.closure if phones is BILABIALS else style.labiodental
-    return contact_gate(posterior, rate, times_s, threshold, style.hold_s)
+    evidence = contact_evidence(posterior, silence)
+    return contact_gate(evidence, silence, rate, times_s, threshold, style.hold_s)
 
 
 def _apply_style(curves: dict[str, Array], style: Style, strength: float) -> None:

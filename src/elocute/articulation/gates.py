@@ -7,7 +7,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
 
-CLOSING_S = 0.065  # lips take this long to meet, and to part again
+HYSTERESIS = 0.7
+SPEECH_FLOOR = 0.05
+WAIT_S = 0.16  # lips are shut this long before a first burst at most
+CLOSING_S = 0.075  # lips take this long to meet, and to part again
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
 SPEECH_AT_LEAST_S = 0.08  # a blip shorter than this inside a rest is no speech
 WAKE_S = 0.24  # the mouth prepares before the first sound
@@ -21,21 +24,42 @@ def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(starts, stops, strict=True))
 
 
-def contact_gate(
-    posterior: Array, rate: float, times_s: Array, threshold: float, hold_s: float
-) -> Array:
-    """(frame,) 0…1: full contact wherever `posterior` passes `threshold`, held and ramped.
+def contact_evidence(posterior: Array, silence: Array) -> Array:
+    """(frame,) how likely a contact is, given that somebody speaks.
 
-    A contact begins where the posterior rises past half the threshold and ends where it falls
-    below it again (hysteresis). One that peaks between half the threshold and the threshold
-    comes part of the way, so nothing snaps.
+    The closure of a first p or b is silent, so its posterior alone stays low until the burst;
+    relative to what is not silence it does not. Three frames are averaged: a contact lasts.
+    """
+    window = np.ones(3) / 3
+    return np.convolve(posterior, window, "same") / (
+        np.convolve(1 - silence, window, "same") + SPEECH_FLOOR
+    )
+
+
+def contact_gate(
+    evidence: Array,
+    silence: Array,
+    rate: float,
+    times_s: Array,
+    threshold: float,
+    hold_s: float,
+) -> Array:
+    """(frame,) 0…1: full contact wherever `evidence` passes `threshold`, held and ramped.
+
+    A contact lasts while the evidence stays above HYSTERESIS of the threshold, and reaches back
+    into a silence before it, where the lips wait. One that peaks below the threshold comes part
+    of the way, so nothing snaps.
     """
     gate = np.zeros(len(times_s), np.float32)
-    for start, stop in runs(posterior > threshold / 2):
-        peak = float(posterior[start:stop].max())
-        depth = min(1.0, 2 * peak / threshold - 1)
-        middle = (start + stop - 1) / 2 / rate
-        half = max((stop - 1 - start) / rate, hold_s) / 2
+    back = round(WAIT_S * rate)
+    for start, stop in runs(evidence > HYSTERESIS * threshold):
+        peak = float(evidence[start:stop].max()) / threshold
+        depth = min(1.0, (peak - HYSTERESIS) / (1 - HYSTERESIS))
+        waiting = start
+        while waiting > max(0, start - back) and silence[waiting - 1] > 0.5:
+            waiting -= 1
+        middle, half = (waiting + stop - 1) / 2 / rate, (stop - 1 - waiting) / rate / 2
+        half = max(half, hold_s / 2)
         first, last = np.searchsorted(
             times_s, [middle - half - CLOSING_S, middle + half + CLOSING_S]
         )
