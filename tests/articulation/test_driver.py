@@ -74,7 +74,7 @@ def test_the_mouth_rests_before_and_after_speech():
 
 def test_nothing_moves_faster_than_a_face_can():
     """Lips and jaws of hurried talkers reach about 0.3 m/s (Löfqvist and Gracco, 1997)."""
-    curves, _ = say("P", "AA", "M", "IY", "F", "UW", "B", "AE", each_s=0.09)
+    curves, _ = say("P", "AA", "M", "IY", "F", "UW", "B", "AE", each_s=0.1)
     points = motion_from_curves(load_builtin_head(), curves).vertices()
     speed = np.linalg.norm(np.diff(points, axis=0), axis=2) * curves.fps
     assert 0.1 < speed.max() < 0.4
