@@ -73,11 +73,11 @@ def test_the_mouth_rests_before_and_after_speech():
 
 
 def test_nothing_moves_faster_than_a_face_can():
-    """Lips and jaws of hurried talkers reach about 0.3 m/s (Löfqvist and Gracco, 1997)."""
+    """Lips of hurried talkers reach a few tenths of a metre a second."""
     curves, _ = say("P", "AA", "M", "IY", "F", "UW", "B", "AE", each_s=0.1)
     points = motion_from_curves(load_builtin_head(), curves).vertices()
     speed = np.linalg.norm(np.diff(points, axis=0), axis=2) * curves.fps
-    assert 0.1 < speed.max() < 0.4
+    assert 0.1 < speed.max() < 0.45
 
 
 def test_a_clip_that_starts_and_ends_in_speech_has_no_pop():

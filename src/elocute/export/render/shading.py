@@ -28,7 +28,7 @@ LIGHTS: tuple[tuple[tuple[float, float, float], tuple[float, float, float], floa
 )
 GLINTS = 2
 SKY, GROUND = (0.20, 0.21, 0.24), (0.10, 0.085, 0.08)
-TERMINATOR = (0.16, 0.03, 0.0)  # how much further red and green wrap round on skin
+TERMINATOR = (0.09, 0.02, 0.0)  # how much further red and green wrap round on skin
 RIM, RIM_POWER = 0.10, 4.0
 EXPOSURE = 0.74
 BACKGROUND_TOP, BACKGROUND_BOTTOM = (0.345, 0.365, 0.395), (0.175, 0.185, 0.205)  # sRGB
