@@ -13,8 +13,8 @@ WAIT_S = 0.16  # lips are shut this long before a first burst at most
 CLOSING_S = 0.07  # lips take this long to meet, and to part again
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
 SPEECH_AT_LEAST_S = 0.08  # a blip shorter than this inside a rest is no speech
-WAKE_S = 0.24  # the mouth prepares before the first sound
-SETTLE_S = 0.22  # and settles after the last
+WAKE_S = 0.32  # the mouth opens to breathe and prepares before the first sound
+SETTLE_S = 0.28  # and settles after the last
 
 
 def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:

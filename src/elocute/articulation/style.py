@@ -21,8 +21,8 @@ class Style:
     asymmetry       -1 … 1: more on the left … right side of the mouth
     anticipation_s  how early a sound is seen before it is heard
     carry_s         how long it is seen after it
-    closure         posterior of p, b or m above which the lips close
-    labiodental     posterior of f or v above which the lower lip meets the teeth
+    closure         evidence of p, b or m (0…1) above which the lips close
+    labiodental     evidence of f or v above which the lower lip meets the teeth
     hold_s          least time that a closure is held
     blink_per_min   blinks a minute, 0 for none
 
@@ -37,7 +37,7 @@ class Style:
     anticipation_s: float = 0.060
     carry_s: float = 0.050
     closure: float = 0.2
-    labiodental: float = 0.2
+    labiodental: float = 0.3
     hold_s: float = 0.06
     blink_per_min: float = 12.0
 
