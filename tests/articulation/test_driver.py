@@ -77,7 +77,7 @@ def test_nothing_moves_faster_than_a_face_can():
     curves, _ = say("P", "AA", "M", "IY", "F", "UW", "B", "AE", each_s=0.1)
     points = motion_from_curves(load_builtin_head(), curves).vertices()
     speed = np.linalg.norm(np.diff(points, axis=0), axis=2) * curves.fps
-    assert 0.1 < speed.max() < 0.45
+    assert 0.1 < speed.max() < 0.55
 
 
 def test_a_clip_that_starts_and_ends_in_speech_has_no_pop():

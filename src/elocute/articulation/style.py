@@ -34,8 +34,8 @@ class Style:
     spread: float = 1.0
     upper_lip: float = 1.0
     asymmetry: float = 0.0
-    anticipation_s: float = 0.060
-    carry_s: float = 0.050
+    anticipation_s: float = 0.050
+    carry_s: float = 0.045
     closure: float = 0.2
     labiodental: float = 0.3
     hold_s: float = 0.06
