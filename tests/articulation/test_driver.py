@@ -8,6 +8,7 @@ from elocute.articulation.phones import PHONES
 from elocute.articulation.style import STYLES, Style
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
+from elocute.head.identity import sample_identity
 from elocute.motion.curves import motion_from_curves
 
 QUIET = Style(blink_per_min=0)
@@ -148,3 +149,16 @@ def test_phone_times_become_posteriors_that_sum_to_one():
     assert np.allclose(posteriors.sum(axis=1), 1, atol=1e-3)
     assert posteriors[7, PHONES.index("AA")] > 0.9
     assert posteriors[13, PHONES.index("P")] > 0.9
+
+
+@pytest.mark.parametrize("vowel", ["AA", "AE", "IY", "UW", "OW", "W", "SH", "S"])
+def test_lips_are_sealed_in_p_whoever_speaks_and_whatever_is_near(vowel):
+    curves, times = say(vowel, "P", vowel, each_s=0.12)
+    frame = round(sum(times[1][:2]) / 2 * curves.fps)
+    for seed in (None, 1, 2, 3, 4, 5):
+        head = load_builtin_head()
+        if seed is not None:
+            head = head.with_identity(sample_identity(seed))
+        points = motion_from_curves(head, curves).vertices(frame, frame + 1)[0]
+        gap = points[head.inner_lip_upper, 1] - points[head.inner_lip_lower, 1]
+        assert 1000 * gap.max() <= 0.1
