@@ -1,5 +1,7 @@
 """The shipped encoder: streamed or whole, what it may see, and whether it hears lips close."""
 
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,14 @@ from elocute.synthesis import phone_encoder
 from elocute.synthesis.phone_encoder import PhoneEncoder
 
 EXAMPLE = Path(phone_encoder.__file__).parents[1] / "assets" / "example.flac"
-LIPS = [PHONES.index(phone) for phone in ("P", "B", "M")]
+BILABIAL = [PHONES.index(phone) for phone in ("P", "B", "M")]
+LABIODENTAL = [PHONES.index(phone) for phone in ("F", "V")]
+REFERENCE = Path(__file__).parents[2] / "benchmarks" / "encoder_reference.json"
+# "Hello. Give me any voice and I will give it a face. My lips close on p, b and m. Five wolves
+# move through the blue fog. Now I rest."
+LIPS_CLOSE_S = {"me": 1.40, "my": 3.89, "lips": 4.35, "p": 4.89, "b": 5.31, "m": 5.75,
+                "move": 6.94, "blue": 7.52}  # fmt: skip
+LIP_MEETS_TEETH_S = {"give": 1.34, "face": 3.25, "five": 6.26, "fi-ve": 6.53, "fog": 7.78}
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +81,42 @@ def test_a_stream_lags_no_more_than_its_lookahead(encoder, speech):
     for at in range(0, 32000, 320):
         given += len(stream.push(speech[at : at + 320]))
         assert given / 50 >= (at + 320) / 16000 - encoder.lookahead_s - 0.02
+
+
+def heard(encoder, samples, phones, name) -> np.ndarray:
+    """(frame,) whether any of `phones` is above its shipped threshold."""
+    posterior = np.exp(encoder.encode(samples)[:, phones]).sum(axis=1)
+    return posterior > encoder.config["thresholds"][name]
+
+
+@pytest.mark.parametrize(
+    ("phones", "name", "times"),
+    [(BILABIAL, "bilabial", LIPS_CLOSE_S), (LABIODENTAL, "labiodental", LIP_MEETS_TEETH_S)],
+)
+def test_lips_are_heard_to_close_where_they_do_and_rarely_elsewhere(
+    encoder, speech, phones, name, times
+):
+    closed = heard(encoder, speech, phones, name)
+    for word, time_s in times.items():
+        frame = round(time_s * 50)
+        assert closed[frame - 3 : frame + 4].any(), word
+    assert closed.mean() < 0.25
+
+
+@pytest.mark.shared_data
+def test_bilabials_of_a_reader_it_never_heard(encoder, shared_data):
+    clips = [c for c in json.loads(REFERENCE.read_text()) if c["source"] == "ljspeech_a"][:8]
+    hit = total = 0
+    for clip in clips:
+        samples, _ = soundfile.read(shared_data / "speech" / clip["path"], dtype="float32")
+        closed, at = heard(encoder, samples, BILABIAL, "bilabial"), 0
+        for phone, length in re.findall(r"([A-Z]+)(\d+)", clip["phones"]):
+            if phone in ("P", "B", "M"):
+                hit += closed[max(0, at - 2) : at + int(length) + 2].any()
+                total += 1
+            at += int(length)
+    assert total > 20
+    assert hit / total > 0.7
 
 
 @pytest.mark.parametrize("level_db", [0, -20, -40])
