@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating]
 
 HYSTERESIS = 0.7
-SPEECH_FLOOR = 0.05
+SPEECH_FLOOR = 0.15
 WAIT_S = 0.16  # lips are shut this long before a first burst at most
 CLOSING_S = 0.055  # lips take this long to meet, and to part again
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
