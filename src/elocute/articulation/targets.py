@@ -75,9 +75,9 @@ _TARGETS: dict[str, _Row] = {
     "NG": ({"kk": 0.9}, (0.3, 0.25, 0.1, 0.2)),
     # Closures and labiodentals are laid over everything else afterwards; here they only
     # keep their neighbours' jaw low.
-    "P": ({"sil": 1.0}, (2.5, 2.5, 0.05, 0.1)),
-    "B": ({"sil": 1.0}, (2.5, 2.5, 0.05, 0.1)),
-    "M": ({"sil": 1.0}, (2.5, 2.5, 0.05, 0.1)),
+    "P": ({"sil": 1.0}, (1.5, 1.5, 0.05, 0.1)),
+    "B": ({"sil": 1.0}, (1.5, 1.5, 0.05, 0.1)),
+    "M": ({"sil": 1.0}, (1.5, 1.5, 0.05, 0.1)),
     "F": ({"sil": 1.0}, (1.7, 1.7, 0.1, 0.1)),
     "V": ({"sil": 1.0}, (1.7, 1.7, 0.1, 0.1)),
 }  # fmt: skip
