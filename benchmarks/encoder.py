@@ -19,7 +19,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "recipes"))
 
-from elocute.synthesis.phone_encoder import PhoneEncoder
+from elocute.encoders.phone_encoder import PhoneEncoder
 from encoder import evaluate
 from encoder.reference import read_reference
 

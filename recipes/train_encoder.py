@@ -75,7 +75,7 @@ def reference(data: Path, work: Path, minutes: float) -> None:
 
 
 def ship(data: Path, work: Path, minutes: float) -> None:
-    from elocute.synthesis.phone_encoder import BUILTIN_PATH, PhoneEncoder
+    from elocute.encoders.phone_encoder import BUILTIN_PATH, PhoneEncoder
     from encoder import evaluate, ship
     from encoder.store import load_shard
 

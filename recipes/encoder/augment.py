@@ -39,7 +39,7 @@ class Augmenter:
         level = np.sqrt(np.mean(samples**2)) + 1e-7
         if self.chance(0.35):
             samples = self._reverberate(samples)
-        if self.chance(0.65):
+        if self.chance(0.6):
             samples = samples + self._noise(len(samples), level, babble)
         if self.chance(0.12):
             samples = self._compand(samples)

@@ -12,7 +12,7 @@ import numpy as np
 import soundfile
 import soxr
 
-from elocute.articulation.phones import PHONES
+from elocute.audio.phones import PHONES
 from encoder.store import HOP, RATE, ShardWriter, labels_from_times
 
 Phones = list[tuple[float, float, str]]

@@ -10,8 +10,8 @@ import onnx
 import torch
 from torch import Tensor, nn
 
-from elocute.articulation.phones import PHONES
 from elocute.audio import front_end
+from elocute.audio.phones import PHONES
 from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
 
 

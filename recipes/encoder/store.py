@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.articulation.phones import PHONES
+from elocute.audio.phones import PHONES
 
 RATE = 16000
 HOP = 160

@@ -6,7 +6,7 @@ rounded vowels are rounded first of all, a uvular r does not show.
 
 from __future__ import annotations
 
-from elocute.articulation.phones import PHONES
+from elocute.audio.phones import PHONES
 
 FESTIVAL = {
     "ax": "AH", "axr": "ER", "ix": "IH", "dx": "D", "el": "L", "em": "M", "en": "N", "nx": "N",

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from elocute.articulation.driver import articulate, posteriors_from_phones
-from elocute.articulation.phones import PHONES
 from elocute.articulation.style import STYLES, Style
+from elocute.audio.phones import PHONES
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity

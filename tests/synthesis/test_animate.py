@@ -47,7 +47,7 @@ def test_a_file_and_its_samples_give_the_same(speech_wav, sound):
 
 def test_thirty_seconds_whole_or_in_pieces(sound, monkeypatch):
     """The encoder hears a stream; how it is cut makes no difference."""
-    from elocute.synthesis.phone_encoder import builtin_encoder
+    from elocute.encoders.phone_encoder import builtin_encoder
 
     samples = np.tile(sound.samples, 4)[: 30 * 16000]
     whole, _ = listen(Waveform(samples, 16000))

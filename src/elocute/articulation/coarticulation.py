@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.articulation.phones import PHONES
 from elocute.articulation.targets import (
     DIPHTHONGS,
     curve_groups,
@@ -13,6 +12,7 @@ from elocute.articulation.targets import (
     phone_dominances,
     phone_targets,
 )
+from elocute.audio.phones import PHONES
 
 REACH_S = 0.30  # the kernel is below 1 % beyond this
 BLOCK = 2048  # output frames at a time: memory stays bounded for an hour of speech

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from elocute.articulation.blinks import blink_curve
 from elocute.articulation.coarticulation import coarticulate
 from elocute.articulation.gates import contact_evidence, contact_gate, speech_gate
-from elocute.articulation.phones import PHONES
 from elocute.articulation.shapes import VISEME_SHAPES
 from elocute.articulation.style import Style
 from elocute.articulation.targets import curve_names
+from elocute.audio.phones import PHONES
 from elocute.errors import InputError
 from elocute.motion.curves import Curves
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from elocute.articulation.phones import PHONES
+from elocute.audio.phones import PHONES
 from elocute.errors import InputError
 
 BYTES_MAX = 50_000_000

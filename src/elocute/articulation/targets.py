@@ -13,8 +13,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.articulation.phones import PHONES
 from elocute.articulation.shapes import VISEME_SHAPES
+from elocute.audio.phones import PHONES
 
 # Curves move in four groups, each with its own dominance.
 GROUPS = ("jaw", "lips", "rounding", "tongue")

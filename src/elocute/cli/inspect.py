@@ -53,9 +53,9 @@ def _sound_facts(file: Path) -> dict[str, Any]:
 def doctor_command(as_json: bool = options.Json) -> None:
     """Say what is installed, which renderer works, and where assets lie."""
     from elocute._version import __version__
+    from elocute.encoders.phone_encoder import BUILTIN_PATH
     from elocute.export.render import available_backends
     from elocute.head.builtin import BUILTIN_HEAD_PATH
-    from elocute.synthesis.phone_encoder import BUILTIN_PATH
 
     record: dict[str, Any] = {
         "elocute": __version__,

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from elocute.articulation.driver import articulate, posteriors_from_phones
 from elocute.articulation.style import Style, resolve_style
 from elocute.audio.waveform import Waveform
+from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
-from elocute.synthesis.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
 
 FPS_RANGE = (1.0, 240.0)
 MODELS = ("articulation",)

@@ -10,10 +10,10 @@ import pytest
 import soundfile
 import soxr
 
-from elocute.articulation.phones import PHONES
+from elocute.audio.phones import PHONES
+from elocute.encoders import phone_encoder
+from elocute.encoders.phone_encoder import PhoneEncoder
 from elocute.errors import InputError
-from elocute.synthesis import phone_encoder
-from elocute.synthesis.phone_encoder import PhoneEncoder
 
 EXAMPLE = Path(phone_encoder.__file__).parents[1] / "assets" / "example.flac"
 BILABIAL = [PHONES.index(phone) for phone in ("P", "B", "M")]

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.articulation.phones import PHONES
 from elocute.audio import front_end
+from elocute.audio.phones import PHONES
 from elocute.errors import InputError
 
 Array = NDArray[np.float32]
