@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import os
+import pickle
+import struct
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from types import FunctionType
+from typing import Any, ClassVar
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -38,3 +45,90 @@ def need() -> Callable[[object, str], None]:
         pytest.skip(f"needs {what}")
 
     return check
+
+
+class Ch:
+    """Stands for chumpy's class of that name, which pickles its `__dict__`."""
+
+    def __init__(self, **state: object) -> None:
+        self.__dict__.update(state)
+
+
+class Select(Ch):
+    """Stands for `chumpy.reordering.Select`."""
+
+
+class _Python2Pickler(pickle._Pickler):  # the one in Python, whose parts can be replaced
+    """Pickles as Python 2 with NumPy 1 and an old SciPy did: FLAME's files."""
+
+    dispatch: ClassVar = dict(pickle._Pickler.dispatch)
+    modules: ClassVar = {
+        "numpy._core.multiarray": "numpy.core.multiarray",
+        "scipy.sparse._csc": "scipy.sparse.csc",
+    }
+    classes: ClassVar = {Ch: ("chumpy.ch", "Ch"), Select: ("chumpy.reordering", "Select")}
+
+    def save_string(self, item: str | bytes) -> None:
+        data = item.encode("latin-1") if isinstance(item, str) else item
+        if len(data) < 256:
+            self.write(pickle.SHORT_BINSTRING + bytes([len(data)]) + data)
+        else:
+            self.write(pickle.BINSTRING + struct.pack("<i", len(data)) + data)
+        self.memoize(item)
+
+    def save_global(self, item: Any, name: str | None = None) -> None:
+        module, called = self.classes.get(item, (item.__module__, name or item.__name__))
+        if module not in self.modules and item not in self.classes:
+            super().save_global(item, name)
+            return
+        module = self.modules.get(module, module)
+        self.write(pickle.GLOBAL + f"{module}\n{called}\n".encode())
+        self.memoize(item)
+
+    dispatch[str] = dispatch[bytes] = save_string
+    dispatch[type] = dispatch[FunctionType] = save_global
+
+
+@dataclass(frozen=True)
+class Python2:
+    """What a test needs to write pickles as Python 2 did."""
+
+    Ch: type = Ch
+    Select: type = Select
+
+    def dumps(self, item: object, protocol: int = 2) -> bytes:
+        file = io.BytesIO()
+        _Python2Pickler(file, protocol, fix_imports=True).dump(item)
+        return file.getvalue()
+
+    def flame(self, vertices: int = 200, components: int = 400, seed: int = 0) -> dict[str, Any]:
+        """A random model laid out as FLAME's files are: a lumpy ball with five joints."""
+        from scipy.sparse import csc_matrix
+
+        rng = np.random.default_rng(seed)
+        ball = rng.normal(size=(vertices, 3))
+        ball *= 0.1 / np.linalg.norm(ball, axis=1, keepdims=True)
+        weights = rng.random((vertices, 5)) ** 4
+        regressor = np.zeros((5, vertices))
+        for joint in range(5):
+            chosen = rng.choice(vertices, 12, replace=False)
+            regressor[joint, chosen] = rng.dirichlet(np.ones(12))
+        faces = rng.permuted(np.tile(np.arange(vertices), (2 * vertices, 1)), axis=1)[:, :3]
+        return {
+            "v_template": Ch(x=ball, _dirty_vars={"x"}, _itr=None, _status="new"),
+            "shapedirs": Ch(x=rng.normal(0, 1e-3, (vertices, 3, components)), _dirty_vars=set()),
+            "posedirs": rng.normal(0, 1e-3, (vertices, 3, 36)),
+            "J_regressor": csc_matrix(regressor),
+            "J": regressor @ ball,
+            "weights": weights / weights.sum(axis=1, keepdims=True),
+            "kintree_table": np.array([[2**32 - 1, 0, 1, 1, 1], [0, 1, 2, 3, 4]], np.uint32),
+            "f": faces.astype(np.uint32),
+            "bs_style": "lbs",
+            "bs_type": "lrotmin",
+        }
+
+
+@pytest.fixture(scope="session")
+def python2() -> Python2:
+    """Writes pickles, and FLAME files among them, as Python 2 did."""
+    return Python2()

@@ -1,0 +1,266 @@
+"""A closed unpickler: reads the pickles of FLAME and VOCASET, and can do nothing else.
+
+Python's own unpickler runs what a file tells it to. This one is a stack machine over a table of
+opcodes that knows plain data, NumPy arrays of numbers, chumpy objects and sparse matrices; any
+other global or opcode is refused by name. Nothing is imported or called on a file's word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from elocute.errors import InputError
+from elocute.head.pickle_arrays import Purse, SparseMatrix
+from elocute.head.pickle_cursor import Cursor, RefusedError
+from elocute.head.pickle_objects import (
+    call,
+    fill,
+    find_global,
+    key_of,
+    new,
+    settled,
+    tuple_of,
+)
+
+FILE_MAX_BYTES = 2_000_000_000
+STEPS_MAX = 5_000_000
+"""Opcodes per file: VOCASET's largest index has some 500,000; each can make one small object."""
+
+__all__ = ["SparseMatrix", "read_pickle"]
+
+
+def read_pickle(path: str | Path, *, max_bytes: int = FILE_MAX_BYTES) -> Any:
+    """What a pickle (protocols 0 to 5) of Python 2 or 3 holds, as inert data.
+
+    Text of Python 2 is read as Latin-1. Arrays are read-only views of the file's bytes, so that
+    nothing large is copied; a chumpy object becomes its array, a scipy matrix a `SparseMatrix`,
+    an OrderedDict a dict. Raises InputError, in one line, for a file that is missing, larger
+    than `max_bytes`, cut short, no pickle, or holds anything else.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > max_bytes:
+            raise InputError.about(
+                path, found=f"{path.stat().st_size / 1e6:.1f} MB",
+                allowed=f"up to {max_bytes / 1e6:.1f} MB",
+            )  # fmt: skip
+        data = path.read_bytes()
+    except OSError as error:
+        reason = error.strerror or "unknown"
+        raise InputError.about(
+            path, found=f"cannot be read ({reason})", allowed="a pickle"
+        ) from None
+    try:
+        return _Machine(data).run()
+    except RefusedError as refusal:
+        raise InputError.about(path, found=refusal.found, allowed=refusal.allowed) from refusal
+    except (MemoryError, RecursionError) as error:
+        raise InputError.about(path, found="more than fits into memory") from error
+
+
+class _Machine:
+    """A stack, marks on it, and the memo."""
+
+    def __init__(self, data: bytes) -> None:
+        self.cursor = Cursor(data)
+        self.stack: list[Any] = []
+        self.marks: list[int] = []
+        self.memo: dict[int, Any] = {}
+        self.purse = Purse(len(data))
+
+    def run(self) -> Any:
+        cursor = self.cursor
+        for _ in range(STEPS_MAX):
+            name = cursor.opcode()
+            if name == "STOP":
+                return settled(self.pop())
+            action = _ACTIONS.get(name)
+            if action is None:
+                raise RefusedError(f"found the opcode {name}", "arrays and plain data")
+            action(self, cursor.argument())
+        raise RefusedError(f"more than {STEPS_MAX} opcodes", "arrays and plain data")
+
+    def push(self, item: Any) -> None:
+        self.stack.append(item)
+
+    def pop(self) -> Any:
+        if len(self.stack) <= (self.marks[-1] if self.marks else 0):
+            raise RefusedError("an opcode that finds nothing on the stack", "a whole pickle")
+        return self.stack.pop()
+
+    def top(self, kind: type) -> Any:
+        """The topmost item, left in place, which must be a container of one kind."""
+        self.push(item := self.pop())
+        if type(item) is not kind:
+            raise RefusedError(f"entries for a {type(item).__name__}", f"a {kind.__name__}")
+        return item
+
+    def pop_to_mark(self) -> list[Any]:
+        if not self.marks:
+            raise RefusedError("an opcode that finds no mark on the stack", "a whole pickle")
+        place = self.marks.pop()
+        items = self.stack[place:]
+        del self.stack[place:]
+        return items
+
+
+_Action = Callable[[_Machine, Any], None]
+
+
+def _push(machine: _Machine, argument: Any) -> None:
+    machine.push(argument)
+
+
+def _nothing(machine: _Machine, argument: Any) -> None:
+    pass
+
+
+def _constant(make: Callable[[], Any]) -> _Action:
+    return lambda machine, _: machine.push(make())
+
+
+def _mark(machine: _Machine, _: Any) -> None:
+    machine.marks.append(len(machine.stack))
+
+
+def _pop(machine: _Machine, _: Any) -> None:
+    if machine.marks and machine.marks[-1] == len(machine.stack):
+        machine.marks.pop()  # POP takes a mark away too
+    else:
+        machine.pop()
+
+
+def _pop_mark(machine: _Machine, _: Any) -> None:
+    machine.pop_to_mark()
+
+
+def _duplicate(machine: _Machine, _: Any) -> None:
+    item = machine.pop()
+    machine.stack += [item, item]
+
+
+def _put(machine: _Machine, index: int) -> None:
+    item = machine.pop()
+    machine.push(item)
+    machine.memo[index] = item
+
+
+def _memoize(machine: _Machine, _: Any) -> None:
+    _put(machine, len(machine.memo))
+
+
+def _get(machine: _Machine, index: int) -> None:
+    if index not in machine.memo:
+        raise RefusedError(f"memo entry {index}, which was never made", "a whole pickle")
+    machine.push(machine.memo[index])
+
+
+def _tuple(count: int | None) -> _Action:
+    def act(machine: _Machine, _: Any) -> None:
+        if count is None:
+            items = machine.pop_to_mark()
+        else:
+            items = [machine.pop() for _ in range(count)][::-1]
+        machine.push(tuple_of(items))
+
+    return act
+
+
+def _list(machine: _Machine, _: Any) -> None:
+    machine.push([settled(item) for item in machine.pop_to_mark()])
+
+
+def _append(machine: _Machine, _: Any) -> None:
+    item = settled(machine.pop())
+    machine.top(list).append(item)
+
+
+def _appends(machine: _Machine, _: Any) -> None:
+    items = machine.pop_to_mark()
+    machine.top(list).extend(settled(item) for item in items)
+
+
+def _dict(machine: _Machine, _: Any) -> None:
+    machine.push(_pairs(machine.pop_to_mark()))
+
+
+def _set_item(machine: _Machine, _: Any) -> None:
+    value, key = machine.pop(), machine.pop()
+    machine.top(dict)[key_of(key)] = settled(value)
+
+
+def _set_items(machine: _Machine, _: Any) -> None:
+    items = machine.pop_to_mark()
+    machine.top(dict).update(_pairs(items))
+
+
+def _pairs(items: list[Any]) -> dict[Any, Any]:
+    if len(items) % 2:
+        raise RefusedError("a key without a value", "a whole pickle")
+    return {key_of(key): settled(value) for key, value in zip(items[::2], items[1::2], strict=True)}
+
+
+def _add_items(machine: _Machine, _: Any) -> None:
+    items = machine.pop_to_mark()
+    machine.top(set).update(key_of(item) for item in items)
+
+
+def _global(machine: _Machine, names: tuple[str, str]) -> None:
+    machine.push(find_global(*names))
+
+
+def _stack_global(machine: _Machine, _: Any) -> None:
+    name, module = settled(machine.pop()), settled(machine.pop())
+    machine.push(find_global(str(module), str(name)))
+
+
+def _instance(machine: _Machine, names: tuple[str, str]) -> None:
+    """INST makes objects of old-style classes: none is known, but the name is worth telling."""
+    raise RefusedError(f"an instance of {find_global(*names).name}", "arrays and plain data")
+
+
+def _reduce(machine: _Machine, _: Any) -> None:
+    arguments, target = machine.pop(), machine.pop()
+    machine.push(call(target, arguments, machine.purse))
+
+
+def _new_object(machine: _Machine, _: Any) -> None:
+    arguments, target = machine.pop(), machine.pop()
+    machine.push(new(target, arguments))
+
+
+def _build(machine: _Machine, _: Any) -> None:
+    state, target = machine.pop(), machine.pop()
+    fill(target, state, machine.purse)
+    machine.push(target)
+
+
+_ACTIONS: dict[str, _Action] = {
+    **dict.fromkeys(("PROTO", "FRAME"), _nothing),
+    **dict.fromkeys(
+        (
+            "INT", "BININT", "BININT1", "BININT2", "LONG", "LONG1", "LONG4", "FLOAT", "BINFLOAT",
+            "STRING", "BINSTRING", "SHORT_BINSTRING", "BINBYTES", "SHORT_BINBYTES", "BINBYTES8",
+            "BYTEARRAY8", "UNICODE", "BINUNICODE", "SHORT_BINUNICODE", "BINUNICODE8",
+        ),
+        _push,
+    ),
+    "NONE": _constant(lambda: None),
+    "NEWTRUE": _constant(lambda: True),
+    "NEWFALSE": _constant(lambda: False),
+    "EMPTY_LIST": _constant(list),
+    "EMPTY_DICT": _constant(dict),
+    "EMPTY_SET": _constant(set),
+    "EMPTY_TUPLE": _constant(tuple),
+    "TUPLE": _tuple(None), "TUPLE1": _tuple(1), "TUPLE2": _tuple(2), "TUPLE3": _tuple(3),
+    "LIST": _list, "APPEND": _append, "APPENDS": _appends,
+    "DICT": _dict, "SETITEM": _set_item, "SETITEMS": _set_items, "ADDITEMS": _add_items,
+    "MARK": _mark, "POP": _pop, "POP_MARK": _pop_mark,
+    "DUP": _duplicate,
+    **dict.fromkeys(("PUT", "BINPUT", "LONG_BINPUT"), _put), "MEMOIZE": _memoize,
+    **dict.fromkeys(("GET", "BINGET", "LONG_BINGET"), _get),
+    "GLOBAL": _global, "STACK_GLOBAL": _stack_global, "INST": _instance,
+    "REDUCE": _reduce, "NEWOBJ": _new_object, "BUILD": _build,
+}  # fmt: skip

@@ -1,0 +1,186 @@
+"""Arrays and sparse matrices out of a pickle's parts, held against each other first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.head.pickle_cursor import Raw, RefusedError
+
+DTYPES = ("b1", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f2", "f4", "f8")
+AXES_MAX = 32
+AXIS_MAX = 2**40
+ENTRY_BYTES = 64  # what one entry of a copied list or set costs, generously
+FREE_BYTES = 64_000_000
+
+
+class Purse:
+    """Bytes that may be spent on copies, so that a small file cannot unfold into a large one."""
+
+    def __init__(self, file_bytes: int) -> None:
+        self._left = 4 * file_bytes + FREE_BYTES
+
+    def spend(self, count: int) -> None:
+        self._left -= count
+        if self._left < 0:
+            raise RefusedError(
+                "data that unfolds to far more than the file", "arrays and plain data"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class SparseMatrix:
+    """A matrix as scipy stores it by columns ("csc") or by rows ("csr"), checked.
+
+    data (entry,) numbers; indices (entry,) the row (csc) or column (csr) of each;
+    indptr (columns + 1,) or (rows + 1,) where each line begins; shape (rows, columns).
+    """
+
+    layout: str
+    data: NDArray[Any]
+    indices: NDArray[Any]
+    indptr: NDArray[Any]
+    shape: tuple[int, int]
+
+    def dense(self) -> NDArray[np.float64]:
+        """(row, column); entries that occur twice are added. Mind the size: see `shape`."""
+        lines, across = self.shape if self.layout == "csr" else self.shape[::-1]
+        line = np.repeat(np.arange(lines), np.diff(self.indptr.astype(np.int64)))
+        result = np.zeros((lines, across))
+        np.add.at(result, (line, self.indices), self.data)
+        return result if self.layout == "csr" else np.ascontiguousarray(result.T)
+
+
+def ordered(dtype: np.dtype, state: Any) -> np.dtype:
+    """A dtype with the byte order of its state; fields and the like are refused."""
+    parts = state[1:5] if isinstance(state, tuple) else ()
+    order = parts[0] if len(parts) == 4 else None
+    if not isinstance(order, str) or len(order) != 1 or order not in "<>|=":
+        raise RefusedError("an array type of no byte order", "< > | =")
+    if any(part is not None for part in parts[1:]):
+        raise RefusedError("an array type with fields", f"numbers: {' '.join(DTYPES)}")
+    return dtype if order == "|" else dtype.newbyteorder(order)  # pyright: ignore
+
+
+def shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
+    """A read-only array over bytes of the file, once they are known to be as many as it needs."""
+    if not isinstance(dtype, np.dtype):
+        raise RefusedError("an array without a type", f"numbers: {' '.join(DTYPES)}")
+    axes = isinstance(shape, tuple) and len(shape) <= AXES_MAX
+    if not axes or not all(_whole(n) and 0 <= n <= AXIS_MAX for n in shape):
+        raise RefusedError(f"an array of shape {_shape_text(shape)}", "whole numbers")
+    data, needed = bytes_of(raw), math.prod(shape) * dtype.itemsize
+    if len(data) != needed:
+        raise RefusedError(
+            f"an array of shape {_shape_text(shape)} and {dtype} over {len(data)} bytes",
+            f"{needed}",
+        )
+    try:
+        return np.frombuffer(data, dtype).reshape(shape, order=order)  # pyright: ignore
+    except ValueError as error:
+        raise RefusedError(f"an array of shape {_shape_text(shape)}", "whole numbers") from error
+
+
+def array_of_state(state: Any) -> NDArray[Any]:
+    """What fills a NumPy array: (version,) shape, dtype, by columns or not, bytes."""
+    if not isinstance(state, tuple) or len(state) not in (4, 5):
+        raise RefusedError("an array without its state")
+    shape, dtype, fortran, raw = state[-4:]
+    by_columns = isinstance(fortran, int) and fortran != 0
+    return shaped(raw, dtype, shape, "F" if by_columns else "C")
+
+
+def array_of_chumpy(state: dict[Any, Any], purse: Purse) -> NDArray[Any]:
+    """A chumpy object is the array that it was made from: its derivatives are of no use here."""
+    return _needed(state, "x", "chumpy object")
+
+
+def array_of_select(state: dict[Any, Any], purse: Purse) -> NDArray[Any]:
+    """chumpy's Select: `a.ravel()[idxs].reshape(preferred_shape)`."""
+    whole_source = _needed(state, "a", "chumpy selection")
+    chosen = _needed(state, "idxs", "chumpy selection").ravel()
+    purse.spend(whole_source.nbytes + chosen.size * whole_source.itemsize)
+    source = whole_source.ravel()
+    if chosen.dtype.kind not in "iu" or (
+        chosen.size and not 0 <= int(chosen.min()) <= int(chosen.max()) < source.size
+    ):
+        raise RefusedError("a chumpy selection of what is not there", "indices into its array")
+    shape = state.get("preferred_shape", (chosen.size,))
+    whole = isinstance(shape, tuple) and all(_whole(n) and n >= 0 for n in shape)
+    if not whole or math.prod(shape) != chosen.size:
+        raise RefusedError(f"a chumpy selection of shape {_shape_text(shape)}", "one that it fills")
+    return source[chosen].reshape(shape)
+
+
+def sparse_of_state(layout: str) -> Callable[[dict[Any, Any], Purse], SparseMatrix]:
+    """What fills a scipy matrix of a layout ("csc" or "csr") from its state."""
+
+    def fill_sparse(state: dict[Any, Any], purse: Purse) -> SparseMatrix:
+        name = f"{layout} matrix"
+        data, indices, indptr = (
+            _needed(state, key, name) for key in ("data", "indices", "indptr")
+        )  # fmt: skip
+        shape = state.get("_shape", state.get("shape"))
+        pair = shape if isinstance(shape, tuple) and len(shape) == 2 else ()
+        if not pair or not all(_whole(n) and 0 <= n < 2**31 for n in pair):
+            raise RefusedError(f"a {name} of shape {_shape_text(shape)}", "two whole numbers")
+        purse.spend(data.nbytes + indices.nbytes + 8 * indptr.size)
+        lines, across = pair if layout == "csr" else pair[::-1]
+        _check_sparse(name, data, indices, indptr, lines, across)
+        return SparseMatrix(layout, data, indices, indptr, pair)
+
+    return fill_sparse
+
+
+def _check_sparse(
+    name: str, data: NDArray[Any], indices: NDArray[Any], indptr: NDArray[Any],
+    lines: int, across: int,
+) -> None:  # fmt: skip
+    if data.ndim != 1 or indices.shape != data.shape or indptr.shape != (lines + 1,):
+        raise RefusedError(
+            f"a {name} whose parts do not fit", "data, indices and indptr of one matrix"
+        )
+    if indices.dtype.kind not in "iu" or indptr.dtype.kind not in "iu":
+        raise RefusedError(f"a {name} with indices that are no whole numbers", "whole numbers")
+    starts = indptr.astype(np.int64)
+    if starts[0] != 0 or starts[-1] != len(data) or (np.diff(starts) < 0).any():
+        raise RefusedError(f"a {name} whose indptr does not rise from 0 to {len(data)}")
+    if len(indices) and not 0 <= int(indices.min()) <= int(indices.max()) < across:
+        raise RefusedError(f"a {name} with an index outside 0…{across - 1}")
+
+
+def _needed(state: dict[Any, Any], key: str, name: str) -> NDArray[Any]:
+    value = state.get(key)
+    if not isinstance(value, np.ndarray):
+        raise RefusedError(f"a {name} without an array {key!r}", "an array")
+    return value
+
+
+def bytes_of(raw: Any) -> memoryview | bytes:
+    """The bytes behind a string of either Python."""
+    if isinstance(raw, Raw):
+        return raw.view
+    if isinstance(raw, bytes):
+        return raw
+    if isinstance(raw, str):
+        try:
+            return raw.encode("latin-1")
+        except UnicodeEncodeError as error:
+            raise RefusedError("array data that are not bytes") from error
+    raise RefusedError(f"array data that are a {type(raw).__name__}", "bytes")
+
+
+def _shape_text(shape: Any) -> str:
+    """A shape in a message; what is none may be of any depth and is not told."""
+    if isinstance(shape, tuple) and len(shape) <= AXES_MAX and all(map(_whole, shape)):
+        return str(shape)
+    return f"that is a {type(shape).__name__}"
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)

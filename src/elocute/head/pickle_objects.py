@@ -1,0 +1,229 @@
+"""The few objects that a closed pickle may hold, made by our own code after looking at them.
+
+No global of a file is ever imported or called: each name stands for one of the makers here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.head.pickle_arrays import (
+    DTYPES,
+    ENTRY_BYTES,
+    Purse,
+    array_of_chumpy,
+    array_of_select,
+    array_of_state,
+    bytes_of,
+    ordered,
+    shaped,
+    sparse_of_state,
+)
+from elocute.head.pickle_cursor import Raw, RefusedError, shown
+
+_NUMPY_CORES = ("numpy.core", "numpy._core")
+_BUILTINS = ("__builtin__", "builtins")
+# (module, name): what it stands for.
+GLOBALS: dict[tuple[str, str], str] = {
+    ("chumpy.ch", "Ch"): "chumpy",
+    ("chumpy.reordering", "Select"): "select",
+    **{(f"{core}.multiarray", "_reconstruct"): "reconstruct" for core in _NUMPY_CORES},
+    **{(f"{core}.multiarray", "scalar"): "scalar" for core in _NUMPY_CORES},
+    **{(f"{core}.numeric", "_frombuffer"): "frombuffer" for core in _NUMPY_CORES},
+    ("numpy", "ndarray"): "ndarray",
+    ("numpy", "dtype"): "dtype",
+    ("scipy.sparse.csc", "csc_matrix"): "csc",
+    ("scipy.sparse._csc", "csc_matrix"): "csc",
+    ("scipy.sparse.csr", "csr_matrix"): "csr",
+    ("scipy.sparse._csr", "csr_matrix"): "csr",
+    ("collections", "OrderedDict"): "dict",
+    **{(module, "set"): "set" for module in _BUILTINS},
+    **{(module, "object"): "object" for module in _BUILTINS},
+    **{(module, "bytes"): "bytes" for module in _BUILTINS},
+    ("copy_reg", "_reconstructor"): "reconstructor",
+    ("copyreg", "_reconstructor"): "reconstructor",
+    ("_codecs", "encode"): "encode",
+}
+ALLOWED = ", ".join(f"{module}.{name}" for module, name in GLOBALS)
+
+
+@dataclass(frozen=True)
+class Global:
+    """A name that a pickle may use; nothing stands behind it but this record."""
+
+    kind: str
+    name: str
+
+
+class Unfinished:
+    """An object between its making and the state that fills it."""
+
+    __slots__ = ("kind", "value")
+
+    def __init__(self, kind: str, value: Any = None) -> None:
+        self.kind, self.value = kind, value
+
+    def filled(self) -> Any:
+        if self.value is None:
+            raise RefusedError(f"a {self.kind} used before it was filled", "arrays and plain data")
+        return self.value
+
+
+def find_global(module: str, name: str) -> Global:
+    """What stands for a name. Raises RefusedError for one that is not known."""
+    kind = GLOBALS.get((module, name))
+    if kind is None:
+        raise RefusedError(f"found the global {shown(f'{module}.{name}')}", ALLOWED)
+    return Global(kind, f"{module}.{name}")
+
+
+def call(target: Any, arguments: Any, purse: Purse) -> Any:
+    """What REDUCE makes of a known global and its arguments."""
+    if not isinstance(target, Global):
+        raise RefusedError(f"a call of a {type(target).__name__}", ALLOWED)
+    if target.kind not in _CALLS or not isinstance(arguments, tuple):
+        raise RefusedError(f"a call of {target.name} that no array needs", "arrays and plain data")
+    try:
+        return _CALLS[target.kind](purse, *arguments)
+    except TypeError as error:
+        raise RefusedError(f"a call of {target.name} with other arguments") from error
+
+
+def new(target: Any, arguments: Any) -> Unfinished:
+    """What NEWOBJ makes: an object to be filled."""
+    if not isinstance(target, Global) or target.kind not in ("chumpy", "select", "csc", "csr"):
+        name = target.name if isinstance(target, Global) else type(target).__name__
+        raise RefusedError(f"a new {name}", "chumpy and scipy.sparse objects")
+    if not isinstance(arguments, tuple) or arguments:
+        raise RefusedError(f"a new {target.name} with arguments", "none")
+    return Unfinished(target.kind)
+
+
+def fill(target: Any, state: Any, purse: Purse) -> None:
+    """What BUILD does: give an object its state."""
+    if not isinstance(target, Unfinished):
+        raise RefusedError(f"a state for a {type(target).__name__}", "arrays and plain data")
+    if target.kind == "dtype":
+        target.value = ordered(target.value, state)
+    elif target.value is not None:
+        raise RefusedError(f"a {target.kind} filled twice", "once")
+    elif target.kind == "ndarray":
+        target.value = array_of_state(state)
+    else:
+        if not isinstance(state, dict):
+            raise RefusedError(f"a {target.kind} whose state is a {type(state).__name__}", "a dict")
+        target.value = _FILLS[target.kind](state, purse)
+
+
+def settled(item: Any) -> Any:
+    """`item` as it is stored in containers: filled, decoded, and no bare global."""
+    kind = type(item)
+    if kind is Raw:
+        return item.value()
+    if kind is Unfinished:
+        return item.filled()
+    if kind is Global:
+        raise RefusedError(f"{item.name} as a value", "arrays and plain data")
+    if kind is tuple and len(item) <= TUPLE_OPEN:
+        return tuple(settled(part) for part in item) if _has_open(item) else item
+    return item
+
+
+TUPLE_OPEN = 8
+"""Tuples up to here may hold Raw and Global: arguments and states. Longer ones are data."""
+
+
+def tuple_of(items: list[Any]) -> tuple[Any, ...]:
+    """A tuple whose own parts may be Raw or Global, but none deeper: `settled` stays cheap."""
+    if len(items) > TUPLE_OPEN:
+        return tuple(settled(item) for item in items)
+    return tuple(item if type(item) in (Raw, Global) else settled(item) for item in items)
+
+
+def key_of(item: Any) -> Any:
+    """A dict's key or a set's entry: a plain value that hashes in no time."""
+    item = settled(item)
+    if isinstance(item, np.generic):
+        item = item.item()
+    if item is None or isinstance(item, str | bytes | int | float):
+        return item
+    raise RefusedError(f"a {type(item).__name__} as a key", "text and numbers")
+
+
+def _has_open(items: tuple[Any, ...]) -> bool:
+    return any(type(item) in (Raw, Global, Unfinished) for item in items)
+
+
+def _dtype(purse: Purse, name: Any, align: Any = False, copy: Any = True) -> Unfinished:
+    if not isinstance(name, str) or name.lstrip("<>|=") not in DTYPES:
+        kind = shown(name) if isinstance(name, str) else type(name).__name__
+        raise RefusedError(f"an array of type {kind}", f"numbers: {' '.join(DTYPES)}")
+    return Unfinished("dtype", np.dtype(name))
+
+
+def _reconstruct(purse: Purse, target: Any, shape: Any, code: Any) -> Unfinished:
+    if not isinstance(target, Global) or target.kind != "ndarray":
+        raise RefusedError("an array of another class", "numpy.ndarray")
+    return Unfinished("ndarray")
+
+
+def _reconstructor(purse: Purse, target: Any, base: Any, state: Any) -> Unfinished:
+    if not isinstance(base, Global) or base.kind != "object" or state is not None:
+        raise RefusedError("an object built on another class", "object")
+    return new(target, ())
+
+
+def _scalar(purse: Purse, dtype: Any, raw: Any) -> Any:
+    return shaped(raw, dtype, (1,), "C")[0]
+
+
+def _frombuffer(purse: Purse, raw: Any, dtype: Any, shape: Any, order: Any) -> NDArray[Any]:
+    return shaped(raw, dtype, shape, "F" if isinstance(order, str) and order == "F" else "C")
+
+
+def _encode(purse: Purse, text: Any, encoding: Any) -> bytes:
+    """Protocols below 3 have no bytes: they are told as text and turned back."""
+    text = settled(text)
+    latin = isinstance(encoding, str) and encoding in ("latin1", "latin-1")
+    if not isinstance(text, str) or not latin:
+        raise RefusedError("a call of _codecs.encode other than text to latin1")
+    purse.spend(len(text))
+    return bytes(bytes_of(text))
+
+
+def _empty_bytes(purse: Purse) -> bytes:
+    return b""
+
+
+def _set(purse: Purse, items: Any = ()) -> set[Any]:
+    if not isinstance(items, list | tuple):
+        raise RefusedError(f"a set of a {type(items).__name__}", "a list")
+    purse.spend(ENTRY_BYTES * len(items))
+    return {key_of(item) for item in items}
+
+
+def _dict(purse: Purse, pairs: Any = ()) -> dict[Any, Any]:
+    if not isinstance(pairs, list | tuple):
+        raise RefusedError(f"a dict of a {type(pairs).__name__}", "a list of pairs")
+    purse.spend(ENTRY_BYTES * len(pairs))
+    if not all(isinstance(pair, list | tuple) and len(pair) == 2 for pair in pairs):
+        raise RefusedError("a dict of something else", "a list of pairs")
+    return {key_of(key): settled(value) for key, value in pairs}
+
+
+_CALLS: dict[str, Callable[..., Any]] = {
+    "reconstruct": _reconstruct, "reconstructor": _reconstructor, "scalar": _scalar,
+    "frombuffer": _frombuffer, "dtype": _dtype, "encode": _encode, "set": _set, "dict": _dict,
+    "bytes": _empty_bytes,
+}  # fmt: skip
+_FILLS: dict[str, Callable[[dict[Any, Any], Purse], Any]] = {
+    "chumpy": array_of_chumpy,
+    "select": array_of_select,
+    "csc": sparse_of_state("csc"),
+    "csr": sparse_of_state("csr"),
+}
