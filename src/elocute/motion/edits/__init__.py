@@ -1,0 +1,23 @@
+"""Edits: pure functions from Motion to Motion, in any order and number.
+
+VOCA's animation control (2019, section 4 and Figure 7): pose, identity and expression are
+changed after the speech, since the motion is a linear face in zero pose.
+"""
+
+from elocute.motion.edits.blinks import with_blinks
+from elocute.motion.edits.cut import cut
+from elocute.motion.edits.gaze import with_gaze
+from elocute.motion.edits.identity import with_identity, with_identity_over_time
+from elocute.motion.edits.pose import with_pose, without_pose
+from elocute.motion.edits.shape import with_shape
+
+__all__ = [
+    "cut",
+    "with_blinks",
+    "with_gaze",
+    "with_identity",
+    "with_identity_over_time",
+    "with_pose",
+    "with_shape",
+    "without_pose",
+]

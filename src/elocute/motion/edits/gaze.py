@@ -1,0 +1,74 @@
+"""Gaze: where the eyes look, with the lids that go along where the head has shapes for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elocute.errors import MotionError
+from elocute.head.model import HeadModel
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
+from elocute.motion.edits.pose import with_pose
+from elocute.motion.motion import Motion
+
+SIDES = ("Left", "Right")
+DIRECTIONS = ("Up", "Down", "In", "Out")
+
+
+def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
+    """Let both eyes look somewhere, in degrees.
+
+    directions  one (x, y) for the whole motion, or keyframes [(time s, (x, y)), …]:
+                +x looks down, +y to the head's own left
+
+    On a head with ARKit's eyeLook shapes these are set (lids follow; what they did before is
+    replaced; farther than a shape reaches at weight one is refused). Elsewhere the eye joints
+    turn, after whatever they did. Raises MotionError for a head with neither.
+    """
+    times, angles = read_keyframes(as_keyframes(directions), "gaze")
+    if angles.shape[1] != 2:
+        raise MotionError.about("gaze", found=f"{angles.shape[1]} numbers", allowed="two: x, y")
+    names = [f"eyeLook{way}{side}" for side in SIDES for way in DIRECTIONS]
+    if set(names) <= set(motion.names) and _eyeballs(motion.head):
+        return _by_shapes(motion, times, angles)
+    keyframes = [(time, (x, y, 0.0)) for time, (x, y) in zip(times, angles, strict=True)]
+    for side in SIDES:
+        motion = with_pose(motion, f"eye{side}", keyframes)
+    return motion
+
+
+def _by_shapes(motion: Motion, times: NDArray[np.float64], angles: NDArray[np.float64]) -> Motion:
+    weights = motion.weights.copy()
+    curve = smooth(times, angles, motion.times_s)
+    for side in SIDES:
+        outwards = curve[:, 1] if side == "Left" else -curve[:, 1]
+        ways = {"Up": -curve[:, 0], "Down": curve[:, 0], "In": -outwards, "Out": outwards}
+        for way, wanted in ways.items():
+            name = f"eyeLook{way}{side}"
+            reach = _reach_degrees(motion.head, name, side)
+            if wanted.max() > reach + 0.01:
+                raise MotionError.about(
+                    "gaze", found=f"{wanted.max():.1f} degrees",
+                    allowed=f"{name} reaches {reach:.0f} degrees",
+                )  # fmt: skip
+            weights[:, motion.names.index(name)] = np.clip(wanted / reach, 0, 1)
+    return replace(motion, weights=weights)
+
+
+def _eyeballs(head: HeadModel) -> bool:
+    return all(len(head.regions.get(f"eye_{side.lower()}", ())) for side in SIDES)
+
+
+def _reach_degrees(head: HeadModel, name: str, side: str) -> float:
+    """How far a look turns the eyeball at weight one, read off the shape."""
+    ball = head.regions[f"eye_{side.lower()}"]
+    rest = head.template[ball]
+    turned = rest + head.expression_basis[head.expression_index(name)][ball]
+    # Kabsch (1976): the rotation that carries one set of points onto another.
+    left, _, right = np.linalg.svd(
+        (turned - turned.mean(axis=0)).T.astype(np.float64) @ (rest - rest.mean(axis=0))
+    )
+    cosine = (np.trace(left @ right) - 1) / 2
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))

@@ -1,0 +1,127 @@
+"""Another face, or a face that becomes another while it speaks (VOCA 2019, section 4, Figure 7)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elocute.errors import MotionError
+from elocute.head.builtin import load_builtin_head
+from elocute.head.model import HeadModel
+from elocute.motion.edits.keyframes import Keyframes, linear, read_keyframes
+from elocute.motion.edits.lid_gap import has_lids, identity_columns, lid_gap, lid_scale
+from elocute.motion.motion import Motion
+
+SIDES = ("Left", "Right")
+MOVED = 1e-7
+"""A coefficient that changes by less is constant: far less than a float of metres resolves."""
+
+
+def with_identity(motion: Motion, coefficients: ArrayLike) -> Motion:
+    """The same motion on somebody else's face.
+
+    coefficients (identity,) in standard deviations. Raises MotionError where the head's
+    identity space is unknown or has fewer components.
+    """
+    return with_identity_over_time(motion, [(0.0, coefficients)])
+
+
+def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
+    """A face that changes while it moves; straight lines between keyframes.
+
+    keyframes  [(time s, coefficients (identity,) in standard deviations), …]
+
+    Exact, and as small as the motion was: the template becomes that of the first keyframe,
+    and each identity component that changes joins the expression basis under the name
+    `identity007`, with weights that tell how far it is from the first keyframe. A weight of
+    `eyeBlinkLeft` or `eyeBlinkRight` grows with the eye it has to close and may pass one.
+    Called again, the faces given replace those there.
+
+    What a Motion cannot tell over time stays as the first keyframe has it: skin tone, and the
+    places of the joints (named faces differ by up to 8 mm: under a turned head the last one
+    sits that far times the sine of the turn from where its own joints would put it).
+
+    A stored motion has left its identity space behind; for the built-in head it is known.
+    Raises MotionError for other heads without one, for more coefficients than there are, and
+    for malformed keyframes.
+    """
+    times, values = read_keyframes(keyframes, "identity over time")
+    motion = _without_identity_components(motion)
+    space = _identity_space(motion.head)
+    known = len(space.identity_basis)
+    if values.shape[1] > known:
+        raise MotionError.about(
+            "identity over time",
+            found=f"{values.shape[1]} coefficients",
+            allowed=f"at most {known} on head {space.name!r}",
+        )
+    face = space.with_identity(values[0].astype(np.float32))
+    moving = np.flatnonzero(np.abs(values - values[0]).max(axis=0) > MOVED)
+    if not len(moving):
+        return replace(motion, head=face)
+    head = _with_components(face, space, moving)
+    change = linear(times, values[:, moving] - values[0, moving], motion.times_s)
+    weights = np.concatenate([motion.weights, change.astype(np.float32)], axis=1)
+    return _lids_scaled(replace(motion, head=head, weights=weights))
+
+
+def _with_components(face: HeadModel, space: HeadModel, moving: NDArray[np.intp]) -> HeadModel:
+    names = tuple(f"identity{component:03d}" for component in moving)
+    basis = np.concatenate([face.expression_basis, space.identity_basis[moving]])
+    return replace(face, expression_names=(*face.expression_names, *names), expression_basis=basis)
+
+
+def _without_identity_components(motion: Motion) -> Motion:
+    """The motion on the face of its template, for all its length."""
+    columns = identity_columns(motion)
+    if not columns:
+        return motion
+    plain = _lids_scaled(motion, back=True)
+    kept = np.setdiff1d(np.arange(len(motion.names)), columns)
+    head = replace(
+        motion.head,
+        expression_names=tuple(motion.names[column] for column in kept),
+        expression_basis=motion.head.expression_basis[kept],
+    )
+    return replace(plain, head=head, weights=plain.weights[:, kept])
+
+
+def _lids_scaled(motion: Motion, *, back: bool = False) -> Motion:
+    weights = motion.weights.copy()
+    for side in SIDES:
+        if f"eyeBlink{side}" in motion.names:
+            scale = lid_scale(motion, side.lower())
+            weights[:, motion.names.index(f"eyeBlink{side}")] *= 1 / scale if back else scale
+    return replace(motion, weights=weights)
+
+
+def _identity_space(head: HeadModel) -> HeadModel:
+    """The head as its identity space's mean face, with the shapes that it has."""
+    if len(head.identity_basis):
+        return head
+    known = load_builtin_head()
+    if head.name != known.name or not np.array_equal(head.quads, known.quads):
+        raise MotionError.about(
+            f"head {head.name!r}",
+            found="its identity space did not travel with the motion",
+            allowed=f"motions of head {known.name!r}, or of a head loaded with its identities",
+        )
+    basis = head.expression_basis.copy()
+    for side in SIDES:
+        name = f"eyeBlink{side}"
+        if name in head.expression_names and has_lids(head, side.lower()):
+            # The blink fits this face's eye: give it the mean face's reach again.
+            reach = [lid_gap(h, h.template, side.lower()) for h in (known, head)]
+            basis[head.expression_index(name)] *= np.float32(reach[0] / reach[1])
+    return replace(
+        head,
+        template=known.template,
+        expression_basis=basis,
+        joint_positions=known.joint_positions,
+        identity_basis=known.identity_basis,
+        joint_identity_basis=known.joint_identity_basis,
+        tone_basis=known.tone_basis,
+        vertex_color=known.vertex_color,
+    )

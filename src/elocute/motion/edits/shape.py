@@ -1,0 +1,42 @@
+"""One shape over time: a smile added to speech, a jaw shut, a brow raised."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from elocute.errors import MotionError
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
+from elocute.motion.motion import Motion
+
+
+def with_shape(
+    motion: Motion, name: str, weights: Keyframes | float, *, add: bool = False
+) -> Motion:
+    """Set the weight of a shape, or add to it.
+
+    weights  one number for the whole motion, or keyframes [(time s, weight), …] with smooth
+             cubics between them
+
+    Raises MotionError for a shape the head lacks and for malformed keyframes.
+    """
+    column = shape_index(motion, name)
+    times, values = read_keyframes(as_keyframes(weights), f"shape {name}")
+    if values.shape[1] != 1:
+        raise MotionError.about(f"shape {name}", found=f"{values.shape[1]} numbers", allowed="one")
+    changed = motion.weights.copy()
+    curve = smooth(times, values, motion.times_s)[:, 0].astype(np.float32)
+    changed[:, column] = changed[:, column] + curve if add else curve
+    return replace(motion, weights=changed)
+
+
+def shape_index(motion: Motion, name: str) -> int:
+    """The column of a shape. Raises MotionError where the head lacks it."""
+    if name not in motion.names:
+        raise MotionError.about(
+            f"shape {name!r}",
+            found=f"none of this name on head {motion.head.name!r}",
+            allowed=", ".join(motion.names[:60]),
+        )
+    return motion.names.index(name)

@@ -1,0 +1,61 @@
+"""Unit quaternions wxyz: from axis-angle, back, and one after another."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating]
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
+
+
+def from_axis_angle(vectors: Floats) -> NDArray[np.float64]:
+    """(..., 4) of axis-angle vectors (..., 3), whose length is the angle in radians."""
+    vectors = np.asarray(vectors, np.float64)
+    half = np.linalg.norm(vectors, axis=-1, keepdims=True) / 2
+    # np.sinc is sin(πx)/(πx): exact at zero, where dividing by the angle is not.
+    return np.concatenate([np.cos(half), np.sinc(half / np.pi) / 2 * vectors], axis=-1)
+
+
+def to_axis_angle(quaternions: Floats) -> NDArray[np.float64]:
+    """(..., 3) radians, at most π long, of unit quaternions (..., 4)."""
+    quaternions = np.asarray(quaternions, np.float64)
+    quaternions = np.where(quaternions[..., :1] < 0, -quaternions, quaternions)
+    half = np.arctan2(np.linalg.norm(quaternions[..., 1:], axis=-1), quaternions[..., 0])[..., None]
+    return 2 * quaternions[..., 1:] / np.sinc(half / np.pi)
+
+
+def multiply(second: Floats, first: Floats) -> NDArray[np.float64]:
+    """(..., 4): the rotation `first`, then `second`."""
+    a, b, c, d = np.moveaxis(np.asarray(second, np.float64), -1, 0)
+    w, x, y, z = np.moveaxis(np.asarray(first, np.float64), -1, 0)
+    parts = [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
+    return np.stack(parts, axis=-1)
+
+
+def from_matrices(matrices: Floats) -> NDArray[np.float64]:
+    """(..., 4) of rotation matrices (..., 3, 3), by the eigenvector that Bar-Itzhack (2000) gives.
+
+    Exact for any angle: no case distinction on the largest diagonal entry.
+    """
+    m = np.asarray(matrices, np.float64)
+    k = np.zeros((*m.shape[:-2], 4, 4))
+    k[..., 1:, 1:] = m + np.swapaxes(m, -1, -2)
+    trace = np.trace(m, axis1=-2, axis2=-1)
+    k[..., 1:, 1:] -= trace[..., None, None] * np.eye(3)
+    k[..., 0, 0] = trace
+    skew = [m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]]
+    k[..., 0, 1:] = k[..., 1:, 0] = np.stack(skew, axis=-1)
+    quaternions = np.linalg.eigh(k)[1][..., -1]
+    return np.where(quaternions[..., :1] < 0, -quaternions, quaternions)
+
+
+def no_turn(*shape: int) -> NDArray[np.float32]:
+    """(*shape, 4) quaternions that turn nothing."""
+    return np.tile(np.array(IDENTITY, np.float32), (*shape, 1))
