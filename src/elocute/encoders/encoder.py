@@ -1,0 +1,54 @@
+"""What every speech encoder is: a callable from Waveform to Features at 50 Hz."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.features import Features
+from elocute.audio.waveform import Waveform
+
+SAMPLE_RATE = 16000
+"""Hz; what every encoder hears, whatever it is given."""
+FEATURE_RATE = 50.0
+"""Hz; frame k stands at k / 50 s."""
+
+
+class Encoder(Protocol):
+    """Waveform to Features: round(50 · duration) frames, one at least.
+
+    Calling it raises InputError for a file that cannot be used, MachineError for a missing package.
+    """
+
+    @property
+    def name(self) -> str:
+        """What Features.encoder will say."""
+        ...
+
+    @property
+    def feature_count(self) -> int: ...
+
+    @property
+    def rate(self) -> float:
+        """Frames per second."""
+        ...
+
+    def __call__(self, waveform: Waveform) -> Features: ...
+
+
+def heard(waveform: Waveform) -> NDArray[np.float32]:
+    """(sample,) float32 at 16 kHz, full scale ±1."""
+    return waveform.resample(SAMPLE_RATE).samples
+
+
+def features_of(waveform: Waveform, values: NDArray[np.floating], name: str) -> Features:
+    """Values (frame, feature) at 50 Hz as Features of exactly the sound's duration.
+
+    Front ends differ by a frame at the end: what is missing repeats the last frame, as linear
+    interpolation beyond the end does; what is too much is cut.
+    """
+    count = max(1, round(waveform.duration_s * FEATURE_RATE))
+    short = max(0, count - len(values))
+    return Features(np.pad(values[:count], ((0, short), (0, 0)), "edge"), FEATURE_RATE, name)

@@ -1,0 +1,193 @@
+"""wav2vec 2.0, HuBERT and WavLM from a local transformers folder: last hidden states at 50 Hz.
+
+Here stands all that needs no torch: checking the folder, normalising, and cutting long sound. The
+network itself is `elocute.networks.speech_transformers`, which lies in a layer above and needs
+the extra `encoders`; it is reached by name, as writers are, so that nothing here imports torch. (An
+export to ONNX would need the same torch once, and a second file to keep true to the first.)
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.features import Features
+from elocute.audio.waveform import Waveform
+from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
+from elocute.errors import InputError
+
+Array = NDArray[np.float32]
+
+NETWORK_MODULE = "elocute.networks.speech_transformers"
+HOP = 320  # samples per frame: 20 ms
+RECEPTIVE = 400  # samples that one frame needs
+BLOCK_FRAMES = 1500
+CONTEXT_FRAMES = 250
+"""Attention's memory grows with the square of the length, so sound of more than 30 s is read in
+blocks of 30 s that see 5 s more on either side."""
+JSON_MAX_BYTES = 1_000_000
+WEIGHTS_MAX_BYTES = 8_000_000_000
+# What a folder may ask for, so that a forged one takes no memory: the largest published has 48
+# layers of 1920.
+LARGEST = {"hidden_size": 8192, "num_hidden_layers": 96, "intermediate_size": 32768,
+           "num_attention_heads": 128, "num_conv_pos_embeddings": 1024, "num_buckets": 4096,
+           "vocab_size": 1_000_000}  # fmt: skip
+CONVERT = (
+    "convert it where you trust it: transformers' "
+    "AutoModel.from_pretrained(FOLDER).save_pretrained(OTHER, safe_serialization=True)"
+)
+
+
+class SpeechTransformer:
+    """One of the three kinds. Raises InputError for a folder that does not hold it."""
+
+    name: ClassVar[str]
+    rate = FEATURE_RATE
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+        self.config = read_config(self.folder, self.name)
+        self.normalises = _normalises(self.folder)
+        _check_weights(self.folder)
+
+    @property
+    def feature_count(self) -> int:
+        return self.config["hidden_size"]
+
+    @cached_property
+    def _network(self) -> Callable[[Array], Array]:
+        """(sample,) to (frame, feature). Raises MachineError without the extra `encoders`."""
+        load = importlib.import_module(NETWORK_MODULE).load_speech_transformer
+        return load(self.name, self.config, self.folder / "model.safetensors")
+
+    def __call__(self, waveform: Waveform) -> Features:
+        """Raises InputError for weights that do not fit, MachineError without the extra."""
+        samples = heard(waveform)
+        if self.normalises:
+            samples = (samples - samples.mean()) / np.sqrt(samples.var() + 1e-7)
+        values = np.concatenate([self._network(sound)[first:stop] for sound, first, stop in
+                                 blocks(samples)])  # fmt: skip
+        return features_of(waveform, values, self.name)
+
+
+class Wav2Vec2(SpeechTransformer):
+    """The encoder `wav2vec2:FOLDER` (Baevski et al., 2020)."""
+
+    name = "wav2vec2"
+
+
+class Hubert(SpeechTransformer):
+    """The encoder `hubert:FOLDER` (Hsu et al., 2021)."""
+
+    name = "hubert"
+
+
+class WavLM(SpeechTransformer):
+    """The encoder `wavlm:FOLDER` (Chen et al., 2022)."""
+
+    name = "wavlm"
+
+
+def blocks(samples: Array) -> Iterator[tuple[Array, int, int | None]]:
+    """Sound for one run of the network each, and which of its frames to keep (first, stop)."""
+    total = len(samples) // HOP
+    if total <= BLOCK_FRAMES:
+        yield np.pad(samples, (0, max(0, RECEPTIVE - len(samples)))), 0, None
+        return
+    for begin in range(0, total, BLOCK_FRAMES):
+        end = begin + BLOCK_FRAMES
+        start = max(0, begin - CONTEXT_FRAMES)
+        sound = samples[start * HOP : (end + CONTEXT_FRAMES) * HOP]
+        yield np.pad(sound, (0, max(0, RECEPTIVE - len(sound)))), begin - start, end - start
+
+
+def read_config(folder: Path, kind: str) -> dict[str, Any]:
+    """The folder's config.json. Raises InputError where it is missing, forged or another's."""
+    if not folder.is_dir():
+        raise InputError.about(
+            folder, found="no such folder", allowed=f"a transformers folder of {kind}",
+            remedy="download it first: nothing is fetched from a network",
+        )  # fmt: skip
+    path = folder / "config.json"
+    config = _read_json(path)
+    if config.get("model_type") != kind:
+        raise InputError.about(
+            path, found=f"model_type {config.get('model_type')!r}", allowed=repr(kind)
+        )
+    for field, most in LARGEST.items():
+        value = config.get(field, 1)
+        if type(value) is not int or not 0 < value <= most:
+            raise InputError.about(path, found=f"{field} {value!r}", allowed=f"1 to {most}")
+    if "hidden_size" not in config:
+        raise InputError.about(path, found="no hidden_size", allowed="a whole config.json")
+    _check_frames(path, config)
+    return config
+
+
+def _check_frames(path: Path, config: dict[str, Any]) -> None:
+    """The convolutions must give a frame for every 20 ms; 16 layers of 4096 at most."""
+    layers = [config.get(f"conv_{part}", default) for part, default in
+              (("dim", [512] * 7), ("stride", [5, 2, 2, 2, 2, 2, 2]),
+               ("kernel", [10, 3, 3, 3, 3, 2, 2]))]  # fmt: skip
+    whole = all(
+        isinstance(sizes, list) and 0 < len(sizes) <= 16
+        and all(type(size) is int and 0 < size <= 4096 for size in sizes)
+        for sizes in layers
+    )  # fmt: skip
+    if not whole or len({len(sizes) for sizes in layers}) > 1:
+        raise InputError.about(
+            path, found="convolutions that do not fit", allowed="conv_dim, _stride and _kernel"
+        )
+    hop = math.prod(layers[1])
+    if hop != HOP or config.get("add_adapter"):
+        found = "an adapter" if config.get("add_adapter") else f"a frame every {hop} samples"
+        raise InputError.about(path, found=found, allowed=f"a frame every {HOP} samples")
+
+
+def _normalises(folder: Path) -> bool:
+    """Whether the network wants sound of mean 0 and variance 1: what preprocessor_config.json
+    says; where it is absent, yes, which is transformers' own default."""
+    path = folder / "preprocessor_config.json"
+    if not path.exists():
+        return True
+    settings = _read_json(path)
+    rate = settings.get("sampling_rate", SAMPLE_RATE)
+    if rate != SAMPLE_RATE:
+        raise InputError.about(path, found=f"sampling_rate {rate!r}", allowed=str(SAMPLE_RATE))
+    return bool(settings.get("do_normalize", True))
+
+
+def _check_weights(folder: Path) -> None:
+    path = folder / "model.safetensors"
+    if path.is_file():
+        if path.stat().st_size > WEIGHTS_MAX_BYTES:
+            raise InputError.about(path, found="more than 8 GB", allowed="a speech encoder")
+        return
+    if (folder / "pytorch_model.bin").exists():
+        raise InputError.about(
+            folder / "pytorch_model.bin", found="a pickle, which could run any code",
+            allowed="model.safetensors", remedy=CONVERT,
+        )  # fmt: skip
+    raise InputError.about(folder, found="no model.safetensors", allowed="weights in one such file")
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > JSON_MAX_BYTES:
+            raise ValueError("more than 1 MB")
+        content = json.loads(path.read_bytes())
+    except FileNotFoundError as error:
+        raise InputError.about(path, found="missing") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError.about(path, found=f"no JSON: {error}") from error
+    if not isinstance(content, dict):
+        raise InputError.about(path, found=f"a {type(content).__name__}", allowed="a JSON object")
+    return content
