@@ -187,6 +187,15 @@ class TestIdentity:
         swung = with_identity_over_time(talk, [(0, [2.0]), (1, [-2.0])])
         assert swung.names[len(talk.names) :] == ("identity000",)
 
+    def test_faces_that_come_again_cost_nothing(self, talk, changing):
+        assert changing.names[-2:] == ("identity000", "identity001")
+        assert len(changing.names) == len(talk.names) + 2
+        ada, ben = resolve_identity("ada"), resolve_identity("ben")
+        there = with_identity_over_time(talk, [(0, ada), (1, ben), (1.5, ada), (1.6, ada)])
+        assert len(there.names) == len(talk.names) + 1
+        wanted = with_identity(talk, ada).vertices()
+        assert np.abs(there.vertices() - wanted)[[0, 45, 59]].max() < 1e-6
+
     def test_other_heads_say_what_is_missing(self, head, talk):
         other = replace(
             head.with_identity(resolve_identity("ada")), name="somebody"

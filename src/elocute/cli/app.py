@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from elocute.cli import animate, evaluate, inspect, render
+from elocute.cli import animate, edit, evaluate, inspect, render
 from elocute.errors import ElocuteError, InputError
 
 app = typer.Typer(
@@ -19,6 +19,7 @@ app = typer.Typer(
 )
 app.command("animate")(animate.animate_command)
 app.command("render")(render.render_command)
+app.command("edit")(edit.edit_command)
 app.command("measure")(render.measure_command)
 app.command("info")(inspect.info_command)
 app.command("doctor")(inspect.doctor_command)

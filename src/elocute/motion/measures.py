@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import MotionError
+from elocute.errors import HeadError
 from elocute.head.model import HeadModel
 from elocute.motion.atomic import write_atomically
 from elocute.motion.curves import Curves
@@ -33,7 +33,10 @@ class _Probe:
 def _probe(head: HeadModel) -> _Probe:
     upper, lower = head.inner_lip_upper, head.inner_lip_lower
     if not len(upper) or not len(head.landmarks):
-        raise MotionError("this motion's head has no lip rings or landmarks to measure")
+        raise HeadError.about(
+            f"head {head.name!r}", found="names no lips to measure",
+            allowed="a head with lip rings and landmarks, the built-in one say",
+        )  # fmt: skip
     # The middle third of the lips: what a tracked inner-lip gap looks at.
     third = len(upper) // 3
     return _Probe(
@@ -54,7 +57,7 @@ def measure_mouth(motion: Motion) -> Curves:
     protrusion  how far the lips stand out in front of where they rest (mean of both lips)
     jaw         how far the chin has dropped from where it rests
 
-    Joint rotations are left out, so a nod measures nothing. Raises MotionError for a head
+    Joint rotations are left out, so a nod measures nothing. Raises HeadError for a head
     without lip rings and landmarks.
     """
     head = motion.head

@@ -109,7 +109,9 @@ class Motion:
             yield self.vertices(start, start + frames)
 
     def at_fps(self, fps: float) -> Motion:
-        """The same motion sampled at another frame rate, linear between frames."""
+        """The same motion at another frame rate, linear between frames. Raises MotionError."""
+        if not (np.isfinite(fps) and 0 < fps <= FPS_MAX):
+            raise MotionError(f"fps: found {fps}; allowed: above 0, at most {FPS_MAX:g}")
         count = max(1, round(self.duration_s * fps))
         positions = np.minimum(np.arange(count) * (self.fps / fps), self.frame_count - 1)
         below = np.minimum(positions.astype(int), max(self.frame_count - 2, 0))

@@ -15,8 +15,6 @@ from elocute.motion.edits.lid_gap import has_lids, identity_columns, lid_gap, li
 from elocute.motion.motion import Motion
 
 SIDES = ("Left", "Right")
-MOVED = 1e-7
-"""A coefficient that changes by less is constant: far less than a float of metres resolves."""
 
 
 def with_identity(motion: Motion, coefficients: ArrayLike) -> Motion:
@@ -33,9 +31,9 @@ def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
 
     keyframes  [(time s, coefficients (identity,) in standard deviations), …]
 
-    Exact, and as small as the motion was: the template becomes that of the first keyframe,
-    and each identity component that changes joins the expression basis under the name
-    `identity007`, with weights that tell how far it is from the first keyframe. A weight of
+    Exact and low-rank: the template becomes that of the first keyframe, and what differs from
+    it joins the expression basis as `identity000`, `identity001`, …: the identity components
+    that change or, where those are more, one difference for each further face. A weight of
     `eyeBlinkLeft` or `eyeBlinkRight` grows with the eye it has to close and may pass one.
     Called again, the faces given replace those there.
 
@@ -58,19 +56,34 @@ def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
             allowed=f"at most {known} on head {space.name!r}",
         )
     face = space.with_identity(values[0].astype(np.float32))
-    moving = np.flatnonzero(np.abs(values - values[0]).max(axis=0) > MOVED)
-    if not len(moving):
+    mixes, directions = _low_rank(values - values[0])
+    if not directions.any():
         return replace(motion, head=face)
-    head = _with_components(face, space, moving)
-    change = linear(times, values[:, moving] - values[0, moving], motion.times_s)
-    weights = np.concatenate([motion.weights, change.astype(np.float32)], axis=1)
+    basis = np.tensordot(directions, space.identity_basis[: values.shape[1]], 1)
+    names = tuple(f"identity{number:03d}" for number in range(len(directions)))
+    head = replace(
+        face,
+        expression_names=(*face.expression_names, *names),
+        expression_basis=np.concatenate([face.expression_basis, basis.astype(np.float32)]),
+    )
+    change = linear(times, mixes, motion.times_s).astype(np.float32)
+    weights = np.concatenate([motion.weights, change], axis=1)
     return _lids_scaled(replace(motion, head=head, weights=weights))
 
 
-def _with_components(face: HeadModel, space: HeadModel, moving: NDArray[np.intp]) -> HeadModel:
-    names = tuple(f"identity{component:03d}" for component in moving)
-    basis = np.concatenate([face.expression_basis, space.identity_basis[moving]])
-    return replace(face, expression_names=(*face.expression_names, *names), expression_basis=basis)
+def _low_rank(
+    changes: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Weights (key, component) and directions (component, identity) whose product is `changes`.
+
+    changes (key, identity); its first row is zero. A face that comes again costs nothing.
+    """
+    moving = np.flatnonzero(changes.any(axis=0))
+    faces, which = np.unique(changes, axis=0, return_inverse=True)
+    other = np.flatnonzero(faces.any(axis=1))
+    if len(moving) <= len(other):
+        return changes[:, moving], np.eye(changes.shape[1])[moving]
+    return np.eye(len(faces))[which.ravel()][:, other], faces[other]
 
 
 def _without_identity_components(motion: Motion) -> Motion:

@@ -1,0 +1,95 @@
+"""`elocute edit` as a person meets it."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import soundfile
+
+from elocute.head.builtin import load_builtin_head
+from elocute.head.identity import resolve_identity
+from elocute.motion.curves import Curves, motion_from_curves
+from elocute.motion.edits import with_blinks, with_identity_over_time, with_pose
+from elocute.motion.store import load_motion, save_motion
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def talk(tmp_path_factory):
+    """Three seconds at 20 fps, stored."""
+    jaw = 0.3 * np.sin(np.arange(60) / 5) ** 2
+    head = load_builtin_head()
+    path = tmp_path_factory.mktemp("edit") / "talk.npz"
+    save_motion(motion_from_curves(head, Curves(jaw[:, None], ("jawOpen",), 20.0)), path)
+    return path
+
+
+def test_everything_at_once_is_what_the_library_does(talk, tmp_path):
+    result = run(
+        "edit", talk, "-o", tmp_path / "o.npz", "--neck", "0:0,0,0; 1.5:0,20,0",
+        "--blinks", "0.5,2.1", "--identity-over-time", "0:ada; 2:ben", "--json",
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["frames"] == 60
+    faces = [(0, resolve_identity("ada")), (2, resolve_identity("ben"))]
+    wanted = with_blinks(with_identity_over_time(load_motion(talk), faces), [0.5, 2.1])
+    wanted = with_pose(wanted, "neck", [(0, (0, 0, 0)), (1.5, (0, 20, 0))])
+    assert np.array_equal(load_motion(tmp_path / "o.npz").vertices(), wanted.vertices())
+
+
+def test_more_options_and_formats(talk, tmp_path):
+    rate = 16000
+    soundfile.write(tmp_path / "s.wav", np.sin(np.arange(3 * rate) / 20) * 0.1, rate)
+    result = run(
+        "edit", talk, "-o", tmp_path / "o.glb", "-o", tmp_path / "o.npz", "-o", tmp_path / "o.mp4",
+        "--head-pose", "0,10,0", "--jaw", "2,0,0", "--eyes", "5,10", "--identity", "ada",
+        "--shape", "mouthSmileLeft=0.4", "--blink-per-min", "20", "--replace-blinks",
+        "--from", "1", "--to", "2", "--fps", "10", "--sound", tmp_path / "s.wav", "--size", "96",
+        "--backend", "embreex",
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    motion = load_motion(tmp_path / "o.npz")
+    assert motion.frame_count == 10 and motion.fps == 10
+    assert motion.weights[5, motion.names.index("mouthSmileLeft")] == pytest.approx(0.4)
+    assert motion.rotations is not None
+    assert soundfile.info(tmp_path / "o.wav").duration == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--neck", "0,0"], "--neck"),
+        (["--jaw", "0:1,2,x"], "--jaw"),
+        (["--neck", "1:0,0,0; 0:0,0,0"], "rising"),
+        (["--eyes", "0,80"], "32 degrees"),
+        (["--blinks", "99"], "99 s"),
+        (["--blink-per-min", "nan"], "minute"),
+        (["--identity", "nobody"], "nobody"),
+        (["--identity", "ada", "--identity-over-time", "0:ada"], "two faces"),
+        (["--identity-over-time", "ada; ben"], "seconds:value"),
+        (["--shape", "earWiggle=1"], "earWiggle"),
+        (["--from", "50"], "cut"),
+        (["--fps", "0"], "fps"),
+        (["--sound", "none.wav"], "none.wav"),
+    ],
+)
+def test_bad_input_is_one_line_and_nothing_is_written(talk, tmp_path, options, says):
+    result = run("edit", talk, "-o", tmp_path / "o.npz", *options)
+    lines = result.stderr.strip().splitlines()
+    assert result.returncode == 2 and len(lines) == 1, result.stderr
+    assert lines[0].startswith("elocute: ") and says in lines[0]
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unknown_suffix_is_refused_before_anything(talk, tmp_path):
+    result = run("edit", talk, "-o", tmp_path / "o.npz", "-o", tmp_path / "o.fbx")
+    assert result.returncode == 2 and "fbx" in result.stderr
+    assert not list(tmp_path.iterdir())
