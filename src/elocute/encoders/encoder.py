@@ -49,6 +49,6 @@ def features_of(waveform: Waveform, values: NDArray[np.floating], name: str) -> 
     Front ends differ by a frame at the end: what is missing repeats the last frame, as linear
     interpolation beyond the end does; what is too much is cut.
     """
-    count = max(1, round(waveform.duration_s * FEATURE_RATE))
+    count = max(1, round(len(waveform.samples) * FEATURE_RATE / waveform.sample_rate))
     short = max(0, count - len(values))
     return Features(np.pad(values[:count], ((0, short), (0, 0)), "edge"), FEATURE_RATE, name)

@@ -35,11 +35,22 @@ CONTEXT_FRAMES = 250
 blocks of 30 s that see 5 s more on either side."""
 JSON_MAX_BYTES = 1_000_000
 WEIGHTS_MAX_BYTES = 8_000_000_000
-# What a folder may ask for, so that a forged one takes no memory: the largest published has 48
-# layers of 1920.
-LARGEST = {"hidden_size": 8192, "num_hidden_layers": 96, "intermediate_size": 32768,
-           "num_attention_heads": 128, "num_conv_pos_embeddings": 1024, "num_buckets": 4096,
-           "vocab_size": 1_000_000}  # fmt: skip
+# What a folder may ask for: the largest published has 48 layers of 1920.
+LARGEST = {
+    "hidden_size": 8192,
+    "num_hidden_layers": 96,
+    "intermediate_size": 32768,
+    "num_attention_heads": 128,
+    "num_conv_pos_embeddings": 1024,
+    "num_buckets": 4096,
+}
+# transformers' own, where config.json is silent.
+CONVOLUTIONS = {
+    "conv_dim": [512] * 7,
+    "conv_stride": [5, 2, 2, 2, 2, 2, 2],
+    "conv_kernel": [10, 3, 3, 3, 3, 2, 2],
+}
+LAYERS, INNER = 12, 3072
 CONVERT = (
     "convert it where you trust it: transformers' "
     "AutoModel.from_pretrained(FOLDER).save_pretrained(OTHER, safe_serialization=True)"
@@ -56,7 +67,7 @@ class SpeechTransformer:
         self.folder = Path(folder)
         self.config = read_config(self.folder, self.name)
         self.normalises = _normalises(self.folder)
-        _check_weights(self.folder)
+        _check_weights(self.folder, least_bytes(self.config))
 
     @property
     def feature_count(self) -> int:
@@ -134,22 +145,35 @@ def read_config(folder: Path, kind: str) -> dict[str, Any]:
 
 def _check_frames(path: Path, config: dict[str, Any]) -> None:
     """The convolutions must give a frame for every 20 ms; 16 layers of 4096 at most."""
-    layers = [config.get(f"conv_{part}", default) for part, default in
-              (("dim", [512] * 7), ("stride", [5, 2, 2, 2, 2, 2, 2]),
-               ("kernel", [10, 3, 3, 3, 3, 2, 2]))]  # fmt: skip
-    whole = all(
-        isinstance(sizes, list) and 0 < len(sizes) <= 16
-        and all(type(size) is int and 0 < size <= 4096 for size in sizes)
-        for sizes in layers
-    )  # fmt: skip
-    if not whole or len({len(sizes) for sizes in layers}) > 1:
+    layers = [config.get(field, default) for field, default in CONVOLUTIONS.items()]
+    if not all(map(_are_sizes, layers)) or len({len(sizes) for sizes in layers}) > 1:
         raise InputError.about(
-            path, found="convolutions that do not fit", allowed="conv_dim, _stride and _kernel"
+            path, found="convolutions that do not fit", allowed=", ".join(CONVOLUTIONS)
         )
-    hop = math.prod(layers[1])
+    hop = math.prod(config.get("conv_stride", CONVOLUTIONS["conv_stride"]))
     if hop != HOP or config.get("add_adapter"):
         found = "an adapter" if config.get("add_adapter") else f"a frame every {hop} samples"
         raise InputError.about(path, found=found, allowed=f"a frame every {HOP} samples")
+
+
+def _are_sizes(given: Any) -> bool:
+    if not isinstance(given, list) or not 0 < len(given) <= 16:
+        return False
+    return all(type(size) is int and 0 < size <= 4096 for size in given)
+
+
+def least_bytes(config: dict[str, Any]) -> int:
+    """What the weights must at least weigh, at one byte a number.
+
+    A forged configuration could ask for any memory; its weights file cannot be forged as large.
+    """
+    width = config["hidden_size"]
+    layer = width * (4 * width + 2 * config.get("intermediate_size", INNER))
+    dims = config.get("conv_dim", CONVOLUTIONS["conv_dim"])
+    kernels = config.get("conv_kernel", CONVOLUTIONS["conv_kernel"])
+    pairs = zip([1, *dims], dims, kernels, strict=False)  # the last width has no layer after it
+    convolutions = sum(before * after * kernel for before, after, kernel in pairs)
+    return config.get("num_hidden_layers", LAYERS) * layer + convolutions
 
 
 def _normalises(folder: Path) -> bool:
@@ -165,11 +189,15 @@ def _normalises(folder: Path) -> bool:
     return bool(settings.get("do_normalize", True))
 
 
-def _check_weights(folder: Path) -> None:
+def _check_weights(folder: Path, least: int) -> None:
     path = folder / "model.safetensors"
     if path.is_file():
-        if path.stat().st_size > WEIGHTS_MAX_BYTES:
-            raise InputError.about(path, found="more than 8 GB", allowed="a speech encoder")
+        size = path.stat().st_size
+        if not least <= size <= WEIGHTS_MAX_BYTES:
+            raise InputError.about(
+                path, found=f"{size} bytes", allowed=f"{least} to {WEIGHTS_MAX_BYTES} bytes",
+                remedy="config.json and the weights must belong together",
+            )  # fmt: skip
         return
     if (folder / "pytorch_model.bin").exists():
         raise InputError.about(
