@@ -26,6 +26,7 @@ class HeadModel:
     Every `*_basis` is linear: vertices = template + Σ identity·identity_basis
     + Σ expression·expression_basis, then linear blend skinning by the joints.
     An identity coefficient is a standard deviation, an expression weight lies in 0..1.
+    A head may name no places: its landmarks, lips, corners, regions and mirror are then empty.
     """
 
     name: str
@@ -41,20 +42,20 @@ class HeadModel:
     joint_positions: Array  # (joint, 3) m
     joint_identity_basis: Array  # (identity, joint, 3) m
     skin_weights: Array  # (vertex, joint), rows sum to one
-    landmarks: Indices  # (68,) iBUG order: first on the head's right side
+    landmarks: Indices  # (68,) iBUG order: first on the head's right side; or (0,)
     lip_rings: Indices  # (ring, column), from the vermilion border inwards
     outer_lip_upper: Indices  # (column,) vermilion border, by increasing x
     outer_lip_lower: Indices
     inner_lip_upper: Indices  # (column,) contact line, paired, by increasing x, no corners
     inner_lip_lower: Indices
-    outer_corners: Indices  # (2,) by increasing x
+    outer_corners: Indices  # (2,) by increasing x; or (0,), as the inner ones
     inner_corners: Indices
     regions: dict[str, Indices]  # name -> vertex indices
     material: NDArray[np.uint8]  # (face,) into material_names
     material_names: tuple[str, ...]
     vertex_color: NDArray[np.uint8]  # (vertex, 3) sRGB
     occlusion: Array  # (vertex,) 1 = open to the light, 0 = never lit
-    mirror: Indices  # (vertex,) the vertex on the other side
+    mirror: Indices  # (vertex,) the vertex on the other side; or (0,)
     notice: str = field(repr=False)  # licence and origin
     tone_basis: Array = field(default_factory=lambda: np.zeros(0, np.float32))
     """(1 + identity,) skin tone of the mean face (0 light … 1 dark), then its slope; or empty."""
@@ -113,7 +114,15 @@ class HeadModel:
 
     @cached_property
     def eye_distance_m(self) -> float:
-        """Distance between the outer corners of the eyes (iBUG landmarks 37 and 46)."""
+        """Distance between the outer corners of the eyes (iBUG landmarks 37 and 46).
+
+        HeadError for a head without landmarks.
+        """
+        if not len(self.landmarks):
+            raise HeadError.about(
+                f"head {self.name!r}", found="names no landmarks",
+                allowed="for this measure a head that names its eyes, the built-in one say",
+            )  # fmt: skip
         outer = self.template[self.landmarks[[36, 45]]]
         return float(np.linalg.norm(outer[1] - outer[0]))
 
@@ -184,6 +193,11 @@ def _kept_halves(quads: Indices) -> NDArray[np.bool_]:
     return kept.ravel()
 
 
+_MAY_BE_EMPTY = ("landmarks", "outer_corners", "inner_corners", "mirror")
+_PLACES = ("landmarks", "lip_rings", "outer_lip_upper", "outer_lip_lower", "inner_lip_upper",
+           "inner_lip_lower", "outer_corners", "inner_corners", "mirror")  # fmt: skip
+
+
 def _check_shapes(head: HeadModel) -> None:
     vertex, face = len(head.template), len(head.quads)
     joint, expression = len(head.joint_names), len(head.expression_names)
@@ -209,7 +223,7 @@ def _check_shapes(head: HeadModel) -> None:
     }
     for field_name, shape in expected.items():
         found = getattr(head, field_name).shape
-        if found != shape:
+        if found != shape and not (found == (0,) and field_name in _MAY_BE_EMPTY):
             raise HeadError.about(
                 f"head {head.name!r}", found=f"{field_name} is {found}", allowed=str(shape)
             )
@@ -223,7 +237,8 @@ def _check_values(head: HeadModel) -> None:
     for field_name in ("template", "identity_basis", "expression_basis", "skin_weights"):
         if not np.isfinite(getattr(head, field_name)).all():
             raise HeadError.about(f"head {head.name!r}", found=f"{field_name} is not finite")
-    for field_name, top in (("quads", len(head.template)), ("uv_quads", len(head.uv))):
+    places = ((name, len(head.template)) for name in ("quads", *_PLACES))
+    for field_name, top in (*places, ("uv_quads", len(head.uv))):
         values = getattr(head, field_name)
         if values.size and (values.min() < 0 or values.max() >= top):
             raise HeadError.about(

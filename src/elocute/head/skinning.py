@@ -24,15 +24,22 @@ def joint_transforms(
 ) -> tuple[Array, Array]:
     """World rotation (..., joint, 3, 3) and translation (..., joint, 3) from rest.
 
-    A joint turns about its rest position inside its parent: G_j = G_parent · T(p) R_j T(-p).
-    Parents come before their children.
+    Quaternions (..., joint, 4), positions (joint, 3) or (..., joint, 3).
     """
-    local = rotation_matrices(quaternions)
+    return chained(rotation_matrices(quaternions), joint_positions, parents)
+
+
+def chained(local: Array, joint_positions: Array, parents: tuple[int, ...]) -> tuple[Array, Array]:
+    """World rotation (..., joint, 3, 3) and translation (..., joint, 3) from rest.
+
+    A joint turns by its `local` rotation (..., joint, 3, 3) about its rest position inside its
+    parent: G_j = G_parent · T(p) R_j T(-p). Parents come before their children.
+    """
     rotations = np.empty_like(local)
     translations = np.empty(local.shape[:-1], local.dtype)
     for joint, parent in enumerate(parents):
-        turn, pivot = local[..., joint, :, :], joint_positions[joint]
-        shift = pivot - turn @ pivot
+        turn, pivot = local[..., joint, :, :], joint_positions[..., joint, :]
+        shift = pivot - np.einsum("...ij,...j->...i", turn, pivot)
         if parent < 0:
             rotations[..., joint, :, :] = turn
             translations[..., joint, :] = shift
@@ -55,7 +62,11 @@ def skin(
 
     vertices (..., vertex, 3), quaternions (..., joint, 4), weights (vertex, joint).
     """
-    rotations, translations = joint_transforms(quaternions, joint_positions, parents)
-    blended = np.einsum("vj,...jab->...vab", weights, rotations)
-    moved = np.einsum("...vab,...vb->...va", blended, vertices)
+    return blended(vertices, *joint_transforms(quaternions, joint_positions, parents), weights)
+
+
+def blended(vertices: Array, rotations: Array, translations: Array, weights: Array) -> Array:
+    """(..., vertex, 3) m: vertices (..., vertex, 3) carried by world transforms of joints."""
+    mixed = np.einsum("vj,...jab->...vab", weights, rotations)
+    moved = np.einsum("...vab,...vb->...va", mixed, vertices)
     return moved + np.einsum("vj,...ja->...va", weights, translations)

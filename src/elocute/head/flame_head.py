@@ -1,0 +1,81 @@
+"""A HeadModel out of a FLAME model, so that every writer and renderer takes it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.head.flame import JOINT_NAMES, FlameModel
+from elocute.head.model import HeadModel
+
+NOTICE = "Made with FLAME (Li et al. 2017, flame.is.tue.mpg.de), under the licence it came with."
+SKIN, WHITE, IRIS, PUPIL = (206, 162, 142), (228, 222, 216), (92, 66, 46), (20, 16, 14)
+IRIS_DEG, PUPIL_DEG = 28.0, 11.0  # half-angles seen from the eye's centre
+MATERIALS = ("skin", "eyeball")
+
+
+def flame_head(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
+    """The mean face in zero pose with FLAME's bases: `flameExpression000`, … and all identities.
+
+    Weights of its expressions are standard deviations of either sign. FLAME names no places:
+    landmarks, lips and regions are empty, and what measures a mouth refuses this head. Two
+    things that FLAME does and a HeadModel does not: pose correctives, and joints that move with
+    expressions; where they matter, `flame_vertices` has them.
+    """
+    identity = np.moveaxis(model.identity_basis, 2, 0)
+    expression = np.moveaxis(model.expression_basis, 2, 0)
+    nothing = np.zeros(0, np.int32)
+    triangles = model.triangles
+    eyes = _eye_vertices(model)
+    faces = len(triangles)
+    return HeadModel(
+        name=name,
+        template=model.template.astype(np.float32),
+        quads=np.concatenate([triangles, triangles[:, 2:]], axis=1).astype(np.int32),
+        uv=np.zeros((1, 2), np.float32),  # FLAME's files have no texture coordinates
+        uv_quads=np.zeros((faces, 4), np.int32),
+        identity_basis=np.ascontiguousarray(identity, np.float32),
+        expression_names=tuple(f"flameExpression{index:03d}" for index in range(len(expression))),
+        expression_basis=np.ascontiguousarray(expression, np.float32),
+        joint_names=model.joint_names,
+        joint_parents=model.parents,
+        joint_positions=(model.joint_regressor @ model.template).astype(np.float32),
+        joint_identity_basis=(model.joint_regressor @ identity).astype(np.float32),
+        skin_weights=model.skin_weights.astype(np.float32),
+        landmarks=nothing,
+        lip_rings=np.zeros((0, 0), np.int32),
+        outer_lip_upper=nothing,
+        outer_lip_lower=nothing,
+        inner_lip_upper=nothing,
+        inner_lip_lower=nothing,
+        outer_corners=nothing,
+        inner_corners=nothing,
+        regions={},
+        material=np.where(eyes[triangles].all(axis=1), 1, 0).astype(np.uint8),
+        material_names=MATERIALS,
+        vertex_color=_colors(model, eyes),
+        occlusion=np.ones(model.vertex_count, np.float32),
+        mirror=nothing,
+        notice=NOTICE,
+    )
+
+
+def _eye_vertices(model: FlameModel) -> NDArray[np.bool_]:
+    """(vertex,) whether it turns with an eye and nothing else: an eyeball."""
+    if model.joint_names != JOINT_NAMES:
+        return np.zeros(model.vertex_count, bool)
+    return model.skin_weights[:, 3:].max(axis=1) > 0.99
+
+
+def _colors(model: FlameModel, eyes: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """(vertex, 3) sRGB: skin, and eyes that look ahead."""
+    colors = np.tile(np.array(SKIN, np.uint8), (model.vertex_count, 1))
+    if not eyes.any():
+        return colors
+    centres = (model.joint_regressor @ model.template)[3:]
+    around = model.template - centres[model.skin_weights[:, 3:].argmax(axis=1)]
+    ahead = around[:, 2] / np.maximum(np.linalg.norm(around, axis=1), 1e-9)
+    colors[eyes] = WHITE
+    colors[eyes & (ahead > np.cos(np.radians(IRIS_DEG)))] = IRIS
+    colors[eyes & (ahead > np.cos(np.radians(PUPIL_DEG)))] = PUPIL
+    return colors
