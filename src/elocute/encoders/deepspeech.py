@@ -32,8 +32,8 @@ INPUTS = (2 * CONTEXT + 1) * COEFFICIENTS
 RELU_LIMIT = 20.0
 FORGET_BIAS = 1.0  # TensorFlow's BasicLSTMCell adds it; it is not in the stored bias
 FULL_SCALE = 32768.0
-LONGEST_S = 600.0
-"""The LSTM reads a whole utterance from both ends; ten minutes take about 3 GB."""
+LONGEST_S = 300.0
+"""The LSTM reads a whole utterance from both ends; five minutes take about 4 GB."""
 
 RELEASE = "Mozilla DeepSpeech 0.1.0's output_graph.pb"
 ENDS = {"input_node": "Placeholder", "input_lengths": "Placeholder", "logits": ""}
@@ -59,7 +59,7 @@ class DeepSpeech:
         return Network(write_network(weights), weights, threads=2)
 
     def __call__(self, waveform: Waveform) -> Features:
-        """Raises InputError for sound of more than ten minutes or a file that is no DeepSpeech."""
+        """Raises InputError for sound of more than five minutes or a file that is no DeepSpeech."""
         if waveform.duration_s > LONGEST_S:
             raise InputError.about(
                 "deepspeech", found=f"{waveform.duration_s:.0f} s of sound",

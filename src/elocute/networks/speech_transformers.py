@@ -26,6 +26,12 @@ CLASSES = {
 }
 # Stands for masked sound in training alone; some folders leave it out.
 UNUSED = "masked_spec_embed"
+# Published files spell a normalised weight as torch did before 2.0; early releases of
+# transformers leave it to torch's own loading, which is not used here.
+RENAMED = {
+    ".weight_g": ".parametrizations.weight.original0",
+    ".weight_v": ".parametrizations.weight.original1",
+}
 
 
 def load_speech_transformer(
@@ -83,12 +89,19 @@ def _read_weights(path: Path) -> dict[str, Any]:
     from safetensors.torch import load_file
 
     try:
-        return load_file(path)
+        return {_present_name(name): array for name, array in load_file(path).items()}
     except (safetensors.SafetensorError, OSError, ValueError, KeyError) as error:
         raise InputError.about(
             path, found=f"no whole safetensors file: {_first_line(error)}",
             remedy="download or copy it again",
         ) from error  # fmt: skip
+
+
+def _present_name(name: str) -> str:
+    for old, new in RENAMED.items():
+        if name.endswith(old):
+            return name.removesuffix(old) + new
+    return name
 
 
 def _build(network_class: Any, settings: Any, state: dict[str, Any], path: Path) -> Any:
