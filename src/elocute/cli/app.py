@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from elocute.cli import animate, edit, evaluate, inspect, render
+from elocute.cli import animate, edit, evaluate, heads, inspect, render, solve
 from elocute.errors import ElocuteError, InputError
 
 app = typer.Typer(
@@ -20,10 +20,12 @@ app = typer.Typer(
 app.command("animate")(animate.animate_command)
 app.command("render")(render.render_command)
 app.command("edit")(edit.edit_command)
+app.command("solve")(solve.solve_command)
 app.command("measure")(render.measure_command)
 app.command("info")(inspect.info_command)
 app.command("doctor")(inspect.doctor_command)
 app.add_typer(evaluate.app, name="evaluate")
+app.add_typer(heads.app, name="head")
 
 
 def _version(wanted: bool) -> None:

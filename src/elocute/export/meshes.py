@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ from elocute.motion.motion import Motion
 
 BLOCK = 120
 
+MeshBytes = Callable[[NDArray[np.float32]], bytes]
+
 
 def write_obj(
     motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
@@ -23,13 +26,7 @@ def write_obj(
 
     Raises OutputError where the folder is there already.
     """
-    faces = _obj_faces(motion.head)
-
-    def frame(points: NDArray[np.float32]) -> bytes:
-        lines = ("v %.6f %.6f %.6f\n" * len(points)) % tuple(points.ravel().tolist())
-        return lines.encode() + faces
-
-    _write_sequence(motion, Path(path), ".obj", frame, progress)
+    _write_sequence(motion, Path(path), ".obj", obj_of(motion.head), progress)
 
 
 def write_ply(
@@ -39,7 +36,22 @@ def write_ply(
 
     Raises OutputError where the folder is there already.
     """
-    head = motion.head
+    _write_sequence(motion, Path(path), ".ply", ply_of(motion.head), progress)
+
+
+def obj_of(head: HeadModel) -> MeshBytes:
+    """What makes an .obj file of vertices (vertex, 3) m of this head."""
+    faces = _obj_faces(head)
+
+    def mesh(points: NDArray[np.float32]) -> bytes:
+        lines = ("v %.6f %.6f %.6f\n" * len(points)) % tuple(points.ravel().tolist())
+        return lines.encode() + faces
+
+    return mesh
+
+
+def ply_of(head: HeadModel) -> MeshBytes:
+    """What makes a binary .ply file of vertices (vertex, 3) m of this head, with its colours."""
     triangles = head.triangles
     record = np.dtype([("xyz", "<f4", 3), ("rgb", "u1", 3)])
     faces = np.zeros(len(triangles), np.dtype([("n", "u1"), ("abc", "<i4", 3)]))
@@ -52,12 +64,12 @@ def write_ply(
         f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
     ).encode()
 
-    def frame(points: NDArray[np.float32]) -> bytes:
+    def mesh(points: NDArray[np.float32]) -> bytes:
         vertices = np.empty(len(points), record)
         vertices["xyz"], vertices["rgb"] = points, head.vertex_color
         return opening + vertices.tobytes() + faces.tobytes()
 
-    _write_sequence(motion, Path(path), ".ply", frame, progress)
+    return mesh
 
 
 def write_npy(
@@ -79,13 +91,15 @@ def write_npy(
         del array
 
 
-def _write_sequence(motion: Motion, path: Path, suffix: str, frame: Any, progress: Any) -> None:
+def _write_sequence(
+    motion: Motion, path: Path, suffix: str, mesh: MeshBytes, progress: Any
+) -> None:
     digits = max(5, len(str(motion.frame_count - 1)))
     number = 0
     with write_folder_atomically(path) as folder:
         for block in motion.blocks(BLOCK):
             for points in block:
-                (folder / f"{number:0{digits}d}{suffix}").write_bytes(frame(points))
+                (folder / f"{number:0{digits}d}{suffix}").write_bytes(mesh(points))
                 number += 1
                 if progress:
                     progress(number / motion.frame_count)

@@ -72,10 +72,14 @@ def _colors(model: FlameModel, eyes: NDArray[np.bool_]) -> NDArray[np.uint8]:
     colors = np.tile(np.array(SKIN, np.uint8), (model.vertex_count, 1))
     if not eyes.any():
         return colors
-    centres = (model.joint_regressor @ model.template)[3:]
-    around = model.template - centres[model.skin_weights[:, 3:].argmax(axis=1)]
-    ahead = around[:, 2] / np.maximum(np.linalg.norm(around, axis=1), 1e-9)
     colors[eyes] = WHITE
-    colors[eyes & (ahead > np.cos(np.radians(IRIS_DEG)))] = IRIS
-    colors[eyes & (ahead > np.cos(np.radians(PUPIL_DEG)))] = PUPIL
+    side = model.skin_weights[:, 3:].argmax(axis=1)
+    for chosen in (eyes & (side == eye) for eye in range(2)):
+        ball = model.template[chosen]
+        if not len(ball):
+            continue
+        around = ball - (ball.min(axis=0) + ball.max(axis=0)) / 2
+        ahead = around[:, 2] / np.maximum(np.linalg.norm(around, axis=1), 1e-9)
+        for half_angle_deg, color in ((IRIS_DEG, IRIS), (PUPIL_DEG, PUPIL)):
+            colors[np.flatnonzero(chosen)[ahead > np.cos(np.radians(half_angle_deg))]] = color
     return colors

@@ -1,0 +1,82 @@
+"""`elocute head show` and `elocute head sample`: what a head holds, and faces of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+
+if TYPE_CHECKING:
+    from elocute.head.model import HeadModel
+
+app = typer.Typer(help="Look at head models and draw faces of them.", no_args_is_help=True)
+
+
+@app.callback()
+def _group() -> None:
+    """Look at head models and draw faces of them."""
+
+
+@app.command("show")
+def show_command(
+    file: str = typer.Argument(..., help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
+    as_json: bool = options.Json,
+) -> None:
+    """Say what a head model holds. Nothing in the file is run."""
+    from elocute.head.choice import open_head
+
+    record = {"file": file, **_facts(open_head(file))}
+    if as_json:
+        print(json.dumps(record))
+        return
+    for name, value in record.items():
+        shown = ", ".join(map(str, value)) if isinstance(value, list) else value
+        print(f"{name:13} {('yes' if shown else 'no') if isinstance(shown, bool) else shown}")
+
+
+def _facts(head: HeadModel) -> dict[str, Any]:
+    low, high = head.template.min(axis=0), head.template.max(axis=0)
+    return {
+        "name": head.name, "vertices": head.vertex_count, "faces": len(head.quads),
+        "identities": len(head.identity_basis), "expressions": len(head.expression_names),
+        "joints": list(head.joint_names), "landmarks": len(head.landmarks) > 0,
+        "lips": len(head.inner_lip_upper) > 0,
+        "size_mm": [round(1000 * side, 1) for side in (high - low).tolist()],
+    }  # fmt: skip
+
+
+@app.command("sample")
+def sample_command(
+    output: Path = typer.Option(
+        ..., "-o", "--output", help="A .png for one sheet, or a new folder for mesh files."
+    ),
+    count: int = typer.Option(10, help="How many faces."),
+    seed: int = typer.Option(0, help="The same seed draws the same faces."),
+    head: str = typer.Option("builtin", help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
+    mesh: str = typer.Option("obj", "--format", help="Mesh files in a folder: obj or ply."),
+    size: str = options.Size,
+    backend: str = options.Backend,
+    as_json: bool = options.Json,
+) -> None:
+    """Draw random faces of a head, as meshes or as one picture."""
+    from elocute.export.faces import check_faces, write_faces
+    from elocute.head.choice import open_head, sample_identities
+
+    suffix, pixels = f".{mesh.lower().removeprefix('.')}", options.parse_size(size)
+    check_faces(output, count, suffix)
+    model = open_head(head)
+    identities = sample_identities(model, count, seed)
+    with progress_bar(f"drawing {output.name}", as_json) as progress:
+        write_faces(
+            model, identities, output, mesh=suffix, size=pixels, backend=backend, progress=progress
+        )
+    if as_json:
+        record = {"output": str(output), "head": model.name, "count": count, "seed": seed}
+        print(json.dumps(record))
+    else:
+        print(output)

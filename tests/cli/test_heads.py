@@ -1,0 +1,160 @@
+"""`elocute head` as a person meets it."""
+
+import contextlib
+import io
+import json
+import os
+import pickle
+import subprocess
+import sys
+from unittest import mock
+
+import numpy as np
+import pytest
+import trimesh
+
+from elocute.cli import main
+
+
+def run(*arguments):
+    """Run `elocute head` in this process: dozens of new ones would take their time."""
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        mock.patch.object(sys, "argv", ["elocute", "head", *map(str, arguments)]),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        pytest.raises(SystemExit) as left,
+    ):
+        main()
+    return subprocess.CompletedProcess(arguments, left.value.code, out.getvalue(), err.getvalue())
+
+
+def refused(*arguments, says=()):
+    """The command fails with one clear line and no traceback."""
+    result = run(*arguments)
+    assert result.returncode == 2, result.stderr
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("elocute: "), result.stderr
+    for word in says:
+        assert word in lines[0], lines[0]
+
+
+@pytest.fixture(scope="module")
+def flame(python2, tmp_path_factory):
+    path = tmp_path_factory.mktemp("flame") / "generic_model.pkl"
+    path.write_bytes(python2.dumps(python2.flame(vertices=300)))
+    return path
+
+
+def test_show_says_what_a_flame_file_holds(flame):
+    record = json.loads(run("show", flame, "--json").stdout)
+    assert (record["vertices"], record["faces"]) == (300, 600)
+    assert (record["identities"], record["expressions"]) == (300, 100)
+    assert record["joints"] == ["root", "neck", "jaw", "eyeLeft", "eyeRight"]
+    assert record["landmarks"] is False
+    shown = run("show", flame).stdout
+    assert "landmarks     no" in shown and "root, neck, jaw" in shown
+
+
+def test_a_process_of_its_own_shows_the_same(flame):
+    code = "from elocute.cli import main; main()"
+    command = [sys.executable, "-c", code, "head", "show", str(flame)]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert result.stdout == run("show", flame).stdout and result.stderr == ""
+
+
+def test_show_knows_the_builtin_head():
+    record = json.loads(run("show", "builtin", "--json").stdout)
+    assert (record["identities"], record["expressions"]) == (50, 55)
+    assert record["landmarks"] is True and record["lips"] is True
+
+
+@pytest.mark.parametrize("mesh", ["obj", "ply"])
+def test_samples_are_meshes_that_a_seed_repeats(flame, tmp_path, mesh):
+    options = "--head", flame, "--format", mesh
+    assert run("sample", "--count", 3, "--seed", 7, "-o", tmp_path / "a", *options).stderr == ""
+    assert run("sample", "--count", 2, "--seed", 7, "-o", tmp_path / "b", *options).stderr == ""
+    run("sample", "--count", 1, "--seed", 8, "-o", tmp_path / "c", *options)
+    names = sorted(path.name for path in (tmp_path / "a").iterdir())
+    assert names == [f"0000{number}.{mesh}" for number in range(3)]
+    first, second = (tmp_path / "a" / name for name in names[:2])
+    assert first.read_bytes() == (tmp_path / "b" / names[0]).read_bytes()
+    assert second.read_bytes() == (tmp_path / "b" / names[1]).read_bytes()
+    assert first.read_bytes() != (tmp_path / "c" / names[0]).read_bytes() != second.read_bytes()
+    loaded = trimesh.load(first, process=False)
+    assert len(loaded.vertices) == 300 and len(loaded.faces) == 600
+
+
+def test_the_suffix_of_a_folder_chooses_too(tmp_path):
+    result = run("sample", "--count", 2, "-o", tmp_path / "people.ply", "--json")
+    record = json.loads(result.stdout)
+    assert (record["head"], record["count"]) == ("elocute", 2)
+    people = [trimesh.load(p, process=False) for p in sorted((tmp_path / "people.ply").iterdir())]
+    moved = np.linalg.norm(people[0].vertices - people[1].vertices, axis=1)
+    assert 0.001 < moved.mean() < 0.05
+
+
+@pytest.mark.parametrize("chosen", ["builtin", "flame"])
+def test_a_sheet_shows_every_face(flame, tmp_path, chosen):
+    head = flame if chosen == "flame" else chosen
+    sheet = tmp_path / "sheet.png"
+    result = run("sample", "--count", 7, "-o", sheet, "--head", head, "--size", 160,
+                 "--backend", "embreex")  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    from PIL import Image
+
+    with Image.open(sheet) as picture:
+        assert picture.size == (5 * 64, 2 * 64)
+        tiles = np.asarray(picture).reshape(2, 64, 5, 64, 3).swapaxes(1, 2)[:, :, 20:]
+    assert tiles[0, 0].std() > 5 and not np.array_equal(tiles[0, 0], tiles[0, 1])
+
+
+class TestRefusals:
+    def test_no_such_head(self, tmp_path):
+        refused("show", "nobody", says=["nobody", "builtin", ".pkl"])
+        refused("show", tmp_path / "no.pkl", says=["no.pkl", "cannot be read"])
+        refused("show", tmp_path / "no.npz", says=["no.npz"])
+        refused("sample", "--head", "a.obj", "-o", tmp_path / "x", says=["a.obj"])
+        assert list(tmp_path.iterdir()) == []
+
+    def test_a_payload_never_runs(self, tmp_path):
+        marker = tmp_path / "marker"
+
+        class Payload:
+            def __reduce__(self):
+                return os.system, (f"touch {marker}",)
+
+        path = tmp_path / "model.pkl"
+        path.write_bytes(pickle.dumps({"v_template": Payload()}))
+        refused("show", path, says=["found the global posix.system", "allowed: chumpy.ch.Ch"])
+        refused("sample", "--head", path, "-o", tmp_path / "x", says=["posix.system"])
+        assert not marker.exists()
+
+    def test_files_that_are_no_model(self, flame, tmp_path):
+        path = tmp_path / "model.pkl"
+        for data in (b"", b"hello", flame.read_bytes()[:5000], pickle.dumps({"a": 1})):
+            path.write_bytes(data)
+            refused("show", path, says=["model.pkl"])
+
+    @pytest.mark.parametrize(
+        ("options", "word"),
+        [
+            (["--count", "0"], "count"),
+            (["--count", "many"], "count"),
+            (["--seed", "-1"], "seed"),
+            (["--format", "stl"], ".obj .ply"),
+            (["--size", "huge"], "--size"),
+        ],
+    )
+    def test_options_that_make_no_sense(self, tmp_path, options, word):
+        refused("sample", "-o", tmp_path / "x", *options, says=[word])
+        assert list(tmp_path.iterdir()) == []
+
+    def test_places_that_cannot_be_written(self, tmp_path):
+        refused("sample", "-o", tmp_path / "x.jpg", says=["'.jpg'", ".png"])
+        refused("sample", "-o", tmp_path / "no" / "x.png", says=["mkdir"])
+        refused("sample", "-o", tmp_path, says=["exists already"])
+        refused("sample", "-o", tmp_path / "x.png", "--count", "1000", says=["up to 200"])
+        refused("sample", "-o", tmp_path / "x.png", "--backend", "crayon", says=["crayon"])
+        refused("sample", says=["output"])
+        assert list(tmp_path.iterdir()) == []
