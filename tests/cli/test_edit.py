@@ -93,3 +93,35 @@ def test_an_unknown_suffix_is_refused_before_anything(talk, tmp_path):
     result = run("edit", talk, "-o", tmp_path / "o.npz", "-o", tmp_path / "o.fbx")
     assert result.returncode == 2 and "fbx" in result.stderr
     assert not list(tmp_path.iterdir())
+
+
+class TestSolve:
+    def test_vertices_become_the_motion_again(self, talk, tmp_path):
+        assert run("edit", talk, "-o", tmp_path / "v.npy", "--to", "0.2").returncode == 0
+        result = run("solve", tmp_path / "v.npy", "-o", tmp_path / "o.npz", "--fps", "20", "--json")
+        record = json.loads(result.stdout)
+        assert record["frames"] == 4 and record["residual_p95_mm"] < 0.01
+        solved = load_motion(tmp_path / "o.npz")
+        assert solved.fps == 20
+        assert np.abs(solved.weights - load_motion(talk).weights[:4]).max() < 0.001
+
+    def test_a_motion_on_its_own_head_and_on_another(self, talk, tmp_path):
+        turned = ("edit", talk, "-o", tmp_path / "m.npz", "--to", "0.1", "--neck", "0,20,0")
+        assert run(*turned, "--identity", "ada").returncode == 0
+        for extra in ((), ("--identity", "ada"), ("--head", tmp_path / "m.npz")):
+            result = run("solve", tmp_path / "m.npz", "-o", tmp_path / "o.npz", *extra)
+            assert result.returncode == 0 and "residual 0.000" in result.stdout, result.stderr
+        result = run("solve", tmp_path / "m.npz", "-o", tmp_path / "o.npz", "--zero-pose",
+                     "--bounded", "--json")  # fmt: skip
+        assert json.loads(result.stdout)["residual_mean_mm"] > 1
+
+    @pytest.mark.parametrize("content", [b"", b"hello", b"\x93NUMPY\x01\x00", None])
+    def test_no_vertices(self, tmp_path, content):
+        if content is None:
+            np.save(tmp_path / "v.npy", np.zeros((2, 5, 3)))
+        else:
+            (tmp_path / "v.npy").write_bytes(content)
+        result = run("solve", tmp_path / "v.npy", "-o", tmp_path / "o.npz")
+        lines = result.stderr.strip().splitlines()
+        assert result.returncode == 2 and len(lines) == 1, result.stderr
+        assert not (tmp_path / "o.npz").exists()

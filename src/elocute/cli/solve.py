@@ -1,0 +1,109 @@
+"""`elocute solve`: vertices back into weights and rotations."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import InputError, MotionError
+
+if TYPE_CHECKING:
+    from elocute.head.model import HeadModel
+    from elocute.motion.motion import Motion
+
+
+def solve_command(
+    vertices: Path = typer.Argument(
+        ..., help="Vertices (frame, vertex, 3) in metres (.npy), or a motion (.npz)."
+    ),
+    output: Path = typer.Option(..., "-o", "--output", help="Where to write the motion (.npz, …)."),
+    head: Path | None = typer.Option(None, help="A head (.npz) or a motion whose head it is."),
+    identity: str | None = typer.Option(
+        None, help="Whose face it is: a name, a seed, or a .json file."
+    ),
+    fps: float = typer.Option(60.0, help="Frames per second of a .npy."),
+    bounded: bool = typer.Option(False, help="Keep weights within 0 and 1."),
+    zero_pose: bool = typer.Option(False, help="Turn no joints."),
+    regularisation: float = typer.Option(1e-6, min=0.0, help="What a squared weight costs, mm²."),
+    as_json: bool = options.Json,
+) -> None:
+    """Find the shapes' weights and joint rotations behind moving vertices."""
+    from elocute.export.registry import check_suffix, write
+    from elocute.motion.atomic import check_output
+    from elocute.motion.solve import solve_weights
+
+    check_suffix(output)
+    check_output(output)
+    if head is not None and identity is not None:
+        raise InputError.about("--head", found="--identity too", allowed="one of them")
+    motion = None if vertices.suffix.lower() == ".npy" else _motion(vertices)
+    target = _chosen_head(head, identity, motion)
+    points = _read_vertices(vertices) if motion is None else motion.vertices()
+    with progress_bar(f"solving {vertices.name}", as_json) as progress:
+        solved, residual_mm = solve_weights(
+            target,
+            points,
+            fps=fps if motion is None else motion.fps,
+            regularisation=regularisation,
+            bounds=(0.0, 1.0) if bounded else None,
+            joints=() if zero_pose else None,
+            progress=progress,
+        )
+    write(solved, output)
+    mean, p95 = float(residual_mm.mean()), float(np.percentile(residual_mm, 95))
+    if as_json:
+        record = {"input": str(vertices), "output": str(output), "frames": solved.frame_count}
+        record |= {"residual_mean_mm": round(mean, 6), "residual_p95_mm": round(p95, 6)}
+        print(json.dumps(record | {"rotations": solved.rotations is not None}))
+    else:
+        print(output)
+        print(f"residual {mean:.4f} mm on average, {p95:.4f} mm at the 95th percentile")
+
+
+def _motion(path: Path) -> Motion:
+    from elocute.motion.store import load_motion
+
+    return load_motion(path)
+
+
+def _chosen_head(path: Path | None, identity: str | None, motion: Motion | None) -> HeadModel:
+    """The head asked for; else a motion's own; else the built-in one."""
+    from elocute.head.builtin import load_builtin_head
+    from elocute.head.identity import resolve_identity
+
+    if path is not None:
+        return _read_head(path)
+    if identity is not None:
+        return load_builtin_head().with_identity(resolve_identity(identity))
+    return load_builtin_head() if motion is None else motion.head
+
+
+def _read_head(path: Path) -> HeadModel:
+    """A head on its own, or the one that travels with a motion. Raises InputError."""
+    from elocute.head.storage import load_head
+
+    try:
+        with zipfile.ZipFile(path) as archive:
+            is_motion = "weights.npy" in archive.namelist()
+    except (OSError, zipfile.BadZipFile):
+        is_motion = False
+    return _motion(path).head if is_motion else load_head(path)
+
+
+def _read_vertices(path: Path) -> NDArray[np.floating]:
+    """(frame, vertex, 3) as `-o talk.npy` writes them, left on disk. Raises MotionError."""
+    try:
+        # Neither pickles nor archives: one array of numbers, read as frames are solved.
+        return np.lib.format.open_memmap(path, mode="r")
+    except (OSError, ValueError, EOFError) as error:
+        raise MotionError.about(
+            path, found="no array that can be read", allowed="a .npy of (frame, vertex, 3) metres"
+        ) from error

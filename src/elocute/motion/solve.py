@@ -1,0 +1,256 @@
+"""Solving: vertices back into weights and joint rotations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elocute.errors import MotionError
+from elocute.head.model import HeadModel
+from elocute.motion.box import solve_box
+from elocute.motion.edits.joints import joint_index
+from elocute.motion.joint_slopes import inverses, joint_slopes, vertex_transforms
+from elocute.motion.motion import Motion
+from elocute.motion.quaternions import from_axis_angle, from_matrices, multiply, no_turn
+
+Floats = NDArray[np.float64]
+
+REGULARISATION = 1e-6
+STEPS = 60
+CLOSE_MM = 0.002
+"""Shapes alone that come so close leave nothing for the joints to explain."""
+CONVERGED = 1e-10
+"""Share of the cost below which a step no longer counts."""
+FLOOR_MM2 = 1e-9
+"""Cost at which float32 vertices have nothing left to tell."""
+BLOCK = 120
+
+
+def solve_weights(
+    head: HeadModel,
+    vertices: ArrayLike,
+    *,
+    fps: float = 60.0,
+    regularisation: float = REGULARISATION,
+    bounds: tuple[float, float] | None = None,
+    joints: Sequence[str] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Motion, NDArray[np.float64]]:
+    """Find the motion of `head` whose vertices come nearest to those given.
+
+    vertices        (frame, vertex, 3) m, vertex for vertex those of the head
+    regularisation  what a squared weight costs, in mm² of mean squared distance: it decides
+                    between shapes that look alike and keeps weights small
+    bounds          lowest and highest weight, (0, 1) for shapes such as ARKit's, or None
+    joints          those that may turn, None for all, () for vertices in zero pose
+
+    Shapes alone are solved at once (the basis is linear). Where they leave something, the
+    root joint is laid over the frame by Procrustes, and Levenberg's steps on weights and
+    rotations together follow, in the frame of the face in zero pose, where the basis stays the
+    same. Rotations cost nothing; frames follow one another, so each starts from the last.
+
+    A Motion turns about its joints and never shifts: vertices that drift are to be laid where
+    the head is before.
+
+    Returns the motion and the mean distance of its vertices (frame,) mm. Raises MotionError
+    for another number of vertices, NaN, unknown joints and bounds without room.
+    """
+    given = _checked(head, vertices)
+    problem = _Problem(head, _turning(head, joints), regularisation, *_limits(head, bounds))
+    weights = np.empty((len(given), len(head.expression_names)))
+    turns = no_turn(len(given), len(head.joint_names)).astype(np.float64)
+    state: _State | None = None
+    for frame in range(len(given)):
+        target = np.asarray(given[frame], np.float64)
+        if not np.isfinite(target).all():
+            raise MotionError(f"vertices: found NaN or infinity at frame {frame}")
+        state = _solve_frame(problem, target, state)
+        weights[frame], turns[frame] = state.weights, state.turns
+        if progress:
+            progress((frame + 1) / len(given))
+    turned = np.abs(turns[..., 1:]).max(initial=0.0) > 0
+    motion = Motion(
+        head, weights.astype(np.float32), fps, turns.astype(np.float32) if turned else None
+    )
+    return motion, distance_mm(motion, given)
+
+
+def distance_mm(motion: Motion, vertices: ArrayLike) -> NDArray[np.float64]:
+    """(frame,) mean distance in mm between a motion's vertices and others (frame, vertex, 3) m."""
+    given = np.asanyarray(vertices)
+    means = [
+        np.linalg.norm(points - given[start : start + len(points)], axis=2).mean(axis=1)
+        for start, points in zip(
+            range(0, motion.frame_count, BLOCK), motion.blocks(BLOCK), strict=True
+        )
+    ]
+    return 1000 * np.concatenate(means).astype(np.float64)
+
+
+@dataclass(frozen=True)
+class _State:
+    """One frame's unknowns: weights (component,), turns (joint, 4), and what is left in mm²."""
+
+    weights: Floats
+    turns: Floats
+    cost: float
+    distance_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """What all frames share; lengths in mm over the root of the vertex count, so sums are means."""
+
+    head: HeadModel
+    joints: list[int]
+    regularisation: float
+    low: Floats
+    high: Floats
+
+    @cached_property
+    def scale(self) -> float:
+        return 1000 / np.sqrt(self.head.vertex_count)
+
+    @cached_property
+    def basis(self) -> Floats:
+        """(component, 3 · vertex)"""
+        return self.scale * self.head.expression_basis.reshape(len(self.low), -1).astype(np.float64)
+
+    @cached_property
+    def gram(self) -> Floats:
+        return self.basis @ self.basis.T + self.regularisation * np.eye(len(self.low))
+
+    @cached_property
+    def template(self) -> Floats:
+        return self.head.template.astype(np.float64)
+
+    def points(self, weights: Floats) -> Floats:
+        """(vertex, 3) m before posing."""
+        return self.template + (weights @ self.basis).reshape(-1, 3) / self.scale
+
+    def state(self, weights: Floats, turns: Floats, target: Floats) -> _State:
+        left, _ = self.left_over(weights, turns, target)
+        cost = float((left * left).sum() + self.regularisation * weights @ weights)
+        return _State(weights, turns, cost, float(np.sqrt((left * left).sum())))
+
+    def left_over(self, weights: Floats, turns: Floats, target: Floats) -> tuple[Floats, Floats]:
+        """What the model lacks (vertex, 3), scaled, in zero pose, and the unposing matrices."""
+        matrices, shifts = vertex_transforms(self.head, turns)
+        unpose = inverses(matrices)
+        unposed = np.einsum("vab,vb->va", unpose, target - shifts)
+        return self.scale * (unposed - self.points(weights)), unpose
+
+    def best_weights(self, turns: Floats, target: Floats) -> Floats:
+        """Weights for given rotations: linear least squares in zero pose."""
+        left, _ = self.left_over(np.zeros_like(self.low), turns, target)
+        return solve_box(self.gram, self.basis @ left.ravel(), self.low, self.high)
+
+
+def _solve_frame(problem: _Problem, target: Floats, before: _State | None) -> _State:
+    """One frame; `before` is the solved frame before it."""
+    still = np.zeros((len(problem.head.joint_names), 4))
+    still[:, 0] = 1
+    state = problem.state(problem.best_weights(still, target), still, target)
+    if not problem.joints or state.distance_mm < CLOSE_MM:
+        return state
+    if before is not None:
+        last = problem.state(problem.best_weights(before.turns, target), before.turns, target)
+        if last.cost < state.cost:
+            return _refined(problem, target, last)
+    laid = _laid_over(problem, target)
+    return _refined(problem, target, min(state, laid, key=lambda start: start.cost))
+
+
+def _laid_over(problem: _Problem, target: Floats) -> _State:
+    """The whole head turned by its root joint: Kabsch (1976), without the shift."""
+    turns = np.zeros((len(problem.head.joint_names), 4))
+    turns[:, 0] = 1
+    if problem.head.joint_parents[problem.joints[0]] < 0:
+        rest = problem.template - problem.template.mean(axis=0)
+        left, _, right = np.linalg.svd((target - target.mean(axis=0)).T @ rest)
+        mirrored = np.sign(np.linalg.det(left @ right))
+        turns[problem.joints[0]] = from_matrices(left @ np.diag([1, 1, mirrored]) @ right)
+    return problem.state(problem.best_weights(turns, target), turns, target)
+
+
+def _refined(problem: _Problem, target: Floats, state: _State) -> _State:
+    """Levenberg-Marquardt on weights and rotations together."""
+    damping = 1e-6
+    for _ in range(STEPS):
+        normal, side = _normal_equations(problem, target, state)
+        while True:
+            tried = _stepped(problem, target, state, normal, side, damping)
+            if tried.cost < state.cost or damping > 1e6:
+                break
+            damping *= 10
+        gained = state.cost - tried.cost
+        if gained <= 0:
+            break
+        state, damping = tried, max(damping / 10, 1e-12)
+        if gained < CONVERGED * state.cost or state.cost < FLOOR_MM2:
+            break
+    return state
+
+
+def _normal_equations(problem: _Problem, target: Floats, state: _State) -> tuple[Floats, Floats]:
+    left, unpose = problem.left_over(state.weights, state.turns, target)
+    slopes = joint_slopes(problem.head, state.turns, problem.points(state.weights), problem.joints)
+    slopes = problem.scale * (unpose @ slopes).reshape(left.size, -1)
+    cross = problem.basis @ slopes
+    normal = np.block([[problem.gram, cross], [cross.T, slopes.T @ slopes]])
+    pull = problem.basis @ left.ravel() - problem.regularisation * state.weights
+    return normal, np.concatenate([pull, slopes.T @ left.ravel()])
+
+
+def _stepped(
+    problem: _Problem, target: Floats, state: _State, normal: Floats, side: Floats, damping: float
+) -> _State:
+    count = len(state.weights)
+    free = np.full(3 * len(problem.joints), np.inf)
+    damped = normal + damping * np.diag(np.diag(normal) + 1e-9)
+    step = solve_box(
+        damped,
+        side,
+        np.concatenate([problem.low - state.weights, -free]),
+        np.concatenate([problem.high - state.weights, free]),
+    )
+    turns = state.turns.copy()
+    small = from_axis_angle(step[count:].reshape(-1, 3))
+    turns[problem.joints] = multiply(small, turns[problem.joints])
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    return problem.state(state.weights + step[:count], turns, target)
+
+
+def _turning(head: HeadModel, joints: Sequence[str] | None) -> list[int]:
+    """Places of the joints that may turn, parents first; those that move nothing are left out."""
+    names = head.joint_names if joints is None else joints
+    wanted = {joint_index(head, name) for name in names}
+    carries = head.skin_weights.max(axis=0) > 0
+    for joint in reversed(range(len(carries))):
+        if head.joint_parents[joint] >= 0:
+            carries[head.joint_parents[joint]] |= carries[joint]
+    return [joint for joint in sorted(wanted) if carries[joint]]
+
+
+def _limits(head: HeadModel, bounds: tuple[float, float] | None) -> tuple[Floats, Floats]:
+    low, high = (-np.inf, np.inf) if bounds is None else bounds
+    if not low < high or low > 0 or high < 0:
+        raise MotionError(f"bounds: found {low:g} to {high:g}; allowed: rising, zero within")
+    count = len(head.expression_names)
+    return np.full(count, low), np.full(count, high)
+
+
+def _checked(head: HeadModel, vertices: ArrayLike) -> NDArray[np.floating]:
+    given = np.asanyarray(vertices)
+    if given.ndim != 3 or given.shape[1:] != head.template.shape or not len(given):
+        raise MotionError(
+            f"vertices: found shape {given.shape}; allowed: (frames, {head.vertex_count}, 3) "
+            f"for head {head.name!r}, with at least one frame"
+        )
+    if given.dtype.kind != "f":
+        raise MotionError(f"vertices: found {given.dtype} numbers; allowed: floats, in metres")
+    return given
