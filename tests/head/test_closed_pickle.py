@@ -220,6 +220,7 @@ class TestArraysThatLie:
         refused(pickle.dumps(np.zeros(2, [("a", "f4")])), "an array of type V4")
         refused(pickle.dumps(np.array(["a"])), "an array of type U1")
         refused(self.array(order=b"x"), "byte order")
+        refused(self.array(dtype=b"b1", raw=b"\0\1\2", order=b"|"), "truth values")
 
     def test_data_that_are_no_bytes(self, refused):
         refused(self.array().replace(b"\nT\x18\0\0\0" + b"\0" * 24, b"\n]"), "are a list")
@@ -263,13 +264,14 @@ class TestBrokenFiles:
     def test_text_and_other_files(self, refused):
         for data in (b"", b"hello, this is no pickle", b"PK\x03\x04", b"\x93NUMPY", bytes(100)):
             refused(data)
-        refused(b"\x80\x02\xff.", "byte 255 at 2")
+        refused(b"\x80\x02\xff.", "no pickle, or a broken one (byte 255 at 2", "a whole pickle")
 
     def test_a_missing_file_and_a_folder(self, tmp_path):
         with pytest.raises(InputError, match=r"no\.pkl: cannot be read \(No such file"):
             read_pickle(tmp_path / "no.pkl")
-        with pytest.raises(InputError, match="cannot be read"):
-            read_pickle(tmp_path)
+        for other in (tmp_path, "/dev/null"):
+            with pytest.raises(InputError, match="not a file"):
+                read_pickle(other)
 
     def test_too_large_a_file(self, refused):
         refused(pickle.dumps(b"x" * 3000), "0.0 MB", "up to", max_bytes=1000)

@@ -13,7 +13,7 @@ from typing import Any
 
 from elocute.errors import InputError
 from elocute.head.pickle_arrays import Purse, SparseMatrix
-from elocute.head.pickle_cursor import Cursor, RefusedError
+from elocute.head.pickle_cursor import WHOLE, Cursor, RefusedError
 from elocute.head.pickle_objects import (
     call,
     fill,
@@ -46,6 +46,8 @@ def read_pickle(path: str | Path, *, max_bytes: int = FILE_MAX_BYTES) -> Any:
                 path, found=f"{path.stat().st_size / 1e6:.1f} MB",
                 allowed=f"up to {max_bytes / 1e6:.1f} MB",
             )  # fmt: skip
+        if not path.is_file():
+            raise InputError.about(path, found="not a file", allowed="a pickle")
         data = path.read_bytes()
     except OSError as error:
         reason = error.strerror or "unknown"
@@ -55,7 +57,9 @@ def read_pickle(path: str | Path, *, max_bytes: int = FILE_MAX_BYTES) -> Any:
     try:
         return _Machine(data).run()
     except RefusedError as refusal:
-        raise InputError.about(path, found=refusal.found, allowed=refusal.allowed) from refusal
+        broken = refusal.allowed == WHOLE
+        found = f"no pickle, or a broken one ({refusal.found})" if broken else refusal.found
+        raise InputError.about(path, found=found, allowed=refusal.allowed) from refusal
     except (MemoryError, RecursionError) as error:
         raise InputError.about(path, found="more than fits into memory") from error
 
@@ -87,7 +91,7 @@ class _Machine:
 
     def pop(self) -> Any:
         if len(self.stack) <= (self.marks[-1] if self.marks else 0):
-            raise RefusedError("an opcode that finds nothing on the stack", "a whole pickle")
+            raise RefusedError("an opcode that finds nothing on the stack", WHOLE)
         return self.stack.pop()
 
     def top(self, kind: type) -> Any:
@@ -99,7 +103,7 @@ class _Machine:
 
     def pop_to_mark(self) -> list[Any]:
         if not self.marks:
-            raise RefusedError("an opcode that finds no mark on the stack", "a whole pickle")
+            raise RefusedError("an opcode that finds no mark on the stack", WHOLE)
         place = self.marks.pop()
         items = self.stack[place:]
         del self.stack[place:]
@@ -153,7 +157,7 @@ def _memoize(machine: _Machine, _: Any) -> None:
 
 def _get(machine: _Machine, index: int) -> None:
     if index not in machine.memo:
-        raise RefusedError(f"memo entry {index}, which was never made", "a whole pickle")
+        raise RefusedError(f"memo entry {index}, which was never made", WHOLE)
     machine.push(machine.memo[index])
 
 
@@ -198,7 +202,7 @@ def _set_items(machine: _Machine, _: Any) -> None:
 
 def _pairs(items: list[Any]) -> dict[Any, Any]:
     if len(items) % 2:
-        raise RefusedError("a key without a value", "a whole pickle")
+        raise RefusedError("a key without a value", WHOLE)
     return {key_of(key): settled(value) for key, value in zip(items[::2], items[1::2], strict=True)}
 
 

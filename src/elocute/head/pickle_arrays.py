@@ -80,6 +80,8 @@ def shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
             f"an array of shape {_shape_text(shape)} and {dtype} over {len(data)} bytes",
             f"{needed}",
         )
+    if dtype.kind == "b" and needed and np.frombuffer(data, np.uint8).max() > 1:
+        raise RefusedError("an array of truth values other than 0 and 1", "0 and 1")
     try:
         return np.frombuffer(data, dtype).reshape(shape, order=order)  # pyright: ignore
     except ValueError as error:

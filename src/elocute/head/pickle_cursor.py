@@ -15,6 +15,7 @@ from typing import Any
 
 SHORT = 255  # strings up to here are decoded at once: names, not data
 INTEGER_MAX_BYTES = 32
+WHOLE = "a whole pickle"  # what is allowed where a file is cut, damaged or something else
 DECIMAL_MAX_CHARACTERS = 80
 _NOT_AN_ESCAPE = re.compile(rb"\\(?![nrt'\"]|x[0-9a-fA-F]{2})")
 
@@ -55,7 +56,7 @@ class Cursor:
         place, self._opcode = self._place, "pickle"
         code = self.take(1)[0]
         if code not in _NAMES:
-            raise RefusedError(f"byte {code} at {place}, which is no pickle opcode", "a pickle")
+            raise RefusedError(f"byte {code} at {place}, which is no opcode", WHOLE)
         self._opcode = _NAMES[code]
         return self._opcode
 
@@ -71,7 +72,7 @@ class Cursor:
             raise RefusedError(
                 f"an unfinished {self._opcode} at byte {self._place}: {count} bytes promised, "
                 f"{left} left",
-                "a whole pickle",
+                WHOLE,
             )
         self._place += count
         return self._view[self._place - count : self._place]
@@ -80,9 +81,7 @@ class Cursor:
         """Up to the next line end, which is left out."""
         end = self._data.find(b"\n", self._place)
         if end < 0:
-            raise RefusedError(
-                f"an unfinished {self._opcode} at byte {self._place}", "a whole pickle"
-            )
+            raise RefusedError(f"an unfinished {self._opcode} at byte {self._place}", WHOLE)
         line = self._data[self._place : end]
         self._place = end + 1
         return line
@@ -99,7 +98,7 @@ class Cursor:
         """The length of a frame; frames are not buffered here, but must be there."""
         size = self.unsigned(8)
         if size > len(self._data) - self._place:
-            raise RefusedError(f"a frame of {size} bytes at {self._place}", "a whole pickle")
+            raise RefusedError(f"a frame of {size} bytes at {self._place}", WHOLE)
         return size
 
     def string(self, size: int, is_text: bool) -> str | bytes | Raw:
@@ -112,18 +111,18 @@ class Cursor:
         """A string as Python 2 writes it in its source, quotes and all."""
         line = self.line().strip()
         if len(line) < 2 or line[:1] not in (b"'", b'"') or line[:1] != line[-1:]:
-            raise RefusedError("a string without quotes", "a whole pickle")
+            raise RefusedError("a string without quotes", WHOLE)
         # A pair of backslashes is one; told as \x5c, every backslash left begins an escape.
         body = line[1:-1].replace(b"\\\\", b"\\x5c")
         if _NOT_AN_ESCAPE.search(body):
-            raise RefusedError("a string with an unknown escape", "a whole pickle")
+            raise RefusedError("a string with an unknown escape", WHOLE)
         return _string(memoryview(codecs.escape_decode(body)[0]), True)
 
     def decimal(self) -> int:
         line = self.line()
         digits = line.removesuffix(b"L")
         if len(line) > DECIMAL_MAX_CHARACTERS or not re.fullmatch(rb"-?[0-9]+", digits):
-            raise RefusedError(f"no whole number: {shown(line)}", "a whole pickle")
+            raise RefusedError(f"no whole number: {shown(line)}", WHOLE)
         return int(digits)
 
     def decimal_or_bool(self) -> int | bool:
@@ -137,7 +136,7 @@ class Cursor:
         try:
             return float(line)
         except ValueError:
-            raise RefusedError(f"no number: {shown(line)}", "a whole pickle") from None
+            raise RefusedError(f"no number: {shown(line)}", WHOLE) from None
 
     def name(self) -> str:
         return _decoded(self.line(), "utf-8")
@@ -160,14 +159,14 @@ def _decoded(data: bytes | memoryview, encoding: str) -> str:
     try:
         return str(data, encoding, "surrogatepass")
     except UnicodeDecodeError as error:
-        raise RefusedError(f"text that is not {encoding}", "a whole pickle") from error
+        raise RefusedError(f"text that is not {encoding}", WHOLE) from error
 
 
 def _raw_unicode(cursor: Cursor) -> str:
     try:
         return cursor.line().decode("raw-unicode-escape")
     except UnicodeDecodeError as error:
-        raise RefusedError("text with an unknown escape", "a whole pickle") from error
+        raise RefusedError("text with an unknown escape", WHOLE) from error
 
 
 # Argument kinds in the words of pickletools.
