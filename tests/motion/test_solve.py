@@ -9,8 +9,8 @@ from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.motion.box import solve_box
-from elocute.motion.edits import with_pose
-from elocute.motion.joint_slopes import inverses, joint_slopes, vertex_transforms
+from elocute.motion.edits import cut, with_pose
+from elocute.motion.joint_slopes import inverses, joint_slopes, rig_of, vertex_transforms
 from elocute.motion.motion import Motion
 from elocute.motion.quaternions import from_axis_angle, multiply, to_axis_angle
 from elocute.motion.solve import solve_weights
@@ -64,12 +64,12 @@ def test_a_head_turned_far(head, talk):
     turned = with_pose(talk, "neck", (20, 110, -30))
     found, residual_mm = solve_weights(head, turned.vertices()[:1])
     assert residual_mm.max() < 0.001
-    assert error_degrees(found, replace(turned, weights=turned.weights[:1],
-                                        rotations=turned.rotations[:1])).max() < 0.1  # fmt: skip
+    assert error_degrees(found, cut(turned, 0, 0.03)).max() < 0.1
 
 
 def test_noise_is_averaged_out(head, posed):
-    noise = np.random.default_rng(2).normal(0, 0.0002, (4, head.vertex_count, 3))
+    posed = cut(posed, 0, 0.03)
+    noise = np.random.default_rng(2).normal(0, 0.0002, (1, head.vertex_count, 3))
     found, residual_mm = solve_weights(head, posed.vertices() + noise)
     assert residual_mm == pytest.approx(0.2 * np.sqrt(8 / np.pi), rel=0.02)
     assert error_degrees(found, posed)[:, :2].max() < 0.1
@@ -110,10 +110,11 @@ def test_another_head(head):
 def test_slopes_are_those_of_skinning(head):
     rng = np.random.default_rng(6)
     turns = from_axis_angle(rng.normal(0, 0.3, (5, 3)))
-    slopes = joint_slopes(head, turns, head.template, [0, 1, 2, 3, 4])
+    rig = rig_of(head)
+    slopes = joint_slopes(rig, turns, head.template, [0, 1, 2, 3, 4])
 
     def skinned(moved):
-        matrices, shifts = vertex_transforms(head, moved)
+        matrices, shifts = vertex_transforms(rig, moved)
         return np.einsum("vab,vb->va", matrices, head.template) + shifts
 
     for joint in range(5):
@@ -122,7 +123,7 @@ def test_slopes_are_those_of_skinning(head):
             small[joint, axis] = 1e-6
             change = skinned(multiply(from_axis_angle(small), turns)) - skinned(turns)
             assert np.abs(change / 1e-6 - slopes[:, :, 3 * joint + axis]).max() < 1e-6
-    matrices, _ = vertex_transforms(head, turns)
+    matrices, _ = vertex_transforms(rig, turns)
     assert np.allclose(inverses(matrices), np.linalg.inv(matrices))
 
 
@@ -132,9 +133,9 @@ def test_boxes_match_the_slow_way():
         root = rng.normal(0, 1, (size + 5, size))
         gram, side = root.T @ root, rng.normal(0, 5, size)
         low, high = np.zeros(size), np.full(size, 0.7)
-        slow = np.full(size, 0.3)
-        for _ in range(20000):
-            slow = np.clip(slow - (gram @ slow - side) / np.linalg.norm(gram, 2), low, high)
+        slow, pace = np.full(size, 0.3), 1 / np.linalg.norm(gram, 2)
+        for _ in range(3000):
+            slow = np.clip(slow - (gram @ slow - side) * pace, low, high)
         assert np.abs(solve_box(gram, side, low, high) - slow).max() < 1e-6
 
 
@@ -148,6 +149,7 @@ def test_boxes_match_the_slow_way():
         (np.zeros((1, 8842, 3), int), {}, "floats"),
         (np.zeros((1, 8842, 3)), {"joints": ["tail"]}, "tail"),
         (np.zeros((1, 8842, 3)), {"bounds": (1, 0)}, "bounds"),
+        (np.zeros((1, 8842, 3)), {"regularisation": 0}, "regularisation"),
     ],
 )
 def test_what_is_refused(head, vertices, options, says):

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 ROUNDS = 100
+SMALLEST = 1e-12  # share of the largest unknown: a step that rounding makes
 
 
 def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
@@ -17,7 +18,10 @@ def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
     on the unknowns that no bound holds (Bertsekas 1982): the bounds that hold are found many
     at a time, so a face of fifty shapes takes a few rounds.
     """
-    x: Floats = np.clip(np.linalg.solve(gram, side), low, high).astype(np.float64)
+    best: Floats = np.linalg.solve(gram, side).astype(np.float64)
+    x: Floats = np.clip(best, low, high).astype(np.float64)
+    if (x == best).all():
+        return best
     cost = _cost(gram, side, x)
     for _ in range(ROUNDS):
         slope = gram @ x - side
@@ -27,6 +31,8 @@ def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
             break
         step = np.zeros_like(x)
         step[free] = np.linalg.solve(gram[np.ix_(free, free)], -slope[free])
+        if np.abs(step).max() < SMALLEST * (1 + np.abs(x).max()):
+            break
         share, better = 1.0, False
         while share > 1e-6 and not better:
             tried: Floats = np.clip(x + share * step, low, high).astype(np.float64)

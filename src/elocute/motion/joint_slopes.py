@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,17 +11,33 @@ from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms
 
 Floats = NDArray[np.float64]
+ALL = slice(None)
 
 
-def vertex_transforms(head: HeadModel, turns: Floats) -> tuple[Floats, Floats]:
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """The joints of a head and some of its vertices that hang on them."""
+
+    joint_positions: Floats  # (joint, 3) m
+    joint_parents: tuple[int, ...]
+    skin_weights: Floats  # (vertex, joint)
+
+
+def rig_of(head: HeadModel, vertices: NDArray[np.integer] | slice = ALL) -> Rig:
+    """The rig of a head, or of some of its vertices."""
+    weights = head.skin_weights[vertices].astype(np.float64)
+    return Rig(head.joint_positions.astype(np.float64), head.joint_parents, weights)
+
+
+def vertex_transforms(rig: Rig, turns: Floats) -> tuple[Floats, Floats]:
     """(vertex, 3, 3) and (vertex, 3) m: posed = matrix · vertex + shift.
 
     turns (joint, 4) unit quaternions wxyz.
     """
-    rotations, translations = joint_transforms(turns, head.joint_positions, head.joint_parents)
-    joints = len(head.joint_names)
-    matrices = (head.skin_weights @ rotations.reshape(joints, 9)).reshape(-1, 3, 3)
-    return matrices, head.skin_weights @ translations
+    rotations, translations = joint_transforms(turns, rig.joint_positions, rig.joint_parents)
+    joints = len(rig.joint_parents)
+    matrices = (rig.skin_weights @ rotations.reshape(joints, 9)).reshape(-1, 3, 3)
+    return matrices, rig.skin_weights @ translations
 
 
 def inverses(matrices: Floats) -> Floats:
@@ -29,26 +47,33 @@ def inverses(matrices: Floats) -> Floats:
     return cofactors / (a * cofactors[..., 0]).sum(axis=-1)[..., None, None]
 
 
-def joint_slopes(head: HeadModel, turns: Floats, points: Floats, joints: list[int]) -> Floats:
+def joint_slopes(rig: Rig, turns: Floats, points: Floats, joints: list[int]) -> Floats:
     """(vertex, 3, 3 · joint): how posed vertices move as joints turn, m per radian.
 
     turns (joint, 4), points (vertex, 3) m before posing; the small rotations come after the
     joint's own, in its parent's frame: a displacement ω × (y - pivot) of what hangs on it.
     """
-    rotations, translations = joint_transforms(turns, head.joint_positions, head.joint_parents)
+    rotations, translations = joint_transforms(turns, rig.joint_positions, rig.joint_parents)
     carried = np.einsum("jab,vb->jva", rotations, points) + translations[:, None]
-    carried *= head.skin_weights.T[:, :, None]
+    carried *= rig.skin_weights.T[:, :, None]
     slopes = np.empty((len(points), 3, 3 * len(joints)))
     for place, joint in enumerate(joints):
-        below = _descendants(head.joint_parents, joint)
-        pivot = rotations[joint] @ head.joint_positions[joint] + translations[joint]
-        share = head.skin_weights[:, below].sum(axis=1)
+        below = _descendants(rig.joint_parents, joint)
+        pivot = rotations[joint] @ rig.joint_positions[joint] + translations[joint]
+        share = rig.skin_weights[:, below].sum(axis=1)
         arms = carried[below].sum(axis=0) - share[:, None] * pivot
-        parent = head.joint_parents[joint]
+        parent = rig.joint_parents[joint]
         frame = np.eye(3) if parent < 0 else rotations[parent]
-        for axis in range(3):
-            slopes[:, :, 3 * place + axis] = np.cross(frame[:, axis], arms)
+        slopes[:, :, 3 * place : 3 * place + 3] = _crossing(arms) @ frame
     return slopes
+
+
+def _crossing(arms: Floats) -> Floats:
+    """(vertex, 3, 3): the matrix that takes ω to ω × arm."""
+    x, y, z = arms.T
+    zero = np.zeros_like(x)
+    rows = [[zero, z, -y], [-z, zero, x], [y, -x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _descendants(parents: tuple[int, ...], joint: int) -> list[int]:

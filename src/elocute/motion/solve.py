@@ -13,7 +13,7 @@ from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.motion.box import solve_box
 from elocute.motion.edits.joints import joint_index
-from elocute.motion.joint_slopes import inverses, joint_slopes, vertex_transforms
+from elocute.motion.joint_slopes import ALL, Rig, inverses, joint_slopes, rig_of, vertex_transforms
 from elocute.motion.motion import Motion
 from elocute.motion.quaternions import from_axis_angle, from_matrices, multiply, no_turn
 
@@ -23,10 +23,12 @@ REGULARISATION = 1e-6
 STEPS = 60
 CLOSE_MM = 0.002
 """Shapes alone that come so close leave nothing for the joints to explain."""
-CONVERGED = 1e-10
+CONVERGED = 1e-7
 """Share of the cost below which a step no longer counts."""
 FLOOR_MM2 = 1e-9
 """Cost at which float32 vertices have nothing left to tell."""
+DRAFT = 2000
+"""Vertices on which rotations are sought before all of them are looked at."""
 BLOCK = 120
 
 
@@ -57,10 +59,15 @@ def solve_weights(
     the head is before.
 
     Returns the motion and the mean distance of its vertices (frame,) mm. Raises MotionError
-    for another number of vertices, NaN, unknown joints and bounds without room.
+    for another number of vertices, NaN, unknown joints, bounds without room and a regularisation
+    that is not above zero.
     """
     given = _checked(head, vertices)
-    problem = _Problem(head, _turning(head, joints), regularisation, *_limits(head, bounds))
+    if not 0 < regularisation < np.inf:
+        raise MotionError(f"regularisation: found {regularisation:g}; allowed: above 0 mm²")
+    limits = _limits(head, bounds)
+    problem = _problem(head, ALL, _turning(head, joints), regularisation, limits)
+    draft = _problem(head, _few(head), problem.joints, regularisation, limits)
     weights = np.empty((len(given), len(head.expression_names)))
     turns = no_turn(len(given), len(head.joint_names)).astype(np.float64)
     state: _State | None = None
@@ -68,7 +75,7 @@ def solve_weights(
         target = np.asarray(given[frame], np.float64)
         if not np.isfinite(target).all():
             raise MotionError(f"vertices: found NaN or infinity at frame {frame}")
-        state = _solve_frame(problem, target, state)
+        state = _solve_frame(problem, draft, target, state)
         weights[frame], turns[frame] = state.weights, state.turns
         if progress:
             progress((frame + 1) / len(given))
@@ -103,30 +110,27 @@ class _State:
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """What all frames share; lengths in mm over the root of the vertex count, so sums are means."""
+    """What all frames share: some of the head's vertices, all or few.
 
-    head: HeadModel
-    joints: list[int]
+    Lengths are in mm over the root of the vertex count (times `scale`), so sums are means.
+    """
+
+    vertices: NDArray[np.integer] | slice
+    template: Floats  # (vertex, 3) m
+    basis: Floats  # (component, 3 · vertex), scaled
+    rig: Rig
+    joints: list[int]  # those that may turn
     regularisation: float
     low: Floats
     high: Floats
 
-    @cached_property
+    @property
     def scale(self) -> float:
-        return 1000 / np.sqrt(self.head.vertex_count)
-
-    @cached_property
-    def basis(self) -> Floats:
-        """(component, 3 · vertex)"""
-        return self.scale * self.head.expression_basis.reshape(len(self.low), -1).astype(np.float64)
+        return 1000 / np.sqrt(len(self.template))
 
     @cached_property
     def gram(self) -> Floats:
         return self.basis @ self.basis.T + self.regularisation * np.eye(len(self.low))
-
-    @cached_property
-    def template(self) -> Floats:
-        return self.head.template.astype(np.float64)
 
     def points(self, weights: Floats) -> Floats:
         """(vertex, 3) m before posing."""
@@ -139,7 +143,7 @@ class _Problem:
 
     def left_over(self, weights: Floats, turns: Floats, target: Floats) -> tuple[Floats, Floats]:
         """What the model lacks (vertex, 3), scaled, in zero pose, and the unposing matrices."""
-        matrices, shifts = vertex_transforms(self.head, turns)
+        matrices, shifts = vertex_transforms(self.rig, turns)
         unpose = inverses(matrices)
         unposed = np.einsum("vab,vb->va", unpose, target - shifts)
         return self.scale * (unposed - self.points(weights)), unpose
@@ -150,26 +154,53 @@ class _Problem:
         return solve_box(self.gram, self.basis @ left.ravel(), self.low, self.high)
 
 
-def _solve_frame(problem: _Problem, target: Floats, before: _State | None) -> _State:
+def _problem(
+    head: HeadModel,
+    vertices: NDArray[np.integer] | slice,
+    joints: list[int],
+    regularisation: float,
+    limits: tuple[Floats, Floats],
+) -> _Problem:
+    template = head.template[vertices].astype(np.float64)
+    basis = head.expression_basis[:, vertices].astype(np.float64).reshape(len(limits[0]), -1)
+    basis *= 1000 / np.sqrt(len(template))
+    rig = rig_of(head, vertices)
+    return _Problem(vertices, template, basis, rig, joints, regularisation, *limits)
+
+
+def _few(head: HeadModel) -> NDArray[np.integer]:
+    """Vertices enough to draft a pose; drawn, since neighbours in number are so in place."""
+    count = min(DRAFT, head.vertex_count)
+    return np.sort(np.random.default_rng(0).permutation(head.vertex_count)[:count])
+
+
+def _solve_frame(
+    problem: _Problem, draft: _Problem, target: Floats, before: _State | None
+) -> _State:
     """One frame; `before` is the solved frame before it."""
-    still = np.zeros((len(problem.head.joint_names), 4))
-    still[:, 0] = 1
+    still = _still(problem)
     state = problem.state(problem.best_weights(still, target), still, target)
     if not problem.joints or state.distance_mm < CLOSE_MM:
         return state
+    few = target[draft.vertices]
+    starts = [draft.state(state.weights, still, few)]
     if before is not None:
-        last = problem.state(problem.best_weights(before.turns, target), before.turns, target)
-        if last.cost < state.cost:
-            return _refined(problem, target, last)
-    laid = _laid_over(problem, target)
-    return _refined(problem, target, min(state, laid, key=lambda start: start.cost))
+        starts.append(draft.state(draft.best_weights(before.turns, few), before.turns, few))
+    if before is None or starts[1].cost > starts[0].cost:
+        starts.append(_laid_over(draft, few))
+    drafted = _refined(draft, few, min(starts, key=lambda start: start.cost))
+    return _refined(problem, target, problem.state(drafted.weights, drafted.turns, target))
+
+
+def _still(problem: _Problem) -> Floats:
+    """(joint, 4) quaternions of the zero pose."""
+    return no_turn(len(problem.rig.joint_parents)).astype(np.float64)
 
 
 def _laid_over(problem: _Problem, target: Floats) -> _State:
     """The whole head turned by its root joint: Kabsch (1976), without the shift."""
-    turns = np.zeros((len(problem.head.joint_names), 4))
-    turns[:, 0] = 1
-    if problem.head.joint_parents[problem.joints[0]] < 0:
+    turns = _still(problem)
+    if problem.rig.joint_parents[problem.joints[0]] < 0:
         rest = problem.template - problem.template.mean(axis=0)
         left, _, right = np.linalg.svd((target - target.mean(axis=0)).T @ rest)
         mirrored = np.sign(np.linalg.det(left @ right))
@@ -181,6 +212,8 @@ def _refined(problem: _Problem, target: Floats, state: _State) -> _State:
     """Levenberg-Marquardt on weights and rotations together."""
     damping = 1e-6
     for _ in range(STEPS):
+        if state.cost - problem.regularisation * state.weights @ state.weights < FLOOR_MM2:
+            break
         normal, side = _normal_equations(problem, target, state)
         while True:
             tried = _stepped(problem, target, state, normal, side, damping)
@@ -191,14 +224,14 @@ def _refined(problem: _Problem, target: Floats, state: _State) -> _State:
         if gained <= 0:
             break
         state, damping = tried, max(damping / 10, 1e-12)
-        if gained < CONVERGED * state.cost or state.cost < FLOOR_MM2:
+        if gained < CONVERGED * state.cost:
             break
     return state
 
 
 def _normal_equations(problem: _Problem, target: Floats, state: _State) -> tuple[Floats, Floats]:
     left, unpose = problem.left_over(state.weights, state.turns, target)
-    slopes = joint_slopes(problem.head, state.turns, problem.points(state.weights), problem.joints)
+    slopes = joint_slopes(problem.rig, state.turns, problem.points(state.weights), problem.joints)
     slopes = problem.scale * (unpose @ slopes).reshape(left.size, -1)
     cross = problem.basis @ slopes
     normal = np.block([[problem.gram, cross], [cross.T, slopes.T @ slopes]])
