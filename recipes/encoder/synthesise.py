@@ -152,22 +152,38 @@ def flite_shard(folder: Path, minutes: float, seed: int = 2) -> None:
     """flite's voices; `-psdur` prints each phone with its end time."""
     writer, draw, words, done = ShardWriter(), random.Random(seed), words_of("en"), 0.0
     with tempfile.TemporaryDirectory() as room:
-        wav = Path(room) / "speech.wav"
         while done < minutes * 60:
             voice, text = draw.choice(FLITE_VOICES), sentence("en", words, draw)
-            command = [
-                "flite", "-voice", voice, "-psdur", "--setf",
-                f"duration_stretch={draw.uniform(0.75, 1.3):.2f}", "--setf",
-                f"int_f0_target_mean={draw.uniform(80, 240):.0f}", "-t", text, "-o", str(wav),
-            ]  # fmt: skip
-            output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-            ends = [part.rsplit(":", 1) for part in output.split() if ":" in part]
-            samples, phones = _read(wav), _from_ends([(p, float(t)) for p, t in ends])
+            slower, pitch = draw.uniform(0.75, 1.3), draw.uniform(80, 240)
+            samples, phones = flite_utterance(voice, text, slower, Path(room), pitch)
             done += _add(
                 writer, samples, phones, draw, speaker=f"flite-{voice}", source="flite",
                 language="en", text=text,
             )  # fmt: skip
     writer.save(folder, "flite")
+
+
+def flite_utterance(
+    voice: str, text: str, slower: float, room: Path, pitch: float | None = None
+) -> tuple[np.ndarray, Phones]:
+    """Samples at 16 kHz and phones; `slower` stretches durations, `pitch` is in Hz."""
+    wav = room / "speech.wav"
+    command = ["flite", "-voice", voice, "-psdur", "--setf", f"duration_stretch={slower:.2f}"]
+    if pitch is not None:
+        command += ["--setf", f"int_f0_target_mean={pitch:.0f}"]
+    command += ["-t", text, "-o", str(wav)]
+    output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    ends = [part.rsplit(":", 1) for part in output.split() if ":" in part]
+    return _read(wav), _from_ends([(phone, float(end)) for phone, end in ends])
+
+
+def festival_utterance(
+    voice: str, text: str, slower: float, room: Path
+) -> tuple[np.ndarray, Phones]:
+    """The same of festival. Raises LookupError where it says nothing."""
+    for _, samples, phones in _festival(voice, [text], room, lambda _low, _high: slower):
+        return samples, phones
+    raise LookupError(f"festival said nothing: {voice}")
 
 
 def festival_shard(folder: Path, minutes: float, seed: int = 3) -> None:

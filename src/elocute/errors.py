@@ -5,6 +5,8 @@
     │   ├── AudioError      sound that cannot be read
     │   ├── HeadError       head model or identity that cannot be used
     │   ├── MotionError     motion or curves that cannot be used
+    │   ├── CorpusError     a corpus, a split or a clip that cannot be used
+    │   ├── ModelError      a trained model or checkpoint that cannot be used
     │   └── OutputError     a place or a format that cannot be written
     └── MachineError        something this machine lacks (a renderer, say)
 
@@ -45,6 +47,14 @@ class HeadError(InputError):
 
 class MotionError(InputError):
     """Motion or curves that are malformed."""
+
+
+class CorpusError(InputError):
+    """A corpus, a split or a clip that cannot be used."""
+
+
+class ModelError(InputError):
+    """A trained model, a checkpoint or a style that cannot be used."""
 
 
 class OutputError(InputError):

@@ -59,17 +59,40 @@ def articulate(
     if frame_count is None:
         frame_count = max(1, round(len(log_posteriors) / rate * fps))
     posteriors = np.exp(log_posteriors).astype(np.float32)
-    times_s = np.arange(frame_count) / fps
-
     values = coarticulate(posteriors, rate, frame_count, fps, style.anticipation_s, style.carry_s)
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
+    return _finished(curves, posteriors, rate, fps, style, asymmetry=style.asymmetry)
+
+
+def make_contacts(
+    curves: Curves, log_posteriors: Array, rate: float, style: Style | None = None
+) -> Curves:
+    """Curves from elsewhere (a trained decoder, say) with the driver's rests, contacts and blinks.
+
+    log_posteriors as `articulate` takes them. Regression averages over what it is unsure of, so
+    the lips of a learned model nearly meet where they should: here they do.
+    """
+    posteriors = np.exp(log_posteriors).astype(np.float32)
+    wanted = dict.fromkeys((*curves.names, *curve_names()))
+    table = curves.select(tuple(wanted)).values.T.copy()
+    columns = dict(zip(wanted, table, strict=True))
+    return _finished(columns, posteriors, rate, curves.fps, style or Style(), asymmetry=0.0)
+
+
+def _finished(
+    curves: dict[str, Array], posteriors: Array, rate: float, fps: float, style: Style,
+    asymmetry: float,
+) -> Curves:  # fmt: skip
+    """Rest, contacts, asymmetry and blinks, in this order."""
+    frame_count = len(curves["jawOpen"])
+    times_s = np.arange(frame_count) / fps
     speech = speech_gate(posteriors[:, SILENCE], rate, times_s)
     for name in curves:
-        curves[name] *= speech
+        curves[name] = curves[name] * speech
     _meet_teeth(curves, _contact(posteriors, LABIODENTALS, rate, times_s, style) * speech)
     _close_lips(curves, _contact(posteriors, BILABIALS, rate, times_s, style) * speech)
-    _lean(curves, style.asymmetry)
+    _lean(curves, asymmetry)
     blink = blink_curve(frame_count, fps, style.blink_per_min)
     curves["eyeBlinkLeft"] = curves["eyeBlinkRight"] = blink
     table = np.stack(list(curves.values()), axis=1)

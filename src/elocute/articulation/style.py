@@ -79,11 +79,60 @@ STYLES: dict[str, Style] = {
     "rounded": Style(amplitude=0.95, rounding=1.35, spread=0.7),
     "smiling": Style(spread=1.5, rounding=0.85, upper_lip=1.25),
     "wry": Style(amplitude=0.9, asymmetry=0.45),
+    "tense": Style(
+        amplitude=0.7, rounding=0.7, spread=1.4, anticipation_s=0.035, carry_s=0.03, hold_s=0.09
+    ),
+    "drawl": Style(amplitude=0.9, upper_lip=0.4, anticipation_s=0.1, carry_s=0.11),
+    "pouting": Style(amplitude=0.8, rounding=1.6, spread=0.4),
+    "lopsided": Style(amplitude=1.1, upper_lip=1.3, asymmetry=-0.6),
 }
 
 
+def parse_mix(text: str) -> dict[str, float]:
+    """`calm:0.7,broad:0.3` as shares that sum to one; a lone name is all of it.
+
+    Raises InputError for shares that are no numbers, negative, or all zero.
+    """
+    shares: dict[str, float] = {}
+    for part in text.split(","):
+        name, colon, number = part.strip().partition(":")
+        try:
+            share = float(number) if colon else 1.0
+        except ValueError:
+            share = math.nan
+        if not name or not 0 <= share < math.inf:
+            raise InputError.about(
+                f"style {text!r}", found=f"{part.strip()!r}",
+                allowed="NAME or NAME:SHARE,NAME:SHARE with shares from 0",
+            )  # fmt: skip
+        shares[name] = shares.get(name, 0.0) + share
+    total = sum(shares.values())
+    if total <= 0:
+        raise InputError.about(f"style {text!r}", found="shares of zero", allowed="one above zero")
+    return {name: share / total for name, share in shares.items()}
+
+
+def mix_styles(shares: dict[str, float]) -> Style:
+    """The convex mix of named styles, number by number. Raises InputError for unknown names."""
+    for name in shares:
+        if name not in STYLES:
+            raise InputError.about(
+                f"style {name!r}", found="no such style",
+                allowed=", ".join(STYLES) + ", a mix of these (calm:0.7,broad:0.3), or a .json "
+                "file of style numbers",
+            )  # fmt: skip
+    return Style(
+        **{
+            field.name: sum(share * getattr(STYLES[name], field.name)
+                            for name, share in shares.items())
+            for field in fields(Style)
+        }
+    )  # fmt: skip
+
+
 def resolve_style(given: str | Style) -> Style:
-    """A Style from a name of STYLES, a JSON file of its fields, or a Style as it is.
+    """A Style from a name of STYLES, a mix of them (`calm:0.7,broad:0.3`), a JSON file of its
+    fields, or a Style as it is.
 
     Raises InputError naming what is allowed.
     """
@@ -94,11 +143,7 @@ def resolve_style(given: str | Style) -> Style:
     path = Path(given)
     if path.suffix == ".json":
         return _read_style(path)
-    raise InputError.about(
-        f"style {given!r}",
-        found="no such style",
-        allowed=", ".join(STYLES) + ", or a .json file of style numbers",
-    )
+    return mix_styles(parse_mix(given))
 
 
 def _read_style(path: Path) -> Style:

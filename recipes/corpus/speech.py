@@ -1,0 +1,64 @@
+"""One sentence said by a synthetic voice, with the times of its phones."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from corpus.subjects import Subject
+from encoder.store import RATE
+from encoder.synthesise import Espeak, Phones, festival_utterance, flite_utterance
+
+LEAD_S, TAIL_S = 0.25, 0.35  # of faint noise around the words, so that mouths rest too
+SHORTEST_S, LONGEST_S = 3.0, 5.0
+WORDS_PER_MINUTE = 165
+
+
+class Speaker:
+    """Says sentences as any of the subjects; espeak-ng is loaded once."""
+
+    def __init__(self) -> None:
+        self.espeak = Espeak()
+
+    def say(self, subject: Subject, text: str, seed: int) -> tuple[np.ndarray, Phones]:
+        """Samples at 16 kHz and phones, 3 to 5 s long: what is not gets said again faster."""
+        tempo = subject.tempo
+        for _ in range(4):
+            samples, phones = self._say(subject, text, tempo)
+            length = len(samples) / RATE + LEAD_S + TAIL_S
+            if SHORTEST_S <= length <= LONGEST_S:
+                break
+            wanted = min(max(length, SHORTEST_S * 1.03), LONGEST_S * 0.97)
+            tempo *= length / wanted
+        return _padded(samples, phones, seed)
+
+    def _say(self, subject: Subject, text: str, tempo: float) -> tuple[np.ndarray, Phones]:
+        if subject.engine == "espeak":
+            speed = round(WORDS_PER_MINUTE * tempo)
+            return self.espeak.speak(text, subject.voice, speed, subject.pitch, 50)
+        with tempfile.TemporaryDirectory() as room:
+            if subject.engine == "flite":
+                return flite_utterance(subject.voice, text, 1 / tempo, Path(room))
+            return festival_utterance(subject.voice, text, 1 / tempo, Path(room))
+
+
+def _padded(samples: np.ndarray, phones: Phones, seed: int) -> tuple[np.ndarray, Phones]:
+    noise = np.random.default_rng(seed)
+    lead = noise.normal(0, 2e-4, round(LEAD_S * RATE))
+    tail = noise.normal(0, 2e-4, round(TAIL_S * RATE))
+    shifted = [(a + LEAD_S, b + LEAD_S, phone) for a, b, phone in phones]
+    return np.concatenate([lead, samples, tail]).astype(np.float32), shifted
+
+
+def voices_missing() -> list[str]:
+    """Programs that the recipe needs and this machine lacks."""
+    import shutil
+
+    missing = [name for name in ("flite", "festival") if not shutil.which(name)]
+    try:
+        Espeak()
+    except OSError:
+        missing.append("espeak-ng")
+    return missing

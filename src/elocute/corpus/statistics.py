@@ -1,0 +1,71 @@
+"""What a corpus looks like as a whole, gathered block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.store import Corpus
+
+BLOCK_FRAMES = 256
+Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """count frames; mean and variance (…,) of each number, over all of them."""
+
+    count: int
+    mean: Doubles
+    variance: Doubles
+
+
+def moments(blocks: Iterable[NDArray[np.floating]]) -> Moments:
+    """One pass over blocks (frame, …), numerically stable (Chan, Golub and LeVeque 1983)."""
+    count, mean, spread = 0, np.zeros(0), np.zeros(0)
+    for block in blocks:
+        values = np.asarray(block, np.float64)
+        size, middle = len(values), values.mean(axis=0)
+        around = ((values - middle) ** 2).sum(axis=0)
+        if not count:
+            count, mean, spread = size, middle, around
+            continue
+        step = middle - mean
+        spread = spread + around + step**2 * (count * size / (count + size))
+        mean = mean + step * (size / (count + size))
+        count += size
+    return Moments(count, mean, spread / max(count, 1))
+
+
+def displacement_blocks(corpus: Corpus, names: Iterable[str]) -> Iterator[NDArray[np.float32]]:
+    """(frame, vertex, 3) m of some clips, a few seconds at a time."""
+    for name in names:
+        for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
+            yield corpus.displacements(name, start, start + BLOCK_FRAMES)
+
+
+def summary(corpus: Corpus) -> dict[str, object]:
+    """The figures of `elocute corpus info`."""
+    per_subject = {
+        subject: sum(e.frames for e in corpus.entries if e.subject == subject) / corpus.fps
+        for subject in corpus.subjects
+    }
+    return {
+        "kind": corpus.kind,
+        "topology": corpus.topology or "unnamed",
+        "vertices": corpus.vertex_count,
+        "components": len(corpus.components),
+        "fps": corpus.fps,
+        "clips": len(corpus.entries),
+        "sentences": len({entry.sentence for entry in corpus.entries}),
+        "minutes": round(corpus.frame_count / corpus.fps / 60, 2),
+        "subjects": {name: round(seconds / 60, 2) for name, seconds in per_subject.items()},
+        "splits": {
+            name: {part: len(clips) for part, clips in split.parts().items()}
+            for name, split in corpus.splits.items()
+        },
+        "note": corpus.note,
+    }

@@ -1,0 +1,294 @@
+"""A corpus on disk: a folder that is read lazily and never runs anything.
+
+    corpus.json     who says what, where its frames are, the splits; no paths
+    motion.npy      all frames of all clips, one after another: (frame, component) weights or
+                    (frame, vertex, 3) m
+    templates.npy   (subject, vertex, 3) m, the neutral faces
+    basis.npy       (component, vertex, 3) m, with weights only
+    faces.npy       (face, 3 or 4), where they are known
+    sound/NAME.flac 16 bits
+
+Arrays are memory-mapped and uncompressed: a random frame costs some hundredths of a millisecond,
+however long the corpus.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.waveform import Waveform
+from elocute.corpus.clip import Clip, check_name
+from elocute.corpus.split import Entry, Split
+from elocute.errors import CorpusError
+
+FORMAT, VERSION = "elocute-corpus", 1
+MANIFEST_MAX_BYTES = 256_000_000
+FPS_MAX = 1000.0
+Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Corpus:
+    """A folder of clips; frames are read when they are asked for.
+
+    kind        "weights" on `basis`, or "vertices"
+    components  names of the weights, () for vertices
+    topology    name of the head whose mesh this is ("elocute" for the built-in), or ""
+    subjects    names, in the order of `templates` and of a model's styles
+    """
+
+    folder: Path
+    fps: float
+    kind: str
+    components: tuple[str, ...]
+    topology: str
+    subjects: tuple[str, ...]
+    entries: tuple[Entry, ...]
+    splits: dict[str, Split] = field(default_factory=dict)
+    note: str = ""
+
+    @cached_property
+    def motion(self) -> Array:
+        """All frames, memory-mapped."""
+        return _mapped(self.folder / "motion.npy")
+
+    @cached_property
+    def templates(self) -> Array:
+        """(subject, vertex, 3) m."""
+        return _mapped(self.folder / "templates.npy")
+
+    @cached_property
+    def basis(self) -> Array | None:
+        """(component, vertex, 3) m, or None where frames are vertices."""
+        return _mapped(self.folder / "basis.npy") if self.kind == "weights" else None
+
+    @cached_property
+    def faces(self) -> NDArray[np.int32] | None:
+        """(face, 3 or 4), or None where nobody wrote them."""
+        path = self.folder / "faces.npy"
+        return np.asarray(_mapped(path), np.int32) if path.is_file() else None
+
+    @cached_property
+    def by_name(self) -> dict[str, Entry]:
+        return {entry.name: entry for entry in self.entries}
+
+    @property
+    def vertex_count(self) -> int:
+        return self.templates.shape[1]
+
+    @property
+    def frame_count(self) -> int:
+        return sum(entry.frames for entry in self.entries)
+
+    def entry(self, name: str) -> Entry:
+        """Raises CorpusError for a clip that is not there."""
+        if name not in self.by_name:
+            raise CorpusError.about(
+                self.folder, found=f"no clip {name[:60]!r}", allowed=_some(list(self.by_name))
+            )
+        return self.by_name[name]
+
+    def split(self, name: str = "default") -> Split:
+        """Raises CorpusError for a split that is not there."""
+        if name not in self.splits:
+            raise CorpusError.about(
+                self.folder, found=f"no split {name!r}", allowed=_some(list(self.splits))
+            )
+        return self.splits[name]
+
+    def template(self, subject: str) -> Array:
+        """(vertex, 3) m. Raises CorpusError for somebody who is not there."""
+        if subject not in self.subjects:
+            raise CorpusError.about(
+                self.folder, found=f"no subject {subject!r}", allowed=_some(list(self.subjects))
+            )
+        return self.templates[self.subjects.index(subject)]
+
+    def frames(self, name: str) -> Array:
+        """(frame, component) or (frame, vertex, 3) of one clip: a view, nothing is read yet."""
+        entry = self.entry(name)
+        return self.motion[entry.start : entry.start + entry.frames]
+
+    def displacements(self, name: str, start: int = 0, stop: int | None = None) -> Array:
+        """(frame, vertex, 3) m from the subject's template."""
+        frames = np.asarray(self.frames(name)[start:stop])
+        if self.basis is None:
+            return frames - self.template(self.entry(name).subject)
+        flat = frames @ self.basis.reshape(len(self.basis), -1)
+        return flat.reshape(len(frames), -1, 3)
+
+    def vertices(self, name: str, start: int = 0, stop: int | None = None) -> Array:
+        """(frame, vertex, 3) m."""
+        if self.basis is None:
+            return np.asarray(self.frames(name)[start:stop])
+        return self.displacements(name, start, stop) + self.template(self.entry(name).subject)
+
+    def sound_path(self, name: str) -> Path:
+        """Made from the clip's name, never read from the manifest."""
+        return self.folder / "sound" / f"{self.entry(name).name}.flac"
+
+    def sound(self, name: str) -> Waveform:
+        """Raises AudioError where the file is missing or broken."""
+        from elocute.audio.read import read_audio
+
+        return read_audio(self.sound_path(name))
+
+    def clip(self, name: str) -> Clip:
+        """Everything of one clip in memory."""
+        entry = self.entry(name)
+        return Clip(
+            entry.subject, entry.sentence, entry.text, self.sound(name),
+            np.array(self.frames(name)),
+        )  # fmt: skip
+
+
+def open_corpus(folder: str | Path) -> Corpus:
+    """Read the manifest and check that the arrays fit it; frames stay on disk.
+
+    Raises CorpusError with what is wrong and where.
+    """
+    folder = Path(folder)
+    corpus = _corpus_of(folder, _read_manifest(folder))
+    try:
+        _check_arrays(corpus)
+    except (OSError, ValueError) as error:
+        raise CorpusError.about(
+            folder, found=f"arrays cannot be read ({error})", allowed="what CorpusWriter wrote"
+        ) from error
+    return corpus
+
+
+def write_manifest(folder: Path, corpus: dict[str, Any]) -> None:
+    """corpus.json, readable by eye."""
+    text = json.dumps({"format": FORMAT, "version": VERSION, **corpus}, indent=1)
+    (folder / "corpus.json").write_text(text + "\n", encoding="utf-8")
+
+
+def manifest_of(corpus: Corpus) -> dict[str, Any]:
+    """What `write_manifest` takes."""
+    return {
+        "fps": corpus.fps, "kind": corpus.kind, "components": corpus.components,
+        "topology": corpus.topology, "subjects": corpus.subjects, "note": corpus.note,
+        "clips": [
+            {k: v for k, v in asdict(entry).items() if k != "name"} for entry in corpus.entries
+        ],
+        "splits": {name: split.parts() for name, split in corpus.splits.items()},
+    }  # fmt: skip
+
+
+def _read_manifest(folder: Path) -> dict[str, Any]:
+    path = folder / "corpus.json"
+    if not path.is_file():
+        raise CorpusError.about(
+            folder, found="no corpus.json in it", allowed="a corpus folder",
+            remedy="make one: elocute corpus convert",
+        )  # fmt: skip
+    if path.stat().st_size > MANIFEST_MAX_BYTES:
+        raise CorpusError.about(path, found="more than 256 MB", allowed="a corpus manifest")
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise CorpusError.about(path, found="no JSON", allowed="a corpus manifest") from error
+    if not isinstance(record, dict) or record.get("format") != FORMAT:
+        raise CorpusError.about(path, found="another kind of JSON", allowed=f"format {FORMAT}")
+    if record.get("version") != VERSION:
+        raise CorpusError.about(
+            path, found=f"version {record.get('version')}", allowed=f"version {VERSION}"
+        )
+    return record
+
+
+def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
+    try:
+        entries = tuple(
+            Entry(
+                f"{check_name(c['subject'], 'subject')}.{check_name(c['sentence'], 'sentence')}",
+                c["subject"], c["sentence"], str(c["text"]), int(c["start"]), int(c["frames"]),
+            )
+            for c in record["clips"]
+        )  # fmt: skip
+        corpus = Corpus(
+            folder, float(record["fps"]), str(record["kind"]), tuple(record["components"]),
+            str(record["topology"]), tuple(check_name(s, "subject") for s in record["subjects"]),
+            entries,
+            {
+                name: Split(*(tuple(parts[p]) for p in ("train", "validation", "test")))
+                for name, parts in record["splits"].items()
+            },
+            str(record["note"]),
+        )  # fmt: skip
+    except CorpusError as error:
+        raise CorpusError(f"{folder / 'corpus.json'}: {error}") from error
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise CorpusError.about(
+            folder / "corpus.json", found=f"a field that is missing or wrong ({error})",
+            allowed="what CorpusWriter wrote",
+        ) from error  # fmt: skip
+    _check_lists(corpus)
+    return corpus
+
+
+def _check_lists(corpus: Corpus) -> None:
+    def refuse(found: str, allowed: str) -> None:
+        raise CorpusError.about(corpus.folder / "corpus.json", found=found, allowed=allowed)
+
+    if corpus.kind not in ("weights", "vertices"):
+        refuse(f"kind {corpus.kind!r}", "weights, vertices")
+    if not 0 < corpus.fps <= FPS_MAX:
+        refuse(f"fps {corpus.fps}", f"above 0, at most {FPS_MAX:g}")
+    if not corpus.entries:
+        refuse("no clip", "one clip or more")
+    if len(corpus.by_name) != len(corpus.entries):
+        refuse("a subject that says one sentence twice", "names SUBJECT.SENTENCE that differ")
+    for entry in corpus.entries:
+        if entry.subject not in corpus.subjects:
+            refuse(f"clip {entry.name} of an unlisted subject", ", ".join(corpus.subjects))
+        if entry.start < 0 or entry.frames < 1:
+            refuse(f"clip {entry.name} at {entry.start}, {entry.frames} frames", "0, 1 or more")
+    for name, split in corpus.splits.items():
+        listed = [clip for part in split.parts().values() for clip in part]
+        strange = sorted(set(listed) - set(corpus.by_name))
+        if strange:
+            refuse(f"split {name} names a clip {strange[0]!r}", "clips of this corpus")
+        if len(set(listed)) != len(listed):
+            refuse(f"split {name} names a clip twice", "each clip in one part")
+
+
+def _check_arrays(corpus: Corpus) -> None:
+    motion, templates = corpus.motion, corpus.templates
+    vertex = templates.shape[1] if templates.ndim == 3 else 0
+    expected = (len(corpus.subjects), vertex, 3)
+    wanted: list[tuple[str, tuple[int, ...], tuple[int, ...]]] = [
+        ("templates.npy", templates.shape, expected)
+    ]
+    last = max(entry.start + entry.frames for entry in corpus.entries)
+    total = max(last, len(motion))
+    if corpus.basis is None:
+        wanted.append(("motion.npy", motion.shape, (total, vertex, 3)))
+    else:
+        wanted.append(("motion.npy", motion.shape, (total, len(corpus.components))))
+        wanted.append(("basis.npy", corpus.basis.shape, (len(corpus.components), vertex, 3)))
+    for name, found, allowed in wanted:
+        if found != allowed:
+            raise CorpusError.about(
+                corpus.folder / name, found=f"shape {found}", allowed=str(allowed)
+            )
+
+
+def _mapped(path: Path) -> Array:
+    if not path.is_file():
+        raise CorpusError.about(
+            path.parent, found=f"no {path.name} in it", allowed="a whole corpus"
+        )
+    return np.load(path, mmap_mode="r", allow_pickle=False)
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")

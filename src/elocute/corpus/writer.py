@@ -1,0 +1,141 @@
+"""Writing a corpus clip by clip, in memory for one clip."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.clip import Clip, check_name
+from elocute.corpus.split import Entry, Split
+from elocute.corpus.store import Corpus, manifest_of, open_corpus, write_manifest
+from elocute.errors import CorpusError
+from elocute.motion.atomic import write_folder_atomically
+
+HEADER_BYTES = 256  # of motion.npy, filled in when the number of frames is known
+
+
+class CorpusWriter:
+    """Takes clips; `corpus_writer` makes one and renames the folder when all is whole."""
+
+    def __init__(
+        self,
+        folder: Path,
+        templates: dict[str, NDArray[np.float32]],
+        *,
+        fps: float,
+        basis: NDArray[np.float32] | None = None,
+        components: tuple[str, ...] = (),
+        faces: NDArray[np.integer] | None = None,
+        topology: str = "",
+        note: str = "",
+    ) -> None:
+        for subject in templates:
+            check_name(subject, "subject")
+        self._corpus = Corpus(
+            folder, fps, "vertices" if basis is None else "weights", components, topology,
+            tuple(templates), (), {}, note,
+        )  # fmt: skip
+        self.entries: list[Entry] = []
+        self.splits: dict[str, Split] = {}
+        stacked = np.stack(list(templates.values())).astype(np.float32)
+        self._shape = stacked.shape[1:] if basis is None else (len(basis),)
+        (folder / "sound").mkdir()
+        np.save(folder / "templates.npy", stacked)
+        if basis is not None:
+            np.save(folder / "basis.npy", basis.astype(np.float32))
+        if faces is not None:
+            np.save(folder / "faces.npy", faces.astype(np.int32))
+        self._file = (folder / "motion.npy").open("wb")
+        self._file.write(b" " * HEADER_BYTES)
+        self._frames = 0
+        self._names: set[str] = set()
+
+    def add(self, clip: Clip) -> None:
+        """Append one clip. Raises CorpusError where it does not fit the corpus."""
+        if clip.frames.shape[1:] != self._shape:
+            raise CorpusError.about(
+                f"clip {clip.name}", found=f"frames of shape {clip.frames.shape[1:]}",
+                allowed=str(self._shape),
+            )  # fmt: skip
+        if clip.subject not in self._corpus.subjects:
+            raise CorpusError.about(
+                f"clip {clip.name}", found="a subject without template",
+                allowed=", ".join(self._corpus.subjects),
+            )  # fmt: skip
+        if clip.name in self._names:
+            raise CorpusError.about(f"clip {clip.name}", found="there already")
+        _write_flac(self._corpus.folder / "sound" / f"{clip.name}.flac", clip)
+        self._file.write(clip.frames.astype("<f4").tobytes())
+        self._names.add(clip.name)
+        self.entries.append(
+            Entry(clip.name, clip.subject, clip.sentence, clip.text, self._frames, len(clip.frames))
+        )
+        self._frames += len(clip.frames)
+
+    def close(self) -> None:
+        """Fill in the header and write the manifest."""
+        self._file.seek(0)
+        self._file.write(_header((self._frames, *self._shape)))
+        self._file.close()
+        whole = replace(self._corpus, entries=tuple(self.entries), splits=self.splits)
+        write_manifest(self._corpus.folder, manifest_of(whole))
+
+
+@contextlib.contextmanager
+def corpus_writer(
+    folder: str | Path,
+    templates: dict[str, NDArray[np.float32]],
+    *,
+    fps: float,
+    basis: NDArray[np.float32] | None = None,
+    components: tuple[str, ...] = (),
+    faces: NDArray[np.integer] | None = None,
+    topology: str = "",
+    note: str = "",
+) -> Iterator[CorpusWriter]:
+    """A CorpusWriter whose folder appears under its name only when the block ends well.
+
+    templates  subject to (vertex, 3) m
+    basis      (component, vertex, 3) m where clips hold weights, None where they hold vertices
+
+    Raises OutputError for a place that cannot be written, CorpusError for an empty corpus.
+    """
+    with write_folder_atomically(folder) as draft:
+        writer = CorpusWriter(
+            draft, templates, fps=fps, basis=basis, components=components, faces=faces,
+            topology=topology, note=note,
+        )  # fmt: skip
+        try:
+            yield writer
+        finally:
+            writer.close()
+        open_corpus(draft)  # refuse to leave behind what could not be read again
+
+
+def set_split(corpus: Corpus, name: str, split: Split) -> None:
+    """Store a split under a name in the manifest of a corpus on disk."""
+    from elocute.motion.atomic import write_atomically
+
+    record = manifest_of(corpus)
+    record["splits"][name] = split.parts()
+    with write_atomically(corpus.folder / "corpus.json") as draft:
+        write_manifest(draft.parent, record)
+
+
+def _header(shape: tuple[int, ...]) -> bytes:
+    """The .npy header (format 1.0) of little-endian float32, padded to HEADER_BYTES."""
+    fields = repr({"descr": "<f4", "fortran_order": False, "shape": shape}).encode()
+    lead = b"\x93NUMPY\x01\x00" + (HEADER_BYTES - 10).to_bytes(2, "little")
+    return lead + fields.ljust(HEADER_BYTES - 10 - 1) + b"\n"
+
+
+def _write_flac(path: Path, clip: Clip) -> None:
+    import soundfile
+
+    samples = np.clip(clip.sound.samples, -1, 1)
+    soundfile.write(path, samples, clip.sound.sample_rate, format="FLAC", subtype="PCM_16")

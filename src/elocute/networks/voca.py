@@ -1,0 +1,113 @@
+"""VOCA: a window of speech features and a speaking style in, displacements of the face out.
+
+The network of Cudeiro et al. 2019, Table 1, for any feature size D, style count S and decoder
+size. Windows are zero-padded "same" as in the released code: with stride 2 the padding stands at
+the right end only, and 16 frames become 8, 4, 2, 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+WINDOW = 16  # frames at 60 fps (section 5)
+FILTERS = (32, 32, 64, 64)
+HIDDEN, COMPONENTS = 128, 50
+
+
+@dataclass(frozen=True)
+class VocaConfig:
+    """features: D; styles: S; outputs: 3 · vertices, or the size of a reduced decoder."""
+
+    features: int
+    styles: int
+    outputs: int
+    components: int = COMPONENTS
+
+
+class Voca(nn.Module):
+    """(batch, 16, feature) and (batch, style) to (batch, output).
+
+    Batch norm is one scalar mean and variance for all features, and the styles pass it by, as in
+    the released code. `decoder` may be set from principal components by `start_decoder`.
+    """
+
+    def __init__(self, config: VocaConfig) -> None:
+        super().__init__()
+        self.config = config
+        self.norm = nn.BatchNorm2d(1)
+        widths = (config.features + config.styles, *FILTERS)
+        self.convolutions = nn.ModuleList(
+            nn.Conv1d(before, after, 3, stride=2)
+            for before, after in zip(widths, FILTERS, strict=False)
+        )
+        self.hidden = nn.Linear(FILTERS[-1] + config.styles, HIDDEN)
+        self.embedding = nn.Linear(HIDDEN, config.components)
+        self.decoder = nn.Linear(config.components, config.outputs)
+        for layer in (*self.layers, self.hidden, self.embedding):
+            nn.init.xavier_uniform_(layer.weight)
+            if layer.bias is not None:
+                nn.init.zeros_(layer.bias)
+        nn.init.zeros_(self.decoder.bias)
+
+    @property
+    def layers(self) -> list[nn.Conv1d]:
+        """The four convolutions."""
+        return list(self.convolutions)  # pyright: ignore[reportReturnType]
+
+    def start_decoder(self, components: Tensor) -> None:
+        """Weights from principal components (component, output); the bias stays zero."""
+        with torch.no_grad():
+            self.decoder.weight.copy_(components.T)
+
+    def encode(self, windows: Tensor, styles: Tensor) -> Tensor:
+        """(batch, component): everything before the decoder."""
+        x = self.norm(windows.unsqueeze(1)).squeeze(1).transpose(1, 2)
+        spread = styles.unsqueeze(2).expand(-1, -1, x.shape[2])
+        x = torch.cat([x, spread], dim=1)
+        for layer in self.layers:
+            x = functional.relu(layer(functional.pad(x, (0, 1))))
+        x = torch.cat([x.squeeze(2), styles], dim=1)
+        return self.embedding(torch.tanh(self.hidden(x)))
+
+    def forward(self, windows: Tensor, styles: Tensor) -> Tensor:
+        return self.decoder(self.encode(windows, styles))
+
+
+class SharedVoca(nn.Module):
+    """The same numbers for a whole clip, every convolution computed once.
+
+    (frame, feature) and (1, style) to (frame, output). Neighbouring windows share what does not
+    touch the padding at their right end; what does is one further value per frame and layer, so
+    layer k needs two dilated convolutions over the clip instead of one for every window.
+    """
+
+    def __init__(self, voca: Voca) -> None:
+        super().__init__()
+        self.voca = voca
+
+    def forward(self, features: Tensor, styles: Tensor) -> Tensor:
+        return self.voca.decoder(self.embed(features, styles))
+
+    def embed(self, features: Tensor, styles: Tensor) -> Tensor:
+        """(frame, component): everything before the decoder."""
+        voca, frames = self.voca, features.shape[0]
+        padded = functional.pad(features, (0, 0, WINDOW // 2, WINDOW // 2 - 1))
+        x = voca.norm(padded[None, None]).squeeze(1).transpose(1, 2)
+        x = torch.cat([x, styles.unsqueeze(2).expand(-1, -1, x.shape[2])], dim=1)
+        # inner: values untouched by padding; edge: the last place of a window, which sees it.
+        inner = edge = x
+        for depth, layer in enumerate(voca.layers):
+            reach = 2**depth  # frames between neighbouring places of the layer before
+            weight, bias = layer.weight, layer.bias
+            after = functional.conv1d(edge[:, :, reach:], weight[:, :, 1:2])
+            before = functional.conv1d(inner[:, :, : after.shape[2]], weight[:, :, :1], bias)
+            edge = functional.relu(before + after)
+            if layer is not voca.layers[-1]:
+                inner = functional.relu(functional.conv1d(inner, weight, bias, dilation=reach))
+        embedded = edge.squeeze(0).T
+        hidden = torch.cat([embedded, styles.expand(frames, -1)], dim=1)
+        return voca.embedding(torch.tanh(voca.hidden(hidden)))

@@ -1,0 +1,143 @@
+"""A trained VOCA at run time: features and a mix of styles in, weights of shapes out.
+
+ONNX alone, no torch. The file says which encoder it hears with, how its styles are called and
+what its weights weigh; nothing in it is executed but the network.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.features import Features
+from elocute.errors import ModelError
+
+Array = NDArray[np.float32]
+FILE_MAX_BYTES = 512_000_000
+RECORD_MAX = 1_000_000
+BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded
+REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
+
+
+@dataclass(frozen=True)
+class VocaRecord:
+    """What training wrote into the file.
+
+    components  names of the weights where they are those of a known head, () where the file
+                carries its own basis
+    topology    the head whose mesh it moves, or ""
+    """
+
+    encoder: str
+    fps: float
+    styles: tuple[str, ...]
+    features: int
+    components: tuple[str, ...]
+    topology: str
+    vertices: int
+    note: str
+
+
+class VocaModel:
+    """Raises ModelError where the file is missing, too large or no VOCA of Elocute."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise ModelError.about(
+                self.path, found="no such file", allowed="a trained model (.onnx)",
+                remedy="make one: elocute train voca CORPUS -o FOLDER",
+            )  # fmt: skip
+        if self.path.stat().st_size > FILE_MAX_BYTES:
+            raise ModelError.about(self.path, found="more than 512 MB", allowed="a trained model")
+
+    @cached_property
+    def _session(self) -> Any:
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 3
+        try:
+            # From bytes, so that a file cannot name other files as its weights.
+            return onnxruntime.InferenceSession(
+                self.path.read_bytes(), options, providers=["CPUExecutionProvider"]
+            )
+        except Exception as error:  # onnxruntime has no common base of its own
+            raise ModelError.about(
+                self.path, found="no ONNX network", allowed="a model that Elocute trained"
+            ) from error
+
+    @cached_property
+    def record(self) -> VocaRecord:
+        entry = self._session.get_modelmeta().custom_metadata_map.get("elocute", "")
+        try:
+            stored = json.loads(entry[:RECORD_MAX])
+            if stored["kind"] != "voca":
+                raise ValueError(stored["kind"])
+            return VocaRecord(
+                str(stored["encoder"]), float(stored["fps"]), tuple(map(str, stored["styles"])),
+                int(stored["features"]), tuple(map(str, stored["components"])),
+                str(stored["topology"]), int(stored["vertices"]), str(stored["note"]),
+            )  # fmt: skip
+        except (ValueError, KeyError, TypeError) as error:
+            raise ModelError.about(
+                self.path, found="an ONNX file without Elocute's record",
+                allowed="a model that elocute train wrote",
+            ) from error  # fmt: skip
+
+    def style_vector(self, shares: dict[str, float]) -> Array:
+        """(style,) of named shares. Raises ModelError for a style it never learned."""
+        vector = np.zeros(len(self.record.styles), np.float32)
+        for name, share in shares.items():
+            if name not in self.record.styles:
+                raise ModelError.about(
+                    f"style {name!r}", found=f"not in {self.path.name}",
+                    allowed=", ".join(self.record.styles) + ", or a mix (a:0.7,b:0.3)",
+                )  # fmt: skip
+            vector[self.record.styles.index(name)] = share
+        return vector
+
+    @property
+    def even_style(self) -> Array:
+        """(style,) all styles alike: the middle of what was learned."""
+        count = len(self.record.styles)
+        return np.full(count, 1 / count, np.float32)
+
+    def weights(self, features: Features, style: Array) -> Array:
+        """(frame, component) at the model's frame rate.
+
+        Raises ModelError for features of another size than it was trained on.
+        """
+        values = features.resample(self.record.fps).values
+        if values.shape[1] != self.record.features:
+            raise ModelError.about(
+                self.path, found=f"{values.shape[1]} features from {features.encoder}",
+                allowed=f"{self.record.features} ({self.record.encoder})",
+            )  # fmt: skip
+        blocks = []
+        for start in range(0, len(values), BLOCK_FRAMES):
+            begin = max(0, start - REACH)
+            stop = min(len(values), start + BLOCK_FRAMES)
+            window = values[begin : stop + REACH]
+            given = {"features": window, "style": style[None].astype(np.float32)}
+            block = self._session.run(["weights"], given)[0]
+            blocks.append(block[start - begin : stop - begin])
+        return np.concatenate(blocks)
+
+    @cached_property
+    def basis(self) -> Array | None:
+        """(component, vertex, 3) m of a model that carries its own, or None."""
+        if self.record.components:
+            return None
+        given = {
+            "features": np.zeros((REACH, self.record.features), np.float32),
+            "style": self.even_style[None],
+        }
+        return self._session.run(["basis"], given)[0]
