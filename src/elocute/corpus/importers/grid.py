@@ -1,0 +1,213 @@
+"""Real lips: clips of a talker tracked in video, as weights of the built-in head.
+
+A folder holds `NAME.ogg` and `NAME.npz`: `lip_xyz` (frame, 43, 3) pixels of MediaPipe's face
+mesh at `lip_idx`, heads laid over one another within a clip, x to the right of the picture, y
+down, depth weak and away from the camera; `eye_dist_px`; distances in units of the outer
+eye-corner distance (`inner_opening_mean`, `lip_width`, `jaw`, `lower_lip`, `upper_lip`, the
+last three from the nose); `fps`, `valid` and `words`, a JSON text of [start s, end s, word].
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.read import read_audio
+from elocute.corpus.clip import Clip
+from elocute.corpus.importers.lip_fit import (
+    CONTOURS,
+    INNER_LOWER,
+    INNER_UPPER,
+    SPEECH_SHAPES,
+    Lips,
+    fit_lips,
+    lip_rows,
+)
+from elocute.errors import AudioError, CorpusError
+from elocute.head.builtin import load_builtin_head
+
+Floats = NDArray[np.float64]
+
+SUBJECT = "grid"
+RATE = 16000
+NOSE = 2  # below the nose: what the tracked distances start from
+CLOSED = 0.02  # inner-lip gap in eye distances: below it, tracked lips count as closed
+OPEN = 0.05  # from here on the gap is taken as it is
+RESTING = 0.01  # gap that trackers see between lips that touch
+CALM_FRAMES = 2.0  # standard deviation of the blur that steadies the nose
+FIELDS_MAX_BYTES = 16_000_000
+SCALARS = ("inner_opening_mean", "lip_width", "jaw", "lower_lip", "upper_lip")
+SILENCE = ("sil", "sp", "")
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One clip as it was tracked, in eye distances, y up and z out of the face.
+
+    points   (frame, contour, point, 3) from below the nose
+    scalars  name to (frame,)
+    """
+
+    name: str
+    fps: float
+    points: Floats
+    scalars: dict[str, Floats]
+    words: tuple[str, ...]
+
+
+def grid_clips(
+    folder: str | Path, *, leave_out: set[str], fps: float, skipped: list[str] | None = None
+) -> Iterator[tuple[Clip, float]]:
+    """Each clip as weights of the built-in head at `fps`, and its residual (RMS, mm, x and y).
+
+    Subject `grid`, sentence the clip's name, text its words. Clips named in `leave_out` are
+    not even looked at. Those that cannot be read are told in `skipped`. Raises CorpusError
+    where nothing is left.
+    """
+    notes = skipped if skipped is not None else []
+    paths = [p for p in sorted(Path(folder).glob("*.npz")) if p.stem not in leave_out]
+    if not paths:
+        raise CorpusError.about(folder, found="no NAME.npz", allowed="clips tracked in video")
+    rest = resting_lips(paths)
+    head = load_builtin_head()
+    rows = lip_rows(head, rest.points[0])
+    columns = [head.expression_index(name) for name in SPEECH_SHAPES]
+    scale = 1000 * head.eye_distance_m
+    count = 0
+    for path in paths:
+        try:
+            track = read_track(path)
+            sound = read_audio(path.with_suffix(".ogg"), sample_rate=RATE)
+        except (CorpusError, AudioError) as error:
+            notes.append(str(error))
+            continue
+        weights, residual_mm = fit_lips(rows, lips_of(track, rest, scale))
+        frames = np.zeros((round(sound.duration_s * fps), len(head.expression_names)), np.float32)
+        times = np.arange(len(frames)) / fps
+        frames[:, columns] = np.clip(_between(weights, times * track.fps), 0, 1)
+        yield Clip(SUBJECT, path.stem, " ".join(track.words), sound, frames), residual_mm
+        count += 1
+    if not count:
+        raise CorpusError.about(folder, found="no clip that can be read", allowed="see the notes")
+
+
+def read_track(path: Path) -> Track:
+    """One tracked clip; frames without a face are bridged. Raises CorpusError."""
+    try:
+        if path.stat().st_size > FIELDS_MAX_BYTES:
+            raise CorpusError.about(path, found="more than 16 MB", allowed="one short clip")
+        with np.load(path, allow_pickle=False) as fields:
+            given = np.asarray(fields["lip_xyz"], np.float64)
+            index = {int(number): place for place, number in enumerate(fields["lip_idx"])}
+            unit = float(np.ravel(fields["eye_dist_px"])[0])
+            valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
+            scalars = {name: np.asarray(fields[name], np.float64) for name in SCALARS}
+            words = [str(word) for _, _, word in json.loads(str(fields["words"]))]
+            fps = float(fields["fps"])
+        contours = [[index[number] for number in contour] for contour in CONTOURS]
+        nose = _blurred(_bridged(given[:, index[NOSE]], valid))
+        points = _bridged(given, valid)[:, contours] - nose[:, None, None]
+        scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
+    except CorpusError:
+        raise
+    except (KeyError, ValueError, TypeError, IndexError, OSError, EOFError) as error:
+        raise CorpusError.about(
+            path, found=f"no tracked lips in it ({error})", allowed="the fields of grid_s1"
+        ) from error
+    if any(len(values) != len(points) for values in scalars.values()) or not fps > 0 < unit:
+        raise CorpusError.about(path, found="fields of different lengths, or no rate or unit")
+    said = tuple(word for word in words if word not in SILENCE)
+    return Track(path.stem, fps, points * [1, -1, -1] / unit, scalars, said)
+
+
+def resting_lips(paths: list[Path]) -> Track:
+    """The talker at rest, one frame: the median of frames with nearly closed lips, over clips.
+
+    Clips without such a frame, and those that cannot be read, do not count.
+    """
+    points: list[Floats] = []
+    scalars: dict[str, list[float]] = {name: [] for name in SCALARS}
+    for path in paths:
+        try:
+            track = read_track(path)
+        except CorpusError:
+            continue
+        resting = track.scalars["inner_opening_mean"] < CLOSED
+        if resting.any():
+            points.append(np.median(track.points[resting], axis=0))
+            for name, values in scalars.items():
+                values.append(float(np.median(track.scalars[name][resting])))
+    if not points:
+        raise CorpusError.about(
+            paths[0].parent, found="nowhere a closed mouth", allowed="lips that rest at times"
+        )
+    medians = {name: np.array([np.median(values)]) for name, values in scalars.items()}
+    return Track("rest", 1.0, np.median(points, axis=0)[None], medians, ())
+
+
+def lips_of(track: Track, rest: Track, scale: float) -> Lips:
+    """What moved, in mm of a head whose eye corners are `scale` mm apart.
+
+    Trackers see a small gap between lips that touch; it is taken away where lips are nearly
+    closed, so that closed means closed on the head. The mouth as a whole stays in the middle:
+    seen from the front, a head that turns looks like a jaw that slides.
+    """
+    seen = track.scalars["inner_opening_mean"]
+    ease = np.clip((seen - CLOSED) / (OPEN - CLOSED), 0, 1)
+    ease = ease * ease * (3 - 2 * ease)
+    points = scale * (track.points - rest.points)
+    points[..., 0] -= points[..., 0].mean(axis=(1, 2), keepdims=True)
+    upper, lower = CONTOURS.index(INNER_UPPER), CONTOURS.index(INNER_LOWER)
+    middle = (points[:, upper] + points[:, lower]) / 2
+    half = ease[:, None, None] * (points[:, upper] - points[:, lower]) / 2
+    points[:, upper], points[:, lower] = middle + half, middle - half
+    change = {name: scale * (track.scalars[name] - rest.scalars[name]) for name in SCALARS}
+    return Lips(
+        points, scale * ease * np.maximum(seen - RESTING, 0), seen < CLOSED,
+        change["lip_width"], change["upper_lip"], change["lower_lip"], change["jaw"],
+    )  # fmt: skip
+
+
+def _bridged(values: Floats, valid: NDArray[np.integer]) -> Floats:
+    """Frames (frame, …) that hold no face or no number, filled in from those around them."""
+    flat = values.reshape(len(values), -1)
+    good = valid[np.isfinite(flat[valid]).all(axis=1)]
+    if len(good) < 2:
+        raise ValueError("fewer than two valid frames")
+    frames = np.arange(len(flat))
+    filled = [np.interp(frames, good, column) for column in flat[good].T]
+    return np.stack(filled, axis=1).reshape(values.shape)
+
+
+def _blurred(values: Floats) -> Floats:
+    """(frame, …) blurred over time, ends repeated."""
+    reach = round(3 * CALM_FRAMES)
+    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / CALM_FRAMES) ** 2)
+    kernel /= kernel.sum()
+    padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
+    return np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
+
+
+def _between(values: Floats, places: Floats) -> Floats:
+    """(place, column) of frames (frame, column): cubic, without overshoot (Fritsch and Butland).
+
+    So weights stay in 0..1, and lips closed in two frames stay closed between them.
+    """
+    step = np.diff(values, axis=0)
+    before, after = step[:-1], step[1:]
+    same = before * after > 0
+    slope = np.zeros_like(values)
+    slope[1:-1][same] = 2 * before[same] * after[same] / (before[same] + after[same])
+    places = np.clip(places, 0, len(values) - 1)
+    start = np.minimum(places.astype(int), len(values) - 2)
+    t = (places - start)[:, None]
+    first, last = values[start], values[start + 1]
+    return (
+        (1 + 2 * t) * (1 - t) ** 2 * first + t * (1 - t) ** 2 * slope[start]
+        + t * t * (3 - 2 * t) * last + t * t * (t - 1) * slope[start + 1]
+    )  # fmt: skip

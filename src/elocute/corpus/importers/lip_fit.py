@@ -1,0 +1,192 @@
+"""Fitting the built-in head's speech shapes to lips that were tracked in video.
+
+The rows of one least-squares problem, all in millimetres: where the lip points went (x and y;
+depth counts little, since it was guessed from one picture), how far the lips are apart, how
+wide the mouth is, and how far lips and chin are from the nose. Weights lie in 0..1 and follow
+one another smoothly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.head.model import HeadModel
+from elocute.motion.box import solve_box
+
+Floats = NDArray[np.float64]
+
+SPEECH_SHAPES = (
+    "jawOpen", "jawForward", "mouthClose", "mouthFunnel", "mouthPucker", "mouthSmileLeft",
+    "mouthSmileRight", "mouthStretchLeft", "mouthStretchRight", "mouthRollLower",
+    "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper", "mouthPressLeft", "mouthPressRight",
+    "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft", "mouthUpperUpRight",
+    "mouthLabiodental",
+)  # fmt: skip
+
+# MediaPipe's face mesh, from the right mouth corner to the left one.
+OUTER_UPPER = (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291)
+OUTER_LOWER = (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291)
+INNER_UPPER = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308)
+INNER_LOWER = (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308)
+CONTOURS = (OUTER_UPPER, OUTER_LOWER, INNER_UPPER, INNER_LOWER)
+
+AXIS_WEIGHTS = (1.0, 1.0, 0.2)  # x, y, z
+GAP_WEIGHT, CLOSED_GAP_WEIGHT = 2.0, 30.0
+MEAN_GAP_WEIGHT, WIDTH_WEIGHT, LIP_WEIGHT, JAW_WEIGHT = 8.0, 3.0, 2.0, 2.0
+PULL_MM2 = 2.0  # what a squared weight costs: decides between shapes that look alike
+# Shapes that the lips of one picture hardly tell from others cost more.
+DEAR = {
+    "mouthLabiodental": 100.0, "mouthShrugUpper": 40.0, "mouthShrugLower": 40.0,
+    "jawForward": 60.0, "mouthClose": 10.0,
+}  # fmt: skip
+SMOOTH_MM2 = 6.0  # what a squared change between two frames costs
+SWEEPS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Lips:
+    """Tracked lips as displacements from the talker's rest, at the size of the head.
+
+    points  (frame, contour, point, 3) mm, along CONTOURS; inner lips that touch move together
+    gap     (frame,) mm between the inner lips, 0 where they touch
+    closed  (frame,) whether they do
+    width, upper, lower, jaw  (frame,) mm wider than at rest, and further from the nose
+    """
+
+    points: Floats
+    gap: Floats
+    closed: NDArray[np.bool_]
+    width: Floats
+    upper: Floats
+    lower: Floats
+    jaw: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class LipRows:
+    """What one unit of each speech shape does, in mm, at the places that lips were tracked.
+
+    points  (component, contour, point, 3)
+    gaps    (component, column) of the inner lips, over the head's columns
+    middle  (component,) mean gap of the columns that `measure_mouth` looks at
+    width, upper, lower, jaw  (component,) as in `Lips`
+    share   (column, point) carries a gap along INNER_UPPER over to the head's columns
+    """
+
+    points: Floats
+    gaps: Floats
+    middle: Floats
+    width: Floats
+    upper: Floats
+    lower: Floats
+    jaw: Floats
+    share: Floats
+
+
+def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
+    """Find tracked points on the head's lips by arc length between the corners.
+
+    rest  (contour, point, 3), the talker's resting lips in any unit
+    """
+    chosen = [head.expression_index(name) for name in SPEECH_SHAPES]
+    basis = 1000 * head.expression_basis[chosen].astype(np.float64)
+    outer, inner = head.outer_corners, head.inner_corners
+    rings = [
+        np.concatenate([ends[:1], middle, ends[1:]])
+        for middle, ends in (
+            (head.outer_lip_upper, outer), (head.outer_lip_lower, outer),
+            (head.inner_lip_upper, inner), (head.inner_lip_lower, inner),
+        )
+    ]  # fmt: skip
+    points, shares = [], []
+    for ring, contour in zip(rings, rest, strict=True):
+        along = _arc_length(head.template[ring].astype(np.float64))
+        share = _interpolation(_arc_length(contour), along)
+        points.append(np.einsum("pv,cva->cpa", share, basis[:, ring]))
+        shares.append(_interpolation(along[1:-1], _arc_length(contour)))
+    upper, lower = head.inner_lip_upper, head.inner_lip_lower
+    gaps = basis[:, upper, 1] - basis[:, lower, 1]
+    third = len(upper) // 3
+    chin, top, bottom = head.landmarks[8], head.landmarks[51], head.landmarks[57]
+    return LipRows(
+        np.stack(points, axis=1), gaps, gaps[:, third : len(upper) - third].mean(axis=1),
+        basis[:, outer[1], 0] - basis[:, outer[0], 0], -basis[:, top, 1], -basis[:, bottom, 1],
+        -basis[:, chin, 1], shares[2],
+    )  # fmt: skip
+
+
+def fit_lips(rows: LipRows, lips: Lips) -> tuple[Floats, float]:
+    """(frame, speech shape) weights in 0..1, and the RMS distance of the points in x and y, mm."""
+    count, frames = len(rows.middle), len(lips.gap)
+    low, high = np.zeros(count), np.ones(count)
+    pull = PULL_MM2 * np.array([DEAR.get(name, 1.0) for name in SPEECH_SHAPES])
+    open_gram, open_side = _normal(rows, lips, GAP_WEIGHT)
+    closed_gram, closed_side = _normal(rows, lips, CLOSED_GAP_WEIGHT)
+    side = np.where(lips.closed[:, None], closed_side, open_side)
+    weights = np.zeros((frames, count))
+    # Gauss-Seidel: each frame in turn between its neighbours, forth and back.
+    for sweep in range(SWEEPS):
+        order = range(frames) if sweep % 2 == 0 else range(frames - 1, -1, -1)
+        for frame in order:
+            near = [g for g in (frame - 1, frame + 1) if 0 <= g < frames]
+            if sweep == 0:
+                near = [g for g in near if g < frame]  # the others are not known yet
+            gram = closed_gram if lips.closed[frame] else open_gram
+            gram = gram + np.diag(pull + SMOOTH_MM2 * len(near))
+            toward = side[frame] + SMOOTH_MM2 * weights[near].sum(axis=0)
+            guess = weights[frame - 1 if sweep == 0 and frame else frame]
+            same = _same_bounds(gram, toward, guess)
+            weights[frame] = solve_box(gram, toward, low, high) if same is None else same
+    moved = np.einsum("fc,ckpa->fkpa", weights, rows.points)
+    left = (moved - lips.points)[..., :2]
+    return weights, float(np.sqrt((left**2).sum(axis=-1).mean()))
+
+
+def _same_bounds(gram: Floats, side: Floats, guess: Floats) -> Floats | None:
+    """The solution if the same bounds hold as in `guess`, which is mostly so; else None."""
+    free = (guess > 0) & (guess < 1)
+    tried = guess.copy()
+    if free.any():
+        left = side[free] - gram[np.ix_(free, ~free)] @ guess[~free]
+        tried[free] = np.linalg.solve(gram[np.ix_(free, free)], left)
+    slope = gram @ tried - side
+    inside = (tried[free] >= 0).all() and (tried[free] <= 1).all()
+    held = (slope[guess <= 0] >= 0).all() and (slope[guess >= 1] <= 0).all()
+    return tried if inside and held else None
+
+
+def _normal(rows: LipRows, lips: Lips, gap_weight: float) -> tuple[Floats, Floats]:
+    """Gram matrix (component, component) and right sides (frame, component)."""
+    count, frames = len(rows.middle), len(lips.gap)
+    axes = np.asarray(AXIS_WEIGHTS)
+    upper, lower = lips.points[:, 2, :, 1], lips.points[:, 3, :, 1]
+    columns = (
+        ((rows.points * axes).reshape(count, -1), (lips.points * axes).reshape(frames, -1)),
+        (gap_weight * rows.gaps, gap_weight * (upper - lower) @ rows.share.T),
+        _single(MEAN_GAP_WEIGHT, rows.middle, lips.gap),
+        _single(WIDTH_WEIGHT, rows.width, lips.width),
+        _single(LIP_WEIGHT, rows.upper, lips.upper),
+        _single(LIP_WEIGHT, rows.lower, lips.lower),
+        _single(JAW_WEIGHT, rows.jaw, lips.jaw),
+    )
+    model = np.concatenate([left for left, _ in columns], axis=1)
+    target = np.concatenate([right for _, right in columns], axis=1)
+    return model @ model.T, target @ model.T
+
+
+def _single(weight: float, row: Floats, target: Floats) -> tuple[Floats, Floats]:
+    return weight * row[:, None], weight * target[:, None]
+
+
+def _arc_length(line: Floats) -> Floats:
+    """(point,) share of the way along a line (point, 3), 0 to 1."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    return along / along[-1]
+
+
+def _interpolation(places: Floats, along: Floats) -> Floats:
+    """(place, knot) matrix that interpolates linearly between knots at `along`."""
+    return np.stack([np.interp(places, along, row) for row in np.eye(len(along))], axis=1)
