@@ -7,10 +7,11 @@ speaking style of its own) say forty sentences each, 255 different ones, at 60 f
 Motion is simulated by the articulation driver from the exact phone times of the synthesisers;
 it is smooth and plausible, and it is not a recording of anybody.
 
-    python recipes/build_corpus.py build/corpus --natural build/encoder --grid ../shared/data/grid_s1
+    python recipes/build_corpus.py build/corpus --natural build/encoder --grid DATA/grid_s1
 
 adds what the shipped default learns from: natural speech as `train_encoder.py align` and
-`realign` left it, simulated in every style, and the real talker as a further subject. The same seed gives the same bytes.
+`realign` left it, simulated in every style, and the real talker as a further subject.
+The same seed gives the same bytes.
 
 Debian: espeak-ng flite festival festvox-us-slt-hts festvox-kallpc16k festvox-kdlpc16k.
 """

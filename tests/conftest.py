@@ -132,3 +132,53 @@ class Python2:
 def python2() -> Python2:
     """Writes pickles, and FLAME files among them, as Python 2 did."""
     return Python2()
+
+
+@pytest.fixture(scope="session")
+def make_corpus(speech_wav: Path) -> Callable[..., Any]:
+    """Writes a small corpus with real speech in it: the example's words, cut and simulated."""
+    import elocute
+    from elocute.audio.read import read_audio
+    from elocute.audio.waveform import Waveform
+    from elocute.corpus.clip import Clip
+    from elocute.corpus.split import Split
+    from elocute.corpus.store import Corpus, open_corpus
+    from elocute.corpus.writer import corpus_writer
+    from elocute.head.builtin import load_builtin_head
+
+    subjects = ("plain", "broad", "tense")
+
+    def make(folder: Path, *, vertices: bool = False, fps: float = 60.0) -> Corpus:
+        """Three subjects say three stretches of the example; the last of each is its own."""
+        head = load_builtin_head()
+        speech = read_audio(speech_wav).resample(16000)
+        templates = {
+            name: head.identity_template(np.full(3, 0.3 * i, np.float32)).astype(np.float32)
+            for i, name in enumerate(subjects)
+        }
+        basis = None if vertices else head.expression_basis
+        names = () if vertices else head.expression_names
+        with corpus_writer(
+            folder, templates, fps=fps, basis=basis, components=names, faces=head.quads,
+            topology=head.name,
+        ) as writer:  # fmt: skip
+            for index, subject in enumerate(subjects):
+                for part in range(3):
+                    piece = speech.samples[part * 16000 : part * 16000 + 24000]
+                    animation = elocute.animate(Waveform(piece, 16000), fps=fps, style=subject)
+                    weights = animation.motion.weights
+                    frames = weights
+                    if vertices:
+                        moved = weights @ head.expression_basis.reshape(len(weights[0]), -1)
+                        frames = templates[subject] + moved.reshape(len(weights), -1, 3)
+                    sentence = f"s{part}" if part < 2 else f"own{index}"
+                    writer.add(
+                        Clip(subject, sentence, f"words {sentence}", Waveform(piece, 16000), frames)
+                    )
+            writer.splits["default"] = Split(
+                tuple(e.name for e in writer.entries if e.subject == "plain"), ("broad.own1",),
+                ("tense.own2",),
+            )  # fmt: skip
+        return open_corpus(folder)
+
+    return make

@@ -28,9 +28,10 @@ def animate_command(
     ),
     fps: float = typer.Option(60.0, help="Frames per second, 1 to 240."),
     identity: str = typer.Option("mean", help="Whose face: a name, a seed, or a .json file."),
-    style: str = typer.Option("plain", help="Speaking style: a name or a .json file."),
+    head: str = options.Head,
+    style: str = options.StyleName,
     strength: float = typer.Option(1.0, help="How far the mouth moves, 0 to 2."),
-    model: str = typer.Option("articulation", help="What drives the face."),
+    model: str = options.Model,
     channel: int | None = typer.Option(None, help="Hear one channel (from 0) instead of the mix."),
     phones: Path | None = typer.Option(
         None, help="Known phone times: CSV of start_s,end_s,phone; the encoder is not asked."
@@ -48,8 +49,8 @@ def animate_command(
             _check_output(file, target)
             options.writer_options(target, size, backend, embed_audio)
     settings: dict[str, Any] = {
-        "fps": fps, "identity": identity, "style": style, "strength": strength, "model": model,
-        "channel": channel, "phones": _read_phones(phones),
+        "fps": fps, "identity": identity, "head": head, "style": style, "strength": strength,
+        "model": model, "channel": channel, "phones": _read_phones(phones),
     }  # fmt: skip
     failures = 0
     for file, targets in jobs:

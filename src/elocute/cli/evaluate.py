@@ -28,9 +28,9 @@ def _group() -> None:
 def real_command(
     folder: Path = typer.Argument(..., help="Folder of NAME.npz (tracked mouth) and NAME.ogg."),
     names: Path | None = typer.Option(None, help="A text file of names; all by default."),
-    style: str = typer.Option("plain", help="Speaking style: a name or a .json file."),
+    style: str = options.StyleName,
     strength: float = typer.Option(1.0, help="How far the mouth moves, 0 to 2."),
-    model: str = typer.Option("articulation", help="What drives the face."),
+    model: str = options.Model,
     per_clip: bool = typer.Option(False, help="Print every clip too."),
     as_json: bool = options.Json,
 ) -> None:

@@ -19,6 +19,15 @@ Output = typer.Option(
 Size = typer.Option("800", help="Picture size: 800, 1280x720, 720p, 1080p, 4k.")
 Backend = typer.Option("auto", help="Renderer: auto, moderngl or embreex.")
 EmbedAudio = typer.Option(False, help="Put the sound into the .glb instead of beside it.")
+StyleName = typer.Option(
+    "plain", "--style", help="Speaking style: a name, a mix (calm:0.7,broad:0.3), or a .json file."
+)
+Model = typer.Option(
+    "articulation", "--model", help="What drives the face: articulation, or a trained .onnx."
+)
+Head = typer.Option(
+    "builtin", "--head", help="builtin, or a head or mesh file in the topology of the model."
+)
 Json = typer.Option(False, "--json", help="Print one JSON record for machines.")
 
 _PICTURES = (".mp4", ".png")

@@ -12,6 +12,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.flame import load_flame
 from elocute.head.flame_head import flame_head
 from elocute.head.identity import SAMPLE_SPREAD
+from elocute.head.mesh import MESHES, mesh_head
 from elocute.head.model import HeadModel
 from elocute.head.storage import load_head
 
@@ -19,11 +20,15 @@ BUILTIN = "builtin"
 COEFFICIENT_LIMIT = 2.5
 SEED_MAX = 999_999_999
 COUNT_MAX = 100_000
-ALLOWED = f"{BUILTIN}, a FLAME model (.pkl) or a head (.npz)"
+ALLOWED = f"{BUILTIN}, a FLAME model (.pkl), a head (.npz) or a mesh (.obj, .ply)"
 
 
 def open_head(choice: str | Path) -> HeadModel:
-    """The head that a person names: "builtin", a FLAME .pkl or a stored .npz. Raises InputError."""
+    """The head that a person names: "builtin", a FLAME .pkl, a stored .npz or a mesh.
+
+    A mesh whose topology is the built-in head's is that head with another neutral face. Raises
+    InputError.
+    """
     if str(choice) == BUILTIN:
         return load_builtin_head()
     path = Path(choice)
@@ -32,6 +37,8 @@ def open_head(choice: str | Path) -> HeadModel:
         return flame_head(load_flame(path))
     if suffix == ".npz":
         return load_head(path)
+    if suffix in MESHES:
+        return mesh_head(path)
     found = f"suffix {suffix!r}" if suffix else "no such head"
     raise HeadError.about(str(choice), found=found, allowed=ALLOWED)
 

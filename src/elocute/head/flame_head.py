@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.head.bare import SKIN, bare_head
 from elocute.head.flame import JOINT_NAMES, FlameModel
 from elocute.head.model import HeadModel
 
 NOTICE = "Made with FLAME (Li et al. 2017, flame.is.tue.mpg.de), under the licence it came with."
-SKIN, WHITE, IRIS, PUPIL = (206, 162, 142), (228, 222, 216), (92, 66, 46), (20, 16, 14)
+WHITE, IRIS, PUPIL = (228, 222, 216), (92, 66, 46), (20, 16, 14)
 IRIS_DEG, PUPIL_DEG = 28.0, 11.0  # half-angles seen from the eye's centre
 MATERIALS = ("skin", "eyeball")
 
@@ -24,39 +27,23 @@ def flame_head(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
     """
     identity = np.moveaxis(model.identity_basis, 2, 0)
     expression = np.moveaxis(model.expression_basis, 2, 0)
-    nothing = np.zeros(0, np.int32)
-    triangles = model.triangles
-    eyes = _eye_vertices(model)
-    faces = len(triangles)
-    return HeadModel(
-        name=name,
-        template=model.template.astype(np.float32),
-        quads=np.concatenate([triangles, triangles[:, 2:]], axis=1).astype(np.int32),
-        uv=np.zeros((1, 2), np.float32),  # FLAME's files have no texture coordinates
-        uv_quads=np.zeros((faces, 4), np.int32),
-        identity_basis=np.ascontiguousarray(identity, np.float32),
+    triangles, eyes = model.triangles, _eye_vertices(model)
+    bare = bare_head(
+        name, model.template, triangles,
         expression_names=tuple(f"flameExpression{index:03d}" for index in range(len(expression))),
-        expression_basis=np.ascontiguousarray(expression, np.float32),
+        expression_basis=expression, notice=NOTICE,
+    )  # fmt: skip
+    return replace(
+        bare,
+        identity_basis=np.ascontiguousarray(identity, np.float32),
         joint_names=model.joint_names,
         joint_parents=model.parents,
         joint_positions=(model.joint_regressor @ model.template).astype(np.float32),
         joint_identity_basis=(model.joint_regressor @ identity).astype(np.float32),
         skin_weights=model.skin_weights.astype(np.float32),
-        landmarks=nothing,
-        lip_rings=np.zeros((0, 0), np.int32),
-        outer_lip_upper=nothing,
-        outer_lip_lower=nothing,
-        inner_lip_upper=nothing,
-        inner_lip_lower=nothing,
-        outer_corners=nothing,
-        inner_corners=nothing,
-        regions={},
         material=np.where(eyes[triangles].all(axis=1), 1, 0).astype(np.uint8),
         material_names=MATERIALS,
         vertex_color=_colors(model, eyes),
-        occlusion=np.ones(model.vertex_count, np.float32),
-        mirror=nothing,
-        notice=NOTICE,
     )
 
 

@@ -18,17 +18,23 @@ from numpy.typing import NDArray
 
 from elocute.articulation.driver import articulate, posteriors_from_phones
 from elocute.articulation.style import Style, resolve_style
+from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
 from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
+from elocute.encoders.registry import resolve_encoder
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
+from elocute.head.choice import open_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
-from elocute.motion.curves import Curves, motion_from_curves
+from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
 from elocute.motion.motion import Motion
+from elocute.synthesis.learned import learned_curves, learned_motion, style_of
+from elocute.synthesis.voca import VocaModel
 
 FPS_RANGE = (1.0, 240.0)
-MODELS = ("articulation",)
+ARTICULATION = "articulation"
+DEFAULT_MODEL = ARTICULATION
 
 Progress = Callable[[float], None]
 """Called with the share of the work done, 0…1."""
@@ -60,38 +66,78 @@ def animate(
     *,
     fps: float = 60.0,
     identity: str | int | Path = "mean",
+    head: str | Path = "builtin",
     style: str | Style = "plain",
     strength: float = 1.0,
-    model: str = "articulation",
+    model: str | Path = DEFAULT_MODEL,
     channel: int | None = None,
     phones: Phones | None = None,
     progress: Progress | None = None,
 ) -> Animation:
-    """Animate the built-in head with speech.
+    """Animate a head with speech.
 
     speech    a sound or video file, or a Waveform
     fps       frames per second of the motion, 1…240
-    identity  a name, a seed, or a JSON file of 50 coefficients
-    style     a name, a JSON file, or a Style
+    identity  a face of the built-in head: a name, a seed, or a JSON file of 50 coefficients
+    head      "builtin", or a head or mesh file in the topology that the model moves
+    style     a name, a mix (`calm:0.7,broad:0.3`), for "articulation" also a JSON file or a Style
     strength  how far the mouth moves, 0…2
+    model     "articulation", or a trained model (.onnx)
     phones    their times, where they are known; the encoder is not asked then
 
-    Raises InputError (AudioError, HeadError) for anything that cannot be used.
+    Raises InputError (AudioError, HeadError, ModelError) for anything that cannot be used.
     """
-    _check(fps, model)
-    resolved = resolve_style(style)
-    head = identity_head(identity)
-    log_posteriors, duration_s = listen(speech, channel=channel, phones=phones, progress=progress)
-    curves = articulate(
-        log_posteriors,
-        PHONE_RATE,
-        frame_count=max(1, math.ceil(duration_s * fps - 1e-6)),
-        fps=fps,
-        style=resolved,
-        strength=strength,
-    )
+    _check(fps, strength)
     sound = speech if isinstance(speech, Waveform) else Path(speech)
-    return Animation(motion_from_curves(head, curves), curves, sound)
+    if str(model) == ARTICULATION:
+        resolved, rig = resolve_style(style), _rig(head, identity)
+        heard, duration_s = listen(speech, channel=channel, phones=phones, progress=progress)
+        count = max(1, math.ceil(duration_s * fps - 1e-6))
+        curves = articulate(
+            heard, PHONE_RATE, frame_count=count, fps=fps, style=resolved, strength=strength
+        )
+        return Animation(motion_from_curves(rig, curves), curves, sound)
+    if Path(model).suffix.lower() != ".onnx":
+        raise InputError.about(
+            f"model {str(model)!r}", found="unknown",
+            allowed=f"{ARTICULATION}, or a trained model (.onnx)",
+        )  # fmt: skip
+    learned = VocaModel(model)
+    shares, rig = style_of(learned, style), _rig(head, identity)
+    heard, duration_s = listen(speech, channel=channel, phones=phones, progress=progress)
+    features = _features(learned, speech, channel, heard)
+    settings = {"duration_s": duration_s, "fps": fps, "strength": strength}
+    if learned.record.components:
+        curves = learned_curves(learned, features, heard, shares, **settings)
+        return Animation(motion_from_curves(rig, curves), curves, sound)
+    motion = learned_motion(learned, rig, features, shares, **settings)
+    return Animation(motion, curves_from_motion(motion), sound)
+
+
+def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
+    """The head that moves. Raises HeadError."""
+    if str(head) == "builtin":
+        return identity_head(identity)
+    if str(identity) != "mean":
+        raise InputError.about(
+            f"identity {identity}", found="a face of the built-in head for another head",
+            allowed="one of --head and --identity",
+        )  # fmt: skip
+    return open_head(head)
+
+
+def _features(
+    model: VocaModel, speech: str | Path | Waveform, channel: int | None,
+    log_posteriors: NDArray[np.float32],
+) -> Features:  # fmt: skip
+    """What the model's own encoder hears; phones were heard already."""
+    if model.record.encoder == "phones":
+        return Features(log_posteriors, PHONE_RATE, "phones")
+    if not isinstance(speech, Waveform):
+        from elocute.audio.read import read_audio
+
+        speech = read_audio(speech, channel=channel)
+    return resolve_encoder(model.record.encoder)(speech)
 
 
 def identity_head(identity: str | int | Path) -> HeadModel:
@@ -139,10 +185,7 @@ def _blocks(
         yield block, min(1.0, done / SAMPLE_RATE / promised_s)
 
 
-def _check(fps: float, model: str) -> None:
-    if not (isinstance(fps, int | float) and FPS_RANGE[0] <= fps <= FPS_RANGE[1]):
-        raise InputError.about(
-            "fps", found=f"{fps}", allowed=f"{FPS_RANGE[0]:g} to {FPS_RANGE[1]:g}"
-        )
-    if model not in MODELS:
-        raise InputError.about(f"model {model!r}", found="unknown", allowed=", ".join(MODELS))
+def _check(fps: float, strength: float) -> None:
+    for name, value, (low, high) in (("fps", fps, FPS_RANGE), ("strength", strength, (0.0, 2.0))):
+        if not (isinstance(value, int | float) and low <= value <= high):
+            raise InputError.about(name, found=f"{value}", allowed=f"{low:g} to {high:g}")

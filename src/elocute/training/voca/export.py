@@ -7,6 +7,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
@@ -19,20 +20,19 @@ OPSET = 17
 MM = 1000.0
 
 
-class _WithBasis(nn.Module):
-    """Features and a style to weights; the basis they weigh is a second, constant output.
+class _Embedding(nn.Module):
+    """Features and a style to weights, the last of them one.
 
-    A decoder is linear, so its columns are the basis and its bias a shape whose weight is one.
+    A decoder is linear, so its columns are a basis and its bias a shape whose weight is one.
     """
 
-    def __init__(self, voca: Voca, basis: Tensor) -> None:
+    def __init__(self, voca: Voca) -> None:
         super().__init__()
         self.shared = SharedVoca(voca)
-        self.register_buffer("basis", basis)
 
-    def forward(self, features: Tensor, style: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(self, features: Tensor, style: Tensor) -> Tensor:
         embedded = self.shared.embed(features, style)
-        return torch.nn.functional.pad(embedded, (0, 1), value=1.0), torch.mul(self.basis, 1.0)  # pyright: ignore
+        return torch.nn.functional.pad(embedded, (0, 1), value=1.0)
 
 
 def export_onnx(trained: Trained, corpus: Corpus, path: Path, note: str = "") -> None:
@@ -43,33 +43,47 @@ def export_onnx(trained: Trained, corpus: Corpus, path: Path, note: str = "") ->
     """
     import onnx
 
-    module, components = _runnable(trained, corpus)
+    module, basis = _runnable(trained)
+    components = corpus.components if basis is None else ()
     features = torch.zeros(40, trained.network.config.features)
     style = torch.zeros(1, trained.network.config.styles)
-    outputs = ["weights"] if components else ["weights", "basis"]
     with write_atomically(path) as draft:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             torch.onnx.export(
                 module.eval(), (features, style), str(draft), input_names=["features", "style"],
-                output_names=outputs, opset_version=OPSET, dynamo=False,
+                output_names=["weights"], opset_version=OPSET, dynamo=False,
                 dynamic_axes={"features": {0: "frame"}, "weights": {0: "frame"}},
             )  # fmt: skip
         model = onnx.load(draft)
+        if basis is not None:
+            _attach(model, basis.numpy())
         entry = model.metadata_props.add()
         entry.key, entry.value = "elocute", json.dumps(_record(trained, corpus, components, note))
         onnx.save(model, draft)
 
 
-def _runnable(trained: Trained, corpus: Corpus) -> tuple[nn.Module, tuple[str, ...]]:
+def _runnable(trained: Trained) -> tuple[nn.Module, Tensor | None]:
+    """What gives weights, and the basis (component, vertex, 3) m where it is its own."""
     network, space = trained.network, trained.space
     if space is not None and space.to_weights is not None:
-        return SharedVoca(_folded(network, torch.from_numpy(space.to_weights))), corpus.components
+        return SharedVoca(_folded(network, torch.from_numpy(space.to_weights))), None
     weight, bias = network.decoder.weight.detach(), network.decoder.bias.detach()
     decoder = torch.cat([weight.T, bias[None]]) / MM
     if space is not None:
         decoder = decoder @ torch.from_numpy(space.basis)
-    return _WithBasis(network, decoder.reshape(len(decoder), -1, 3)), ()
+    return _Embedding(network), decoder.reshape(len(decoder), -1, 3)
+
+
+def _attach(model: Any, basis: np.ndarray) -> None:
+    """Put a constant into the graph as its second output."""
+    from onnx import TensorProto, helper, numpy_helper
+
+    model.graph.initializer.append(numpy_helper.from_array(basis, "basis_values"))
+    model.graph.node.append(helper.make_node("Identity", ["basis_values"], ["basis"]))
+    model.graph.output.append(
+        helper.make_tensor_value_info("basis", TensorProto.FLOAT, basis.shape)
+    )
 
 
 def _folded(network: Voca, to_weights: Tensor) -> Voca:

@@ -1,0 +1,112 @@
+"""`elocute train`: from a corpus to a model."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.errors import MachineError, OutputError
+
+if TYPE_CHECKING:
+    from elocute.corpus.store import Corpus
+
+app = typer.Typer(help="Train models on a corpus.", no_args_is_help=True)
+
+
+@app.callback()
+def _group() -> None:
+    """Train models on a corpus."""
+
+
+@app.command("voca")
+def voca_command(
+    corpus: Path = typer.Argument(..., help="A corpus folder (elocute corpus convert makes one)."),
+    output: Path = typer.Option(..., "-o", "--output", help="Folder for checkpoint, log, model."),
+    encoder: str = typer.Option(
+        "phones", help="What hears: phones, fbank, deepspeech:FILE.pb, wav2vec2:FOLDER, …"
+    ),
+    split: str = typer.Option("default", help="Which split of the corpus."),
+    epochs: int = typer.Option(50, help="Passes over the training part."),
+    batch: int = typer.Option(64, help="Pairs of neighbouring frames in a batch."),
+    learning_rate: float = typer.Option(1e-4, help="Of Adam."),
+    velocity: float = typer.Option(10.0, help="Weight of the velocity term."),
+    seed: int = typer.Option(0, help="Of everything random."),
+    full_decoder: bool = typer.Option(False, help="Train vertex by vertex: same loss, far slower."),
+    resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
+    as_json: bool = options.Json,
+) -> None:
+    """Train VOCA; leaves model.onnx, checkpoint.safetensors, log.csv and TensorBoard events."""
+    from elocute.corpus.store import open_corpus
+
+    opened = open_corpus(corpus)
+    try:
+        from elocute.training.voca.config import TrainConfig
+        from elocute.training.voca.export import export_onnx
+        from elocute.training.voca.fit import fit, prepare
+    except ImportError as error:
+        raise MachineError(
+            f"training needs {error.name}; install it: pip install 'elocute[train]'"
+        ) from error
+    from elocute.encoders.registry import resolve_encoder
+
+    config = TrainConfig(
+        epochs=epochs, batch_pairs=batch, learning_rate=learning_rate, velocity_weight=velocity,
+        seed=seed, reduced=not full_decoder, encoder=encoder,
+    )  # fmt: skip
+    _prepare_folder(output, resume)
+    show = _Lines(as_json)
+    material = prepare(opened, config, resolve_encoder(encoder), split, show)
+    trained = fit(material, config, output, resume=resume, report=show)
+    export_onnx(trained, opened, output / "model.onnx", opened.note)
+    sample = _sample(opened, split, output)
+    record = {
+        "model": str(output / "model.onnx"), "styles": trained.styles, "sample": sample,
+        **(trained.log[-1] if trained.log else {}),
+    }  # fmt: skip
+    print(json.dumps(record) if as_json else output / "model.onnx")
+
+
+class _Lines:
+    """One line for every epoch, or none for machines."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.quiet, self.last = quiet, ""
+
+    def __call__(self, share: float, line: str) -> None:
+        if not self.quiet and line != self.last:
+            typer.echo(f"{share:4.0%} {line}", err=True)
+        self.last = line
+
+
+def _prepare_folder(folder: Path, resume: bool) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise OutputError.about(folder, found="a file", allowed="a folder")
+    if folder.exists() and any(folder.iterdir()) and not resume:
+        raise OutputError.about(
+            folder, found="a folder with files in it", allowed="a new or empty folder",
+            remedy="add --resume to go on with its training",
+        )  # fmt: skip
+    if not folder.parent.is_dir():
+        raise OutputError.about(
+            folder, found=f"no folder {folder.parent}", remedy=f"mkdir -p {folder.parent}"
+        )
+    folder.mkdir(exist_ok=True)
+
+
+def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:
+    """A contact sheet of the new model saying a sentence that it was not trained on."""
+    from elocute.head.builtin import load_builtin_head
+    from elocute.synthesis.animate import animate
+
+    parts = corpus.split(split)
+    names = parts.validation or parts.test
+    if corpus.topology != load_builtin_head().name or not names:
+        return None
+    path = folder / "sample.png"
+    model, style = folder / "model.onnx", "even"
+    animate(corpus.sound(names[0]), model=model, style=style).write(path)
+    return str(path)

@@ -1,0 +1,80 @@
+"""From a trained decoder to curves or motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.driver import make_contacts
+from elocute.articulation.style import Style, parse_mix
+from elocute.audio.features import Features
+from elocute.errors import ModelError
+from elocute.head.model import HeadModel
+from elocute.motion.curves import Curves
+from elocute.motion.motion import Motion
+from elocute.synthesis.voca import VocaModel
+
+Array = NDArray[np.float32]
+EVEN = "even"
+"""The style that is all learned styles in equal shares."""
+
+
+def style_of(model: VocaModel, style: str | Style) -> Array:
+    """(style,) shares: a name, a mix, or `even`; `plain` is even where nobody is called so.
+
+    Raises ModelError for a Style of the rule-based driver and names never learned.
+    """
+    if isinstance(style, Style):
+        raise ModelError.about(
+            f"model {model.path.name}", found="a Style of the articulation model",
+            allowed=", ".join(model.record.styles),
+        )  # fmt: skip
+    unnamed = style == "plain" and "plain" not in model.record.styles
+    if style == EVEN or unnamed:
+        return model.even_style
+    return model.style_vector(parse_mix(style))
+
+
+def learned_curves(
+    model: VocaModel, features: Features, log_posteriors: Array, style: Array, *,
+    duration_s: float, fps: float, strength: float,
+) -> Curves:  # fmt: skip
+    """Curves of a model that weighs the built-in head's shapes, with contacts and rests made."""
+    weights = model.weights(features, style)
+    values = _resampled(weights, model.record.fps, duration_s, fps)
+    curves = Curves(np.clip(values * strength, 0, 1), model.record.components, fps)
+    return make_contacts(curves, log_posteriors, features.rate)
+
+
+def learned_motion(
+    model: VocaModel, head: HeadModel, features: Features, style: Array, *,
+    duration_s: float, fps: float, strength: float,
+) -> Motion:  # fmt: skip
+    """Motion of a model that carries its own basis, on a head of the topology it was trained in.
+
+    Raises ModelError where the head has another number of vertices.
+    """
+    basis = model.basis
+    assert basis is not None
+    if head.vertex_count != basis.shape[1]:
+        raise ModelError.about(
+            f"head {head.name!r}", found=f"{head.vertex_count} vertices",
+            allowed=f"{basis.shape[1]}, the topology that {model.path.name} was trained in",
+        )  # fmt: skip
+    names = (*(f"voca{index:03d}" for index in range(len(basis) - 1)), "vocaMean")
+    moving = replace(head, expression_names=names, expression_basis=basis)
+    weights = _resampled(model.weights(features, style), model.record.fps, duration_s, fps)
+    return Motion(moving, weights * np.float32(strength), fps)
+
+
+def _resampled(weights: Array, rate: float, duration_s: float, fps: float) -> Array:
+    """(frame, component) at `fps` over the whole sound, linear between, held at the end."""
+    count = max(1, math.ceil(duration_s * fps - 1e-6))
+    places = np.minimum(np.arange(count) * (rate / fps), len(weights) - 1)
+    below = np.floor(places).astype(int)
+    above = np.minimum(below + 1, len(weights) - 1)
+    share = (places - below)[:, None].astype(np.float32)
+    return (weights[below] * (1 - share) + weights[above] * share).astype(np.float32)

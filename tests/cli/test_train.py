@@ -1,0 +1,63 @@
+"""`elocute train voca` from a corpus folder to a model that animates."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("torch", reason="needs the extra `train`")
+
+
+def elocute(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [
+        sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)
+    ]  # fmt: skip
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_a_corpus_becomes_a_model_that_animates(
+    tmp_path: Path, make_corpus: Callable[..., object], speech_wav: Path
+) -> None:
+    make_corpus(tmp_path / "corpus")
+    done = elocute(
+        "train", "voca", tmp_path / "corpus", "-o", tmp_path / "out", "--epochs", 2,
+        "--encoder", "fbank", "--json",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert record["epoch"] == 2
+    for name in ("model.onnx", "checkpoint.safetensors", "log.csv", "sample.png"):
+        assert (tmp_path / "out" / name).stat().st_size > 0
+    again = elocute(
+        "animate", speech_wav, "--model", tmp_path / "out" / "model.onnx", "-o", tmp_path / "t.npz"
+    )
+    assert again.returncode == 0, again.stderr
+    full = elocute("train", "voca", tmp_path / "corpus", "-o", tmp_path / "out")
+    assert full.returncode == 2
+    assert "--resume" in full.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["nowhere"], "corpus.json"),
+        (["{corpus}", "--epochs", "0"], "epochs"),
+        (["{corpus}", "--encoder", "ears"], "phones"),
+        (["{corpus}", "--split", "other"], "default"),
+    ],
+)
+def test_what_cannot_be_trained_is_one_line(
+    tmp_path: Path, make_corpus: Callable[..., object], arguments: list[str], told: str
+) -> None:
+    make_corpus(tmp_path / "corpus")
+    given = [word.format(corpus=tmp_path / "corpus") for word in arguments]
+    done = elocute("train", "voca", *given, "-o", tmp_path / "out")
+    assert done.returncode == 2
+    assert told in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "out" / "model.onnx").exists()

@@ -1,0 +1,175 @@
+"""VOCA learns, resumes bit for bit, and runs without torch as it ran with it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="needs the extra `train`")
+pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
+
+
+import elocute  # noqa: E402
+from elocute.audio.features import Features  # noqa: E402
+from elocute.corpus.store import Corpus  # noqa: E402
+from elocute.encoders.registry import resolve_encoder  # noqa: E402
+from elocute.errors import CorpusError, ModelError  # noqa: E402
+from elocute.synthesis.voca import VocaModel  # noqa: E402
+from elocute.training.voca.config import TrainConfig  # noqa: E402
+from elocute.training.voca.export import export_onnx  # noqa: E402
+from elocute.training.voca.fit import Material, Trained, fit, pair_loss, prepare  # noqa: E402
+
+Make = Callable[..., Corpus]
+CONFIG = TrainConfig(epochs=4, encoder="fbank", learning_rate=1e-3)
+
+
+@pytest.fixture(scope="module")
+def corpus(tmp_path_factory: pytest.TempPathFactory, make_corpus: Make) -> Corpus:
+    return make_corpus(tmp_path_factory.mktemp("corpus") / "weights")
+
+
+@pytest.fixture(scope="module")
+def material(corpus: Corpus) -> Material:
+    return prepare(corpus, CONFIG, resolve_encoder("fbank"))
+
+
+@pytest.fixture(scope="module")
+def trained(material: Material) -> Trained:
+    return fit(material, CONFIG)
+
+
+def test_the_loss_falls(trained: Trained) -> None:
+    losses = [row["train_mm2"] for row in trained.log]
+    assert losses[-1] < 0.7 * losses[0]
+    assert all(np.isfinite(row["validation_mm2"]) for row in trained.log)
+
+
+def test_coordinates_keep_the_distances_of_vertices(corpus: Corpus, material: Material) -> None:
+    assert material.space is not None
+    one, two = (material.space.coordinates(corpus, name)[5] for name in ("plain.s0", "plain.s1"))
+    vertices = corpus.displacements("plain.s0")[5] - corpus.displacements("plain.s1")[5]
+    expected = np.square(vertices.astype(np.float64) * 1000).sum()
+    assert np.square((one - two).astype(np.float64)).sum() == pytest.approx(expected, rel=1e-4)
+    back = material.space.displacements(one[None])[0]
+    np.testing.assert_allclose(back, corpus.displacements("plain.s0")[5], atol=1e-6)
+
+
+def test_the_reduced_decoder_has_the_loss_of_the_full_one(corpus: Corpus, trained: Trained) -> None:
+    """The same network, its decoder expanded to vertices, loses the same on the same pairs."""
+    full = prepare(corpus, dataclasses.replace(CONFIG, reduced=False), resolve_encoder("fbank"))
+    assert trained.space is not None
+    basis = torch.from_numpy(trained.space.basis)
+    reduced = prepare(corpus, CONFIG, resolve_encoder("fbank")).train
+    frames = torch.stack([reduced.pairs - 1, reduced.pairs]).flatten()
+    styles = torch.eye(1)[reduced.subjects[frames]]
+    with torch.no_grad():
+        predicted = trained.network(reduced.windows(frames), styles)
+    shape, vertices = (2, len(reduced.pairs), -1), corpus.vertex_count
+    small = pair_loss(
+        predicted.reshape(shape), reduced.targets[frames].reshape(shape), CONFIG, vertices
+    )
+    large = pair_loss(
+        (predicted @ basis).reshape(shape), full.train.targets[frames].reshape(shape), CONFIG,
+        vertices,
+    )  # fmt: skip
+    assert float(small) == pytest.approx(float(large), rel=1e-3)
+
+
+def test_a_resumed_training_goes_on_bit_for_bit(material: Material, tmp_path: Path) -> None:
+    whole = fit(material, CONFIG)
+    half = dataclasses.replace(CONFIG, epochs=2)
+    fit(material, half, tmp_path)
+    resumed = fit(material, CONFIG, tmp_path, resume=True)
+    for name, value in whole.network.state_dict().items():
+        assert torch.equal(value, resumed.network.state_dict()[name]), name
+    rows = (tmp_path / "log.csv").read_text().splitlines()
+    assert len(rows) == 5
+    assert list((tmp_path / "events").iterdir())
+
+
+def test_other_settings_do_not_resume(material: Material, tmp_path: Path) -> None:
+    fit(material, dataclasses.replace(CONFIG, epochs=1), tmp_path)
+    with pytest.raises(ModelError, match="velocity_weight"):
+        fit(material, dataclasses.replace(CONFIG, velocity_weight=1.0), tmp_path, resume=True)
+    (tmp_path / "checkpoint.safetensors").write_bytes(b"rubbish")
+    with pytest.raises(ModelError, match="no checkpoint"):
+        fit(material, CONFIG, tmp_path, resume=True)
+
+
+@pytest.mark.parametrize("field", ["epochs", "batch_pairs", "learning_rate"])
+def test_settings_out_of_range_are_refused(field: str) -> None:
+    with pytest.raises(ModelError, match=field):
+        TrainConfig(**{field: -1})
+
+
+def test_clips_with_nan_are_refused_before_the_first_epoch(
+    tmp_path: Path, make_corpus: Make
+) -> None:
+    broken = make_corpus(tmp_path / "c")
+    motion = np.load(broken.folder / "motion.npy", mmap_mode="r+")
+    motion[broken.entry("plain.s1").start + 3] = np.nan
+    motion.flush()
+    with pytest.raises(CorpusError, match=r"plain\.s1.*NaN"):
+        prepare(broken, CONFIG, resolve_encoder("fbank"))
+
+
+def test_onnx_gives_the_numbers_of_torch(corpus: Corpus, trained: Trained, tmp_path: Path) -> None:
+    export_onnx(trained, corpus, tmp_path / "model.onnx", "a test")
+    model = VocaModel(tmp_path / "model.onnx")
+    assert model.record.styles == ("plain",)
+    values = np.random.default_rng(0).normal(size=(90, 26)).astype(np.float32)
+    weights = model.weights(Features(values, 60.0, "fbank"), model.style_vector({"plain": 1.0}))
+    windows = Features(values, 60.0, "fbank").windows(16)
+    with torch.no_grad():
+        coordinates = trained.network(torch.from_numpy(windows.copy()), torch.ones(90, 1)).numpy()
+    assert trained.space is not None and trained.space.to_weights is not None
+    np.testing.assert_allclose(weights, coordinates @ trained.space.to_weights, atol=1e-5)
+
+
+def test_a_model_of_vertices_carries_its_own_basis(
+    tmp_path: Path, make_corpus: Make, speech_wav: Path
+) -> None:
+    corpus = make_corpus(tmp_path / "c", vertices=True, fps=30.0)
+    material = prepare(corpus, CONFIG, resolve_encoder("fbank"))
+    trained = fit(material, CONFIG)
+    export_onnx(trained, corpus, tmp_path / "model.onnx")
+    animation = elocute.animate(speech_wav, model=tmp_path / "model.onnx", fps=30)
+    motion = animation.motion
+    assert motion.names[-1] == "vocaMean"
+    features = resolve_encoder("fbank")(elocute.read_audio(speech_wav)).resample(30.0)
+    with torch.no_grad():
+        windows = torch.from_numpy(features.windows(16)[40:41].copy())
+        coordinates = trained.network(windows, torch.ones(1, 1)).numpy()
+    assert trained.space is not None
+    expected = motion.head.template + trained.space.displacements(coordinates)[0]
+    np.testing.assert_allclose(motion.vertices(40, 41)[0], expected, atol=1e-5)
+
+
+def test_a_learned_model_animates_and_closes_lips(
+    corpus: Corpus, trained: Trained, tmp_path: Path, speech_wav: Path
+) -> None:
+    export_onnx(trained, corpus, tmp_path / "model.onnx")
+    talk = elocute.animate(speech_wav, model=tmp_path / "model.onnx", identity="ada")
+    plain = elocute.animate(speech_wav, identity="ada")
+    assert talk.motion.weights.shape == plain.motion.weights.shape
+    opening = elocute.measure_mouth(talk.motion)["opening_mm"]
+    assert opening[:6].max() < 0.1
+    assert opening.max() > 1.0
+
+
+def test_styles_and_models_that_are_not_there_are_named(
+    corpus: Corpus, trained: Trained, tmp_path: Path, speech_wav: Path
+) -> None:
+    export_onnx(trained, corpus, tmp_path / "model.onnx")
+    with pytest.raises(ModelError, match="plain"):
+        elocute.animate(speech_wav, model=tmp_path / "model.onnx", style="nobody")
+    with pytest.raises(ModelError, match="no such file"):
+        elocute.animate(speech_wav, model=tmp_path / "none.onnx")
+    (tmp_path / "text.onnx").write_text(json.dumps({}))
+    with pytest.raises(ModelError, match="no ONNX network"):
+        elocute.animate(speech_wav, model=tmp_path / "text.onnx")
