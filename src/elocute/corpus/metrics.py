@@ -1,0 +1,161 @@
+"""How far a predicted motion is from a recorded one, clip by clip.
+
+Published speech metrics disagree on vertices and squares, so each is written out here: lists of
+vertices are named and hashed (`vertex_lists`), the lip error is given squared and rooted. All
+work on blocks of frames: memory does not grow with a clip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.closures import CLOSED_MM, Closures, closures, lip_opening
+from elocute.corpus.statistics import moments
+from elocute.corpus.track import Track
+from elocute.corpus.vertex_lists import VertexList
+from elocute.errors import CorpusError
+
+Doubles = NDArray[np.float64]
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class ClipMetrics:
+    """One clip; NaN where the topology names no such vertices. Lower is better but for closures.
+
+    lve_mm2, lve_mm      lip vertex error, squared and rooted
+    mve_mm               mean vertex error
+    fdd_mm, fdd_abs_mm   upper-face dynamics deviation, signed (true - predicted) and absolute
+    velocity_mm          error of the steps from frame to frame, mm a frame
+    jerk, true_jerk      of the lips, mm/s³: as calm as the truth is best, not 0
+    closures             met and counted, of the true lips and of the predicted
+    """
+
+    lve_mm2: float
+    lve_mm: float
+    mve_mm: float
+    fdd_mm: float
+    fdd_abs_mm: float
+    velocity_mm: float
+    jerk: float
+    true_jerk: float
+    closures: Closures | None
+
+    def record(self) -> dict[str, object]:
+        """For JSON, which knows no NaN."""
+        return {name: None if value != value else value for name, value in asdict(self).items()}
+
+
+MEANS = tuple(field.name for field in fields(ClipMetrics) if field.name != "closures")
+"""Metrics that are averaged over clips."""
+
+
+def clip_metrics(
+    predicted: Track,
+    true: Track,
+    lips: VertexList | None = None,
+    upper_face: VertexList | None = None,
+    *,
+    mouth: bool = False,
+    closed_mm: float = CLOSED_MM,
+) -> ClipMetrics:
+    """Everything about one clip; with `mouth` also closures (built-in topology only).
+
+    Raises CorpusError where the two differ in topology, length or frame rate.
+    """
+    check_alike(predicted, true)
+    lve = lip_vertex_error(predicted, true, lips) if lips else (NAN, NAN)
+    fdd = dynamics_deviation(predicted, true, upper_face) if upper_face else (NAN, NAN)
+    jerks = (mean_jerk(predicted, lips), mean_jerk(true, lips)) if lips else (NAN, NAN)
+    met = None
+    if mouth:
+        met = closures(lip_opening(predicted), lip_opening(true), true.fps, closed_mm)
+    return ClipMetrics(
+        *lve, mean_vertex_error(predicted, true), *fdd, velocity_error(predicted, true), *jerks, met
+    )
+
+
+def check_alike(predicted: Track, true: Track) -> None:
+    """Raise CorpusError where two motions cannot be compared frame by frame."""
+    facts = {
+        "vertices": (predicted.vertex_count, true.vertex_count),
+        "frames": (predicted.frame_count, true.frame_count),
+        "frames per second": (predicted.fps, true.fps),
+    }
+    for what, (found, allowed) in facts.items():
+        if found != allowed:
+            raise CorpusError.about(
+                "prediction", found=f"{found:g} {what}", allowed=f"{allowed:g}, as the truth has"
+            )
+
+
+def lip_vertex_error(predicted: Track, true: Track, lips: VertexList) -> tuple[float, float]:
+    """(mm², mm): in each frame the lip vertex that is furthest off, its distance squared and as
+    it is, each averaged over frames (Richard et al. 2021, MeshTalk, section 4)."""
+    worst = [
+        np.square(p - t).sum(axis=2).max(axis=1) for p, t in _pairs(predicted, true, lips.indices)
+    ]
+    squared = np.concatenate(worst)
+    return float(squared.mean()), float(np.sqrt(squared).mean())
+
+
+def mean_vertex_error(predicted: Track, true: Track) -> float:
+    """mm: distance of vertices, averaged over all of them and over frames."""
+    return _mean(np.linalg.norm(p - t, axis=2).mean(axis=1) for p, t in _pairs(predicted, true))
+
+
+def dynamics_deviation(
+    predicted: Track, true: Track, upper_face: VertexList
+) -> tuple[float, float]:
+    """(mm signed, mm absolute): how much livelier the true upper face is than the predicted.
+
+    Per vertex the standard deviation over time of its distance from the neutral face; true minus
+    predicted, averaged over vertices, with its sign and without (FDD of Xing et al. 2023,
+    CodeTalker, section 4.2; their code squares the distance, their paper and this do not).
+    """
+    lively = [_liveliness(track, upper_face) for track in (true, predicted)]
+    difference = lively[0] - lively[1]
+    return float(difference.mean()), float(np.abs(difference).mean())
+
+
+def velocity_error(predicted: Track, true: Track) -> float:
+    """mm a frame: how far the steps of vertices differ; 0 for a single frame."""
+    return _mean(
+        np.linalg.norm(np.diff(p - t, axis=0), axis=2).mean(axis=1)
+        for p, t in _pairs(predicted, true, overlap=1)
+    )
+
+
+def mean_jerk(track: Track, lips: VertexList) -> float:
+    """mm/s³: length of the third difference of lip vertices; 0 for fewer than four frames."""
+    steps = (
+        np.linalg.norm(np.diff(block, 3, axis=0), axis=2).mean(axis=1)
+        for block in track.blocks(lips.indices, overlap=3)
+        if len(block) > 3
+    )
+    return _mean(steps) * track.fps**3
+
+
+def _liveliness(track: Track, places: VertexList) -> Doubles:
+    """(vertex,) mm."""
+    rest = np.asarray(track.template, np.float64)[places.indices] * 1000
+    distances = (np.linalg.norm(b - rest, axis=2) for b in track.blocks(places.indices))
+    return np.sqrt(moments(distances).variance)
+
+
+def _pairs(
+    predicted: Track, true: Track, vertices: NDArray[np.integer] | None = None, overlap: int = 0
+) -> Iterator[tuple[Doubles, Doubles]]:
+    both = (track.blocks(vertices, overlap) for track in (predicted, true))
+    return zip(*both, strict=True)
+
+
+def _mean(parts: Iterator[Doubles]) -> float:
+    total, count = 0.0, 0
+    for part in parts:
+        total, count = total + float(part.sum()), count + len(part)
+    return total / count if count else 0.0

@@ -1,0 +1,83 @@
+"""Track: one motion of one topology, expanded block by block for measuring."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.store import Corpus
+from elocute.errors import CorpusError
+
+BLOCK_FRAMES = 256
+MM = 1000.0
+Doubles = NDArray[np.float64]
+Indices = NDArray[np.integer]
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What moves: weights on a basis, or vertices; both over a neutral face.
+
+    values    (frame, component) weights, or (frame, vertex, 3) m where basis is None
+    template  (vertex, 3) m
+    fps       frames per second
+    basis     (component, vertex, 3) m, or None
+
+    Raises CorpusError where the shapes do not fit or there is no frame.
+    """
+
+    values: NDArray[np.floating]
+    template: NDArray[np.floating]
+    fps: float
+    basis: NDArray[np.floating] | None = None
+
+    def __post_init__(self) -> None:
+        shape = self.template.shape
+        inner = shape if self.basis is None else (len(self.basis),)
+        wrong_basis = self.basis is not None and self.basis.shape[1:] != shape
+        if self.values.shape[1:] != inner or not len(self.values) or wrong_basis:
+            basis = "no basis" if self.basis is None else f"a basis of shape {self.basis.shape}"
+            raise CorpusError.about(
+                "motion", found=f"values of shape {self.values.shape} with {basis}",
+                allowed=f"(frames, …) over a face of shape {shape}, one frame or more",
+            )  # fmt: skip
+
+    @property
+    def frame_count(self) -> int:
+        return len(self.values)
+
+    @property
+    def vertex_count(self) -> int:
+        return len(self.template)
+
+    def cut(self, frames: int) -> Track:
+        """The first frames."""
+        return Track(self.values[:frames], self.template, self.fps, self.basis)
+
+    def blocks(self, vertices: Indices | None = None, overlap: int = 0) -> Iterator[Doubles]:
+        """(frame, vertex, 3) mm of all or of some vertices, a few seconds at a time.
+
+        Each block but the first repeats the last `overlap` frames of the one before, so that
+        differences in time see every neighbourhood once.
+        """
+        basis, kept = self.basis, slice(None) if vertices is None else vertices
+        rest = np.asarray(self.template, np.float64)[kept] * MM
+        shapes = None
+        if basis is not None:
+            shapes = np.asarray(basis)[:, kept].reshape(len(basis), -1).astype(np.float64) * MM
+        for start in range(0, self.frame_count, BLOCK_FRAMES):
+            first = max(0, start - overlap)
+            values = np.asarray(self.values[first : start + BLOCK_FRAMES])
+            if shapes is None:
+                yield values[:, kept].astype(np.float64) * MM
+            else:
+                yield (values @ shapes).reshape(len(values), -1, 3) + rest
+
+
+def true_track(corpus: Corpus, name: str) -> Track:
+    """A clip as it was recorded. Raises CorpusError for a clip that is not there."""
+    subject = corpus.entry(name).subject
+    return Track(corpus.frames(name), corpus.template(subject), corpus.fps, corpus.basis)

@@ -1,0 +1,120 @@
+"""Named lists of vertices, with a hash: published lip errors differ by whose lips they mean."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import CorpusError
+from elocute.head.builtin import load_builtin_head
+from elocute.head.model import HeadModel
+
+FILE_MAX_BYTES = 16_000_000
+HASH_DIGITS = 12
+BUILTIN_LISTS = ("lips", "upper_face", "eyes")
+ALLOWED = "a list of vertex numbers: .json, .txt or .npy"
+
+
+@dataclass(frozen=True, eq=False)
+class VertexList:
+    """name and indices (vertex,) int64, rising, each once."""
+
+    name: str
+    indices: NDArray[np.int64]
+
+    @property
+    def digest(self) -> str:
+        """The first 12 hexadecimal digits of the SHA-256 of the sorted little-endian int64."""
+        return hashlib.sha256(self.indices.astype("<i8").tobytes()).hexdigest()[:HASH_DIGITS]
+
+    def record(self) -> dict[str, Any]:
+        """For reports: name, count and hash."""
+        return {"name": self.name, "vertices": len(self.indices), "sha256": self.digest}
+
+
+def builtin_list(which: str) -> VertexList:
+    """One of BUILTIN_LISTS in the topology of the built-in head, called `builtin:…`.
+
+    lips        the skin of both lips up to the vermilion border
+    upper_face  the face from the lower edge of the eye areas upwards, with brows and lashes
+    eyes        the skin around both eyes, lids included
+
+    Raises CorpusError for another name.
+    """
+    if which not in BUILTIN_LISTS:
+        raise CorpusError.about(
+            f"vertex list {which!r}", found="unknown", allowed=", ".join(BUILTIN_LISTS)
+        )
+    return VertexList(f"builtin:{which}", _places(load_builtin_head(), which))
+
+
+def _places(head: HeadModel, which: str) -> NDArray[np.int64]:
+    eyes = np.union1d(head.regions["eye_area_left"], head.regions["eye_area_right"])
+    if which == "eyes":
+        return eyes.astype(np.int64)
+    if which == "lips":
+        return np.unique(head.regions["lips"]).astype(np.int64)
+    face = head.regions["face"]
+    above = face[head.template[face, 1] >= head.template[eyes, 1].min()]
+    parts = (above, eyes, head.regions["brows"], head.regions["lashes"])
+    return np.unique(np.concatenate(parts)).astype(np.int64)
+
+
+def read_vertex_list(path: str | Path, vertex_count: int) -> VertexList:
+    """A list of one's own (FLAME's lips, say): numbers from 0, in any order.
+
+    .json holds a list of numbers, .txt numbers apart by white space or commas, .npy an array of
+    integers. The list is called `file:NAME`. Raises CorpusError for anything else, an empty
+    list, or numbers past `vertex_count`.
+    """
+    path = Path(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise CorpusError.about(path, found=f"suffix {path.suffix!r}", allowed=ALLOWED)
+    if path.is_file() and path.stat().st_size > FILE_MAX_BYTES:
+        raise CorpusError.about(path, found="more than 16 MB", allowed=ALLOWED)
+    try:
+        numbers = reader(path)
+    except OSError as error:
+        found = f"cannot be read ({error.strerror or error})"
+        raise CorpusError.about(path, found=found, allowed=ALLOWED) from error
+    except (ValueError, TypeError, OverflowError, EOFError, RecursionError) as error:
+        raise CorpusError.about(path, found="no list of numbers", allowed=ALLOWED) from error
+    _check(path, numbers, vertex_count)
+    return VertexList(f"file:{path.name}", np.unique(numbers.astype(np.int64)))
+
+
+def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
+    if numbers.ndim != 1 or not len(numbers) or numbers.dtype.kind not in "iu":
+        found = f"{numbers.dtype} of shape {numbers.shape}"
+        raise CorpusError.about(path, found=found, allowed="one list of whole numbers")
+    if numbers.min() < 0 or numbers.max() >= vertex_count:
+        wrong = numbers.min() if numbers.min() < 0 else numbers.max()
+        raise CorpusError.about(
+            path, found=f"vertex {wrong}", allowed=f"0 to {vertex_count - 1}, this topology"
+        )
+
+
+def _from_json(path: Path) -> NDArray[Any]:
+    return np.array(json.loads(path.read_text(encoding="utf-8")))
+
+
+def _from_text(path: Path) -> NDArray[Any]:
+    words = path.read_text(encoding="utf-8").replace(",", " ").split()
+    return np.array([int(word) for word in words], np.int64)
+
+
+def _from_npy(path: Path) -> NDArray[Any]:
+    stored = np.load(path, allow_pickle=False)
+    if not isinstance(stored, np.ndarray):
+        raise ValueError("an archive")
+    return stored
+
+
+_READERS = {".json": _from_json, ".txt": _from_text, ".npy": _from_npy}

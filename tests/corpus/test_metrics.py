@@ -1,0 +1,222 @@
+"""Metrics against their definitions, written out on small arrays."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elocute.corpus import track as track_module
+from elocute.corpus.bootstrap import mean_interval, ratio_interval, summarise
+from elocute.corpus.closures import Closures, closures, lip_opening, short_runs
+from elocute.corpus.metrics import (
+    clip_metrics,
+    dynamics_deviation,
+    lip_vertex_error,
+    mean_jerk,
+    mean_vertex_error,
+    velocity_error,
+)
+from elocute.corpus.store import Corpus
+from elocute.corpus.track import Track, true_track
+from elocute.corpus.vertex_lists import VertexList, builtin_list, read_vertex_list
+from elocute.errors import CorpusError
+from elocute.head.builtin import load_builtin_head
+from elocute.motion.measures import measure_mouth
+from elocute.motion.motion import Motion
+
+FPS = 30.0
+LIPS = VertexList("some", np.array([1, 4, 6]))
+
+
+def random_track(seed: int, frames: int = 23, vertices: int = 9) -> Track:
+    rng = np.random.default_rng(seed)
+    face = np.random.default_rng(99).normal(size=(vertices, 3))
+    return Track(face + rng.normal(0, 0.002, (frames, vertices, 3)), face, FPS)
+
+
+@pytest.fixture(autouse=True)
+def _small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several blocks a clip, the last one of one frame, so that every seam is met."""
+    monkeypatch.setattr(track_module, "BLOCK_FRAMES", 11)
+
+
+def test_every_metric_is_its_definition() -> None:
+    one, two = random_track(1), random_track(2)
+    apart = (one.values - two.values) * 1000
+    distance = np.linalg.norm(apart, axis=2)
+    worst = distance[:, LIPS.indices].max(axis=1)
+    assert lip_vertex_error(one, two, LIPS) == pytest.approx(((worst**2).mean(), worst.mean()))
+    assert mean_vertex_error(one, two) == pytest.approx(distance.mean())
+    steps = np.diff(one.values, axis=0) - np.diff(two.values, axis=0)
+    assert velocity_error(one, two) == pytest.approx(1000 * np.linalg.norm(steps, axis=2).mean())
+    third = np.diff(one.values[:, LIPS.indices] * 1000, 3, axis=0) * FPS**3
+    assert mean_jerk(one, LIPS) == pytest.approx(np.linalg.norm(third, axis=2).mean())
+    lively = [
+        np.linalg.norm((t.values - t.template)[:, LIPS.indices] * 1000, axis=2).std(axis=0)
+        for t in (two, one)
+    ]
+    difference = lively[0] - lively[1]
+    expected = (difference.mean(), np.abs(difference).mean())
+    assert dynamics_deviation(one, two, LIPS) == pytest.approx(expected)
+
+
+def test_a_clip_is_not_away_from_itself() -> None:
+    one = random_track(3)
+    scores = clip_metrics(one, one, LIPS, LIPS)
+    for name in ("lve_mm2", "lve_mm", "mve_mm", "fdd_mm", "fdd_abs_mm", "velocity_mm"):
+        assert getattr(scores, name) == 0
+    assert scores.jerk == scores.true_jerk > 0
+
+
+def test_a_constant_offset_is_measured_in_millimetres() -> None:
+    one = random_track(4)
+    moved = Track(one.values + np.array([0.003, 0, 0.004]), one.template, FPS)
+    scores = clip_metrics(moved, one, LIPS)
+    assert (scores.lve_mm2, scores.lve_mm, scores.mve_mm) == pytest.approx((25, 5, 5))
+    assert scores.velocity_mm == pytest.approx(0, abs=1e-9)
+    assert scores.fdd_mm != scores.fdd_mm  # no list of the upper face: not available
+    assert scores.record()["fdd_mm"] is None
+
+
+def test_a_still_face_has_lost_all_dynamics() -> None:
+    one = random_track(5)
+    still = Track(np.repeat(one.template[None], one.frame_count, axis=0), one.template, FPS)
+    signed, absolute = dynamics_deviation(still, one, LIPS)
+    assert signed == absolute > 0
+    assert dynamics_deviation(one, still, LIPS)[0] == -signed
+
+
+def test_weights_and_the_vertices_they_make_are_one_motion() -> None:
+    rng = np.random.default_rng(6)
+    face, basis = rng.normal(size=(9, 3)), rng.normal(size=(4, 9, 3)) * 0.01
+    weights = rng.random((25, 4))
+    low = Track(weights, face, FPS, basis)
+    high = Track(face + np.tensordot(weights, basis, 1), face, FPS)
+    assert mean_vertex_error(low, high) == pytest.approx(0, abs=1e-9)
+    other = random_track(7, 25)
+    other = Track(other.values, face, FPS)
+    assert lip_vertex_error(low, other, LIPS) == pytest.approx(lip_vertex_error(high, other, LIPS))
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    one = random_track(8)
+    for other in (random_track(8, 22), random_track(8, 23, 8)):
+        with pytest.raises(CorpusError, match=r"prediction|motion"):
+            clip_metrics(one, other)
+    with pytest.raises(CorpusError, match="frames per second"):
+        clip_metrics(one, Track(one.values, one.template, 60.0))
+    with pytest.raises(CorpusError, match="allowed"):
+        Track(one.values, one.template[:3], FPS)
+
+
+def test_short_frames_have_no_steps() -> None:
+    one = random_track(9, 1)
+    assert velocity_error(one, one) == mean_jerk(one, LIPS) == 0
+
+
+class TestClosures:
+    def test_rests_and_both_ends_are_no_closures(self) -> None:
+        closed = np.array([1, 1, 0, 1, 1, 0, 0, *[1] * 20, 0, 1, 0, 1], bool)
+        assert short_runs(closed, FPS) == [(3, 5), (28, 29)]
+        assert short_runs(np.ones(5, bool), FPS) == short_runs(np.zeros(5, bool), FPS) == []
+        assert short_runs(closed[3:7], FPS) == []
+
+    def test_met_missed_and_invented(self) -> None:
+        true = np.full(60, 5.0)
+        true[[10, 11, 30]] = 0.0
+        predicted = np.full(60, 5.0)
+        predicted[[12, 50]] = 0.1
+        assert closures(predicted, true, FPS) == Closures(wanted=2, met=1, made=2, right=1)
+        assert closures(true, true, FPS) == Closures(2, 2, 2, 2)
+
+    def test_the_opening_is_that_of_the_mouth_measures(self, corpus: Corpus) -> None:
+        head, weights = load_builtin_head(), np.array(corpus.frames("plain.s0"))
+        track = Track(weights, head.template, corpus.fps, head.expression_basis)
+        expected = measure_mouth(Motion(head, weights, corpus.fps))["opening_mm"]
+        np.testing.assert_allclose(lip_opening(track), expected, atol=1e-3)
+
+    def test_another_topology_has_no_lips(self) -> None:
+        with pytest.raises(CorpusError, match="built-in"):
+            lip_opening(random_track(1))
+
+
+class TestVertexLists:
+    def test_the_built_in_lists(self) -> None:
+        head = load_builtin_head()
+        lips, upper, eyes = (builtin_list(name) for name in ("lips", "upper_face", "eyes"))
+        assert len(lips.indices) == len(head.regions["lips"])
+        assert not np.isin(lips.indices, upper.indices).any()
+        assert np.isin(eyes.indices, upper.indices).all()
+        assert head.template[upper.indices, 1].min() > head.template[lips.indices, 1].max()
+        with pytest.raises(CorpusError, match="upper_face"):
+            builtin_list("ears")
+
+    def test_the_hash_is_of_the_sorted_numbers(self, tmp_path: Path) -> None:
+        raw = np.array([3, 5, 8], "<i8").tobytes()
+        (tmp_path / "a.json").write_text("[8, 3, 5, 5]")
+        (tmp_path / "a.txt").write_text("5 3\n8,")
+        np.save(tmp_path / "a.npy", np.array([5, 8, 3], np.uint16))
+        for name in ("a.json", "a.txt", "a.npy"):
+            read = read_vertex_list(tmp_path / name, 9)
+            assert read.indices.tolist() == [3, 5, 8]
+            assert read.digest == hashlib.sha256(raw).hexdigest()[:12]
+            assert read.record()["name"] == f"file:{name}"
+
+    @pytest.mark.parametrize(
+        ("name", "content", "told"),
+        [
+            ("a.json", "{", "no list"),
+            ("a.json", '{"a": 1}', "whole numbers"),
+            ("a.json", "[[1], 2]", "no list"),
+            ("a.json", "[1.5]", "whole numbers"),
+            ("a.json", "[]", "whole numbers"),
+            ("a.json", "[1e400]", "whole numbers"),
+            ("a.txt", "1 two", "no list"),
+            ("a.txt", "-1", "vertex -1"),
+            ("a.txt", "3 9", "vertex 9"),
+            ("a.txt", "9" * 40, "no list"),
+            ("a.npy", "hello", "no list"),
+            ("a.npy", "", "no list"),
+            ("a.pkl", "x", "suffix"),
+            ("none/a.txt", None, "cannot be read"),
+        ],
+    )
+    def test_no_list(self, tmp_path: Path, name: str, content: str | None, told: str) -> None:
+        if content is not None:
+            (tmp_path / name).write_text(content)
+        with pytest.raises(CorpusError, match=told):
+            read_vertex_list(tmp_path / name, 9)
+
+
+class TestBootstrap:
+    def test_a_mean_lies_within_its_interval_and_the_seed_decides(self) -> None:
+        values = np.random.default_rng(0).normal(3, 1, 50).tolist()
+        first = mean_interval(values, seed=1)
+        assert first == mean_interval(values, seed=1) != mean_interval(values, seed=2)
+        assert first.value == pytest.approx(np.mean(values))
+        # A normal mean's interval is ±1.96 standard errors.
+        half = 1.96 * np.std(values) / np.sqrt(50)
+        assert first.high - first.value == pytest.approx(half, rel=0.15)
+        assert first.value - first.low == pytest.approx(half, rel=0.15)
+
+    def test_ratios_are_pooled_and_nothing_is_nothing(self) -> None:
+        assert ratio_interval([1, 0], [1, 3]).value == 0.25
+        assert ratio_interval([], []).record() is None
+        assert ratio_interval([0, 0], [0, 0]).record() is None
+        assert mean_interval([1.0, float("nan")]).record() is None
+        assert mean_interval([2.0]).record() == {"value": 2.0, "low": 2.0, "high": 2.0}
+
+    def test_a_summary_of_a_corpus_is_json(self, corpus: Corpus) -> None:
+        lists = builtin_list("lips"), builtin_list("upper_face")
+        clips = [
+            clip_metrics(true_track(corpus, a), true_track(corpus, a), *lists, mouth=True)
+            for a in ("plain.s0", "broad.s0")
+        ]
+        summary = summarise(clips)
+        assert summary["mve_mm"].value == 0
+        assert summary["closure_recall"].value == summary["closure_precision"].value == 1
+        json.dumps({name: i.record() for name, i in summary.items()}, allow_nan=False)
