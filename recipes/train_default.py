@@ -1,0 +1,50 @@
+"""Train the model that ships, `voca`, and put it into the package.
+
+    python recipes/build_corpus.py build/corpus --natural build/encoder
+    python recipes/train_default.py build/corpus build/default
+
+The corpus holds natural and synthetic speech in eight simulated styles; no recording of a real
+mouth. What it measures is in docs/cards/voca.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from elocute.corpus.store import open_corpus
+from elocute.encoders.registry import resolve_encoder
+from elocute.training.voca.config import TrainConfig
+from elocute.training.voca.export import export_onnx
+from elocute.training.voca.fit import fit, prepare
+
+ASSET = Path(__file__).parents[1] / "src" / "elocute" / "synthesis" / "assets" / "voca.onnx"
+NOTE = (
+    "Trained by Elocute on simulated motion (recipes/build_corpus.py); speech: espeak-ng, flite, "
+    "festival, and the corpora named in docs/cards/phones.md."
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("corpus", type=Path)
+    parser.add_argument("folder", type=Path, help="for checkpoint and log; resumes from there")
+    parser.add_argument("--epochs", type=int, default=12)
+    parser.add_argument("--learning-rate", type=float, default=3e-4)
+    choice = parser.parse_args()
+    choice.folder.mkdir(parents=True, exist_ok=True)
+    corpus = open_corpus(choice.corpus)
+    config = TrainConfig(epochs=choice.epochs, learning_rate=choice.learning_rate)
+    material = prepare(corpus, config, resolve_encoder(config.encoder))
+
+    def report(_share: float, line: str) -> None:
+        print(line, flush=True)
+
+    trained = fit(material, config, choice.folder, resume=True, report=report)
+    ASSET.parent.mkdir(exist_ok=True)
+    export_onnx(trained, corpus, ASSET, NOTE)
+    print(ASSET, f"{ASSET.stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()
