@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from elocute.articulation.shapes import VISEME_SHAPES
-from elocute.export.render import Camera, open_renderer
+from elocute.export.render import Camera, open_renderer, portrait
 from elocute.head import HeadModel, load_builtin_head
 from elocute.head.identity import identity_names, resolve_identity
 
@@ -103,11 +103,32 @@ def identities_sheet(head: HeadModel, path: Path) -> None:
     sheet(rows, labels, 4, path)
 
 
+# The picture at the top of the README: who, seen from where, doing what.
+HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
+    ("mean", "front", {}),
+    ("esi", "three-quarter", VISEME_SHAPES["aa"]),
+    ("hana", "front", VISEME_SHAPES["ou"]),
+    ("otto", "three-quarter",
+     VISEME_SHAPES["ih"] | dict.fromkeys(("mouthSmileLeft", "mouthSmileRight"), 0.5)
+     | dict.fromkeys(("cheekSquintLeft", "cheekSquintRight"), 0.4)),
+)  # fmt: skip
+
+
+def hero_picture(head: HeadModel, path: Path) -> None:
+    pictures = []
+    for who, view, weights in HERO:
+        one = head.with_identity(resolve_identity(who))
+        moved = np.tensordot(one.expression_vector(weights), one.expression_basis, 1)
+        pictures += drawn(one, [one.template + moved], (420, 540), portrait(one, view))
+    sheet([pictures], [""] * len(pictures), len(pictures), path)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "docs" / "images")
     folder = parser.parse_args().out
     head = load_builtin_head()
+    hero_picture(head, folder / "hero.jpg")
     shapes_sheet(head, folder / "head_shapes.jpg")
     visemes_sheet(head, folder / "visemes.jpg")
     identities_sheet(head, folder / "head_identities.jpg")
