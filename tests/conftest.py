@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import os
 import pickle
@@ -182,3 +183,13 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
         return open_corpus(folder)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def sources() -> Any:
+    """`corpus/sources.py`: writes tiny corpora in the formats that others distribute."""
+    spec = importlib.util.spec_from_file_location("sources", ROOT / "tests/corpus/sources.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

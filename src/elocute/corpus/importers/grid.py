@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
+from elocute.corpus.importers.common import Progress, even_split, finish
 from elocute.corpus.importers.lip_fit import (
     CONTOURS,
     INNER_LOWER,
@@ -28,12 +29,14 @@ from elocute.corpus.importers.lip_fit import (
     fit_lips,
     lip_rows,
 )
+from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.head.builtin import load_builtin_head
 
 Floats = NDArray[np.float64]
 
 SUBJECT = "grid"
+NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
 RATE = 16000
 NOSE = 2  # below the nose: what the tracked distances start from
 CLOSED = 0.02  # inner-lip gap in eye distances: below it, tracked lips count as closed
@@ -94,6 +97,40 @@ def grid_clips(
         count += 1
     if not count:
         raise CorpusError.about(folder, found="no clip that can be read", allowed="see the notes")
+
+
+def convert_grid(
+    source: Path,
+    output: Path,
+    *,
+    fps: float = 60.0,
+    leave_out: frozenset[str] = frozenset(),
+    progress: Progress = None,
+) -> list[str]:
+    """Write the corpus folder `output` of all clips of `source`, or of `source/clips`.
+
+    Returns a line for each thing that was skipped. Raises CorpusError; nothing is written then.
+    """
+    folder = source / "clips" if (source / "clips").is_dir() else source
+    total = max(1, sum(p.stem not in leave_out for p in folder.glob("*.npz")))
+    head = load_builtin_head()
+    notes: list[str] = []
+    residuals: list[float] = []
+    with corpus_writer(
+        output, {SUBJECT: head.template}, fps=fps, basis=head.expression_basis,
+        components=head.expression_names, faces=head.quads, topology=head.name, note=NOTE,
+    ) as writer:  # fmt: skip
+        for clip, residual_mm in grid_clips(
+            folder, leave_out=set(leave_out), fps=fps, skipped=notes
+        ):
+            writer.add(clip)
+            residuals.append(residual_mm)
+            if progress:
+                progress((len(residuals) + len(notes)) / total)
+        finish(writer, source, notes)
+        notes.append(f"residual: {np.median(residuals):.2f} mm (median over clips)")
+        writer.splits["default"] = even_split(writer.entries, notes)
+    return notes
 
 
 def read_track(path: Path) -> Track:

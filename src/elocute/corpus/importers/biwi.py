@@ -1,0 +1,205 @@
+"""The BIWI 3D audiovisual corpus B3D(AC)² (Fanelli et al. 2010) as it is distributed.
+
+    faces/SUBJECT/SENTENCE/frame_NNN.vl  int32 vertex count, then float32 x y z of each vertex,
+                                         little-endian; global rotation and shift removed; 25 fps
+    rigid_scans/SUBJECT.obj              the neutral face, same topology (23370 vertices)
+    wav/SUBJECT_SENTENCE.wav             or audio/…, or SUBJECT/SENTENCE.wav below either
+
+`faces` and `rigid_scans` may be left out: subjects then lie in the folder itself, each with its
+SUBJECT.obj or neutral.obj or neutral.vl.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.read import read_audio
+from elocute.corpus.clip import Clip
+from elocute.corpus.importers.common import Progress, even_split, finish, metres_per_unit
+from elocute.corpus.writer import corpus_writer
+from elocute.errors import AudioError, CorpusError
+
+FPS = 25.0
+NOTE = "B3D(AC)2 (Fanelli et al. 2010), under the licence of its authors; not to be passed on."
+FILE_MAX_BYTES = 64_000_000
+Array = NDArray[np.float32]
+
+
+def convert_biwi(
+    source: Path,
+    output: Path,
+    *,
+    leave_out: frozenset[str] = frozenset(),
+    progress: Progress = None,
+) -> list[str]:
+    """Write the corpus folder `output`; returns a line for each thing that was skipped.
+
+    The unit is told by the size of the head. Scanners look at faces from the front with y down;
+    where the neutral mesh looks along -Z, all is turned by half a turn about x.
+
+    Raises InputError for missing files and another topology; nothing is written then.
+    """
+    folders = list(_sentences(source))
+    if not folders:
+        raise CorpusError.about(
+            source, found="no SUBJECT/SENTENCE/frame_NNN.vl", allowed="the folders of B3D(AC)2"
+        )
+    notes: list[str] = []
+    neutral = {
+        name: _neutral(source, name) for name in dict.fromkeys(f.parent.name for f in folders)
+    }
+    for name in [name for name, found in neutral.items() if found is None]:
+        notes.append(f"{name}: no neutral .obj or .vl")
+    meshes = {name: found for name, found in neutral.items() if found is not None}
+    if not meshes:
+        raise CorpusError.about(source, found="no neutral face", allowed="rigid_scans/SUBJECT.obj")
+    first, faces = next(iter(meshes.values()))
+    for name, (template, _) in meshes.items():
+        if len(template) != len(first):
+            raise _topology(source / name, len(template), len(first))
+    turn = (_turn(first, faces, notes) * metres_per_unit(first, notes)).astype(np.float32)
+    templates: dict[str, Array] = {name: mesh * turn for name, (mesh, _) in meshes.items()}
+    with corpus_writer(output, templates, fps=FPS, faces=faces, note=NOTE) as writer:
+        for done, folder in enumerate(folders, 1):
+            if progress:
+                progress(done / len(folders))
+            subject, sentence = folder.parent.name, folder.name
+            if subject not in meshes or {subject, f"{subject}.{sentence}"} & leave_out:
+                continue
+            sound = _sound(source, subject, sentence)
+            if sound is None:
+                notes.append(f"{subject} {sentence}: no sound")
+                continue
+            try:
+                frames = _frames(folder, len(first), notes)
+                writer.add(Clip(subject, sentence, "", read_audio(sound), frames * turn))
+            except (AudioError, _BrokenFrameError) as error:
+                notes.append(f"{subject} {sentence}: {error}")
+        finish(writer, source, notes)
+        writer.splits["default"] = even_split(writer.entries, notes)
+    return notes
+
+
+class _BrokenFrameError(CorpusError):
+    """A frame that is cut short: its sentence is skipped. Another topology is another error."""
+
+
+def read_vl(path: Path) -> Array:
+    """(vertex, 3) of one frame, in the file's unit. Raises CorpusError for another size."""
+    data = path.read_bytes() if path.stat().st_size <= FILE_MAX_BYTES else b""
+    count = int.from_bytes(data[:4], "little", signed=True) if len(data) >= 4 else -1
+    if count < 1 or len(data) != 4 + 12 * count:
+        raise _BrokenFrameError.about(
+            path, found=f"{path.stat().st_size} bytes",
+            allowed=f"{4 + 12 * count} for {count} vertices" if count > 0 else "a .vl of vertices",
+        )  # fmt: skip
+    return np.frombuffer(data, "<f4", offset=4).reshape(count, 3).astype(np.float32)
+
+
+def read_neutral_obj(path: Path) -> tuple[Array, NDArray[np.int32]]:
+    """Vertices (vertex, 3) and triangles or quads (face, 4), triangles repeating their last.
+
+    Raises CorpusError for what is no mesh.
+    """
+    vertices: list[list[float]] = []
+    faces: list[list[int]] = []
+    try:
+        with path.open(encoding="latin-1") as file:
+            for line in file:
+                kind, *words = line.split() or [""]
+                if kind == "v":
+                    vertices.append([float(word) for word in words[:3]])
+                elif kind == "f":
+                    corners = [int(word.split("/")[0]) for word in words]
+                    corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
+                    faces.append([*corners, corners[-1]][:4])
+        points = np.array(vertices, np.float32)
+        quads = np.array(faces, np.int32).reshape(-1, 4)
+    except (OSError, ValueError, IndexError) as error:
+        raise CorpusError.about(path, found="no mesh that can be read", allowed=".obj") from error
+    if points.ndim != 2 or points.shape[1] != 3 or (quads.size and quads.max() >= len(points)):
+        raise CorpusError.about(path, found="no vertices, or faces of others", allowed=".obj")
+    return points, quads
+
+
+def _root(source: Path) -> Path:
+    return source / "faces" if (source / "faces").is_dir() else source
+
+
+def _sentences(source: Path) -> Iterator[Path]:
+    """Folders SUBJECT/SENTENCE that hold .vl files, sorted."""
+    for folder in sorted(_root(source).glob("*/*")):
+        if folder.is_dir() and _has_vl(folder):
+            yield folder
+
+
+def _has_vl(folder: Path) -> bool:
+    with os.scandir(folder) as entries:
+        return any(entry.name.endswith(".vl") for entry in entries)
+
+
+def _neutral(source: Path, subject: str) -> tuple[Array, NDArray[np.int32] | None] | None:
+    inside = _root(source) / subject
+    for path in (
+        source / "rigid_scans" / f"{subject}.obj", source / f"{subject}.obj",
+        inside / f"{subject}.obj", inside / "neutral.obj",
+    ):  # fmt: skip
+        if path.is_file():
+            vertices, faces = read_neutral_obj(path)
+            return vertices, faces if len(faces) else None
+    path = inside / "neutral.vl"
+    return (read_vl(path), None) if path.is_file() else None
+
+
+def _turn(vertices: Array, faces: NDArray[np.int32] | None, notes: list[str]) -> Array:
+    """(3,) signs: half a turn about x where the open front of the mesh looks along -Z."""
+    if faces is None:
+        notes.append("orientation: unknown without faces, left as it is")
+        return np.ones(3, np.float32)
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    if np.cross(b - a, c - a)[:, 2].sum() >= 0:
+        return np.ones(3, np.float32)
+    notes.append("orientation: faces look along -Z; turned by half a turn about x")
+    return np.array([1, -1, -1], np.float32)
+
+
+def _sound(source: Path, subject: str, sentence: str) -> Path | None:
+    for folder in (source / "wav", source / "audio", source, _root(source)):
+        for path in (
+            folder / f"{subject}_{sentence}.wav", folder / subject / f"{sentence}.wav",
+            folder / subject / sentence / f"{sentence}.wav",
+        ):  # fmt: skip
+            if path.is_file():
+                return path
+    return None
+
+
+def _frames(folder: Path, count: int, notes: list[str]) -> Array:
+    """(frame, vertex, 3) of one sentence. Raises CorpusError for broken frames and topologies."""
+    paths = sorted(folder.glob("*.vl"), key=lambda path: (_number(path), path.name))
+    frames = np.empty((len(paths), count, 3), np.float32)
+    for row, path in zip(frames, paths, strict=True):
+        vertices = read_vl(path)
+        if len(vertices) != count:
+            raise _topology(path, len(vertices), count)
+        row[:] = vertices
+    numbers = [_number(path) for path in paths]
+    if missing := numbers[-1] - numbers[0] + 1 - len(numbers):
+        notes.append(f"{folder.parent.name} {folder.name}: {missing} frames missing")
+    return frames
+
+
+def _number(path: Path) -> int:
+    digits = "".join(c for c in path.stem if c.isdecimal())
+    return int(digits[-9:]) if digits else 0
+
+
+def _topology(path: Path, found: int, expected: int) -> CorpusError:
+    return CorpusError.about(
+        path, found=f"{found} vertices", allowed=f"{expected}, as the neutral face has"
+    )

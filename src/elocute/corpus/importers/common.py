@@ -1,0 +1,150 @@
+"""What importers share: templates, splits where none is published, foreign arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.waveform import Waveform
+from elocute.corpus.split import Entry, Split, split_by_subject
+from elocute.corpus.units import UNITS, fitting_unit, height, is_head_sized
+from elocute.corpus.writer import CorpusWriter
+from elocute.errors import AudioError, CorpusError
+
+Progress = Callable[[float], None] | None
+Array = NDArray[np.float32]
+
+
+def metres_per_unit(template: NDArray[np.floating], notes: list[str]) -> float:
+    """What to multiply lengths by, judged by the size of a head; a note where it is not 1."""
+    size = height(template)
+    unit = "" if is_head_sized(size) else fitting_unit(size)
+    if unit:
+        notes.append(f"lengths: a head is {size:.4g} units high; taken as {unit}, now metres")
+    elif not is_head_sized(size):
+        notes.append(f"lengths: a head is {size:.4g} units high; no unit fits, left as it is")
+    return UNITS.get(unit, 1.0)
+
+
+def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Array:
+    """(vertex, 3). Raises CorpusError for another shape or count."""
+    try:
+        template = np.asarray(value)
+        fits = template.dtype.kind in "fiu" and template.ndim == 2 and template.shape[1] == 3
+    except (ValueError, TypeError):
+        template, fits = np.zeros(0), False
+    if not fits:
+        raise CorpusError.about(
+            source, found=f"the template of {name} is of shape {template.shape}",
+            allowed="(vertices, 3) numbers",
+        )  # fmt: skip
+    if vertices is not None and len(template) != vertices:
+        raise CorpusError.about(
+            source, found=f"{len(template)} vertices in the template of {name}",
+            allowed=f"{vertices}, as the others have",
+        )  # fmt: skip
+    return template.astype(np.float32)
+
+
+def templates_of(source: Path, given: Any, vertices: int | None = None) -> dict[str, Array]:
+    """Subject to (vertex, 3) of a pickle of templates. Raises CorpusError."""
+    if not isinstance(given, dict) or not given:
+        raise CorpusError.about(source, found="no templates", allowed="{subject: (vertices, 3)}")
+    templates: dict[str, Array] = {}
+    for name, value in given.items():
+        templates[str(name)] = template_of(source, str(name), value, vertices)
+        vertices = len(templates[str(name)])
+    return templates
+
+
+def mapped(path: Path) -> NDArray[Any]:
+    """A .npy left on disk. Raises CorpusError for object arrays, damage and what is missing."""
+    try:
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
+    except OSError as error:
+        raise CorpusError.about(
+            path, found=f"cannot be read ({error.strerror or error})"
+        ) from error
+    except (ValueError, EOFError) as error:
+        objects = "Object arrays" in str(error) or "Python objects" in str(error)
+        found = "an array of Python objects" if objects else "no array, or a broken one"
+        raise CorpusError.about(path, found=found, allowed="a .npy of floats") from error
+    if not isinstance(array, np.ndarray) or array.dtype.kind != "f":
+        kind = getattr(array, "dtype", type(array).__name__)
+        raise CorpusError.about(path, found=f"{kind}", allowed="a .npy of floats")
+    return array
+
+
+def waveform_of(audio: Any, sample_rate: Any) -> Waveform:
+    """Sound of samples (sample,) or (sample, channel), integers scaled. Raises AudioError."""
+    try:
+        samples = np.asarray(audio)
+        scale = float(np.iinfo(samples.dtype).max) + 1 if samples.dtype.kind == "i" else 1.0
+        values = samples.astype(np.float32) / scale
+        rate = int(sample_rate)
+    except (ValueError, TypeError) as error:
+        raise AudioError(
+            "sound: found no samples; allowed: (samples,) integers or floats"
+        ) from error
+    return Waveform(values.mean(axis=1) if values.ndim == 2 and values.shape[1] else values, rate)
+
+
+def finish(writer: CorpusWriter, source: Path, notes: Sequence[str]) -> None:
+    """Raises CorpusError, with the first reason, where every clip was skipped."""
+    if not writer.entries:
+        why = f" ({notes[0]})" if notes else ""
+        raise CorpusError.about(source, found=f"no clip that can be used{why}")
+
+
+def even_split(entries: Sequence[Entry], notes: list[str]) -> Split:
+    """A split for a corpus without a published one: no subject or sentence in two parts.
+
+    About a sixth of the subjects each for validation and test. Where they have no sentences of
+    their own, sentences are divided too, and clips that belong to no part are left out; fewer
+    than three subjects are told apart by sentences alone. Says in `notes` what was done.
+    """
+    subjects = list(dict.fromkeys(entry.subject for entry in entries))
+    if len(subjects) >= 3:
+        share = max(1, len(subjects) // 6)
+        test, validation = subjects[-share:], subjects[-2 * share : -share]
+        try:
+            split = split_by_subject(entries, validation, test)
+            notes.append(f"split: even, {', '.join(validation)} choose, {', '.join(test)} judge")
+            return split
+        except CorpusError:
+            notes.append("split: even, by subjects and sentences; clips between them are unused")
+            return _by_both(entries, set(validation), set(test))
+    notes.append("split: by sentences only, since subjects are fewer than three")
+    return _by_both(entries, None, None)
+
+
+def _by_both(entries: Sequence[Entry], validation: set[str] | None, test: set[str] | None) -> Split:
+    """Sentences 70:15:15 (80:10:10 without subjects), and subjects where they are given."""
+    sentences = sorted({entry.sentence for entry in entries})
+    held = len(sentences) * (10 if validation is None else 15) // 100 or int(len(sentences) > 2)
+    last = set(sentences[len(sentences) - held :])
+    middle = set(sentences[len(sentences) - 2 * held : len(sentences) - held])
+
+    def part(entry: Entry) -> str:
+        text = "test" if entry.sentence in last else ""
+        text = text or ("validation" if entry.sentence in middle else "train")
+        if validation is None or test is None:
+            return text
+        who = "test" if entry.subject in test else ""
+        who = who or ("validation" if entry.subject in validation else "train")
+        return text if text == who else ""
+
+    return _parted((entry.name, part(entry)) for entry in entries)
+
+
+def _parted(pairs: Iterable[tuple[str, str]]) -> Split:
+    listed = list(pairs)
+    train, validation, test = (
+        tuple(name for name, part in listed if part == wanted)
+        for wanted in ("train", "validation", "test")
+    )
+    return Split(train, validation, test)

@@ -1,0 +1,78 @@
+"""Importers by name, and which of them a folder is for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from elocute.corpus.importers import vocaset
+from elocute.corpus.importers.biwi import convert_biwi
+from elocute.corpus.importers.common import Progress
+from elocute.corpus.importers.folder import convert_folder
+from elocute.corpus.importers.grid import convert_grid
+from elocute.corpus.importers.vocaset import convert_vocaset
+from elocute.errors import CorpusError
+
+FORMATS = ("vocaset", "biwi", "folder", "grid")
+FPS_MAX = 1000.0
+KEPT = {"vocaset": 60.0, "biwi": 25.0}
+"""Frames a second that a format always has, and keeps."""
+
+
+def detect_format(source: Path) -> str:
+    """The format of a folder. Raises CorpusError where it is none of them."""
+    if not source.is_dir():
+        raise CorpusError.about(source, found="no folder", allowed="a folder of recordings")
+    if (source / vocaset.FILES[0]).exists() or (source / vocaset.FILES[3]).exists():
+        return "vocaset"
+    if (source / "vertices_npy").is_dir():
+        return "folder"
+    if next((source / "clips").glob("*.npz"), None) or next(source.glob("*.npz"), None):
+        return "grid"
+    if next(source.glob("*/*/*.vl"), None) or next(source.glob("faces/*/*/*.vl"), None):
+        return "biwi"
+    raise CorpusError.about(
+        source, found="no corpus that is known", allowed=", ".join(FORMATS),
+        remedy="name it: --format",
+    )  # fmt: skip
+
+
+def convert(
+    source: Path,
+    output: Path,
+    *,
+    format: str | None = None,
+    fps: float | None = None,
+    texts: Path | None = None,
+    leave_out: frozenset[str] = frozenset(),
+    progress: Progress = None,
+) -> list[str]:
+    """Write a corpus folder; returns a line for each thing that was skipped or guessed.
+
+    format     one of FORMATS, or None to find out
+    fps        of a `folder`'s arrays (30), or what `grid` is resampled to (60)
+    leave_out  names of subjects, or of clips as SUBJECT.SENTENCE (a file's name for `grid`)
+
+    Raises InputError; nothing is written then.
+    """
+    if format is not None and format not in FORMATS:
+        raise CorpusError.about(f"--format {format}", found="unknown", allowed=", ".join(FORMATS))
+    known = detect_format(source) if format is None else format
+    if not source.is_dir():
+        raise CorpusError.about(source, found="no folder", allowed="a folder of recordings")
+    if fps is not None and not 0 < fps <= FPS_MAX:
+        raise CorpusError.about(f"--fps {fps:g}", found="no frame rate", allowed="above 0 to 1000")
+    if fps not in (None, KEPT.get(known, fps)):
+        raise CorpusError.about(
+            f"--fps {fps:g}", found=f"{known} has {KEPT[known]:g}", allowed="folder, grid only"
+        )
+    if texts is not None and known not in ("vocaset", "folder"):
+        raise CorpusError.about("--texts", found=known, allowed="vocaset, folder")
+    if known == "vocaset":
+        return convert_vocaset(source, output, texts=texts, leave_out=leave_out, progress=progress)
+    if known == "biwi":
+        return convert_biwi(source, output, leave_out=leave_out, progress=progress)
+    if known == "folder":
+        return convert_folder(
+            source, output, fps=fps or 30.0, texts=texts, leave_out=leave_out, progress=progress
+        )
+    return convert_grid(source, output, fps=fps or 60.0, leave_out=leave_out, progress=progress)

@@ -1,0 +1,227 @@
+"""VOCASET as it is distributed (Cudeiro et al., CVPR 2019, section 6), into a corpus.
+
+data_verts.npy       (row, 5023, 3) m in zero pose, 60 fps
+raw_audio_fixed.pkl  {subject: {sentence: {"audio": int16 samples, "sample_rate": Hz}}}
+templates.pkl        {subject: (5023, 3)} m
+subj_seq_to_idx.pkl  {subject: {sentence: {frame number: row}}}
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.clip import Clip
+from elocute.corpus.importers.common import (
+    Progress,
+    even_split,
+    finish,
+    mapped,
+    templates_of,
+    waveform_of,
+)
+from elocute.corpus.split import Entry, Split
+from elocute.corpus.writer import corpus_writer
+from elocute.errors import AudioError, CorpusError
+from elocute.head.closed_pickle import read_pickle
+
+FPS = 60.0
+VERTICES = 5023  # FLAME's mesh
+FILES = ("data_verts.npy", "raw_audio_fixed.pkl", "templates.pkl", "subj_seq_to_idx.pkl")
+NOTE = "VOCASET (Cudeiro et al. 2019), under the licence of its authors; not to be passed on."
+TEXTS_MAX_BYTES = 16_000_000
+
+# In the order of the released code, which is the order of its model's styles.
+TRAIN = (
+    "FaceTalk_170728_03272_TA", "FaceTalk_170904_00128_TA", "FaceTalk_170725_00137_TA",
+    "FaceTalk_170915_00223_TA", "FaceTalk_170811_03274_TA", "FaceTalk_170913_03279_TA",
+    "FaceTalk_170904_03276_TA", "FaceTalk_170912_03278_TA",
+)  # fmt: skip
+VALIDATION = ("FaceTalk_170811_03275_TA", "FaceTalk_170908_03277_TA")
+TEST = ("FaceTalk_170809_00138_TA", "FaceTalk_170731_00024_TA")
+PUBLISHED = (*TRAIN, *VALIDATION, *TEST)
+OWN_SENTENCES = frozenset(f"sentence{number}" for number in range(21, 41))
+"""Of validation and test, the sentences that nobody of another part speaks (section 5)."""
+
+Texts = dict[tuple[str, str], str]
+
+
+def convert_vocaset(
+    source: Path,
+    output: Path,
+    *,
+    texts: Path | None = None,
+    leave_out: frozenset[str] = frozenset(),
+    progress: Progress = None,
+) -> list[str]:
+    """Write the corpus folder `output`; returns a line for each thing that was skipped.
+
+    texts  .json {subject: {sentence: text}} or lines `subject TAB sentence TAB text`. VOCASET's
+           sentence numbers mean another text with each subject, so without texts no two
+           subjects share a sentence identifier, and with them those share that say the same.
+
+    Raises InputError for missing, foreign or broken files, another topology, and rows that are
+    not there; nothing is written then.
+    """
+    for name in FILES:
+        if not (source / name).is_file():
+            raise CorpusError.about(source, found=f"no {name}", allowed=", ".join(FILES))
+    vertices = mapped(source / "data_verts.npy")
+    if vertices.ndim != 3 or vertices.shape[1:] != (VERTICES, 3):
+        raise CorpusError.about(
+            source / "data_verts.npy", found=_shape_told(vertices),
+            allowed=f"(frames, {VERTICES}, 3), {VERTICES} vertices",
+        )  # fmt: skip
+    path = source / "templates.pkl"
+    templates = templates_of(path, read_pickle(path), VERTICES)
+    rows = _nested(source / "subj_seq_to_idx.pkl")
+    sounds = _nested(source / "raw_audio_fixed.pkl")
+    words = {} if texts is None else read_texts(texts)
+    order = sorted(templates, key=lambda name: (_rank(name), name))
+    notes = _strangers(rows, sounds, templates)
+    with corpus_writer(
+        output, {name: templates[name] for name in order}, fps=FPS, topology="flame", note=NOTE
+    ) as writer:
+        numbers: dict[str, str] = {}
+        for done, subject in enumerate(order, 1):
+            listed = sorted({*rows.get(subject, {}), *sounds.get(subject, {})})
+            for number in (n for n in listed if not {subject, f"{subject}.{n}"} & leave_out):
+                indices = rows.get(subject, {}).get(number)
+                sound = sounds.get(subject, {}).get(number)
+                if missing := _missing(indices, sound):
+                    notes.append(f"{subject} {number}: no {missing}")
+                    continue
+                places = _rows(source, subject, number, indices, len(vertices), notes)
+                text = words.get((subject, number), "")
+                clip = _clip(subject, number, text, sound, vertices[places], notes, writer.entries)
+                if clip is not None:
+                    writer.add(clip)
+                    numbers[clip.name] = number
+            if progress:
+                progress(done / len(order))
+        finish(writer, source, notes)
+        writer.splits["default"] = vocaset_split(writer.entries, numbers, notes)
+    return notes
+
+
+def vocaset_split(entries: Sequence[Entry], numbers: dict[str, str], notes: list[str]) -> Split:
+    """The published 8/2/2 split, or an even one for other subjects, and a note.
+
+    numbers  clip name to VOCASET's own sentence name
+    """
+    if not {entry.subject for entry in entries} <= set(PUBLISHED):
+        return even_split(entries, notes)
+
+    def part(subjects: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(
+            entry.name
+            for entry in entries
+            if entry.subject in subjects
+            and (subjects is TRAIN or numbers[entry.name] in OWN_SENTENCES)
+        )
+
+    return Split(part(TRAIN), part(VALIDATION), part(TEST))
+
+
+def read_texts(path: Path) -> Texts:
+    """(subject, sentence) to text. Raises CorpusError."""
+    try:
+        if path.stat().st_size > TEXTS_MAX_BYTES:
+            raise CorpusError.about(path, found="more than 16 MB", allowed="a list of sentences")
+        text = path.read_text(encoding="utf-8")
+        if path.suffix.lower() == ".json":
+            return {
+                (str(who), str(number)): str(said)
+                for who, sentences in json.loads(text).items()
+                for number, said in sentences.items()
+            }
+        lines = [line.split("\t") for line in text.splitlines() if line.strip()]
+        return {(who, number): said.strip() for who, number, said in lines}
+    except (OSError, ValueError, AttributeError, RecursionError) as error:
+        raise CorpusError.about(
+            path, found="no list of sentences",
+            allowed="subject TAB sentence TAB text, or .json {subject: {sentence: text}}",
+        ) from error  # fmt: skip
+
+
+def sentence_id(subject: str, number: str, text: str) -> str:
+    """The same for all who say the same words; without words, one that nobody shares."""
+    words = " ".join("".join(c if c.isalnum() else " " for c in text.casefold()).split())
+    return f"t{hashlib.sha256(words.encode()).hexdigest()[:12]}" if words else f"{subject}_{number}"
+
+
+def _missing(indices: Any, sound: Any) -> str:
+    if not isinstance(indices, dict) or not indices:
+        return "motion"
+    return "" if isinstance(sound, dict) and sound else "sound"
+
+
+def _rank(subject: str) -> int:
+    return PUBLISHED.index(subject) if subject in PUBLISHED else len(PUBLISHED)
+
+
+def _shape_told(array: NDArray[Any]) -> str:
+    count = f", {array.shape[1]} vertices" if array.ndim == 3 else ""
+    return f"shape {array.shape}{count}"
+
+
+def _nested(path: Path) -> dict[str, dict[str, Any]]:
+    """{subject: {sentence: …}} of a pickle. Raises InputError, foreign globals by name."""
+    given = read_pickle(path)
+    if not isinstance(given, dict) or not all(isinstance(inner, dict) for inner in given.values()):
+        raise CorpusError.about(path, found="something else", allowed="{subject: {sentence: …}}")
+    return {str(who): {str(k): v for k, v in inner.items()} for who, inner in given.items()}
+
+
+def _strangers(
+    rows: dict[str, Any], sounds: dict[str, Any], templates: dict[str, Any]
+) -> list[str]:
+    return [f"{name}: no template" for name in sorted({*rows, *sounds} - set(templates))]
+
+
+def _rows(
+    source: Path, subject: str, number: str, indices: Any, count: int, notes: list[str]
+) -> NDArray[np.int64]:
+    """Rows of one sentence in the order of its frames. Raises CorpusError out of range."""
+    about = f"{source / 'subj_seq_to_idx.pkl'} ({subject} {number})"
+    try:
+        pairs = sorted((int(frame), int(row)) for frame, row in indices.items())
+    except (AttributeError, TypeError, ValueError) as error:
+        raise CorpusError.about(about, found="no rows", allowed="{frame number: row}") from error
+    frames, rows = (np.array(column, np.int64) for column in zip(*pairs, strict=True))
+    wrong = (rows < 0) | (rows >= count)
+    if wrong.any():
+        raise CorpusError.about(
+            about, found=f"row {rows[wrong.argmax()]}", allowed=f"0 to {count - 1}"
+        )
+    if missing := int(frames[-1] - frames[0] + 1 - len(frames)):
+        notes.append(f"{subject} {number}: {missing} frames missing between others")
+    return rows
+
+
+def _clip(
+    subject: str,
+    number: str,
+    text: str,
+    sound: Any,
+    frames: NDArray[Any],
+    notes: list[str],
+    there: Sequence[Entry],
+) -> Clip | None:
+    sentence = sentence_id(subject, number, text)
+    if any(entry.name == f"{subject}.{sentence}" for entry in there):
+        sentence = f"{sentence}-{number}"  # the same words said twice by one subject
+    try:
+        waveform = waveform_of(sound["audio"], sound["sample_rate"])
+        return Clip(subject, sentence, text, waveform, frames.astype(np.float32))
+    except (AudioError, CorpusError) as error:
+        notes.append(f"{subject} {number}: {error}")
+    except (KeyError, TypeError, IndexError):
+        notes.append(f"{subject} {number}: sound without audio and sample_rate")
+    return None
