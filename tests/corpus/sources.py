@@ -23,7 +23,8 @@ def talk(template: np.ndarray, frames: int, seed: int = 0) -> np.ndarray:
     low = np.argsort(template[:, 1])[: len(template) // 10]
     motion = np.repeat(template[None], frames, axis=0)
     wave = np.sin(np.arange(frames) / 5 + seed)
-    motion[:, low, 1] -= (0.004 * np.abs(wave)[:, None]).astype(motion.dtype)
+    depth = 0.03 * np.ptp(template)
+    motion[:, low, 1] -= (depth * np.abs(wave)[:, None]).astype(motion.dtype)
     return motion
 
 

@@ -1,0 +1,121 @@
+"""`elocute corpus`: what a corpus holds, what is wrong with it, and how to make one."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import InputError
+
+if TYPE_CHECKING:
+    from elocute.corpus.check import Finding
+
+app = typer.Typer(help="Look at, check and convert corpora of talking faces.", no_args_is_help=True)
+
+Folder = typer.Argument(..., help="A corpus folder, as `corpus convert` writes it.")
+NAMES_MAX_BYTES = 16_000_000
+
+
+@app.callback()
+def _group() -> None:
+    """Look at, check and convert corpora of talking faces."""
+
+
+@app.command("info")
+def info_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
+    """Say what a corpus holds: subjects, sentences, minutes and splits."""
+    from elocute.corpus.statistics import summary
+    from elocute.corpus.store import open_corpus
+
+    record = summary(open_corpus(folder))
+    if as_json:
+        print(json.dumps({"folder": str(folder), **record}))
+        return
+    for name, value in record.items():
+        if isinstance(value, dict):
+            print(f"{name}:")
+            for key, inner in value.items():
+                told = (
+                    ", ".join(f"{count} {part}" for part, count in inner.items())
+                    if isinstance(inner, dict)
+                    else f"{inner} min"
+                )
+                print(f"  {key:28} {told}")
+        else:
+            print(f"{name:12} {value}")
+
+
+@app.command("check")
+def check_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
+    """Look for what would spoil training; exit 1 where an error was found."""
+    from elocute.corpus.check import check_corpus
+    from elocute.corpus.store import open_corpus
+
+    corpus = open_corpus(folder)
+    with progress_bar(f"checking {folder.name}", as_json) as progress:
+        findings = check_corpus(corpus, progress)
+    errors = sum(finding.level == "error" for finding in findings)
+    if as_json:
+        record = {"folder": str(folder), "errors": errors, "warnings": len(findings) - errors}
+        print(json.dumps(record | {"findings": [asdict(finding) for finding in findings]}))
+    else:
+        _print_table(findings)
+        print(f"{errors} errors, {len(findings) - errors} warnings in {len(corpus.entries)} clips")
+    if errors:
+        raise typer.Exit(1)
+
+
+def _print_table(findings: list[Finding]) -> None:
+    wide = max((len(finding.about) for finding in findings), default=0)
+    for finding in findings:
+        place = "" if finding.frame is None else f"  (frame {finding.frame})"
+        print(f"{finding.level:8} {finding.about:{wide}}  {finding.what}{place}")
+
+
+@app.command("convert")
+def convert_command(
+    source: Path = typer.Argument(..., help="Folder of VOCASET, BIWI, … as it was distributed."),
+    output: Path = typer.Option(..., "-o", "--output", help="A new corpus folder."),
+    format: str | None = typer.Option(
+        None, help="vocaset, biwi, folder or grid; found out by default."
+    ),
+    fps: float | None = typer.Option(None, help="Frame rate of folder (30) or grid (60)."),
+    texts: Path | None = typer.Option(None, help="What was said: subject TAB sentence TAB text."),
+    leave_out: Path | None = typer.Option(
+        None, help="A text file of subjects or clips to leave out."
+    ),
+    as_json: bool = options.Json,
+) -> None:
+    """Make a corpus folder of recordings; say what was skipped and why."""
+    from elocute.corpus.importers.registry import convert
+    from elocute.corpus.store import open_corpus
+
+    unwanted = frozenset() if leave_out is None else _names(leave_out)
+    with progress_bar(f"converting {source.name}", as_json) as progress:
+        notes = convert(
+            source, output, format=format, fps=fps, texts=texts, leave_out=unwanted,
+            progress=progress,
+        )  # fmt: skip
+    corpus = open_corpus(output)
+    if as_json:
+        record = {"source": str(source), "output": str(output), "clips": len(corpus.entries)}
+        print(json.dumps(record | {"subjects": len(corpus.subjects), "notes": notes}))
+        return
+    for note in notes:
+        print(note)
+    print(output)
+
+
+def _names(path: Path) -> frozenset[str]:
+    try:
+        if path.stat().st_size > NAMES_MAX_BYTES:
+            raise InputError.about(path, found="more than 16 MB", allowed="one name a line")
+        return frozenset(path.read_text(encoding="utf-8").split())
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError.about(path, found="cannot be read", allowed="a text file") from error

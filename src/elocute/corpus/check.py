@@ -1,0 +1,169 @@
+"""What is wrong with a corpus, found before anybody trains on it.
+
+A corpus of any size is read once, clip by clip; what is kept are the findings and a few sums for
+each subject.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elocute.audio.waveform import Waveform
+from elocute.corpus.motion_checks import MotionFacts, Places, examine, find_places
+from elocute.corpus.split import Entry, leaks
+from elocute.corpus.store import Corpus
+from elocute.corpus.sync import LAG_MAX_S, LagSums, Offset, estimate_offset, lag_sums
+from elocute.corpus.units import HEIGHT_RANGE_M, fitting_unit, height, is_head_sized
+from elocute.errors import AudioError
+
+TURN_MAX_DEG, SHIFT_MAX_MM = 2.0, 5.0
+LENGTH_MAX_FRAMES = 2.0
+LENGTH_ERROR_S = 0.5
+STILL_MM = 0.3  # mean distance of the mouth from rest: its range in a clip that hardly moves
+LOUD_RMS = 0.01
+OFFSET_MAX_S = 0.1
+POOLED_SECONDS, POOLED_GAIN, POOLED_R = 8.0, 0.08, 0.25
+CLIP_SECONDS, CLIP_GAIN, CLIP_R = 4.0, 0.25, 0.5
+SAME_OFFSET_S = 0.06
+
+
+@dataclass(frozen=True)
+class Finding:
+    """level "error" or "warning"; about a clip, a subject, a split or "corpus"; at a frame."""
+
+    level: str
+    about: str
+    what: str
+    frame: int | None = None
+
+
+@dataclass
+class _Sums:
+    """Correlation sums by subject, and clips that are off by themselves."""
+
+    subjects: dict[str, LagSums] = field(default_factory=dict)
+    clips: list[tuple[str, str, Offset]] = field(default_factory=list)
+
+    def add(self, entry: Entry, sums: LagSums) -> None:
+        known = self.subjects.get(entry.subject)
+        self.subjects[entry.subject] = sums if known is None else known + sums
+        offset = estimate_offset(sums)
+        sure = sums.seconds >= CLIP_SECONDS and offset.gain > CLIP_GAIN and offset.r > CLIP_R
+        if sure and OFFSET_MAX_S < abs(offset.seconds) < 0.9 * LAG_MAX_S:
+            self.clips.append((entry.name, entry.subject, offset))
+
+
+def check_corpus(corpus: Corpus, progress: Callable[[float], None] | None = None) -> list[Finding]:
+    """Findings of a corpus, those about the whole first; none where it is clean.
+
+    Looks for numbers that are not finite, units other than metres, jumps, clips that are turned
+    or shifted against their template, clips that do not move, sound that is missing, cut short,
+    of another length or at another time than the motion, and splits that share something.
+    """
+    found = list(_templates(corpus))
+    for name, split in corpus.splits.items():
+        found += [Finding("error", f"split {name}", line) for line in leaks(corpus.entries, split)]
+    places = find_places(corpus)
+    sums = _Sums()
+    clips: list[Finding] = []
+    for done, entry in enumerate(corpus.entries, 1):
+        clips += _clip(corpus, entry, places, sums)
+        if progress:
+            progress(done / len(corpus.entries))
+    return [*found, *_offsets(sums), *clips]
+
+
+def _templates(corpus: Corpus) -> Iterator[Finding]:
+    for subject in corpus.subjects:
+        template = np.asarray(corpus.template(subject))
+        if not np.isfinite(template).all():
+            yield Finding("error", subject, "template: NaN or infinity")
+            continue
+        size = height(template)
+        if not is_head_sized(size):
+            low, high = HEIGHT_RANGE_M
+            unit = fitting_unit(size)
+            fits = f"it fits a head in {unit}" if unit else "no unit fits"
+            told = f"template: {size:.4g} m high, a head has {low:g} to {high:g} m; {fits}"
+            yield Finding("error", subject, told)
+
+
+def _clip(corpus: Corpus, entry: Entry, places: Places, sums: _Sums) -> Iterator[Finding]:
+    facts = examine(corpus, entry.name, places)
+    yield from _motion(entry, facts)
+    try:
+        sound = corpus.sound(entry.name)
+    except AudioError as error:
+        yield Finding("error", entry.name, f"sound: {error}")
+        return
+    gap = sound.duration_s - entry.frames / corpus.fps
+    if abs(gap) * corpus.fps > LENGTH_MAX_FRAMES:
+        level = "error" if abs(gap) > LENGTH_ERROR_S else "warning"
+        than = "longer" if gap > 0 else "shorter"
+        yield Finding(level, entry.name, f"length: sound is {abs(gap):.2f} s {than} than motion")
+    if facts.broken is not None:
+        return
+    if _loud(sound) and np.ptp(facts.activity) < STILL_MM:
+        told = f"still: the mouth moves {np.ptp(facts.activity):.2f} mm though somebody speaks"
+        yield Finding("error", entry.name, told)
+        return
+    measured = lag_sums(sound, facts.activity, corpus.fps)
+    if measured is not None:
+        sums.add(entry, measured)
+
+
+def _motion(entry: Entry, facts: MotionFacts) -> Iterator[Finding]:
+    if facts.broken is not None:
+        yield Finding("error", entry.name, "motion: NaN or infinity", facts.broken)
+        return
+    if facts.jump is not None:
+        told = f"jump: a vertex moves {facts.jump_mm:.1f} mm in one frame"
+        yield Finding("error", entry.name, told, facts.jump)
+    if facts.turned_deg > TURN_MAX_DEG or facts.shifted_mm > SHIFT_MAX_MM:
+        told = (
+            f"pose: turned {facts.turned_deg:.1f} degrees and shifted {facts.shifted_mm:.1f} mm "
+            "against the template; unpose it"
+        )
+        yield Finding("error", entry.name, told, facts.posed)
+
+
+def _loud(sound: Waveform) -> bool:
+    return float(np.sqrt(np.mean(np.square(sound.samples, dtype=np.float64)))) > LOUD_RMS
+
+
+def _offsets(sums: _Sums) -> Iterator[Finding]:
+    """The whole corpus first; then subjects and clips that differ from what was said already."""
+    if not sums.subjects:
+        return
+    parts = list(sums.subjects.values())
+    whole = _sure(sum(parts[1:], parts[0])) if len(parts) > 1 else None
+    if whole is not None:
+        yield Finding("error", "corpus", _told(whole))
+    for subject, part in sums.subjects.items():
+        offset = _sure(part)
+        if offset is not None and not _same(offset, whole):
+            yield Finding("error", subject, _told(offset))
+        for name, who, single in sums.clips:
+            if who == subject and not _same(single, offset or whole):
+                yield Finding("warning", name, _told(single))
+
+
+def _sure(sums: LagSums) -> Offset | None:
+    offset = estimate_offset(sums)
+    enough = sums.seconds >= POOLED_SECONDS and offset.gain > POOLED_GAIN and offset.r > POOLED_R
+    return offset if enough and abs(offset.seconds) > OFFSET_MAX_S else None
+
+
+def _same(offset: Offset, said: Offset | None) -> bool:
+    return said is not None and abs(offset.seconds - said.seconds) < SAME_OFFSET_S
+
+
+def _told(offset: Offset) -> str:
+    than = "after" if offset.seconds > 0 else "before"
+    return (
+        f"offset: motion comes {1000 * abs(offset.seconds):.0f} ms {than} the sound "
+        f"(correlation {offset.r:.2f}, {offset.gain:.2f} more than without)"
+    )

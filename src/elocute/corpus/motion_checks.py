@@ -1,0 +1,146 @@
+"""What can be wrong with the motion of a clip, looked at some frames at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.store import Corpus
+
+Floats = NDArray[np.float64]
+
+BLOCK_FRAMES = 128
+SPEED_MAX_M_S = 1.2  # 20 mm between frames at 60 a second; lips reach 0.3
+SAMPLE_CLIPS, SAMPLE_FRAMES = 48, 8
+MOVING_COUNT = 60
+RIGID_SHARE = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """moving: the vertices that move most, the mouth; steady: those that move least."""
+
+    moving: NDArray[np.integer]
+    steady: NDArray[np.integer]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionFacts:
+    """One clip in numbers.
+
+    activity   (frame,) mm: how far the moving vertices are from the template, on average
+    broken     first frame that is not finite, or None
+    jump       frame after the largest jump, or None; jump_mm its size
+    turned_deg, shifted_mm  worst against the template, at frame `posed`
+    """
+
+    activity: Floats
+    broken: int | None = None
+    jump: int | None = None
+    jump_mm: float = 0.0
+    turned_deg: float = 0.0
+    shifted_mm: float = 0.0
+    posed: int = 0
+
+
+def find_places(corpus: Corpus) -> Places:
+    """Vertices by how much they move about within clips, judged by a sample of frames."""
+    spread = np.zeros(corpus.vertex_count)
+    entries = corpus.entries
+    for index in np.unique(np.linspace(0, len(entries) - 1, SAMPLE_CLIPS).round().astype(int)):
+        entry = entries[index]
+        frames = sampled_frames(entry.frames)
+        moved = np.concatenate([corpus.displacements(entry.name, f, f + 1) for f in frames])
+        if np.isfinite(moved).all():
+            spread += moved.astype(np.float64).var(axis=0).sum(axis=1)
+    order = np.argsort(spread, kind="stable")
+    count = len(order)
+    moving = order[-max(1, min(MOVING_COUNT, count // 4)) :]
+    return Places(np.sort(moving), np.sort(order[: max(4, round(RIGID_SHARE * count))]))
+
+
+def sampled_frames(count: int) -> NDArray[np.integer]:
+    return np.unique(np.linspace(0, count - 1, SAMPLE_FRAMES).round().astype(int))
+
+
+def examine(corpus: Corpus, name: str, places: Places) -> MotionFacts:
+    """One pass over a clip's frames, BLOCK_FRAMES at a time."""
+    activity, before, start = [], None, 0
+    jump, jump_m = None, SPEED_MAX_M_S / corpus.fps
+    for block in _blocks(corpus, name):
+        finite = np.isfinite(block.reshape(len(block), -1)).all(axis=1)
+        if not finite.all():
+            return MotionFacts(np.zeros(0), broken=start + int(np.argmin(finite)))
+        frames = block if before is None else np.concatenate([before, block])
+        steps = _steps(corpus, frames)
+        if len(steps) and steps.max() > jump_m:
+            jump = start + int(steps.argmax()) + (before is None)
+            jump_m = float(steps.max())
+        activity.append(1000 * _distances(corpus, name, block, places.moving))
+        before, start = block[-1:], start + len(block)
+    turned, shifted, posed = (0.0, 0.0, 0)
+    if corpus.kind == "vertices":  # weights on a basis have nothing to turn by
+        turned, shifted, posed = _pose(corpus, name, places.steady)
+    found_mm = 1000 * jump_m if jump is not None else 0.0
+    return MotionFacts(
+        np.concatenate(activity), None, jump, found_mm, turned, 1000 * shifted, posed
+    )
+
+
+def rigid_motion(points: Floats, template: Floats) -> tuple[float, float]:
+    """Degrees and metres by which points (vertex, 3) are turned and shifted (Kabsch 1976)."""
+    middle, rest = points.mean(axis=0), template.mean(axis=0)
+    left, _, right = np.linalg.svd((points - middle).T @ (template - rest))
+    mirrored = np.sign(np.linalg.det(left @ right))
+    rotation = left @ np.diag([1, 1, mirrored]) @ right
+    turn = np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))
+    return float(np.degrees(turn)), float(np.linalg.norm(middle - rest))
+
+
+def _blocks(corpus: Corpus, name: str) -> Iterator[NDArray[np.float32]]:
+    frames = corpus.frames(name)
+    for start in range(0, len(frames), BLOCK_FRAMES):
+        yield np.asarray(frames[start : start + BLOCK_FRAMES])
+
+
+def _steps(corpus: Corpus, frames: NDArray[np.float32]) -> Floats:
+    """(frame - 1,) m that the fastest vertex moves from each frame to the next."""
+    change = np.diff(frames, axis=0)
+    if corpus.basis is None:
+        return np.sqrt((change**2).sum(axis=2).max(axis=1)).astype(np.float64)
+    basis = np.asarray(corpus.basis)
+    # No vertex moves further than each weight alone could move one: few frames are expanded.
+    most = np.abs(change) @ np.linalg.norm(basis, axis=2).max(axis=1)
+    steps = np.zeros(len(change))
+    for frame in np.flatnonzero(most > SPEED_MAX_M_S / corpus.fps):
+        moved = np.tensordot(change[frame], basis, 1)
+        steps[frame] = np.linalg.norm(moved, axis=1).max()
+    return steps
+
+
+def _distances(
+    corpus: Corpus, name: str, block: NDArray[np.float32], moving: NDArray[np.integer]
+) -> Floats:
+    """(frame,) m, mean distance of the moving vertices from the template."""
+    if corpus.basis is None:
+        moved = block[:, moving] - corpus.template(corpus.entry(name).subject)[moving]
+    else:
+        moved = np.tensordot(block, corpus.basis[:, moving], 1)
+    return np.linalg.norm(moved, axis=2).mean(axis=1).astype(np.float64)
+
+
+def _pose(corpus: Corpus, name: str, steady: NDArray[np.integer]) -> tuple[float, float, int]:
+    """Largest turn (degrees) and shift (m) of some frames, and the frame that turned most."""
+    entry = corpus.entry(name)
+    template = corpus.template(entry.subject)[steady].astype(np.float64)
+    turns, shifts, frames = [], [], sampled_frames(entry.frames)
+    for frame in frames:
+        points = np.asarray(corpus.frames(name)[frame][steady], np.float64)
+        turn, shift = rigid_motion(points, template)
+        turns.append(turn)
+        shifts.append(shift)
+    worst = int(np.argmax(np.array(turns) / 2 + np.array(shifts) / 0.005))
+    return max(turns), max(shifts), int(frames[worst])
