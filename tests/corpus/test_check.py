@@ -217,6 +217,10 @@ def test_leaks_and_broken_templates_are_found(takes, tmp_path) -> None:
     split = Split((clips[0].name,), (), (clips[1].name,))
     findings = check_corpus(replace(corpus, splits={"default": split}))
     assert told(findings, "split default") == "sentence 'ownplain' is in test and train"
+    alone = Split((clips[0].name,), (), (f"plain.{clips[1].sentence}2",))
+    more = [clips[0], replace(clips[1], subject="plain", sentence="ownplain2")]
+    lone = weights_corpus(tmp_path / "lone", more)
+    assert [f.level for f in check_corpus(replace(lone, splits={"a": alone}))] == ["warning"]
     copy = tmp_path / "copy"
     shutil.copytree(corpus.folder, copy)
     templates = np.array(corpus.templates)
