@@ -10,11 +10,11 @@ Array = NDArray[np.floating]
 HYSTERESIS = 0.7
 SPEECH_FLOOR = 0.15
 WAIT_S = 0.16  # lips are shut this long before a first burst at most
-CLOSING_S = 0.055  # lips take this long to meet, and to part again
+CLOSING_S = 0.050  # lips take this long to meet, and to part again
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
 SPEECH_AT_LEAST_S = 0.08  # a blip shorter than this inside a rest is no speech
 WAKE_S = 0.32  # the mouth opens to breathe and prepares before the first sound
-SETTLE_S = 0.28  # and settles after the last
+SETTLE_S = 0.16  # and settles after the last
 
 
 def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:

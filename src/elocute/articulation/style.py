@@ -34,9 +34,9 @@ class Style:
     spread: float = 1.0
     upper_lip: float = 1.0
     asymmetry: float = 0.0
-    anticipation_s: float = 0.050
-    carry_s: float = 0.045
-    closure: float = 0.2
+    anticipation_s: float = 0.040
+    carry_s: float = 0.035
+    closure: float = 0.18
     labiodental: float = 0.3
     hold_s: float = 0.06
     blink_per_min: float = 12.0
@@ -75,12 +75,12 @@ STYLES: dict[str, Style] = {
     "mumble": Style(
         amplitude=0.5, rounding=0.7, spread=0.5, upper_lip=0.5, anticipation_s=0.09, carry_s=0.08
     ),
-    "crisp": Style(amplitude=1.05, anticipation_s=0.045, carry_s=0.035, hold_s=0.08),
+    "crisp": Style(amplitude=1.05, anticipation_s=0.028, carry_s=0.024, hold_s=0.08),
     "rounded": Style(amplitude=0.95, rounding=1.35, spread=0.7),
     "smiling": Style(spread=1.5, rounding=0.85, upper_lip=1.25),
     "wry": Style(amplitude=0.9, asymmetry=0.45),
     "tense": Style(
-        amplitude=0.7, rounding=0.7, spread=1.4, anticipation_s=0.035, carry_s=0.03, hold_s=0.09
+        amplitude=0.7, rounding=0.7, spread=1.4, anticipation_s=0.03, carry_s=0.025, hold_s=0.09
     ),
     "drawl": Style(amplitude=0.9, upper_lip=0.4, anticipation_s=0.1, carry_s=0.11),
     "pouting": Style(amplitude=0.8, rounding=1.6, spread=0.4),

@@ -24,8 +24,10 @@ Array = NDArray[np.float32]
 SAMPLE_RATE = front_end.SAMPLE_RATE
 PHONE_RATE = 50.0
 STRIDE = 2  # feature frames per output frame
+SAMPLES_PER_OUTPUT = round(SAMPLE_RATE / PHONE_RATE)
 BUILTIN_PATH = Path(__file__).parent / "assets" / "phones.onnx"
 BLOCK_FRAMES = 3000  # feature frames in one run of the network: 30 s, so memory stays bounded
+REST_FRAMES = 8  # outputs of silence put before and after: speech is never cut so hard in training
 FILE_MAX_BYTES = 64_000_000
 
 
@@ -106,6 +108,10 @@ def builtin_encoder() -> PhoneEncoder:
     return PhoneEncoder()
 
 
+def _rest() -> Array:
+    return np.zeros(REST_FRAMES * SAMPLES_PER_OUTPUT, np.float32)
+
+
 class PhoneStream:
     """Push sound, take log-posteriors as soon as their look-ahead is known; flush at the end."""
 
@@ -117,18 +123,22 @@ class PhoneStream:
         self._keep = -(-self._reach.history // STRIDE) * STRIDE
         self._features = np.zeros((0, front_end.BANDS), np.float32)
         self._origin = 0  # feature frame at which _features begins
-        self._done = 0  # outputs given so far
+        self._done = 0  # outputs made so far, those of the rest before included
+        self._samples = 0
+        self._extend(self._front_end.push(_rest()))
 
     def push(self, samples: Array) -> Array:
         """(sample,) at 16 kHz; returns the (frame, 40) that are now certain."""
+        self._samples += len(samples)
         self._extend(self._front_end.push(samples))
         known = self._origin + len(self._features) - self._reach.lookahead
         return self._advance(max(0, -(-known // STRIDE)))
 
     def flush(self) -> Array:
-        """The remaining frames; the network pads what lies beyond the end."""
+        """The remaining frames."""
+        self._extend(self._front_end.push(_rest()))
         self._extend(self._front_end.flush())
-        return self._advance(-(-(self._origin + len(self._features)) // STRIDE))
+        return self._advance(REST_FRAMES + -(-self._samples // SAMPLES_PER_OUTPUT))
 
     def _extend(self, features: Array) -> None:
         self._features = np.concatenate([self._features, features])
@@ -142,7 +152,8 @@ class PhoneStream:
             window = self._features[begin - self._origin : end - self._origin]
             outputs = self._encoder.run(window)
             first = self._done - begin // STRIDE
-            pieces.append(outputs[first : first + stop - self._done])
+            shown = max(first, REST_FRAMES - begin // STRIDE)
+            pieces.append(outputs[shown : first + stop - self._done])
             self._done = stop
         cut = max(self._origin, self._done * STRIDE - self._keep)
         self._features = self._features[cut - self._origin :]

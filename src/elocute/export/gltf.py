@@ -88,6 +88,7 @@ class _File:
 
     json: dict[str, Any] = field(default_factory=lambda: _empty_json())
     chunks: list[bytes] = field(default_factory=list)
+    still: dict[tuple[int, bool], int] = field(default_factory=dict)
     size: int = 0
 
     def view(self, data: bytes, target: int | None = None) -> int:
@@ -127,19 +128,30 @@ class _File:
     ) -> int:
         """An accessor of `count` vectors that are zero but for `rows`."""
         record: dict[str, Any] = {"componentType": FLOAT, "count": count, "type": "VEC3"}
+        if not len(rows):
+            return self._still(record, bounds)
         if bounds:
-            shown = values if len(rows) == count else np.vstack([values, np.zeros((1, 3))])
-            record |= {"min": shown.min(axis=0).tolist(), "max": shown.max(axis=0).tolist()}
-        if len(rows):
-            record["sparse"] = {
-                "count": len(rows),
-                "indices": {
-                    "bufferView": self.view(rows.astype(np.uint32).tobytes()),
-                    "componentType": UINT,
-                },
-                "values": {"bufferView": self.view(values.astype(np.float32).tobytes())},
-            }
+            low, high = values.min(axis=0), values.max(axis=0)
+            if len(rows) < count:
+                low, high = np.minimum(low, 0), np.maximum(high, 0)
+            record |= {"min": low.tolist(), "max": high.tolist()}
+        record["sparse"] = {
+            "count": len(rows),
+            "indices": {
+                "bufferView": self.view(rows.astype(np.uint32).tobytes()),
+                "componentType": UINT,
+            },
+            "values": {"bufferView": self.view(values.astype(np.float32).tobytes())},
+        }
         return self.accessor(**record)
+
+    def _still(self, record: dict[str, Any], bounds: bool) -> int:
+        """Vectors that are all zero; every target that moves nothing shares them."""
+        key = record["count"], bounds
+        if key not in self.still:
+            ends = {"min": [0.0] * 3, "max": [0.0] * 3} if bounds else {}
+            self.still[key] = self.accessor(**record, **ends)
+        return self.still[key]
 
     def material(self, name: str) -> int:
         self.json["materials"].append(
@@ -253,30 +265,28 @@ def _four_joints(weights: NDArray[np.float32]) -> tuple[NDArray[np.uint8], NDArr
     return np.where(kept > 0, joints, 0).astype(np.uint8), kept.astype(np.float32)
 
 
-_Part = tuple[NDArray[np.intp], NDArray[np.float32]]
+_Part = tuple[NDArray[np.bool_], NDArray[np.float32]]
 
 
 def _shapes(head: HeadModel) -> list[dict[str, _Part]]:
-    """Per shape: the vertices it moves and turns, ascending, and by how much."""
+    """Per shape: (vertex,) which vertices it moves and turns, and (vertex, 3) by how much."""
     shapes: list[dict[str, _Part]] = []
     turns = morphed_normals(head.template, head.triangles, head.expression_basis)
-    for delta, (turned, change) in zip(head.expression_basis, turns, strict=True):
-        moved = np.flatnonzero(moved_vertices(delta))
+    for delta, (near, change) in zip(head.expression_basis, turns, strict=True):
         clear = (change * change).sum(axis=1) > NORMAL_STEP**2
-        shapes.append({"POSITION": (moved, delta[moved]), "NORMAL": (turned[clear], change[clear])})
+        turned, turn = np.zeros(len(delta), bool), np.zeros_like(delta)
+        turned[near[clear]], turn[near[clear]] = True, change[clear]
+        shapes.append({"POSITION": (moved_vertices(delta), delta), "NORMAL": (turned, turn)})
     return shapes
 
 
 def _target(
-    file: _File, vertices: NDArray[Any], moved: NDArray[np.intp], deltas: NDArray[np.float32],
+    file: _File, vertices: NDArray[Any], moved: NDArray[np.bool_], deltas: NDArray[np.float32],
     bounds: bool,
 ) -> int:  # fmt: skip
-    """One morph target of the primitive whose corners stand on `vertices` (ascending)."""
-    if not len(moved):
-        return file.sparse(moved, deltas, len(vertices), bounds)
-    places = np.minimum(np.searchsorted(moved, vertices), len(moved) - 1)
-    rows = np.flatnonzero(moved[places] == vertices)
-    return file.sparse(rows, deltas[places[rows]], len(vertices), bounds)
+    """One morph target of the primitive whose corners stand on `vertices`."""
+    rows = np.flatnonzero(moved[vertices])
+    return file.sparse(rows, deltas[vertices[rows]], len(vertices), bounds)
 
 
 def _joints(file: _File, head: HeadModel, nodes: list[dict[str, Any]]) -> list[int]:
