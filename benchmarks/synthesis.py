@@ -20,7 +20,7 @@ from pathlib import Path
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 
-import numpy as np  # noqa: E402
+import numpy as np
 
 EXAMPLE = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
 START = "from elocute.cli import main; main()"
