@@ -6,6 +6,7 @@
     │   ├── HeadError       head model or identity that cannot be used
     │   ├── MotionError     motion or curves that cannot be used
     │   ├── CorpusError     a corpus, a split or a clip that cannot be used
+    │   ├── CaptureError    a scan, its landmarks or a recording that cannot be registered
     │   ├── ModelError      a trained model or checkpoint that cannot be used
     │   └── OutputError     a place or a format that cannot be written
     └── MachineError        something this machine lacks (a renderer, say)
@@ -51,6 +52,10 @@ class MotionError(InputError):
 
 class CorpusError(InputError):
     """A corpus, a split or a clip that cannot be used."""
+
+
+class CaptureError(InputError):
+    """A scan, a sequence of them, their landmarks or a recording that cannot be registered."""
 
 
 class ModelError(InputError):
