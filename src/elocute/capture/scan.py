@@ -15,7 +15,7 @@ from elocute.export.surface import vertex_normals
 Floats = NDArray[np.float64]
 
 POINTS_RANGE = (500, 4_000_000)
-STRAY_SHARE = 0.01
+STRAY_SHARE = 0.001
 """A part with fewer of the points than this, that hangs on nothing, is thrown away."""
 
 

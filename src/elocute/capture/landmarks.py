@@ -1,0 +1,126 @@
+"""The 68 landmarks of a face, and the files that hold them."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import CaptureError
+from elocute.motion.atomic import write_atomically
+
+Floats = NDArray[np.float64]
+
+COUNT = 68
+GOOD_MIN = 20
+"""Landmarks below which a scan is flagged."""
+CONFIDENT = 0.3
+FILE_MAX_BYTES = 1_000_000
+JAW_LINE = range(17)
+"""The contour of the jaw: where it lies depends on the view, so it counts little."""
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """iBUG's 68 points in space.
+
+    points      (68, 3) m; NaN where one is not known
+    confidence  (68,) 0…1; 0 where a point is not known
+    """
+
+    points: Floats
+    confidence: Floats
+
+    def __post_init__(self) -> None:
+        points = np.array(self.points, np.float64)
+        confidence = np.array(self.confidence, np.float64)
+        if points.shape != (COUNT, 3) or confidence.shape != (COUNT,):
+            raise CaptureError(
+                f"landmarks: found {points.shape} points, {confidence.shape} confidences; "
+                f"allowed: ({COUNT}, 3) and ({COUNT},)"
+            )
+        unknown = ~np.isfinite(points).all(axis=1) | ~np.isfinite(confidence)
+        confidence[unknown], points[unknown] = 0, np.nan
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "confidence", np.clip(confidence, 0, 1))
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """(68,) those that may be used."""
+        return self.confidence >= CONFIDENT
+
+    @property
+    def enough(self) -> bool:
+        return int(self.good.sum()) >= GOOD_MIN
+
+
+def no_landmarks() -> Landmarks:
+    return Landmarks(np.full((COUNT, 3), np.nan), np.zeros(COUNT))
+
+
+def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
+    """68 points from a file, in the unit of its scan.
+
+    .json    {"points": [[x, y, z], …], "confidence": [c, …]}; null for a point not known
+    .ljson   the Menpo project's, versions 2 and 3: {"landmarks": {"points": …}} or
+             {"groups": {name: {"landmarks": {"points": …}}}}
+    .pts     "version: 1, n_points: 68 { x y z … }"
+
+    Raises CaptureError for another count, flat points and anything that cannot be read.
+    """
+    path = Path(path)
+    readers = {".json": _json_points, ".ljson": _json_points, ".pts": _pts_points}
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise CaptureError.about(path, found="no landmarks", allowed=" ".join(readers))
+    try:
+        if path.stat().st_size > FILE_MAX_BYTES:
+            raise ValueError("more than 1 MB")
+        points, confidence = reader(path.read_text(encoding="utf-8"))
+        points = [[math.nan] * 3 if p is None or None in p else p for p in points]
+        array = np.array(points, np.float64)
+        if array.shape != (COUNT, 3):
+            raise ValueError(f"shape {array.shape}")
+        if confidence is None:
+            confidence = np.isfinite(array).all(axis=1).astype(np.float64)
+        return Landmarks(unit_m * array, np.array(confidence, np.float64))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise CaptureError.about(
+            path, found=f"no landmarks that can be used ({error})",
+            allowed=f"{COUNT} points of x, y, z in the unit of the scan",
+        ) from error  # fmt: skip
+
+
+def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
+    """A .json that `read_landmarks` reads, in metres. Raises OutputError."""
+    rows = np.round(landmarks.points, 7).tolist()
+    known = np.isfinite(landmarks.points).all(axis=1)
+    record = {
+        "points": [row if there else None for row, there in zip(rows, known, strict=True)],
+        "confidence": np.round(landmarks.confidence, 4).tolist(),
+    }
+    with write_atomically(path) as draft:
+        draft.write_text(json.dumps(record) + "\n", encoding="utf-8")
+
+
+def _json_points(text: str) -> tuple[list[Any], Any]:
+    record = json.loads(text)
+    confidence = record.get("confidence")
+    if "groups" in record:
+        record = next(iter(record["groups"].values()))
+    if "landmarks" in record:
+        record = record["landmarks"]
+    return record["points"], confidence
+
+
+def _pts_points(text: str) -> tuple[list[Any], None]:
+    inside = re.search(r"\{(.*)\}", text, re.DOTALL)
+    if inside is None:
+        raise ValueError("no { … }")
+    return [[float(x) for x in line.split()] for line in inside[1].split("\n") if line.strip()], None
