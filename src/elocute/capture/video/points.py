@@ -1,0 +1,55 @@
+"""Where the 478 points of MediaPipe's face mesh lie on the built-in head."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.video.topology import POINT_COUNT
+from elocute.motion.atomic import write_atomically
+
+TABLE_PATH = Path(__file__).parent / "assets" / "face_points.npz"
+
+
+@dataclass(frozen=True, eq=False)
+class FacePoints:
+    """Each point as a place in a triangle of the head (made by recipes/face_points.py).
+
+    vertices   (478, 3) vertex indices
+    shares     (478, 3) barycentric coordinates
+    spread_mm  (478,) how far the detector's sightings lay apart, median; half a millimetre on
+               lips and lids, more on smooth cheeks and at the rim of the face
+    """
+
+    vertices: NDArray[np.int32]
+    shares: NDArray[np.float32]
+    spread_mm: NDArray[np.float32]
+
+    def on(self, vertices: NDArray[np.floating]) -> NDArray[np.float64]:
+        """(…, 478, 3) of vertices, or of displacements of them, (…, vertex, 3)."""
+        corners = vertices[..., self.vertices, :].astype(np.float64)
+        return np.einsum("pc,...pca->...pa", self.shares.astype(np.float64), corners)
+
+
+@cache
+def builtin_face_points() -> FacePoints:
+    """The table that ships, read once per process."""
+    with np.load(TABLE_PATH, allow_pickle=False) as stored:
+        return FacePoints(stored["vertices"], stored["shares"], stored["spread_mm"])
+
+
+def save_table(points: FacePoints, path: Path = TABLE_PATH) -> None:
+    """Write the table. Raises OutputError."""
+    assert len(points.vertices) == POINT_COUNT
+    packed = io.BytesIO()
+    np.savez_compressed(
+        packed, vertices=points.vertices.astype(np.int32),
+        shares=points.shares.astype(np.float32), spread_mm=points.spread_mm.astype(np.float32),
+    )  # fmt: skip
+    with write_atomically(path) as draft:
+        draft.write_bytes(packed.getvalue())

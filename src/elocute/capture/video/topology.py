@@ -1,0 +1,40 @@
+"""Facts about MediaPipe's face mesh: which of its 478 points lie where.
+
+Points 0 to 467 are the face mesh's, 468 to 477 the irises' (centre first, then their rim).
+Right and left are the person's own; a picture shows a person's right side on its left.
+"""
+
+from __future__ import annotations
+
+from elocute.corpus.importers.lip_fit import (
+    CONTOURS,
+    INNER_LOWER,
+    INNER_UPPER,
+    OUTER_LOWER,
+    OUTER_UPPER,
+)
+
+POINT_COUNT = 478
+IRIS = 468
+LIP_CONTOURS = CONTOURS
+LIPS = tuple(sorted({point for contour in CONTOURS for point in contour}))
+INNER_LIPS = tuple(sorted({*INNER_UPPER, *INNER_LOWER}))
+OUTER_LIPS = tuple(sorted({*OUTER_UPPER, *OUTER_LOWER}))
+# Middle pairs of the inner lips, upper and lower: their mean distance is the lips' gap.
+GAP_PAIRS = tuple(zip(INNER_UPPER[3:8], INNER_LOWER[3:8], strict=True))
+
+EYE_CORNERS = (33, 263)  # the outer ones, right and left: the unit of length in pictures
+# From the outer corner to the inner one.
+LIDS = {
+    "upper_right": (33, 246, 161, 160, 159, 158, 157, 173, 133),
+    "lower_right": (33, 7, 163, 144, 145, 153, 154, 155, 133),
+    "upper_left": (263, 466, 388, 387, 386, 385, 384, 398, 362),
+    "lower_left": (263, 249, 390, 373, 374, 380, 381, 382, 362),
+}
+IRISES = {"right": (468, 469, 470, 471, 472), "left": (473, 474, 475, 476, 477)}
+# The rim of the face as a picture shows it: it slides over the skin as the head turns.
+RIM = (
+    10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377, 152,
+    148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
+)  # fmt: skip
+CHIN = 152
