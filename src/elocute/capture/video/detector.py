@@ -75,11 +75,12 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detec
             static_image_mode=still, refine_landmarks=True, max_num_faces=faces,
             min_detection_confidence=0.5, min_tracking_confidence=0.5,
         )  # fmt: skip
+        # Its threads talk while they start; the first picture waits for them.
+        mesh.process(np.zeros((64, 64, 3), np.uint8))
 
     def detect(picture: NDArray[np.uint8]) -> Faces:
         height, width = picture.shape[:2]
-        with _quiet():
-            found = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
+        found = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
         if not found:
             return no_faces()
         points = [[(p.x, p.y, p.z) for p in face.landmark] for face in found]

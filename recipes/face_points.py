@@ -1,0 +1,184 @@
+"""Find where MediaPipe's 478 face points lie on the built-in head.
+
+    python recipes/face_points.py            # writes the table that ships, and says its spread
+
+The detector itself is asked: faces of the identity space are drawn from several sides, each
+found point is cast back onto the drawn mesh, and the median over all pictures is kept as a place
+in a triangle. Points of the lip contours and of the lids are then laid on the head's own lip
+rings and lid edges, where a pixel more or less would be the other lip. Left and right are made
+equal. Needs the extras `video` and `capture`; no data but the shipped head.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.surface import CoarseMesh, lattice_of
+from elocute.capture.video.detector import Detector, mediapipe_detector
+from elocute.capture.video.points import TABLE_PATH, FacePoints, save_table
+from elocute.capture.video.topology import IRIS, LIDS, LIP_CONTOURS, POINT_COUNT
+from elocute.export.render import open_renderer
+from elocute.export.render.camera import Camera, portrait
+from elocute.head.builtin import load_builtin_head
+from elocute.head.identity import sample_identity
+from elocute.head.model import HeadModel
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.integer]
+
+SIDE = 640  # pixels
+FACES = 24
+VIEWS = ((0, 0), (0, -10), (0, 10), (-14, 0), (14, 0), (-28, 3), (28, 3))  # yaw, pitch, degrees
+FACING = 0.5  # cosine below which a sighting counts only where there is nothing better
+
+
+def camera_at(head: HeadModel, yaw_deg: float, pitch_deg: float) -> Camera:
+    """The portrait camera, walked around the head."""
+    front = portrait(head)
+    distance = float(np.linalg.norm(front.position - front.target))
+    yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
+    away = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
+    return Camera((front.target + distance * away).astype(np.float32), front.target)
+
+
+def rays_of(camera: Camera, pixels: Floats) -> Floats:
+    """(point, 3) unit directions through pixels (point, 2) of a square picture."""
+    reach = np.tan(np.radians(camera.field_deg) / 2)
+    x, y = ((2 * pixels / SIDE - 1) * reach).T
+    rays = np.stack([x, -y, -np.ones(len(x))], axis=1) @ camera.axes().astype(np.float64)
+    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+
+
+def sight(
+    one: HeadModel, rest: Floats, detect: Detector, camera: Camera, solid: Indices
+) -> tuple[Floats, Floats]:
+    """One picture of the face `one`: places (478, 3) on the mean face `rest`, and how squarely
+    each is seen (478,); NaN and 0 where a point's ray misses the face."""
+    import trimesh
+
+    with open_renderer(one, (SIDE, SIDE), camera=camera) as renderer:
+        faces = detect(renderer.frame(one.template))
+    places, facing = np.full((POINT_COUNT, 3), np.nan), np.zeros(POINT_COUNT)
+    if not len(faces):
+        return places, facing
+    rays = rays_of(camera, faces.points[0, :, :2].astype(np.float64))
+    mesh = trimesh.Trimesh(one.template, solid, process=False)
+    starts = np.repeat(camera.position[None].astype(np.float64), len(rays), axis=0)
+    triangle, ray, hits = mesh.ray.intersects_id(
+        starts, rays, multiple_hits=False, return_locations=True
+    )
+    corners = one.template[solid[triangle]].astype(np.float64)
+    bary = trimesh.triangles.points_to_barycentric(corners, hits)
+    places[ray] = np.einsum("pc,pca->pa", bary, rest[solid[triangle]])
+    facing[ray] = np.abs((mesh.face_normals[triangle] * rays[ray]).sum(axis=1))
+    return places, facing
+
+
+def sightings(head: HeadModel, solid: Indices, faces: int) -> tuple[Floats, Floats]:
+    """Places (picture, 478, 3) m, NaN where not seen well, and their median's spread (478,) mm."""
+    rest = head.template.astype(np.float64)
+    places, facing = [], []
+    with mediapipe_detector(still=True) as detect:
+        for seed in range(faces):
+            one = head.with_identity(sample_identity(seed)) if seed else head
+            for view in VIEWS:
+                place, square = sight(one, rest, detect, camera_at(one, *view), solid)
+                places.append(place)
+                facing.append(square)
+            print(f"face {seed + 1} of {faces}", file=sys.stderr)
+    stacked, squarely = np.array(places), np.array(facing)
+    stacked[squarely < np.minimum(FACING, squarely.max(axis=0) - 0.1)] = np.nan
+    return stacked, squarely
+
+
+def mirrored(median: Floats) -> tuple[Floats, Indices]:
+    """The places made symmetric, and the partner (478,) of each point."""
+    flipped = median * [-1, 1, 1]
+    partner = np.empty(POINT_COUNT, int)
+    for part in (np.arange(IRIS), np.arange(IRIS, POINT_COUNT)):
+        apart = np.linalg.norm(median[part][:, None] - flipped[part][None], axis=2)
+        partner[part] = part[_assigned(apart)]
+    if (partner[partner] != np.arange(POINT_COUNT)).any():
+        raise SystemExit("the points of the left and the right side do not pair up")
+    return (median + flipped[partner]) / 2, partner
+
+
+def _assigned(apart: Floats) -> Indices:
+    from scipy.optimize import linear_sum_assignment
+
+    return linear_sum_assignment(apart)[1]
+
+
+def on_lines(head: HeadModel) -> list[tuple[tuple[int, ...], Indices]]:
+    """Points of the detector, and the line of the head's vertices they lie on."""
+    outer, inner = head.outer_corners, head.inner_corners
+    lips = (
+        (head.outer_lip_upper, outer), (head.outer_lip_lower, outer),
+        (head.inner_lip_upper, inner), (head.inner_lip_lower, inner),
+    )  # fmt: skip
+    lines = [
+        (contour, np.concatenate([ends[:1], middle, ends[1:]]))
+        for contour, (middle, ends) in zip(LIP_CONTOURS, lips, strict=True)
+    ]
+    for name, points in LIDS.items():
+        edge = head.regions[f"lid_{name}"]
+        lines.append((points[1:-1], edge[np.argsort(head.template[edge, 0])]))
+    return lines
+
+
+def laid_on(line: Floats, places: Floats) -> tuple[Indices, Floats]:
+    """Closest places on a polyline (knot, 3): segment (place,) and share of it (place,)."""
+    start, step = line[:-1], np.diff(line, axis=0)
+    share = np.einsum("psa,sa->ps", places[:, None] - start, step) / (step**2).sum(axis=1)
+    share = np.clip(share, 0, 1)
+    apart = np.linalg.norm(places[:, None] - start - share[..., None] * step, axis=2)
+    segment = apart.argmin(axis=1)
+    return segment, share[np.arange(len(places)), segment]
+
+
+def table(head: HeadModel, places: Floats, spread_mm: Floats, solid: Indices) -> FacePoints:
+    """Places (478, 3) near the mean face as places in its triangles."""
+    rest = head.template.astype(np.float64)
+    attached = CoarseMesh(rest, solid, lattice_of(rest, solid)).closest(places, near=4)
+    vertices, shares = solid[attached.triangle].astype(np.int32), attached.bary
+    for points, line in on_lines(head):
+        index = np.array(points)
+        segment, share = laid_on(rest[line], places[index])
+        first, second = line[segment], line[segment + 1]
+        vertices[index] = np.stack([first, second, second], axis=1)
+        shares[index] = np.stack([1 - share, share, np.zeros(len(share))], axis=1)
+    return FacePoints(vertices, shares.astype(np.float32), spread_mm.astype(np.float32))
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--faces", type=int, default=FACES)
+    options.add_argument("--output", type=Path, default=TABLE_PATH)
+    given = options.parse_args()
+    head = load_builtin_head()
+    kinds = [head.material_names.index(name) for name in ("skin", "lips", "eyeball")]
+    solid = head.triangles[np.isin(head.triangle_material, kinds)]
+    places, _ = sightings(head, solid, given.faces)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # points that no picture shows
+        median = np.nanmedian(places, axis=0)
+        spread_mm = 1000 * np.nanmedian(np.linalg.norm(places - median, axis=2), axis=0)
+    if not np.isfinite(median).all():
+        raise SystemExit(f"never seen: {np.flatnonzero(~np.isfinite(median).all(axis=1))}")
+    even, partner = mirrored(median)
+    moved_mm = 1000 * np.linalg.norm(even - median, axis=1)
+    points = table(head, even, (spread_mm + spread_mm[partner]) / 2, solid)
+    save_table(points, given.output)
+    laid_mm = 1000 * np.linalg.norm(points.on(head.template) - even, axis=1)
+    for name, values in (("spread", spread_mm), ("asymmetry", moved_mm), ("laid down", laid_mm)):
+        print(f"{name}: median {np.median(values):.2f} mm, largest {values.max():.2f} mm")
+
+
+if __name__ == "__main__":
+    main()
