@@ -77,10 +77,14 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detec
         )  # fmt: skip
         # Its threads talk while they start; the first picture waits for them.
         mesh.process(np.zeros((64, 64, 3), np.uint8))
+    met = False
 
     def detect(picture: NDArray[np.uint8]) -> Faces:
+        nonlocal met
         height, width = picture.shape[:2]
-        found = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
+        with contextlib.nullcontext() if met else _quiet():  # the first face makes it talk too
+            found = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
+        met = met or bool(found)
         if not found:
             return no_faces()
         points = [[(p.x, p.y, p.z) for p in face.landmark] for face in found]

@@ -1,0 +1,112 @@
+"""Pictures and their times out of a video file, by FFmpeg's libraries through PyAV."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.container import DEMUXERS
+from elocute.errors import CaptureError
+
+SIDE_MAX = 1280
+"""Larger pictures are reduced: a detector looks at a face in some 200 pixels."""
+ALLOWED = "a video: .mp4 .mov .mpg .mkv .webm .avi"
+
+
+class Video:
+    """An open video; iterate `pictures()` once. Use as a context manager.
+
+    has_sound   whether there is a sound track
+    promised    how many pictures the file promises, or None
+    rate        pictures per second as the file says, or None
+    note        why the pictures ended early, or ""
+
+    Raises CaptureError for what is no video.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        import av
+        import av.error
+
+        self.path = Path(path)
+        _check_file(self.path)
+        options = {"format_whitelist": DEMUXERS, "protocol_whitelist": "file"}
+        try:
+            self._file: Any = av.open(f"file:{path}", metadata_errors="ignore", options=options)
+        except (av.error.FFmpegError, OSError, ValueError) as error:
+            raise CaptureError.about(
+                path, found="no video that can be read", allowed=ALLOWED,
+                remedy="was it cut off? record or convert it again",
+            ) from error  # fmt: skip
+        if not self._file.streams.video:
+            self._file.close()
+            raise CaptureError.about(path, found="no picture in it, only sound", allowed=ALLOWED)
+        self._stream = self._file.streams.video[0]
+        self._stream.thread_type = "AUTO"
+        self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
+        self.has_sound = bool(self._file.streams.audio)
+        self.rate = float(self._stream.average_rate) if self._stream.average_rate else None
+        seconds = (self._file.duration or 0) / 1e6
+        self.promised = self._stream.frames or round(seconds * (self.rate or 0)) or None
+        self.note = ""
+
+    def __enter__(self) -> Video:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with contextlib.suppress(Exception):
+            self._file.close()
+
+    def pictures(self) -> Iterator[tuple[float, NDArray[np.uint8]]]:
+        """Time in seconds since the start of the container, and (height, width, 3) sRGB.
+
+        Upright and with square pixels, at most SIDE_MAX on the longer side. Sound read from the
+        same file (`audio.read`) starts at the same zero. A file that breaks off ends here, and
+        `note` says so; CaptureError where nothing came before.
+        """
+        import av.error
+
+        before = -np.inf
+        try:
+            for frame in self._file.decode(self._stream):
+                if frame.pts is None or frame.is_corrupt:
+                    continue
+                time_s = float(frame.pts * frame.time_base) - self._zero_s
+                if time_s <= before:
+                    continue
+                before = time_s
+                yield time_s, self._upright(frame)
+        except (av.error.FFmpegError, ValueError) as error:
+            self.note = f"the pictures break off at {max(before, 0.0):.2f} s"
+            if before < 0:
+                raise CaptureError.about(
+                    self.path, found="pictures that cannot be decoded", allowed=ALLOWED,
+                    remedy="record or convert it again",
+                ) from error  # fmt: skip
+
+    def _upright(self, frame: Any) -> NDArray[np.uint8]:
+        # Known only now: containers guess what the first picture tells.
+        aspect = float(self._stream.codec_context.sample_aspect_ratio or 1)
+        wide, high = frame.width * aspect, float(frame.height)
+        scale = min(1.0, SIDE_MAX / max(wide, high))
+        size = {"width": round(wide * scale), "height": round(high * scale)}
+        picture = frame.reformat(format="rgb24", **size).to_ndarray()
+        quarter = round(float(getattr(frame, "rotation", 0) or 0) / 90) % 4
+        return np.ascontiguousarray(np.rot90(picture, quarter)) if quarter else picture
+
+
+def _check_file(path: Path) -> None:
+    found = ""
+    if path.is_dir():
+        found = "a folder"
+    elif not path.is_file():
+        found = "no such file"
+    elif not path.stat().st_size:
+        found = "an empty file"
+    if found:
+        raise CaptureError.about(path, found=found, allowed=ALLOWED)
