@@ -1,0 +1,185 @@
+"""`elocute blendshapes`: shapes of speech, learned from registered meshes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import CorpusError, InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from elocute.capture.blendshapes.compare import Projection
+    from elocute.corpus.store import Corpus
+    from elocute.motion.motion import Motion
+
+app = typer.Typer(help="Learn, compare and show speech blendshapes.", no_args_is_help=True)
+PARTS = ("train", "validation", "test", "all")
+ARKIT = "arkit"
+
+
+@app.callback()
+def _group() -> None:
+    """Learn, compare and show speech blendshapes."""
+
+
+@app.command("learn")
+def learn_command(
+    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    output: Path = typer.Option(
+        ..., "-o", "--output", help="The basis (.npz), or its shapes as morph targets (.glb)."
+    ),
+    components: int | None = typer.Option(None, help="How many; 28 unless --variance is given."),
+    variance: float | None = typer.Option(None, help="As many as hold this share, as 0.999."),
+    sparse: float = typer.Option(0.0, help="0 to 0.9: shapes of ever smaller parts of the face."),
+    split: str = typer.Option("default", help="Which split of the corpus."),
+    part: str = typer.Option("train", help="train, validation, test or all."),
+    as_json: bool = options.Json,
+) -> None:
+    """Principal components of every mesh minus its speaker's neutral face."""
+    from elocute.capture.blendshapes.learn import COMPONENTS, BlendshapeConfig, learn_blendshapes
+    from elocute.capture.blendshapes.sweep import sweep
+    from elocute.corpus.store import open_corpus
+    from elocute.export.registry import check_suffix, write
+    from elocute.motion.atomic import check_output
+
+    check_suffix(check_output(output))
+    if components is not None and variance is not None:
+        raise InputError.about("--components", found="--variance too", allowed="one of them")
+    count = components if components is not None else None if variance else COMPONENTS
+    config = BlendshapeConfig(count, 0.999 if variance is None else variance, sparse)
+    opened = open_corpus(corpus)
+    with progress_bar("learning", as_json) as progress:
+        learned = learn_blendshapes(opened, _names(opened, split, part), config, progress)
+    write(sweep(learned.head), output)
+    explained = [round(float(share), 6) for share in learned.explained]
+    if as_json:
+        print(json.dumps({"components": len(explained), "frames": learned.frames,
+                          "explained": explained}))  # fmt: skip
+        return
+    for name, share in zip(learned.head.expression_names, explained, strict=True):
+        print(f"{name:12} {share:9.4%}")
+
+
+@app.command("show")
+def show_command(
+    basis: Path = typer.Argument(..., help="What `learn` wrote (.npz)."),
+    output: Path = typer.Option(
+        ..., "-o", "--output", help="A sheet of every shape at +2 and -2 deviations (.png)."
+    ),
+    size: str = options.Size,
+    backend: str = options.Backend,
+) -> None:
+    """Draw every shape at plus and minus two deviations."""
+    from elocute.capture.blendshapes.sweep import extremes
+    from elocute.errors import OutputError
+    from elocute.export.png import contact_sheet
+    from elocute.export.render import open_renderer, portrait
+    from elocute.motion.atomic import check_output, write_atomically
+    from elocute.motion.store import load_motion
+
+    if output.suffix.lower() != ".png":
+        raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".png")
+    check_output(output)
+    motion = load_motion(basis)
+    side = max(32, 2 * options.parse_size(size)[0] // 8)
+    camera, pictures, labels = portrait(motion.head, "front"), [], []
+    with open_renderer(motion.head, (side, side), backend=backend, camera=camera) as renderer:
+        for label, single in extremes(motion):
+            pictures.append(renderer.frame(single.vertices()[0]))
+            labels.append(label)
+    with write_atomically(output) as draft:
+        contact_sheet(pictures, labels, 8).save(draft)
+
+
+@app.command("compare")
+def compare_command(
+    corpus: Path = typer.Argument(..., help="A corpus folder with meshes to represent."),
+    basis: list[Path] = typer.Argument(..., help="What `learn` wrote (.npz); several may be."),
+    against: str = typer.Option(ARKIT, help="arkit (the built-in head's shapes), or a .npz."),
+    split: str = typer.Option("default", help="Which split of the corpus."),
+    part: str = typer.Option("test", help="train, validation, test or all."),
+    output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
+    plot: Path | None = typer.Option(None, "--plot", help="Errors over frames (.png)."),
+    as_json: bool = options.Json,
+) -> None:
+    """Project held-out meshes onto bases: mean distance of vertices, mm.
+
+    The other basis is taken whole, and cut to as many of its shapes as the first one has, those
+    that explain the training part best.
+    """
+    from elocute.capture.blendshapes.compare import Basis, project, strongest_shapes
+    from elocute.corpus.store import open_corpus
+    from elocute.motion.atomic import check_output, write_atomically
+    from elocute.motion.store import load_motion
+
+    for path, suffix in ((output, ".json"), (plot, ".png")):
+        if path is not None:
+            if path.suffix.lower() != suffix:
+                raise InputError.about(path, found=f"suffix {path.suffix!r}", allowed=suffix)
+            check_output(path)
+    opened = open_corpus(corpus)
+    ours = [Basis(path.stem, load_motion(path).head.expression_basis) for path in basis]
+    name, shapes = _other(against)
+    count = len(ours[0].flat)
+    bases = [*ours, Basis(f"{name}, all {len(shapes)}", shapes)]
+    if count < len(shapes) and shapes.shape[1] == opened.vertex_count:
+        best = strongest_shapes(opened, opened.split(split).train, shapes, count)
+        bases.append(Basis(f"{name}, best {count}", shapes[best]))
+    with progress_bar("projecting", as_json) as progress:
+        found = project(opened, _names(opened, split, part), bases, progress)
+    if plot is not None:
+        _plot(found, opened.fps, plot)
+    record = {
+        "corpus": corpus.name, "part": part, "frames": len(found[0].errors_mm),
+        "bases": {p.name: {"components": p.components, "mean_mm": p.mean_mm} for p in found},
+    }  # fmt: skip
+    text = json.dumps(record)
+    if output is not None:
+        with write_atomically(output) as draft:
+            draft.write_text(text + "\n", encoding="utf-8")
+    if as_json:
+        print(text)
+        return
+    for projection in found:
+        print(f"{projection.name:24} {projection.components:4} shapes "
+              f"{projection.mean_mm:8.4f} mm")  # fmt: skip
+
+
+def _names(corpus: Corpus, split: str, part: str) -> list[str]:
+    if part not in PARTS:
+        raise InputError.about(f"--part {part}", found="unknown", allowed=", ".join(PARTS))
+    if part == "all":
+        return [entry.name for entry in corpus.entries]
+    names = list(corpus.split(split).parts()[part])
+    if not names:
+        raise CorpusError.about(corpus.folder, found=f"no clip in {part} of split {split}")
+    return names
+
+
+def _other(against: str) -> tuple[str, NDArray[np.float32]]:
+    from elocute.head.builtin import load_builtin_head
+    from elocute.motion.store import load_motion
+
+    if against == ARKIT:
+        return ARKIT, load_builtin_head().expression_basis
+    motion: Motion = load_motion(against)
+    return Path(against).stem, motion.head.expression_basis
+
+
+def _plot(found: list[Projection], fps: float, path: Path) -> None:
+    import numpy as np
+
+    from elocute.export.overlay import plot_overlay
+    from elocute.motion.curves import Curves
+
+    values = np.stack([p.errors_mm for p in found], axis=1).astype(np.float32)
+    curves = Curves(values, tuple(p.name for p in found), fps)
+    plot_overlay(curves, path, title="projection error over frames", unit="mm", shade=False)
