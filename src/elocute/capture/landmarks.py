@@ -123,4 +123,6 @@ def _pts_points(text: str) -> tuple[list[Any], None]:
     inside = re.search(r"\{(.*)\}", text, re.DOTALL)
     if inside is None:
         raise ValueError("no { … }")
-    return [[float(x) for x in line.split()] for line in inside[1].split("\n") if line.strip()], None
+    return [
+        [float(x) for x in line.split()] for line in inside[1].split("\n") if line.strip()
+    ], None

@@ -32,6 +32,8 @@ class Scan:
     points: Floats
     triangles: NDArray[np.int32]
     colors: NDArray[np.uint8] | None = None
+    unit_m: float = 1.0
+    """Metres in the unit that the file was taken to be in."""
 
     @cached_property
     def normals(self) -> Floats:
@@ -97,7 +99,7 @@ def _without_points(scan: Scan) -> Scan:
     places = np.cumsum(used) - 1
     colors = None if scan.colors is None else scan.colors[used]
     triangles = places[scan.triangles].astype(np.int32)
-    return Scan(scan.name, scan.points[used], triangles, colors)
+    return Scan(scan.name, scan.points[used], triangles, colors, scan.unit_m)
 
 
 def _largest_parts(scan: Scan) -> NDArray[np.bool_]:
@@ -129,7 +131,8 @@ def _check_size(scan: Scan) -> None:
         if np.linalg.svd(scan.points[::101] - scan.points.mean(axis=0))[1][2] < 1e-6:
             raise CaptureError.about(scan.name, found="a flat plane", allowed="a scan of a head")
         return
-    unit = fitting_unit(size)
+    raw = size / scan.unit_m
+    unit = "m" if is_head_sized(raw) else fitting_unit(raw)
     remedy = f"it looks like {unit}: say --unit {unit}" if unit else ""
     low, high = HEIGHT_RANGE_M
     raise CaptureError.about(

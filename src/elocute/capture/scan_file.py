@@ -43,14 +43,16 @@ def read_scan(path: str | Path, unit: str = "m") -> Scan:
     try:
         points, faces, colors = _read_plain_ply(path) or _read_by_trimesh(path)
     except Exception as error:  # trimesh raises whatever its parsers meet
-        raise CaptureError.about(path, found="no mesh that can be read", allowed="a mesh") from error
+        raise CaptureError.about(
+            path, found="no mesh that can be read", allowed="a mesh"
+        ) from error
     if not len(points) or not len(faces):
         raise CaptureError.about(
             path, found=f"{len(points)} points, {len(faces)} triangles", allowed="a mesh"
         )
     if faces.min() < 0 or faces.max() >= len(points):
         raise CaptureError.about(path, found=f"triangles that point past {len(points)} points")
-    return Scan(str(path), scale * points.astype(np.float64), faces.astype(np.int32), colors)
+    return Scan(str(path), scale * points.astype(np.float64), faces.astype(np.int32), colors, scale)
 
 
 def unit_m(unit: str) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.capture.landmarks import Landmarks, write_landmarks
-from elocute.capture.range_scan import Seen, Views, look, mesh_of
+from elocute.capture.range_scan import Seen, look, mesh_of
 from elocute.capture.scan_file import write_scan
 from elocute.capture.sequence import SequenceFacts, write_facts
 from elocute.capture.smooth_surface import Refinement, refinement_of, smooth_points

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Indices = NDArray[np.integer]
 
-SAMPLE_M = 0.002
+SAMPLE_M = 0.004
 """Spacing of the samples by which a triangle of a coarse mesh is found."""
 SAMPLES_MAX = 12  # along an edge: beyond, triangles are found by their nearest parts less surely
 

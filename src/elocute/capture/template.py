@@ -61,6 +61,18 @@ class Template:
         return CoarseMesh(vertices, self.triangles, self.lattice)
 
     @cached_property
+    def neutral_surface(self) -> CoarseMesh:
+        """The surface of the neutral face; its tree is kept."""
+        return self.surface(self.vertices)
+
+    @cached_property
+    def neutral_normals(self) -> Floats:
+        """(triangle, 3) unit normals of the neutral face."""
+        a, b, c = (self.vertices[self.triangles[:, corner]] for corner in range(3))
+        normals = np.cross(b - a, c - a)
+        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+
+    @cached_property
     def basis(self) -> Floats:
         """(expression, vertex, 3) m."""
         return self.head.expression_basis.astype(np.float64)
