@@ -100,9 +100,8 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
 def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
     """A .json that `read_landmarks` reads, in metres. Raises OutputError."""
     rows = np.round(landmarks.points, 7).tolist()
-    known = np.isfinite(landmarks.points).all(axis=1)
     record = {
-        "points": [row if there else None for row, there in zip(rows, known, strict=True)],
+        "points": [row if all(map(math.isfinite, row)) else None for row in rows],
         "confidence": np.round(landmarks.confidence, 4).tolist(),
     }
     with write_atomically(path) as draft:
@@ -123,6 +122,5 @@ def _pts_points(text: str) -> tuple[list[Any], None]:
     inside = re.search(r"\{(.*)\}", text, re.DOTALL)
     if inside is None:
         raise ValueError("no { … }")
-    return [
-        [float(x) for x in line.split()] for line in inside[1].split("\n") if line.strip()
-    ], None
+    lines = [line.split() for line in inside[1].split("\n")]
+    return [[float(x) for x in line] for line in lines if line], None

@@ -36,19 +36,13 @@ class Seen:
     cell: NDArray[np.intp]
 
 
-@dataclass(frozen=True, eq=False)
-class Views:
-    """A surface as all cameras see it, each part by the camera that faces it most."""
+def look(
+    points: Floats, triangles: NDArray[np.int32], spacing_m: float, jitter: Floats
+) -> list[Seen]:
+    """What each camera sees of a surface (point, 3) m, where it faces it most.
 
-    cameras: tuple[Seen, ...]
-
-    @property
-    def count(self) -> int:
-        return sum(len(seen.triangle) for seen in self.cameras)
-
-
-def look(points: Floats, triangles: NDArray[np.int32], spacing_m: float, jitter: Floats) -> Views:
-    """See a surface (point, 3) m in pixels spacing_m wide; jitter (2,) shifts the grids."""
+    Pixels are spacing_m wide; jitter (2,) shifts the grids.
+    """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
@@ -70,7 +64,7 @@ def look(points: Floats, triangles: NDArray[np.int32], spacing_m: float, jitter:
         seen.append(
             Seen(picture.triangle[kept], picture.bary[kept], picture.ray[kept], picture.cell[kept])
         )
-    return Views(tuple(seen))
+    return seen
 
 
 def _direction(yaw_deg: float, pitch_deg: float) -> Floats:
@@ -104,7 +98,7 @@ def _shot(scene: Any, points: Floats, ray: Floats, spacing_m: float, jitter: Flo
 def mesh_of(
     seen: Seen, points: Floats, spacing_m: float, kept: NDArray[np.bool_]
 ) -> NDArray[np.int32]:
-    """(triangle, 3) between neighbouring pixels with measured points (point, 3) m on one surface."""
+    """(triangle, 3) between neighbouring pixels on one surface; points (point, 3) m measured."""
     if not len(points):
         return np.zeros((0, 3), np.int32)
     width, height = seen.cell.max(axis=0) + 2

@@ -113,7 +113,8 @@ def _largest_parts(scan: Scan) -> NDArray[np.bool_]:
     links = coo_matrix((ones, (np.r_[a, b], np.r_[b, c])), (count, count))
     _, label = connected_components(links, directed=False)
     sizes = np.bincount(label)
-    return (sizes >= min(STRAY_SHARE * count, sizes.max()))[label]
+    large = sizes >= min(STRAY_SHARE * count, int(sizes.max()))
+    return np.asarray(large, bool)[label]
 
 
 def _check_count(scan: Scan) -> None:

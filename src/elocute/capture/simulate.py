@@ -133,10 +133,11 @@ class Stage:
 
     @cached_property
     def spacing_m(self) -> float:
-        """Pixel that gives as many points as were asked for, on the neutral face."""
+        """Pixel that gives about as many points as were asked for, on the neutral face."""
         surface = smooth_points(self.head.template, self.triangles, self.refinement)
-        coarse = 0.003
-        count = look(surface, self.refinement.triangles, coarse, np.zeros(2)).count
+        coarse, rng = 0.003, np.random.default_rng(self.scanner.seed)
+        views = look(surface, self.refinement.triangles, coarse, np.zeros(2))
+        count = sum(int((~self._lost(seen, rng)).sum()) for seen in views)
         return coarse * float(np.sqrt(count / self.scanner.points))
 
     def _bumps(
@@ -180,7 +181,7 @@ class Stage:
         fine = self.refinement
         surface = smooth_points(truth.posed, self.triangles, fine)
         views = look(surface, fine.triangles, self.spacing_m, rng.random(2))
-        patches = [self._patch(seen, surface, rng) for seen in views.cameras]
+        patches = [self._patch(seen, surface, rng) for seen in views]
         points, triangles, colors = _joined(patches)
         return ScannedFrame(
             points, triangles, colors if self.scanner.textured else None,

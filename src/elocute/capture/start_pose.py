@@ -67,8 +67,8 @@ def _searched(template: Template, samples: Samples) -> Pose:
     best_mm, (rotation, shift) = min(settled, key=lambda found: found[0])
     if best_mm > FAR_MM:
         raise CaptureError(
-            f"scan: found no head (the nearest is {best_mm:.1f} mm off); allowed: a head, its faces "
-            "wound outwards; or give --landmarks"
+            f"scan: found no head (the nearest is {best_mm:.1f} mm off); allowed: a head, its "
+            "faces wound outwards; or give --landmarks"
         )
     model = template.vertices
     return laid_over(template.head, model, model @ rotation.T + shift)

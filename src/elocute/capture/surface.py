@@ -104,7 +104,7 @@ class FineMesh:
 
     def closest(self, query: Floats, reach_m: float = np.inf) -> Attached:
         """The closest points to query (query, 3) m; beyond reach_m their distance is infinite."""
-        far, vertex = self.tree.query(query, distance_upper_bound=reach_m)
+        _, vertex = self.tree.query(query, distance_upper_bound=reach_m)
         found = vertex < len(self.points)
         vertex = np.where(found, vertex, 0)
         fans = self._fans[vertex]

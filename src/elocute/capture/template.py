@@ -190,5 +190,5 @@ def adaptive_template(
     slopes = (template.basis[:, vertices] * root).reshape(len(template.basis), -1)
     left = ((places - template.vertices[vertices]) * root).ravel()
     gram = slopes @ slopes.T + regularisation * np.eye(len(slopes))
-    coefficients = np.linalg.solve(gram, slopes @ left)
+    coefficients: Floats = np.linalg.solve(gram, slopes @ left).astype(np.float64)
     return template.vertices + np.tensordot(coefficients, template.basis, 1), coefficients
