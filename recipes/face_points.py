@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,8 +35,17 @@ Indices = NDArray[np.integer]
 
 SIDE = 640  # pixels
 FACES = 24
-VIEWS = ((0, 0), (0, -10), (0, 10), (-14, 0), (14, 0), (-28, 3), (28, 3))  # yaw, pitch, degrees
-FACING = 0.5  # cosine below which a sighting counts only where there is nothing better
+VIEWS = ((0, 0), (0, -10), (0, 10), (-10, 0), (10, 0))  # yaw, pitch, degrees
+NECK = 0.2  # share of the neck joint from which on skin is no face
+FACING = 0.3  # cosine below which a sighting counts only where half of them are no better
+
+
+def face_triangles(head: HeadModel) -> Indices:
+    """(triangle, 3) of skin, lips and eyes that move with the skull or the jaw, not the neck."""
+    kinds = [head.material_names.index(name) for name in ("skin", "lips", "eyeball")]
+    solid = head.triangles[np.isin(head.triangle_material, kinds)]
+    on_neck = head.skin_weights[:, head.joint_names.index("neck")] > NECK
+    return solid[~on_neck[solid].any(axis=1)]
 
 
 def camera_at(head: HeadModel, yaw_deg: float, pitch_deg: float) -> Camera:
@@ -93,20 +103,25 @@ def sightings(head: HeadModel, solid: Indices, faces: int) -> tuple[Floats, Floa
                 facing.append(square)
             print(f"face {seed + 1} of {faces}", file=sys.stderr)
     stacked, squarely = np.array(places), np.array(facing)
-    stacked[squarely < np.minimum(FACING, squarely.max(axis=0) - 0.1)] = np.nan
+    stacked[squarely < np.minimum(FACING, np.median(squarely, axis=0))] = np.nan
     return stacked, squarely
 
 
-def mirrored(median: Floats) -> tuple[Floats, Indices]:
-    """The places made symmetric, and the partner (478,) of each point."""
-    flipped = median * [-1, 1, 1]
+def partners(head: HeadModel) -> Indices:
+    """(478,) the partner of each point on the other side, by a picture of the mean face."""
+    with (
+        open_renderer(head, (SIDE, SIDE), camera=portrait(head)) as renderer,
+        mediapipe_detector(still=True) as detect,
+    ):
+        points = detect(renderer.frame(head.template)).points[0].astype(np.float64)
+    flipped = (points - [SIDE / 2, 0, 0]) * [-1, 1, 1] + [SIDE / 2, 0, 0]
     partner = np.empty(POINT_COUNT, int)
     for part in (np.arange(IRIS), np.arange(IRIS, POINT_COUNT)):
-        apart = np.linalg.norm(median[part][:, None] - flipped[part][None], axis=2)
+        apart = np.linalg.norm(points[part][:, None] - flipped[part][None], axis=2)
         partner[part] = part[_assigned(apart)]
     if (partner[partner] != np.arange(POINT_COUNT)).any():
         raise SystemExit("the points of the left and the right side do not pair up")
-    return (median + flipped[partner]) / 2, partner
+    return partner
 
 
 def _assigned(apart: Floats) -> Indices:
@@ -162,8 +177,7 @@ def main() -> None:
     options.add_argument("--output", type=Path, default=TABLE_PATH)
     given = options.parse_args()
     head = load_builtin_head()
-    kinds = [head.material_names.index(name) for name in ("skin", "lips", "eyeball")]
-    solid = head.triangles[np.isin(head.triangle_material, kinds)]
+    solid = face_triangles(head)
     places, _ = sightings(head, solid, given.faces)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # points that no picture shows
@@ -171,11 +185,14 @@ def main() -> None:
         spread_mm = 1000 * np.nanmedian(np.linalg.norm(places - median, axis=2), axis=0)
     if not np.isfinite(median).all():
         raise SystemExit(f"never seen: {np.flatnonzero(~np.isfinite(median).all(axis=1))}")
-    even, partner = mirrored(median)
+    partner = partners(head)
+    even = (median + median[partner] * [-1, 1, 1]) / 2
     moved_mm = 1000 * np.linalg.norm(even - median, axis=1)
-    points = table(head, even, (spread_mm + spread_mm[partner]) / 2, solid)
-    save_table(points, given.output)
+    points = table(head, even, spread_mm, solid)
     laid_mm = 1000 * np.linalg.norm(points.on(head.template) - even, axis=1)
+    # A point that is elsewhere on the other side, or beside the surface, is none to rely on.
+    doubt = np.max([spread_mm, spread_mm[partner], 2 * moved_mm, 2 * laid_mm], axis=0)
+    save_table(replace(points, spread_mm=doubt.astype(np.float32)), given.output)
     for name, values in (("spread", spread_mm), ("asymmetry", moved_mm), ("laid down", laid_mm)):
         print(f"{name}: median {np.median(values):.2f} mm, largest {values.max():.2f} mm")
 
