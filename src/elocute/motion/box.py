@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,7 @@ Floats = NDArray[np.float64]
 
 ROUNDS = 100
 SMALLEST = 1e-12  # share of the largest unknown: a step that rounding makes
+SWEEPS = 6  # along a chain
 
 
 def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
@@ -43,6 +46,54 @@ def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
             break
         x, cost = tried, tried_cost
     return x
+
+
+def solve_box_chain(
+    gram_of: Callable[[int], Floats],
+    sides: Floats,
+    smooth: Floats,
+    low: Floats,
+    high: Floats,
+    sweeps: int = SWEEPS,
+) -> Floats:
+    """(frame, unknown) x that follow one another smoothly, each between bounds.
+
+    Minimises Σ_f ½ x_fᵀ·gram_f·x_f - side_fᵀ·x_f + ½ Σ_f (x_f - x_{f-1})ᵀ·diag(smooth)·(…):
+    Gauss-Seidel, each frame in turn between its neighbours, forth and back.
+
+    gram_of  frame to (unknown, unknown), positive definite
+    sides    (frame, unknown)
+    smooth   (unknown,) what a squared change between two frames costs
+    """
+    frames = len(sides)
+    x = np.zeros_like(sides)
+    for sweep in range(sweeps):
+        order = range(frames) if sweep % 2 == 0 else range(frames - 1, -1, -1)
+        for frame in order:
+            near = [g for g in (frame - 1, frame + 1) if 0 <= g < frames]
+            if sweep == 0:
+                near = [g for g in near if g < frame]  # the others are not known yet
+            gram = gram_of(frame) + np.diag(len(near) * smooth)
+            toward = sides[frame] + smooth * x[near].sum(axis=0)
+            guess = x[frame - 1 if sweep == 0 and frame else frame]
+            same = _same_bounds(gram, toward, low, high, guess)
+            x[frame] = solve_box(gram, toward, low, high) if same is None else same
+    return x
+
+
+def _same_bounds(
+    gram: Floats, side: Floats, low: Floats, high: Floats, guess: Floats
+) -> Floats | None:
+    """The solution if the same bounds hold as in `guess`, which is mostly so; else None."""
+    free = (guess > low) & (guess < high)
+    tried = guess.copy()
+    if free.any():
+        left = side[free] - gram[np.ix_(free, ~free)] @ guess[~free]
+        tried[free] = np.linalg.solve(gram[np.ix_(free, free)], left)
+    slope = gram @ tried - side
+    inside = (tried[free] >= low[free]).all() and (tried[free] <= high[free]).all()
+    held = (slope[guess <= low] >= 0).all() and (slope[guess >= high] <= 0).all()
+    return tried if inside and held else None
 
 
 def _cost(gram: Floats, side: Floats, x: Floats) -> float:

@@ -108,9 +108,7 @@ class _Fit:
     cost: float
 
 
-def _fit(
-    head: HeadModel, table: FacePoints, camera: Camera, seen: Floats, trust: Floats
-) -> _Fit:
+def _fit(head: HeadModel, table: FacePoints, camera: Camera, seen: Floats, trust: Floats) -> _Fit:
     columns = _columns(head)
     identities = len(head.identity_basis)
     basis = table.on(np.concatenate([head.identity_basis, head.expression_basis[columns]]))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.head.model import HeadModel
-from elocute.motion.box import solve_box
+from elocute.motion.box import solve_box_chain
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +43,6 @@ DEAR = {
     "jawForward": 60.0, "mouthClose": 10.0,
 }  # fmt: skip
 SMOOTH_MM2 = 6.0  # what a squared change between two frames costs
-SWEEPS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,42 +119,20 @@ def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
 
 def fit_lips(rows: LipRows, lips: Lips) -> tuple[Floats, float]:
     """(frame, speech shape) weights in 0..1, and the RMS distance of the points in x and y, mm."""
-    count, frames = len(rows.middle), len(lips.gap)
+    count = len(rows.middle)
     low, high = np.zeros(count), np.ones(count)
     pull = PULL_MM2 * np.array([DEAR.get(name, 1.0) for name in SPEECH_SHAPES])
     open_gram, open_side = _normal(rows, lips, GAP_WEIGHT)
     closed_gram, closed_side = _normal(rows, lips, CLOSED_GAP_WEIGHT)
     side = np.where(lips.closed[:, None], closed_side, open_side)
-    weights = np.zeros((frames, count))
-    # Gauss-Seidel: each frame in turn between its neighbours, forth and back.
-    for sweep in range(SWEEPS):
-        order = range(frames) if sweep % 2 == 0 else range(frames - 1, -1, -1)
-        for frame in order:
-            near = [g for g in (frame - 1, frame + 1) if 0 <= g < frames]
-            if sweep == 0:
-                near = [g for g in near if g < frame]  # the others are not known yet
-            gram = closed_gram if lips.closed[frame] else open_gram
-            gram = gram + np.diag(pull + SMOOTH_MM2 * len(near))
-            toward = side[frame] + SMOOTH_MM2 * weights[near].sum(axis=0)
-            guess = weights[frame - 1 if sweep == 0 and frame else frame]
-            same = _same_bounds(gram, toward, guess)
-            weights[frame] = solve_box(gram, toward, low, high) if same is None else same
+    steady = np.diag(pull)
+    weights = solve_box_chain(
+        lambda frame: (closed_gram if lips.closed[frame] else open_gram) + steady,
+        side, np.full(count, SMOOTH_MM2), low, high,
+    )  # fmt: skip
     moved = np.einsum("fc,ckpa->fkpa", weights, rows.points)
     left = (moved - lips.points)[..., :2]
     return weights, float(np.sqrt((left**2).sum(axis=-1).mean()))
-
-
-def _same_bounds(gram: Floats, side: Floats, guess: Floats) -> Floats | None:
-    """The solution if the same bounds hold as in `guess`, which is mostly so; else None."""
-    free = (guess > 0) & (guess < 1)
-    tried = guess.copy()
-    if free.any():
-        left = side[free] - gram[np.ix_(free, ~free)] @ guess[~free]
-        tried[free] = np.linalg.solve(gram[np.ix_(free, free)], left)
-    slope = gram @ tried - side
-    inside = (tried[free] >= 0).all() and (tried[free] <= 1).all()
-    held = (slope[guess <= 0] >= 0).all() and (slope[guess >= 1] <= 0).all()
-    return tried if inside and held else None
 
 
 def _normal(rows: LipRows, lips: Lips, gap_weight: float) -> tuple[Floats, Floats]:
