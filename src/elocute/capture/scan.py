@@ -73,7 +73,7 @@ def checked_scan(scan: Scan) -> tuple[Scan, tuple[str, ...]]:
     no head's in metres (naming the unit that fits), one of a single plane.
     """
     notes = []
-    finite = np.isfinite(scan.points).all(axis=1)
+    finite = np.asarray(np.isfinite(scan.points).all(axis=1), bool)
     if not finite.all():
         notes.append(f"{(~finite).sum()} points were not finite")
     kept = finite[scan.triangles].all(axis=1)

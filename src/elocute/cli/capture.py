@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from elocute.errors import OutputError
 
 if TYPE_CHECKING:
     from elocute.capture.register import Registration
+    from elocute.capture.result import SequenceResult
     from elocute.head.model import HeadModel
 
 app = typer.Typer(help="Turn raw scans into motion of one topology.", no_args_is_help=True)
@@ -105,4 +107,106 @@ def _report(file: Path, output: Path, found: Registration, as_json: bool) -> Non
         raise typer.Exit(1)
 
 
-_ = progress_bar
+@app.command("scans")
+def scans_command(
+    folder: Path = typer.Argument(..., help="A folder of scans, or a folder of such folders."),
+    output: Path = typer.Option(
+        ..., "-o", "--output", help="A folder; what is there already is not made again."
+    ),
+    head: str = HeadChoice,
+    fps: float | None = typer.Option(None, help="Frames per second, where no capture.json is."),
+    unit: str | None = Unit,
+    jobs: int = typer.Option(0, min=0, help="Processes; 0 takes all processors."),
+    eyes_ms: float = typer.Option(
+        20.0, min=0.0, help="Smoothing around the eyes, standard deviation in ms; 0 for none."
+    ),
+    as_json: bool = options.Json,
+) -> None:
+    """Register sequences of scans and make a corpus of those with sound."""
+    from elocute.capture.batch import BatchSettings, capture_scans
+
+    settings = BatchSettings(head, fps, unit, jobs, eyes_ms / 1000)
+    with progress_bar(f"registering {folder.name}", as_json) as progress:
+        results = capture_scans(folder, output, settings, progress)
+    _tell_results(output, results, as_json)
+
+
+def _tell_results(output: Path, results: list[SequenceResult], as_json: bool) -> None:
+    failed = [result for result in results if result.failed]
+    if as_json:
+        record = {"output": str(output), "failed": len(failed)}
+        print(json.dumps(record | {"sequences": [asdict(result) for result in results]}))
+    else:
+        for result in results:
+            print(f"{result.name:28} {result.failed or _told(result)}")
+        if any(result.in_corpus for result in results):
+            print(output / "corpus")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _told(result: SequenceResult) -> str:
+    parts = [f"{result.frames} frames, {result.median_mm:.3f} mm median"]
+    if result.flagged or result.missing:
+        parts.append(f"{len(result.flagged)} flagged and {len(result.missing)} missing filled in")
+    if not result.in_corpus:
+        parts.append("no sound: not in the corpus")
+    return ", ".join(parts)
+
+
+@app.command("check")
+def check_command(
+    folder: Path = typer.Argument(..., help="A folder of scans, or a folder of such folders."),
+    fps: float | None = typer.Option(None, help="Frames per second, where no capture.json is."),
+    unit: str | None = Unit,
+    every: int = typer.Option(1, min=1, help="Look at every so many scans only."),
+    as_json: bool = options.Json,
+) -> None:
+    """Look at scans before they are registered; exit 1 where an error was found."""
+    from elocute.capture.check import check_scans
+
+    with progress_bar(f"checking {folder.name}", as_json) as progress:
+        findings = check_scans(folder, fps=fps, unit=unit, every=every, progress=progress)
+    errors = sum(finding.level == "error" for finding in findings)
+    if as_json:
+        record = {"folder": str(folder), "errors": errors, "warnings": len(findings) - errors}
+        print(json.dumps(record | {"findings": [asdict(finding) for finding in findings]}))
+    else:
+        for finding in findings:
+            print(f"{finding.level:8} {finding.about}  {finding.what}")
+        print(f"{errors} errors, {len(findings) - errors} warnings")
+    if errors:
+        raise typer.Exit(1)
+
+
+@app.command("simulate")
+def simulate_command(
+    speech: Path = typer.Argument(..., help="A sound file that the head speaks."),
+    output: Path = typer.Option(..., "-o", "--output", help="A new folder of scans."),
+    identity: str = typer.Option("mean", help="Whose face: a name, a seed, or a .json file."),
+    fps: float = typer.Option(60.0, help="Scans per second."),
+    seconds: float | None = typer.Option(None, min=0.05, help="Only the first seconds."),
+    points: int = typer.Option(120_000, help="Points of each scan."),
+    noise_mm: float = typer.Option(0.1, min=0.0, help="Noise of the scanner."),
+    seed: int = typer.Option(0, help="The same seed gives the same scans."),
+    as_json: bool = options.Json,
+) -> None:
+    """Scan the built-in head while it speaks, in software, with known truth."""
+    from elocute.capture.sequence import SequenceFacts
+    from elocute.capture.simulate import Scanner, simulate_scans
+    from elocute.motion.edits import cut
+    from elocute.synthesis.animate import animate
+
+    scanner = Scanner(points=points, noise_mm=noise_mm, seed=seed)
+    motion = animate(speech, fps=fps, identity=identity).motion
+    if seconds is not None:
+        motion = cut(motion, 0.0, min(seconds, motion.duration_s))
+    facts = SequenceFacts(subject=f"sim{seed}", sentence="speech")
+    with progress_bar(f"scanning {output.name}", as_json) as progress:
+        simulate_scans(
+            motion, output, scanner=scanner, facts=facts, sound=speech, progress=progress
+        )
+    if as_json:
+        print(json.dumps({"output": str(output), "frames": motion.frame_count, "fps": fps}))
+    else:
+        print(output)

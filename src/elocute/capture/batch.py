@@ -1,0 +1,314 @@
+"""Folders of scan sequences to a corpus: resumable, in parallel, one bad frame never fatal.
+
+OUTPUT/subjects/NAME.npz               a person's neutral face and joints
+OUTPUT/sequences/SUBJECT.SENTENCE/     frames/000000.npz …, frames.json, motion.npy
+OUTPUT/corpus/                         all sequences that have sound
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.read import read_audio
+from elocute.capture.clean import clean
+from elocute.capture.frame_file import FrameRecord, read_zero
+from elocute.capture.register import register_neutral
+from elocute.capture.report import write_report
+from elocute.capture.result import SequenceResult
+from elocute.capture.sequence import ScanSequence, find_sequences, open_sequence
+from elocute.capture.track import Track, frame_landmarks, track_frames
+from elocute.corpus.clip import Clip
+from elocute.corpus.writer import CorpusWriter, corpus_writer
+from elocute.errors import AudioError, CaptureError, OutputError
+from elocute.head.choice import open_head
+from elocute.head.model import HeadModel
+from elocute.motion.atomic import write_atomically
+
+CHUNK = 30
+"""Frames that one worker takes at a time; the first of them starts from scratch."""
+FLAGGED_MAX = 0.5
+"""Share of frames beyond which a sequence is not worth filling in."""
+
+Progress = Callable[[float], None] | None
+
+
+@dataclass(frozen=True)
+class BatchSettings:
+    """head as `open_head` takes it; fps and unit go before what the folders say; jobs 0 = all
+    processors; eyes_s is the smoothing around the eyes in seconds."""
+
+    head: str = "builtin"
+    fps: float | None = None
+    unit: str | None = None
+    jobs: int = 1
+    eyes_s: float = 0.02
+
+
+def capture_scans(
+    folder: str | Path, output: str | Path, settings: BatchSettings | None = None,
+    progress: Progress = None,
+) -> list[SequenceResult]:  # fmt: skip
+    """Register all sequences in a folder (or the folder itself) and make a corpus of them.
+
+    What was registered before is kept, so a run that was interrupted goes on. A sequence that
+    fails is reported and the others go on. Raises CaptureError for a folder without scans,
+    OutputError for a place that cannot be written.
+    """
+    settings, output = settings or BatchSettings(), Path(output)
+    sequences, results = _opened(find_sequences(folder), settings)
+    head = open_head(settings.head)
+    _make(output / "subjects")
+    tracks: list[Track] = []
+    for subject in dict.fromkeys(sequence.facts.subject for sequence in sequences):
+        of_subject = [one for one in sequences if one.facts.subject == subject]
+        try:
+            own = _own_head(head, of_subject, output / "subjects" / f"{subject}.npz")
+        except CaptureError as error:
+            results += [SequenceResult(one.name, str(error)) for one in of_subject]
+            continue
+        for sequence in of_subject:
+            frames = _make(output / "sequences" / sequence.name / "frames")
+            tracks.append(Track(sequence, own, frames))
+    _check_rates(tracks)
+    _track_all(tracks, settings, progress)
+    results += _write_corpus(output / "corpus", tracks, settings)
+    return sorted(results, key=lambda result: result.name)
+
+
+def _opened(
+    folders: list[Path], settings: BatchSettings
+) -> tuple[list[ScanSequence], list[SequenceResult]]:
+    """The sequences that can be opened, and what is wrong with the others."""
+    opened: dict[str, ScanSequence] = {}
+    failed = []
+    for folder in folders:
+        try:
+            sequence = open_sequence(folder, fps=settings.fps, unit=settings.unit)
+        except CaptureError as error:
+            if len(folders) == 1:
+                raise
+            failed.append(SequenceResult(folder.name, str(error)))
+            continue
+        if sequence.name in opened:
+            told = f"{folder}: another sequence {sequence.name}, as {opened[sequence.name].folder}"
+            failed.append(SequenceResult(folder.name, told))
+            continue
+        opened[sequence.name] = sequence
+    return list(opened.values()), failed
+
+
+def _make(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError.about(folder, found=f"cannot be made ({error.strerror})") from error
+    return folder
+
+
+def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> HeadModel:
+    """The person's neutral face, from the sequence that names a neutral frame, or the first."""
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            template, joints = stored["template"], stored["joints"]
+        if template.shape == head.template.shape and joints.shape == head.joint_positions.shape:
+            return personal_head(head, template, joints)
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        pass  # not there yet, or broken: it is made (again)
+    named = [one for one in sequences if one.facts.neutral is not None]
+    sequence = (named or sequences)[0]
+    landmarks = frame_landmarks(sequence, sequence.neutral)
+    own, found = register_neutral(head, sequence.scan(sequence.neutral), landmarks)
+    if found.lost:
+        raise CaptureError.about(
+            sequence.file(sequence.neutral), found=f"no neutral face: {found.lost}",
+            allowed="a scan of a resting face", remedy=f'name one: "neutral" in {sequence.folder}',
+        )  # fmt: skip
+    with write_atomically(path) as draft, draft.open("wb") as file:
+        np.savez(file, template=own.head.template, joints=own.head.joint_positions)
+    return own.head
+
+
+def personal_head(
+    head: HeadModel, template: NDArray[np.float32], joints: NDArray[np.float32]
+) -> HeadModel:
+    """The head with somebody's neutral face (vertex, 3) m and joints (joint, 3) m."""
+    return replace(
+        head, template=template, joint_positions=joints, identity_basis=head.identity_basis[:0],
+        joint_identity_basis=head.joint_identity_basis[:0], tone_basis=head.tone_basis[:0],
+    )  # fmt: skip
+
+
+def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress) -> None:
+    """Every frame that is not there yet, in chunks, by as many processes as wished for."""
+    chunks = [
+        (track, track.numbers[start : start + CHUNK])
+        for track in tracks
+        for start in range(0, len(track.numbers), CHUNK)
+    ]
+    total, done = sum(len(numbers) for _, numbers in chunks), 0
+
+    def count(frames: int) -> None:
+        nonlocal done
+        done += frames
+        if progress:
+            progress(done / max(total, 1))
+
+    jobs = settings.jobs or os.cpu_count() or 1
+    if jobs == 1:
+        for track, numbers in chunks:
+            track_frames(track, numbers, lambda _: count(1))
+        return
+    with _workers(jobs) as pool:
+        waiting = {
+            pool.submit(
+                _track_chunk, str(track.sequence.folder), settings, track.head.template,
+                track.head.joint_positions, str(track.folder), numbers,
+            )
+            for track, numbers in chunks
+        }  # fmt: skip
+        for finished in as_completed(waiting):
+            count(finished.result())
+
+
+@contextmanager
+def _workers(jobs: int) -> Iterator[Executor]:
+    """Processes with one thread each: their number is the parallelism."""
+    kept = {name: os.environ.get(name) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+    os.environ.update(dict.fromkeys(kept, "1"))
+    try:
+        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+            yield pool
+    finally:
+        for name, value in kept.items():
+            os.environ.pop(name)
+            if value is not None:
+                os.environ[name] = value
+
+
+def _track_chunk(
+    folder: str, settings: BatchSettings, template: NDArray[np.float32],
+    joints: NDArray[np.float32], frames: str, numbers: Sequence[int],
+) -> int:  # fmt: skip
+    """In a worker: heads are large, so only what a person has of their own is sent."""
+    sequence = open_sequence(folder, fps=settings.fps, unit=settings.unit)
+    head = personal_head(open_head(settings.head), template, joints)
+    track_frames(Track(sequence, head, Path(frames)), numbers)
+    return len(numbers)
+
+
+def _check_rates(tracks: list[Track]) -> None:
+    rates = {track.sequence.facts.fps for track in tracks}
+    if len(rates) > 1:
+        raise CaptureError(
+            f"sequences: found {sorted(rates)} frames per second; allowed: one rate in a corpus"
+        )
+
+
+def _finished(track: Track, settings: BatchSettings) -> SequenceResult:
+    """Frames in a row, gaps filled, cleaned; written as motion.npy beside frames.json."""
+    records = track.records()
+    place = track.folder.parent
+    with write_atomically(place / "frames.json") as draft:
+        rows = [asdict(record) for record in records.values()]
+        draft.write_text(json.dumps(rows, indent=0) + "\n", encoding="utf-8")
+    result = _summary(track, records)
+    if not result.failed:
+        good = [number for number, record in records.items() if not record.flag]
+        shape = (track.sequence.frame_count, track.head.vertex_count, 3)
+        with write_atomically(place / "motion.npy") as draft:
+            # On disk from the start: an hour of frames need not fit in memory.
+            frames = np.lib.format.open_memmap(draft, "w+", np.float32, shape)
+            _fill(track, good, frames)
+            clean(track.head, frames, track.sequence.facts.fps, eyes_s=settings.eyes_s)
+            frames.flush()
+            del frames
+    write_report(track, result, place / "report.html")
+    return result
+
+
+def _summary(track: Track, records: dict[int, FrameRecord]) -> SequenceResult:
+    sequence = track.sequence
+    flagged = tuple(number for number, record in records.items() if record.flag)
+    good = [record for record in records.values() if not record.flag]
+    share = 1 - len(good) / sequence.frame_count
+    result = SequenceResult(
+        sequence.name, frames=sequence.frame_count, flagged=flagged, missing=sequence.missing
+    )
+    if not good or share > FLAGGED_MAX:
+        first = next((record.flag for record in records.values() if record.flag), "missing")
+        return replace(result, failed=f"{100 * share:.0f} % of the frames failed, say: {first}")
+    surfaces = [record.surface for record in good if record.surface is not None]
+    apart = [record.landmark_mm for record in good if record.landmark_mm is not None]
+    return replace(
+        result,
+        median_mm=float(np.median([surface.median for surface in surfaces])),
+        p95_mm=float(np.median([surface.p95 for surface in surfaces])),
+        landmark_mm=float(np.median(apart)) if apart else None,
+        seconds_per_frame=float(np.mean([record.seconds for record in good])),
+    )
+
+
+def _fill(track: Track, good: list[int], frames: NDArray[np.float32]) -> None:
+    """Frames (frame, vertex, 3) m in zero pose; without a good scan, between their neighbours.
+
+    Before the first good frame and after the last, that frame stands.
+    """
+    first, count = track.numbers[0], len(frames)
+    for number in good:
+        frames[number - first] = read_zero(track.path(number))
+    there = np.array(good) - first
+    for frame in np.setdiff1d(np.arange(count), there):
+        after = int(np.searchsorted(there, frame))
+        low, high = there[max(after - 1, 0)], there[min(after, len(there) - 1)]
+        share = np.float32((frame - low) / (high - low)) if high > low else np.float32(0)
+        frames[frame] = frames[low] * (1 - share) + frames[high] * share
+
+
+def _write_corpus(
+    folder: Path, tracks: list[Track], settings: BatchSettings
+) -> list[SequenceResult]:
+    """Finish all sequences; those with sound become one corpus, which replaces an older one."""
+    results = [_finished(track, settings) for track in tracks]
+    spoken: list[tuple[int, Path]] = []
+    for place, track in enumerate(tracks):
+        sound = track.sequence.sound_path
+        if sound is not None and not results[place].failed:
+            spoken.append((place, sound))
+    if not spoken:
+        return results
+    heads = {tracks[place].sequence.facts.subject: tracks[place].head for place, _ in spoken}
+    head = tracks[0].head
+    if (folder / "corpus.json").is_file():
+        shutil.rmtree(folder)
+    with corpus_writer(
+        folder, {subject: own.template for subject, own in heads.items()},
+        fps=tracks[0].sequence.facts.fps, faces=head.triangles, topology=head.name,
+        note="registered from scans by elocute capture",
+    ) as writer:  # fmt: skip
+        for place, sound in spoken:
+            results[place] = _add(writer, tracks[place], results[place], sound)
+    return results
+
+
+def _add(writer: CorpusWriter, track: Track, result: SequenceResult, sound: Path) -> SequenceResult:
+    """One clip, whose frames are read from the disk as they are written."""
+    facts = track.sequence.facts
+    try:
+        waveform = read_audio(sound)
+    except AudioError as error:
+        return replace(result, failed=str(error))
+    frames = np.load(track.folder.parent / "motion.npy", mmap_mode="r", allow_pickle=False)
+    writer.add(Clip(facts.subject, facts.sentence, facts.text, waveform, frames))
+    return replace(result, in_corpus=True)

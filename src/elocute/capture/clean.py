@@ -1,0 +1,126 @@
+"""Cleaning of registered motion in zero pose (VOCA 2019, section 6).
+
+"The neck boundary and the ears are automatically fixed, and the region around the eyes is smoothed
+using Gaussian filtering to remove capture noise. Note that no smoothing is applied to the mouth
+region so as to preserve subtle motions."
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.head.model import HeadModel
+
+Floats = NDArray[np.float64]
+
+EYES_S = 0.02
+"""Standard deviation of the smoothing around the eyes: a blink of 150 ms keeps its depth."""
+RIM_M, EAR_M, EYE_M = 0.02, 0.008, 0.006
+"""Over which distance a fixed or smoothed region fades into what is left alone."""
+MOUTH_M = 0.015
+"""Around the lips nothing is ever touched."""
+
+
+def held_share(head: HeadModel) -> Floats:
+    """(vertex,) 1 where a vertex is put back to the neutral face: neck boundary and ears."""
+    shares = np.maximum(_faded(head, _rim(head), RIM_M), _faded(head, ears(head), EAR_M))
+    return shares * (1 - _mouth(head))
+
+
+def smoothed_share(head: HeadModel) -> Floats:
+    """(vertex,) 1 where motion is smoothed in time: around the eyes; 0 for a head without."""
+    named = [where for name, where in head.regions.items() if name.startswith("eye")]
+    if not named:
+        return np.zeros(head.vertex_count)
+    return _faded(head, np.unique(np.concatenate(named)), EYE_M) * (1 - _mouth(head))
+
+
+def cleaned(
+    head: HeadModel, frames: NDArray[np.floating], fps: float, *, eyes_s: float = EYES_S
+) -> NDArray[np.float32]:
+    """(frame, vertex, 3) m in zero pose without drift of neck and ears, the eyes smoothed.
+
+    The head's template is the person's neutral face. Vertices about the mouth come out bit by
+    bit as they went in.
+    """
+    result = np.array(frames, np.float32)
+    clean(head, result, fps, eyes_s=eyes_s)
+    return result
+
+
+def clean(
+    head: HeadModel, frames: NDArray[np.float32], fps: float, *, eyes_s: float = EYES_S
+) -> None:
+    """`cleaned` in place: frames may lie on disk."""
+    held, smoothed = held_share(head), smoothed_share(head)
+    still = np.flatnonzero(held)
+    for frame in frames:
+        apart = frame[still] - head.template[still]
+        frame[still] -= (held[still, None] * apart).astype(np.float32)
+    moving = np.flatnonzero(smoothed)
+    if len(moving) and len(frames) > 1 and eyes_s > 0:
+        around = frames[:, moving]
+        change = smoothed[moving, None] * (_blurred(around, eyes_s * fps) - around)
+        frames[:, moving] = around + change.astype(np.float32)
+
+
+def _blurred(frames: NDArray[np.float32], width: float) -> NDArray[np.float32]:
+    """Gaussian smoothing over frames (frame, vertex, 3); the ends repeat."""
+    from scipy.ndimage import gaussian_filter1d
+
+    blurred = gaussian_filter1d(frames, width, axis=0, mode="nearest")
+    return np.asarray(blurred, np.float32)
+
+
+def ears(head: HeadModel) -> NDArray[np.intp]:
+    """Vertices of the ears: a region called so, else what stands out sideways behind the face.
+
+    Empty for a head without landmarks and without such a region.
+    """
+    if "ears" in head.regions:
+        return head.regions["ears"].astype(np.intp)
+    if not len(head.landmarks):
+        return np.zeros(0, np.intp)
+    points, marks = head.template, head.template[head.landmarks]
+    side = np.abs(marks[[0, 16], 0]).mean()
+    face = marks[19, 1] - marks[33, 1]  # from brow to the foot of the nose, as long as an ear
+    out = np.abs(points[:, 0]) > 0.96 * side
+    behind = (points[:, 2] < marks[[0, 16], 2].mean()) & (
+        points[:, 2] > marks[[0, 16], 2].mean() - 0.8 * face
+    )
+    level = (points[:, 1] < marks[19, 1] + 0.25 * face) & (
+        points[:, 1] > marks[33, 1] - 0.25 * face
+    )
+    return np.flatnonzero(out & behind & level)
+
+
+def _rim(head: HeadModel) -> NDArray[np.intp]:
+    """Vertices on the open edge at the neck: a region, else all edges with one face below it."""
+    if "neck_rim" in head.regions:
+        return head.regions["neck_rim"].astype(np.intp)
+    triangles = head.triangles.astype(np.int64)
+    start, stop = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    keys = np.minimum(start, stop) * head.vertex_count + np.maximum(start, stop)
+    once, count = np.unique(keys, return_counts=True)
+    once = once[count == 1]
+    rim = np.unique(np.concatenate([once // head.vertex_count, once % head.vertex_count]))
+    low = head.template[:, 1].min() + 0.35 * np.ptp(head.template[:, 1])
+    return rim[head.template[rim, 1] < low]
+
+
+def _mouth(head: HeadModel) -> Floats:
+    """(vertex,) 1 near the lips."""
+    lips = head.regions.get("lips", np.zeros(0, np.int32))
+    return (_faded(head, lips.astype(np.intp), MOUTH_M) > 0).astype(np.float64)
+
+
+def _faded(head: HeadModel, where: NDArray[np.integer], over_m: float) -> Floats:
+    """(vertex,) 1 on the chosen vertices, falling smoothly to 0 at a distance."""
+    if not len(where):
+        return np.zeros(head.vertex_count)
+    from scipy.spatial import KDTree
+
+    far, _ = KDTree(head.template[where]).query(head.template, distance_upper_bound=over_m)
+    share = np.clip(1 - far / over_m, 0, 1)
+    return share * share * (3 - 2 * share)
