@@ -8,12 +8,13 @@ that are free but smooth.
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture import model_fit, offsets
+from elocute.capture import model_fit, nicp, offsets
 from elocute.capture.errors_mm import (
     SurfaceError,
     landmark_error_mm,
@@ -23,6 +24,7 @@ from elocute.capture.errors_mm import (
 from elocute.capture.landmarks import Landmarks
 from elocute.capture.matching import Samples, samples_of
 from elocute.capture.model_fit import ModelFit, Shape
+from elocute.capture.nicp import Nicp, Stiffness
 from elocute.capture.pose import Pose, posed, unposed
 from elocute.capture.scan import Scan, checked_scan
 from elocute.capture.start_pose import start_pose
@@ -114,6 +116,35 @@ def register_scan(
         again = _register(template, fit, scan, landmarks, None, notes)
         return min(found, again, key=lambda one: (bool(one.lost), one.surface.median))
     return _register(template, fit, scan, landmarks, None, notes)
+
+
+def register_nonrigid(
+    template: Template, scan: Scan, landmarks: Landmarks, *, adapted: bool = True,
+    icp: Nicp | None = None, levels: Sequence[Stiffness] = nicp.COLD,
+) -> tuple[Registration, int]:  # fmt: skip
+    """A scan by non-rigid ICP ("Speech in the wild" 2019, 3.2), and its steps.
+
+    adapted  start from the adaptive template of Eq. 1; else from the neutral face, as usual
+    icp      of the same template, to use its factors again
+
+    Raises CaptureError for a scan without a head.
+    """
+    started = time.thread_time()
+    scan, notes = checked_scan(scan)
+    fit = ModelFit(template, False)
+    shape = fit.neutral_start(start_pose(template, samples_of(scan), landmarks))
+    if adapted and landmarks.enough and len(template.head.landmarks):
+        shape = replace(shape, expression=_adapted(template, landmarks, shape.pose))
+    start = fit.posed(shape)
+    vertices, steps = (icp or Nicp(template)).register(start, scan, landmarks, levels)
+    seconds = time.thread_time() - started
+    zero = unposed(template.head, vertices, shape.pose)
+    found = Registration(
+        vertices, zero, shape, zero - fit.zero(shape),
+        surface_error(scan_distances(template, vertices, scan)),
+        landmark_error_mm(template.head, vertices, landmarks), seconds, notes,
+    )  # fmt: skip
+    return found, steps
 
 
 def _register(

@@ -11,7 +11,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.progress import progress_bar
-from elocute.errors import OutputError
+from elocute.errors import InputError, OutputError
 
 if TYPE_CHECKING:
     from elocute.capture.register import Registration
@@ -41,6 +41,9 @@ def scan_command(
     template: Path | None = typer.Option(
         None, help="The person's resting face in the topology of --head, as `capture` writes it."
     ),
+    method: str = typer.Option(
+        "model", help="model (fit the head, then let the skin follow) or nicp (non-rigid ICP)."
+    ),
     head: str = HeadChoice,
     unit: str = typer.Option("m", help="Of the scan: m, mm, cm, dm or inch."),
     zero_pose: bool = typer.Option(
@@ -56,26 +59,33 @@ def scan_command(
 
     if output.suffix.lower() not in (".ply", ".obj"):
         raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".ply .obj")
+    if method not in ("model", "nicp"):
+        raise InputError.about(f"method {method!r}", found="unknown", allowed="model, nicp")
     check_output(output)
     model = open_head(head)
     scan = read_scan(file, unit)
     known = no_landmarks() if landmarks is None else read_landmarks(landmarks, unit_m(unit))
-    found = _registered(model, scan, known, template)
+    found = _registered(model, scan, known, template, method)
     points = found.zero if zero_pose else found.vertices / unit_m(unit)
     with write_atomically(output) as draft:
         draft.write_bytes(_mesh_bytes(model, output.suffix.lower(), points))
     _report(file, output, found, as_json)
 
 
-def _registered(model: HeadModel, scan: Any, known: Any, template: Path | None) -> Registration:
-    from elocute.capture.register import register_neutral, register_scan
+def _registered(
+    model: HeadModel, scan: Any, known: Any, template: Path | None, method: str
+) -> Registration:
+    from elocute.capture.register import register_neutral, register_nonrigid, register_scan
     from elocute.capture.template import Template
     from elocute.head.mesh import read_mesh, with_template
 
+    if template is not None:
+        model = with_template(model, read_mesh(template)[0], model.name)
+    if method == "nicp":
+        return register_nonrigid(Template(model), scan, known)[0]
     if template is None:
         return register_neutral(model, scan, known)[1]
-    points, _ = read_mesh(template)
-    return register_scan(Template(with_template(model, points, model.name)), scan, known)
+    return register_scan(Template(model), scan, known)
 
 
 def _mesh_bytes(head: HeadModel, suffix: str, points: Any) -> bytes:
