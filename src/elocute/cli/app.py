@@ -10,6 +10,7 @@ from elocute.cli import (
     animate,
     blendshapes,
     capture,
+    capture_video,
     corpus,
     edit,
     evaluate,
@@ -39,6 +40,7 @@ app.command("doctor")(inspect.doctor_command)
 app.add_typer(evaluate.app, name="evaluate")
 app.add_typer(heads.app, name="head")
 app.add_typer(corpus.app, name="corpus")
+capture.app.command("video")(capture_video.video_command)
 app.add_typer(capture.app, name="capture")
 app.add_typer(blendshapes.app, name="blendshapes")
 app.add_typer(train.app, name="train")

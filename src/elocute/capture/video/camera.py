@@ -117,6 +117,21 @@ def fit_poses(
     return Poses(turns, places)
 
 
+def steadied(poses: Poses, frames: float) -> Poses:
+    """Poses blurred over time by a Gaussian of `frames` standard deviation; the ends repeat."""
+    reach = max(1, round(3 * frames))
+    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(frames, 1e-6)) ** 2)
+    kernel /= kernel.sum()
+    # Neighbours on the same side of the sphere, so that means are rotations in between.
+    steps = np.einsum("fq,fq->f", poses.turns[1:], poses.turns[:-1])
+    sign = np.cumprod(np.concatenate([[1.0], np.where(steps < 0, -1.0, 1.0)]))
+    both = np.concatenate([poses.turns * sign[:, None], poses.places], axis=1)
+    padded = np.pad(both, ((reach, reach), (0, 0)), mode="edge")
+    calm = np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
+    turns = calm[:, :4] / np.linalg.norm(calm[:, :4], axis=1, keepdims=True)
+    return Poses(turns, calm[:, 4:])
+
+
 def huber(left_mm: Floats) -> Floats:
     """Huber's weights of residuals in mm."""
     return HUBER_MM / np.maximum(left_mm, HUBER_MM)

@@ -7,6 +7,7 @@ that comes with the extra `video`.
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -101,7 +102,7 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detec
 def _face_mesh() -> Any:
     os.environ.setdefault("GLOG_minloglevel", "2")
     try:
-        from mediapipe.python.solutions.face_mesh import FaceMesh
+        return importlib.import_module("mediapipe.python.solutions.face_mesh").FaceMesh
     except ModuleNotFoundError as error:
         raise MachineError(f"face detector: {error.name} is missing; {INSTALL}") from error
     except ImportError as error:  # OpenCV inside MediaPipe wants libGL, though nothing is shown
@@ -109,7 +110,6 @@ def _face_mesh() -> Any:
             f"face detector: MediaPipe does not load ({' '.join(str(error).split())}); "
             "apt-get install libgl1 libglib2.0-0"
         ) from error
-    return FaceMesh
 
 
 @contextlib.contextmanager

@@ -8,21 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.camera import Poses, first_poses, fit_poses
-from elocute.capture.video.lips import GapRows, close_lips, gap_rows, target_gap
+from elocute.capture.video.camera import Poses, first_poses, fit_poses, steadied
+from elocute.capture.video.lids import add_lids, lid_rows, openness, shut_lids
+from elocute.capture.video.lips import add_gaps, close_lips, gap_rows, target_gap
 from elocute.capture.video.person import Person
 from elocute.capture.video.points import FacePoints
 from elocute.capture.video.rows import point_rows, point_trust
 from elocute.capture.video.shapes import SPARSE, fitted_names, pulls, steadiness, ties
 from elocute.capture.video.topology import EYE_CORNERS, IRIS, LIPS
 from elocute.capture.video.track import FaceTrack
-from elocute.head.skinning import rotation_matrices
 from elocute.motion.box import solve_box_chain
 
 Floats = NDArray[np.float64]
 
 ROUNDS = 2  # pose and shapes by turns
 BLOCK = 64  # frames whose slopes are held at once
+POSE_S = 0.03  # standard deviation of the blur that steadies the head
 MOBILE = 0.05  # trust in lips and jaw while the head is first placed
 
 
@@ -68,13 +69,16 @@ def fit_frames(
     eye_mm = 1000 * float(np.linalg.norm(np.subtract(*rest[list(EYE_CORNERS)])))
     gaps = gap_rows(head, columns)
     target = target_gap(track.lip_gap) * eye_mm
+    lids, share = lid_rows(rest, basis), openness(track)
     weights = np.zeros((track.frame_count, len(names)))
     for turn in range(ROUNDS):
         moved = model + np.tensordot(weights, basis, 1)
         if turn:
             poses = fit_poses(person.camera, moved, seen, trust, poses)
+            poses = steadied(poses, POSE_S * track.fps)
         grams, sides = _normal(person, poses, model, weights, basis, seen, trust)
-        _add_gaps(grams, sides, gaps, target)
+        add_gaps(grams, sides, gaps, target)
+        add_lids(grams, sides, lids, share)
         steady = np.diag(pulls(names)) + ties(names)
         weights = solve_box_chain(
             lambda frame, grams=grams, steady=steady: grams[frame] + steady,
@@ -84,6 +88,7 @@ def fit_frames(
         if progress:
             progress((turn + 1) / ROUNDS)
     weights = close_lips(weights, names, gaps, target)
+    weights = shut_lids(weights, names, lids, share)
     every = np.zeros((track.frame_count, len(head.expression_names)))
     every[:, columns] = weights
     drawn = person.camera.project(poses.of(rest + np.tensordot(weights, basis, 1)))
@@ -108,12 +113,3 @@ def _normal(
         left = left + (slopes @ weights[part][..., None])[..., 0]
         sides[part] = (across @ left[..., None])[..., 0]
     return grams, sides
-
-
-def _add_gaps(grams: Floats, sides: Floats, gaps: GapRows, target_mm: Floats) -> None:
-    """Add how far the lips are apart, which counts for more than where they are."""
-    for closed in (False, True):
-        frames = np.flatnonzero((target_mm <= 0) == closed)
-        rows, share = gaps.weighted(closed)
-        grams[frames] += rows.T @ rows
-        sides[frames] += target_mm[frames, None] * (share @ rows)

@@ -57,6 +57,18 @@ def target_gap(tracked: Floats) -> Floats:
     return ease * ease * (3 - 2 * ease) * np.maximum(tracked - RESTING, 0)
 
 
+def add_gaps(grams: Floats, sides: Floats, rows: GapRows, target_mm: Floats) -> None:
+    """Add how far the lips are apart to normal equations of all frames, in place.
+
+    It counts for more than where they are.
+    """
+    for closed in (False, True):
+        frames = np.flatnonzero((target_mm <= 0) == closed)
+        weighted, share = rows.weighted(closed)
+        grams[frames] += weighted.T @ weighted
+        sides[frames] += target_mm[frames, None] * (share @ weighted)
+
+
 def close_lips(weights: Floats, names: tuple[str, ...], rows: GapRows, target_mm: Floats) -> Floats:
     """Weights (frame, component) whose lips touch wherever the target is no gap.
 

@@ -23,7 +23,7 @@ DEAR = {
     "mouthClose": 2.0, "jawLeft": 4.0, "jawRight": 4.0, "mouthLeft": 2.0, "mouthRight": 2.0,
     "cheekSquintLeft": 6.0, "cheekSquintRight": 6.0, "noseSneerLeft": 4.0, "noseSneerRight": 4.0,
     "mouthDimpleLeft": 3.0, "mouthDimpleRight": 3.0, "mouthFrownLeft": 2.0, "mouthFrownRight": 2.0,
-    "eyeSquintLeft": 3.0, "eyeSquintRight": 3.0, "eyeWideLeft": 3.0, "eyeWideRight": 3.0,
+    "eyeSquintLeft": 12.0, "eyeSquintRight": 12.0, "eyeWideLeft": 3.0, "eyeWideRight": 3.0,
 }  # fmt: skip
 # What moves slowly, by the beginning of its name.
 CALM = {"brow": 25.0, "eyeLook": 6.0, "eyeSquint": 15.0, "eyeWide": 15.0, "eyeBlink": 0.5,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,17 +30,19 @@ RATES = (23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 119.88, 120, 240
 class FaceTrack:
     """478 points of one face on a constant clock.
 
-    points  (frame, 478, 3) pixels, as detectors give them; frame f is at time f / fps
-    seen    (frame,) False where no face was found: points are bridged from those around
-    fps     frames per second
-    size    (width, height) of the pictures, pixels
-    notes   what a person should know, a line each
+    points     (frame, 478, 3) pixels, as detectors give them; frame f is at time f / fps
+    seen       (frame,) False where no face was found: points are bridged from those around
+    fps        frames per second
+    size       (width, height) of the pictures, pixels
+    has_sound  whether the file has a sound track
+    notes      what a person should know, a line each
     """
 
     points: Floats
     seen: NDArray[np.bool_]
     fps: float
     size: tuple[int, int]
+    has_sound: bool = True
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -131,7 +133,7 @@ def track_face(
     lost = int((~track.seen).sum())
     if lost:
         notes.append(f"{lost} of {track.frame_count} frames without a face: bridged")
-    return FaceTrack(track.points, track.seen, track.fps, size, tuple(notes))
+    return replace(track, has_sound=video.has_sound, notes=tuple(notes))
 
 
 def _size(points: NDArray[np.float32]) -> float:

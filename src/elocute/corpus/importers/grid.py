@@ -32,6 +32,7 @@ from elocute.corpus.importers.lip_fit import (
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.head.builtin import load_builtin_head
+from elocute.motion.between import between
 
 Floats = NDArray[np.float64]
 
@@ -92,7 +93,7 @@ def grid_clips(
         weights, residual_mm = fit_lips(rows, lips_of(track, rest, scale))
         frames = np.zeros((round(sound.duration_s * fps), len(head.expression_names)), np.float32)
         times = np.arange(len(frames)) / fps
-        frames[:, columns] = np.clip(_between(weights, times * track.fps), 0, 1)
+        frames[:, columns] = np.clip(between(weights, times * track.fps), 0, 1)
         yield Clip(SUBJECT, path.stem, " ".join(track.words), sound, frames), residual_mm
         count += 1
     if not count:
@@ -228,23 +229,3 @@ def _blurred(values: Floats) -> Floats:
     kernel /= kernel.sum()
     padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
     return np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
-
-
-def _between(values: Floats, places: Floats) -> Floats:
-    """(place, column) of frames (frame, column): cubic, without overshoot (Fritsch and Butland).
-
-    So weights stay in 0..1, and lips closed in two frames stay closed between them.
-    """
-    step = np.diff(values, axis=0)
-    before, after = step[:-1], step[1:]
-    same = before * after > 0
-    slope = np.zeros_like(values)
-    slope[1:-1][same] = 2 * before[same] * after[same] / (before[same] + after[same])
-    places = np.clip(places, 0, len(values) - 1)
-    start = np.minimum(places.astype(int), len(values) - 2)
-    t = (places - start)[:, None]
-    first, last = values[start], values[start + 1]
-    return (
-        (1 + 2 * t) * (1 - t) ** 2 * first + t * (1 - t) ** 2 * slope[start]
-        + t * t * (3 - 2 * t) * last + t * t * (t - 1) * slope[start + 1]
-    )  # fmt: skip

@@ -1,0 +1,160 @@
+"""`elocute capture video`: somebody talking in a video, as motion of the built-in head."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import CaptureError, OutputError
+
+if TYPE_CHECKING:
+    from elocute.capture.video.capture import VideoCapture
+    from elocute.motion.motion import Motion
+
+OWN = "own"
+
+
+def video_command(
+    video: list[Path] = typer.Argument(..., help="A video of one person talking, or several."),
+    output: list[Path] = options.Output,
+    face: str | None = typer.Option(
+        None, help="Which face, where there are several: left, right, or a number from the left."
+    ),
+    fps: float | None = typer.Option(
+        None, help="Frames per second; without it the video's own (60 for a corpus)."
+    ),
+    identity: str = typer.Option(
+        OWN, help="Whose face moves: own (the person's), a name, a seed, or a .json file."
+    ),
+    zero_pose: bool = typer.Option(False, help="Leave the turn of the head out."),
+    subject: str = typer.Option("me", help="The subject's name in a corpus."),
+    text: str = typer.Option("", help="The words that are said, for a corpus of one clip."),
+    size: str = options.Size,
+    backend: str = options.Backend,
+    embed_audio: bool = options.EmbedAudio,
+    as_json: bool = options.Json,
+) -> None:
+    """Capture the face in a video: a motion in any format, or (-o FOLDER) clips of a corpus."""
+    corpora = [path for path in output if not path.suffix]
+    files = [path for path in output if path.suffix]
+    _check_outputs(video, files, corpora, size, backend, embed_audio)
+    for place in corpora:
+        _write_corpus(place, video, face, fps, subject, text, as_json)
+    if not files:
+        return
+    started = time.perf_counter()
+    captured = _capture(video[0], face, fps, as_json)
+    seconds = time.perf_counter() - started
+    motion = _dressed(captured.motion, identity, zero_pose)
+    sound = video[0] if captured.track.has_sound else None
+    for target in files:
+        extra = options.writer_options(target, size, backend, embed_audio)
+        _write(motion, target, sound, extra, as_json)
+    _report(video[0], captured, files, seconds, as_json)
+
+
+def _check_outputs(
+    videos: list[Path], files: list[Path], corpora: list[Path], size: str, backend: str,
+    embed_audio: bool,
+) -> None:  # fmt: skip
+    """Before any work. Raises InputError."""
+    from elocute.export.registry import check_suffix
+    from elocute.motion.atomic import check_output
+
+    if files and len(videos) > 1:
+        raise OutputError.about(
+            files[0], found=f"one file for {len(videos)} videos", allowed="a folder: a corpus",
+            remedy="give one video at a time",
+        )  # fmt: skip
+    for target in files:
+        check_suffix(target)
+        check_output(target)
+        options.writer_options(target, size, backend, embed_audio)
+        if target.exists() and videos[0].exists() and target.samefile(videos[0]):
+            raise OutputError.about(
+                target, found="the video itself", remedy="choose another output name"
+            )
+    for place in corpora:
+        check_output(place)
+        if place.exists():
+            raise OutputError.about(
+                place, found="exists already", allowed="a new folder", remedy="remove it or rename"
+            )
+
+
+def _capture(path: Path, face: str | None, fps: float | None, quiet: bool) -> VideoCapture:
+    from elocute.capture.video.capture import capture_video
+
+    with progress_bar(f"watching {path.name}", quiet) as progress:
+        return capture_video(path, face=face, fps=fps, progress=progress)
+
+
+def _write(
+    motion: Motion, target: Path, sound: Path | None, extra: dict[str, Any], quiet: bool
+) -> None:
+    from elocute.export.registry import write
+
+    with progress_bar(f"writing {target.name}", quiet) as progress:
+        write(motion, target, sound=sound, progress=progress, **extra)
+    if not quiet:
+        print(target)
+
+
+def _dressed(motion: Motion, identity: str, zero_pose: bool) -> Motion:
+    """On another face, without turns: as asked for."""
+    from elocute.head.builtin import load_builtin_head
+    from elocute.head.identity import resolve_identity
+
+    if identity != OWN:
+        motion = replace(motion, head=load_builtin_head().with_identity(resolve_identity(identity)))
+    return replace(motion, rotations=None) if zero_pose else motion
+
+
+def _write_corpus(
+    place: Path, videos: list[Path], face: str | None, fps: float | None, subject: str, text: str,
+    as_json: bool,
+) -> None:  # fmt: skip
+    from elocute.capture.video.clips import FPS, write_corpus
+
+    if text and len(videos) > 1:
+        raise CaptureError.about("--text", found=f"{len(videos)} videos", allowed="one")
+
+    def captures() -> Iterator[tuple[Path, VideoCapture]]:
+        for path in videos:
+            yield path, _capture(path, face, None, as_json)
+
+    texts = {videos[0].stem: text}
+    notes = write_corpus(place, captures(), subject=subject, fps=fps or FPS, texts=texts)
+    if as_json:
+        print(json.dumps({"output": str(place), "clips": len(videos), "notes": notes}))
+        return
+    print(place)
+    for note in notes:
+        print(note)
+
+
+def _report(
+    path: Path, captured: VideoCapture, files: list[Path], seconds: float, as_json: bool
+) -> None:
+    motion = captured.motion
+    if not as_json:
+        for note in captured.notes:
+            print(note)
+        print(f"lips lie {captured.lip_miss:.1%} of the eye distance beside those seen, on average")
+        return
+    record: dict[str, Any] = {
+        "input": str(path), "outputs": [str(target) for target in files],
+        "frames": motion.frame_count, "fps": motion.fps, "capture_s": round(seconds, 3),
+        "lip_miss": round(captured.lip_miss, 5), "flagged": captured.flagged.nonzero()[0].tolist(),
+        "identity": [round(float(x), 4) for x in captured.person.identity],
+        "notes": list(captured.notes),
+    }  # fmt: skip
+    print(json.dumps(record))
