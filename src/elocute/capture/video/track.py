@@ -22,6 +22,7 @@ PRESENT = 0.25  # share of the pictures in which somebody must be seen to count
 SMALL = 0.4  # a face this much smaller than the largest is somebody in the background
 CONFIDENT = 0.3  # a face found with less is not used
 SEEN_MIN = 0.3  # share of the pictures with a face below which nothing is fitted
+STALL_S = 0.25  # without a picture for longer, nothing is known of a face that talks
 FPS_RANGE = (5.0, 240.0)
 RATES = (23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 119.88, 120, 240)
 
@@ -127,7 +128,8 @@ def track_face(
         raise CaptureError.about(path, found="no pictures in it", allowed="a video of a face")
     trail = _chosen(Path(path), trails, len(times), face)
     notes = [video.note] if video.note else []
-    track = _on_clock(np.array(times), trail, size, fps or _rate(times, video.rate), notes)
+    rate = _rate(times, video.rate) if fps is None else fps
+    track = _on_clock(np.array(times), trail, size, rate, notes)
     if not video.has_sound:
         notes.append("no sound in it: motion only")
     lost = int((~track.seen).sum())
@@ -206,8 +208,8 @@ def _on_clock(
 ) -> FaceTrack:
     """Points at times f / fps, linear between pictures; before the first and after the last held.
 
-    A frame counts as seen where the pictures on both sides of it show the face and follow one
-    another.
+    A frame counts as seen where the pictures on both sides of it show the face, follow one
+    another and lie less than STALL_S apart.
     """
     if not FPS_RANGE[0] <= fps <= FPS_RANGE[1]:
         raise CaptureError.about(
@@ -227,5 +229,7 @@ def _on_clock(
     share[before == after] = 0
     points = known[before] + share[:, None, None] * (known[after] - known[before])
     outside = np.maximum(known_s[0] - clock, clock - known_s[-1])
-    seen = (span <= 1.6 * step) & (outside <= max(step, 1 / fps) * 0.6)
+    numbers = np.array(trail.numbers)
+    seen = (numbers[after] - numbers[before] <= 1) & (span <= STALL_S)
+    seen &= outside <= max(step, 1 / fps) * 0.6
     return FaceTrack(points, seen, fps, size)
