@@ -1,0 +1,133 @@
+"""`elocute capture video` as a person meets it."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elocute.audio.read import read_audio
+from elocute.capture.video.capture import fit_track
+from elocute.capture.video.clips import write_corpus
+from elocute.corpus.store import open_corpus
+from elocute.errors import CaptureError
+from elocute.motion.measures import measure_mouth
+from elocute.motion.store import load_motion
+
+HAS_MEDIAPIPE = importlib.util.find_spec("mediapipe") is not None
+needs_mediapipe = pytest.mark.skipif(
+    not HAS_MEDIAPIPE, reason="needs the extra `video` (mediapipe==0.10.21)"
+)
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-c", "from elocute.cli import main; main()", "capture", "video",
+         *map(str, arguments)],
+        capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def talking(filmed, speech_wav, tmp_path_factory):
+    """The filmed head drawn as video, with its speech: what a camera would give."""
+    from elocute.audio.waveform import Waveform
+    from elocute.export.mp4 import write_mp4
+
+    path = tmp_path_factory.mktemp("video") / "talk.mp4"
+    speech = read_audio(speech_wav).resample(16000)
+    sound = Waveform(speech.samples[:64000], 16000)
+    write_mp4(filmed.motion, path, sound=sound, size=(360, 360))
+    return path
+
+
+def one_line(result, *said):
+    assert result.returncode == 2, result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    for words in said:
+        assert words in result.stderr
+
+
+def test_bad_files_and_outputs_are_told_before_anything(tmp_path):
+    (tmp_path / "bad.mp4").write_bytes(b"no video" * 50)
+    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "o.xyz"), "suffix '.xyz'")
+    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "gone" / "o.npz"), "does not exist")
+    one_line(
+        run(tmp_path / "bad.mp4", tmp_path / "b.mp4", "-o", tmp_path / "o.npz"), "for 2 videos"
+    )
+    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "bad.mp4"), "the video itself")
+    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path), "exists already")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["bad.mp4"]
+
+
+@pytest.mark.skipif(HAS_MEDIAPIPE, reason="the extra `video` is here")
+def test_without_the_extra_it_says_what_to_install(talking, tmp_path):
+    result = run(talking, "-o", tmp_path / "o.npz")
+    assert result.returncode != 0
+    assert "pip install 'elocute[video]'" in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+@needs_mediapipe
+def test_a_drawn_head_comes_back_from_its_video(talking, filmed, tmp_path):
+    result = run(talking, "-o", tmp_path / "o.npz", "-o", tmp_path / "o.glb", "--json")
+    assert result.returncode == 0, result.stderr
+    record = json.loads(result.stdout)
+    assert record["frames"] == filmed.motion.frame_count
+    assert record["lip_miss"] < 0.02
+    motion = load_motion(tmp_path / "o.npz")
+    true, found = (measure_mouth(m)["opening_mm"] for m in (filmed.motion, motion))
+    assert np.corrcoef(true, found)[0, 1] > 0.9
+    assert (found[true < 0.01] < 0.5).mean() > 0.8
+    blink = motion.weights[:, motion.names.index("eyeBlinkLeft")]
+    assert blink[38:43].max() > 0.7
+    assert (tmp_path / "o.glb").stat().st_size > 100_000
+
+
+@needs_mediapipe
+def test_bad_videos_are_one_line(make_video, tmp_path):
+    blank = make_video(tmp_path / "blank.mp4", [f / 25 for f in range(10)])
+    one_line(run(blank, "-o", tmp_path / "o.npz"), "no face in 10 pictures")
+    (tmp_path / "bad.mp4").write_bytes(b"no video" * 50)
+    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "o.npz"), "no video that can be read")
+    assert not (tmp_path / "o.npz").exists()
+
+
+@needs_mediapipe
+@pytest.mark.shared_data
+def test_a_real_talker_becomes_a_corpus(shared_data, tmp_path):
+    videos = sorted((shared_data / "grid_s1/video").glob("*.mpg"))[:1]
+    result = run(*videos, "-o", tmp_path / "corpus", "--subject", "ann", "--text", "bin blue")
+    assert result.returncode == 0, result.stderr
+    corpus = open_corpus(tmp_path / "corpus")
+    entry = corpus.entries[0]
+    assert (entry.name, entry.text, corpus.fps) == (f"ann.{videos[0].stem}", "bin blue", 60)
+    tracked = np.load(shared_data / f"grid_s1/clips/{videos[0].stem}.npz")
+    gap = np.interp(np.arange(entry.frames) / 60, tracked["t"], tracked["inner_opening_mean"])
+    from elocute.corpus.closures import lip_opening
+    from elocute.corpus.track import true_track
+
+    assert np.corrcoef(gap, lip_opening(true_track(corpus, entry.name)))[0, 1] > 0.95
+
+
+def test_points_become_a_clip_with_the_sound_of_their_video(filmed, talking, tmp_path):
+    captured = fit_track(filmed.track)
+    notes = write_corpus(tmp_path / "corpus", [(talking, captured)], subject="me")
+    corpus = open_corpus(tmp_path / "corpus")
+    assert [entry.name for entry in corpus.entries] == ["me.talk"]
+    assert corpus.entries[0].frames == 240
+    assert corpus.sound("me.talk").duration_s == pytest.approx(4.0, abs=0.05)
+    assert notes
+
+
+def test_a_silent_video_makes_no_clip(filmed, talking, tmp_path):
+    captured = fit_track(replace(filmed.track, has_sound=False))
+    with pytest.raises(CaptureError, match="no sound"):
+        write_corpus(tmp_path / "corpus", [(talking, captured)], subject="me")
+    assert not (tmp_path / "corpus").exists()
