@@ -14,6 +14,7 @@ from elocute.capture.video.camera import (
     fit_poses,
     usual_camera,
 )
+from elocute.capture.video.likeness import follow_points
 from elocute.capture.video.points import FacePoints
 from elocute.capture.video.rows import point_rows, point_trust
 from elocute.capture.video.topology import GAP_PAIRS, IRIS
@@ -46,7 +47,8 @@ RESTING = (
 class Person:
     """A face as a video shows it at rest.
 
-    head      the built-in head with this face: identity and resting expression in its template
+    head      the built-in head with this face in its template: identity, resting expression and
+              what these two cannot tell
     identity  (50,) standard deviations
     rest      (component,) weights that the template contains
     camera    the one that took the video
@@ -67,7 +69,8 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     Identity coefficients and one resting expression are sought together in up to REST_FRAMES
     frames with closed lips (those with the smallest gap where none are closed), by turns with
     the poses. One face in front of one camera tells little about the focal length, so a few are
-    tried against a prior. What is left over is told as `bias`.
+    tried against a prior. The template follows what is left over as far as it is smooth over the
+    face; the rest is told as `bias`.
     """
     frames = resting_frames(track)
     seen = track.points[frames]
@@ -85,6 +88,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     own = replace(own, template=template.astype(np.float32))
     closed = bool(np.median(track.lip_gap[frames]) < CLOSED)
     bias = _bias(best, table.on(own.template), seen[..., :2], closed)
+    own, bias = follow_points(own, table, bias, trust)
     return Person(own, identity, rest, best.camera, bias)
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from elocute.capture.video.camera import Camera, Poses, huber
 from elocute.capture.video.points import FacePoints
-from elocute.capture.video.topology import IRIS, LIPS, RIM
+from elocute.capture.video.topology import CHIN, IRIS, LIPS, RIM
 from elocute.head.skinning import rotation_matrices
 
 Floats = NDArray[np.float64]
@@ -16,6 +16,7 @@ SIGMA_MM = 1.5
 """How far the detector's points lie from where they belong, one standard deviation."""
 KIN = 2.0
 """As many neighbouring points err together: they count as one."""
+CHIN_TRUST = 3.0  # jaw and lower lip open a mouth alike; the chin tells them apart
 STEADY_MM = 2.0  # a spread at which a point's trust is half
 
 
@@ -25,6 +26,7 @@ def point_trust(table: FacePoints) -> Floats:
     trust[list(RIM)] *= 0.3
     trust[IRIS:] *= 0.5
     trust[list(LIPS)] = 1.0
+    trust[list(CHIN)] = CHIN_TRUST
     return trust
 
 
