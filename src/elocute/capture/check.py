@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -38,10 +40,14 @@ def check_scans(
             continue
         findings += _of_sequence(sequence)
         chosen = sequence.numbers[::every]
+        notes: Counter[str] = Counter()
         for done, number in enumerate(chosen, 1):
-            findings += _of_scan(sequence, number)
+            findings += _of_scan(sequence, number, notes)
             if progress:
                 progress((place + done / len(chosen)) / len(folders))
+        for note, count in notes.items():
+            told = f"{note}: in {count} of {len(chosen)} scans, left out"
+            findings.append(Finding("warning", sequence.name, told))
     return findings
 
 
@@ -64,14 +70,13 @@ def _of_sequence(sequence: ScanSequence) -> Iterator[Finding]:
         yield Finding("warning", sequence.name, f"{seen:.2f} s of scans, {heard:.2f} s of sound")
 
 
-def _of_scan(sequence: ScanSequence, number: int) -> Iterator[Finding]:
+def _of_scan(sequence: ScanSequence, number: int, notes: Counter[str]) -> Iterator[Finding]:
     try:
-        _, notes = checked_scan(sequence.scan(number))
+        _, found = checked_scan(sequence.scan(number))
     except CaptureError as error:
         yield Finding("error", sequence.name, str(error), number)
         return
-    for note in notes:
-        yield Finding("warning", sequence.name, note, number)
+    notes.update(re.sub(r"^\d+ ", "", note) for note in found)
     try:
         frame_landmarks(sequence, number)
     except CaptureError as error:

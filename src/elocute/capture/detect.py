@@ -95,7 +95,7 @@ def _checked(pixels: Floats, confidence: Floats) -> tuple[Floats, Floats]:
 def _lifted(
     scene: Any, scan: Scan, camera: Camera, pixels: Floats, side: int
 ) -> tuple[Floats, Floats]:
-    """Points (68, 3) m on the scan under pixels, NaN in holes, and 0…1 how far they face the eye."""
+    """Points (68, 3) m under pixels, NaN in holes, and 0…1 how far they face the eye."""
     reach = np.tan(np.radians(camera.field_deg) / 2)
     across = (2 * pixels / side - 1) * reach * [1, -1]
     rays = np.column_stack([across, -np.ones(len(across))]) @ camera.axes().astype(np.float64)

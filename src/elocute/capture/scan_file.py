@@ -194,4 +194,7 @@ def _same_places(
     """Points that a seam of the texture doubled, found again by their bytes."""
     raw = np.ascontiguousarray(points, np.float64).view(np.dtype((np.void, 24))).ravel()
     _, first, place = np.unique(raw, return_index=True, return_inverse=True)
-    return first, place.ravel()
+    order = np.argsort(first)  # as they come in the file
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[place.ravel()]

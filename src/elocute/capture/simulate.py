@@ -7,7 +7,6 @@ ways that no expression has.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.audio.waveform import Waveform
 from elocute.capture.landmarks import Landmarks, write_landmarks
 from elocute.capture.range_scan import Seen, look, mesh_of
 from elocute.capture.scan_file import write_scan
@@ -234,7 +234,7 @@ def simulate_scans(
     *,
     scanner: Scanner | None = None,
     facts: SequenceFacts | None = None,
-    sound: Path | None = None,
+    sound: Waveform | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """A folder of scans of a motion of a head that names its places, and the truth beside them.
@@ -255,8 +255,8 @@ def simulate_scans(
     facts = replace(facts or SequenceFacts(), fps=motion.fps, unit="m")
     with write_folder_atomically(folder) as draft:
         if sound is not None:
-            facts = replace(facts, sound=f"sound{sound.suffix.lower()}")
-            shutil.copyfile(sound, draft / facts.sound)
+            facts = replace(facts, sound="sound.flac")
+            _write_sound(draft / facts.sound, sound, motion.duration_s)
         write_facts(draft, facts)
         (draft / "landmarks").mkdir()
         (draft / "truth").mkdir()
@@ -278,6 +278,14 @@ def simulate_scans(
                 progress((number + 1) / motion.frame_count)
         posed.flush()
         zero.flush()
+
+
+def _write_sound(path: Path, sound: Waveform, seconds: float) -> None:
+    """As much of the sound as there is motion, in 16 bits."""
+    import soundfile
+
+    samples = np.clip(sound.samples[: round(seconds * sound.sample_rate)], -1, 1)
+    soundfile.write(path, samples, sound.sample_rate, format="FLAC", subtype="PCM_16")
 
 
 def _stereo_noise(seen: Seen, rng: np.random.Generator) -> Floats:

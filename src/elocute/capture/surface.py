@@ -79,7 +79,7 @@ def _dot(a: Floats, b: Floats) -> Floats:
 class FineMesh:
     """A dense mesh (a scan): the closest triangle is one around the closest vertex.
 
-    points (vertex, 3) m, triangles (triangle, 3).
+    points (vertex, 3) m, each part of a triangle; triangles (triangle, 3).
     """
 
     points: Floats

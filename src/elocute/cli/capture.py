@@ -183,7 +183,8 @@ def check_command(
         print(json.dumps(record | {"findings": [asdict(finding) for finding in findings]}))
     else:
         for finding in findings:
-            print(f"{finding.level:8} {finding.about}  {finding.what}")
+            place = "" if finding.frame is None else f"  (frame {finding.frame})"
+            print(f"{finding.level:8} {finding.about}  {finding.what}{place}")
         print(f"{errors} errors, {len(findings) - errors} warnings")
     if errors:
         raise typer.Exit(1)
@@ -202,6 +203,7 @@ def simulate_command(
     as_json: bool = options.Json,
 ) -> None:
     """Scan the built-in head while it speaks, in software, with known truth."""
+    from elocute.audio.read import read_audio
     from elocute.capture.sequence import SequenceFacts
     from elocute.capture.simulate import Scanner, simulate_scans
     from elocute.motion.edits import cut
@@ -214,7 +216,12 @@ def simulate_command(
     facts = SequenceFacts(subject=f"sim{seed}", sentence="speech")
     with progress_bar(f"scanning {output.name}", as_json) as progress:
         simulate_scans(
-            motion, output, scanner=scanner, facts=facts, sound=speech, progress=progress
+            motion,
+            output,
+            scanner=scanner,
+            facts=facts,
+            sound=read_audio(speech),
+            progress=progress,
         )
     if as_json:
         print(json.dumps({"output": str(output), "frames": motion.frame_count, "fps": fps}))

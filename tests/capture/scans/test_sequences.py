@@ -1,0 +1,159 @@
+"""Folders of scans to a corpus: bad frames, resuming, reports, cleaning."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elocute.capture.batch import BatchSettings, capture_scans
+from elocute.capture.check import check_scans
+from elocute.capture.clean import cleaned, ears, held_share, smoothed_share
+from elocute.capture.detect import SIDE, detect_landmarks
+from elocute.capture.result import SequenceResult
+from elocute.capture.scan import Scan
+from elocute.capture.simulate import Stage
+from elocute.corpus.store import open_corpus
+from elocute.errors import CaptureError
+from elocute.head.model import HeadModel
+
+
+@pytest.fixture(scope="session")
+def spoiled(tmp_path_factory: pytest.TempPathFactory, sequence_folder: Path) -> Path:
+    """Number 2 is missing, 3 is no mesh, 4 has too few landmarks."""
+    folder = tmp_path_factory.mktemp("spoiled") / "sequence"
+    shutil.copytree(sequence_folder, folder)
+    (folder / "00002.ply").unlink()
+    (folder / "00003.ply").write_text("junk")
+    path = folder / "landmarks" / "00004.json"
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps(record | {"confidence": [0.9] * 10 + [0.0] * 58}))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def captured(
+    tmp_path_factory: pytest.TempPathFactory, spoiled: Path
+) -> tuple[Path, list[SequenceResult]]:
+    output = tmp_path_factory.mktemp("captured") / "out"
+    return output, capture_scans(spoiled, output)
+
+
+def test_bad_frames_are_flagged_and_filled(captured: tuple[Path, list[SequenceResult]]):
+    output, (result,) = captured
+    assert result.flagged == (3, 4) and result.missing == (2,) and not result.failed
+    motion = np.load(output / "sequences" / "anna.ah" / "motion.npy")
+    assert len(motion) == result.frames == 6
+    share = np.linalg.norm(motion[3] - (motion[1] + motion[5]) / 2, axis=1).max()
+    assert share < 1e-3  # half-way from the last good frame to the next
+
+
+def test_corpus_has_the_clip_in_zero_pose(
+    captured: tuple[Path, list[SequenceResult]], stage: Stage
+):
+    corpus = open_corpus(captured[0] / "corpus")
+    assert corpus.fps == 20 and corpus.topology == stage.head.name and corpus.kind == "vertices"
+    frames = corpus.vertices("anna.ah")
+    rim = stage.head.regions["neck_rim"]
+    assert np.abs(frames[:, rim] - corpus.template("anna")[rim]).max() < 1e-6
+    opened = stage.truth(5).zero - stage.truth(0).zero
+    found = frames[5] - frames[0]
+    lip = stage.head.inner_lip_lower
+    assert np.linalg.norm(found[lip] - opened[lip], axis=1).mean() < 0.0015
+    assert corpus.sound("anna.ah").duration_s == pytest.approx(0.3, abs=0.01)
+
+
+def test_a_second_run_makes_nothing_again(
+    captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path
+):
+    output = tmp_path / "out"
+    shutil.copytree(captured[0], output)
+    frames = output / "sequences" / "anna.ah" / "frames"
+    times = {path.name: path.stat().st_mtime_ns for path in frames.iterdir()}
+    (frames / "000001.npz").write_bytes(b"broken")
+    (result,) = capture_scans(spoiled, output, BatchSettings(jobs=1))
+    after = {path.name: path.stat().st_mtime_ns for path in frames.iterdir()}
+    assert [name for name in times if times[name] != after[name]] == ["000001.npz"]
+    assert result.flagged == (3, 4) and open_corpus(output / "corpus").frame_count == 6
+
+
+def test_report_shows_worst_and_flagged(captured: tuple[Path, list[SequenceResult]]):
+    page = (captured[0] / "sequences" / "anna.ah" / "report.html").read_text()
+    assert page.count("data:image/jpeg") >= 3 and "<svg" in page
+    assert "no mesh" in page and "10 good landmarks" in page
+
+
+def test_check_names_every_fault(spoiled: Path):
+    found = {(one.level, one.frame) for one in check_scans(spoiled)}
+    assert ("error", 3) in found and ("error", 4) in found
+    told = " ".join(one.what for one in check_scans(spoiled))
+    assert "1 missing numbers (2)" in told and "0.30 s of scans" not in told
+
+
+def test_a_sequence_without_any_good_scan_fails_alone(tmp_path: Path, sequence_folder: Path):
+    bad = tmp_path / "in" / "bad"
+    bad.mkdir(parents=True)
+    facts = json.loads((sequence_folder / "capture.json").read_text())
+    (bad / "capture.json").write_text(json.dumps(facts | {"subject": "bob", "sound": ""}))
+    (bad / "0.ply").write_text("junk")
+    (result,) = capture_scans(tmp_path / "in", tmp_path / "out")
+    assert "no mesh" in result.failed
+    with pytest.raises(CaptureError, match="no scans"):
+        capture_scans(tmp_path / "out" / "subjects", tmp_path / "out2")
+
+
+def test_cleaning_calms_eyes_and_leaves_lips(head: HeadModel):
+    rng = np.random.default_rng(0)
+    frames = head.template + rng.normal(0, 2e-4, (30, head.vertex_count, 3)).astype(np.float32)
+    result = cleaned(head, frames, 60.0)
+    lips = np.union1d(head.regions["lips"], head.regions["inner_mouth"])
+    assert np.abs(result[:, lips] - frames[:, lips]).max() <= 1e-6
+    eyes = head.regions["eye_area_left"]
+    assert result[:, eyes].std(axis=0).mean() < 0.6 * frames[:, eyes].std(axis=0).mean()
+    for fixed in (head.regions["neck_rim"], ears(head)):
+        assert np.abs(result[:, fixed] - head.template[fixed]).max() < 1e-6
+    touched = (held_share(head) > 0) | (smoothed_share(head) > 0)
+    assert (result[:, ~touched] == frames[:, ~touched]).all()
+
+
+def test_ears_are_ears(head: HeadModel):
+    found = head.template[ears(head)]
+    assert 200 < len(found) < 900
+    assert np.abs(found[:, 0]).min() > 0.06
+    assert abs((found[:, 0] > 0).mean() - 0.5) < 0.02  # as many on either side
+    assert not np.isin(ears(head), head.regions["face"]).mean() > 0.2
+
+
+def test_landmarks_are_lifted_from_pictures(head: HeadModel, stage: Stage, scans: list[Scan]):
+    """A detector of painted marks: what a marker-based studio uses, and exact in its kind."""
+    truth = stage.truth(0).posed[head.landmarks]
+    scan = scans[0]
+    colors = np.full((len(scan.points), 3), 128, np.uint8)
+    nearest = np.linalg.norm(scan.points[:, None] - truth[None], axis=2)
+    chosen = [20, 24, 30, 33, 36, 45, 48, 54]
+    inks = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [255, 0, 255],
+                     [0, 255, 255], [255, 90, 0], [90, 0, 255]])  # fmt: skip
+    for mark, ink in zip(chosen, inks, strict=True):
+        colors[nearest[:, mark] < 0.0035] = ink
+    hues = inks / np.linalg.norm(inks, axis=1, keepdims=True)
+
+    def detector(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        pixels = picture.reshape(-1, 3).astype(float)
+        strong = np.ptp(pixels, axis=1) > 60
+        nearest_hue = (pixels @ hues.T).argmax(axis=1)
+        points, trust = np.zeros((68, 2)), np.zeros(68)
+        for place, mark in enumerate(chosen):
+            where = np.flatnonzero(strong & (nearest_hue == place))
+            if len(where) > 3:
+                middle = np.median(where % SIDE), np.median(where // SIDE)
+                points[mark], trust[mark] = np.array(middle) + 0.5, 1.0
+        return points, trust
+
+    found = detect_landmarks(Scan("marked", scan.points, scan.triangles, colors), detector)
+    apart = 1000 * np.linalg.norm(found.points[chosen] - truth[chosen], axis=1)
+    assert np.isfinite(apart).sum() >= 6 and np.nanmedian(apart) < 2.0
+    assert (found.confidence[chosen] > 0).sum() >= 6
+    assert not found.enough  # eight marks are too few for a registration

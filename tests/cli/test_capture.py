@@ -1,0 +1,45 @@
+"""`elocute capture` as people call it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from elocute.capture.scan_file import read_scan, write_scan
+from elocute.capture.simulate import Scanner, simulate_scans
+from elocute.cli.app import app
+from elocute.head.builtin import load_builtin_head
+from elocute.motion.motion import Motion
+
+
+@pytest.fixture(scope="session")
+def scan_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    import numpy as np
+
+    head = load_builtin_head()
+    folder = tmp_path_factory.mktemp("capture") / "scans"
+    still = Motion(head, np.zeros((1, len(head.expression_names)), np.float32), 30.0)
+    simulate_scans(still, folder, scanner=Scanner(points=15_000))
+    return folder
+
+
+def test_one_scan_in_its_own_unit(scan_folder: Path, tmp_path: Path):
+    scan = read_scan(scan_folder / "00000.ply")
+    write_scan(tmp_path / "mm.ply", 1000 * scan.points, scan.triangles)
+    output = tmp_path / "out.obj"
+    call = ["capture", "scan", str(tmp_path / "mm.ply"), "-o", str(output), "--unit", "mm"]
+    result = CliRunner().invoke(app, [*call, "--json"])
+    assert result.exit_code == 0, result.output
+    record = json.loads(result.stdout)
+    assert record["surface_mm"]["median"] < 0.09 and record["lost"] == ""
+    assert record["landmark_mm"] is None and record["seconds"] > 0
+    found = read_scan(output, "mm")
+    assert abs(found.points.max(axis=0) - scan.points.max(axis=0)).max() < 0.003
+
+
+def test_check_of_good_scans(scan_folder: Path):
+    result = CliRunner().invoke(app, ["capture", "check", str(scan_folder)])
+    assert result.exit_code == 0 and "0 errors" in result.stdout and "no sound" in result.stdout
