@@ -87,9 +87,9 @@ def ears(head: HeadModel) -> NDArray[np.intp]:
     face = marks[19, 1] - marks[33, 1]  # from brow to the foot of the nose, as long as an ear
     out = np.abs(points[:, 0]) > 0.96 * side
     behind = (points[:, 2] < marks[[0, 16], 2].mean()) & (
-        points[:, 2] > marks[[0, 16], 2].mean() - 0.8 * face
+        points[:, 2] > marks[[0, 16], 2].mean() - 0.65 * face
     )
-    level = (points[:, 1] < marks[19, 1] + 0.25 * face) & (
+    level = (points[:, 1] < marks[36, 1] + 0.1 * face) & (
         points[:, 1] > marks[33, 1] - 0.25 * face
     )
     return np.flatnonzero(out & behind & level)
