@@ -19,7 +19,8 @@ STEADY = 2.0
 """What a squared change between two frames at 25 Hz costs."""
 # Shapes that the points of one picture hardly tell from others cost more.
 DEAR = {
-    "mouthLowerDownLeft": 0.5, "mouthLowerDownRight": 0.5, "mouthLabiodental": 15.0, "mouthShrugUpper": 10.0, "mouthShrugLower": 8.0, "jawForward": 20.0,
+    "mouthLowerDownLeft": 0.5, "mouthLowerDownRight": 0.5, "mouthLabiodental": 15.0,
+    "mouthShrugUpper": 10.0, "mouthShrugLower": 8.0, "jawForward": 20.0,
     "mouthClose": 2.0, "jawLeft": 4.0, "jawRight": 4.0, "mouthLeft": 2.0, "mouthRight": 2.0,
     "cheekSquintLeft": 6.0, "cheekSquintRight": 6.0, "noseSneerLeft": 4.0, "noseSneerRight": 4.0,
     "mouthDimpleLeft": 3.0, "mouthDimpleRight": 3.0, "mouthFrownLeft": 2.0, "mouthFrownRight": 2.0,
