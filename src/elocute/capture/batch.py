@@ -30,6 +30,7 @@ from elocute.capture.result import SequenceResult
 from elocute.capture.sequence import ScanSequence, find_sequences, open_sequence
 from elocute.capture.track import Track, frame_landmarks, track_frames
 from elocute.corpus.clip import Clip
+from elocute.corpus.importers.common import even_split
 from elocute.corpus.writer import CorpusWriter, corpus_writer
 from elocute.errors import AudioError, CaptureError, OutputError
 from elocute.head.choice import open_head
@@ -299,6 +300,8 @@ def _write_corpus(
     ) as writer:  # fmt: skip
         for place, sound in spoken:
             results[place] = _add(writer, tracks[place], results[place], sound)
+        if writer.entries:
+            writer.splits["default"] = even_split(writer.entries, [])
     return results
 
 

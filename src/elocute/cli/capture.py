@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -11,7 +12,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError, OutputError
+from elocute.errors import InputError, MachineError, OutputError
 
 if TYPE_CHECKING:
     from elocute.capture.register import Registration
@@ -29,6 +30,12 @@ Unit = typer.Option(None, "--unit", help="Of the coordinates: m, mm, cm, dm or i
 @app.callback()
 def _group() -> None:
     """Turn raw scans into motion of one topology."""
+
+
+def _need_scipy() -> None:
+    """Raises MachineError where the extra is not installed."""
+    if importlib.util.find_spec("scipy") is None:
+        raise MachineError("registration needs scipy; install it: pip install 'elocute[capture]'")
 
 
 @app.command("scan")
@@ -52,6 +59,7 @@ def scan_command(
     as_json: bool = options.Json,
 ) -> None:
     """Register one scan: the head's mesh, laid over it."""
+    _need_scipy()
     from elocute.capture.landmarks import no_landmarks, read_landmarks
     from elocute.capture.scan_file import read_scan, unit_m
     from elocute.head.choice import open_head
@@ -133,6 +141,7 @@ def scans_command(
     as_json: bool = options.Json,
 ) -> None:
     """Register sequences of scans and make a corpus of those with sound."""
+    _need_scipy()
     from elocute.capture.batch import BatchSettings, capture_scans
 
     settings = BatchSettings(head, fps, unit, jobs, eyes_ms / 1000)
@@ -173,6 +182,7 @@ def check_command(
     as_json: bool = options.Json,
 ) -> None:
     """Look at scans before they are registered; exit 1 where an error was found."""
+    _need_scipy()
     from elocute.capture.check import check_scans
 
     with progress_bar(f"checking {folder.name}", as_json) as progress:
@@ -203,6 +213,7 @@ def simulate_command(
     as_json: bool = options.Json,
 ) -> None:
     """Scan the built-in head while it speaks, in software, with known truth."""
+    _need_scipy()
     from elocute.audio.read import read_audio
     from elocute.capture.sequence import SequenceFacts
     from elocute.capture.simulate import Scanner, simulate_scans
