@@ -22,8 +22,9 @@ class FacePoints:
 
     vertices   (478, 3) vertex indices
     shares     (478, 3) barycentric coordinates
-    spread_mm  (478,) how far the detector's sightings lay apart, median; half a millimetre on
-               lips and lids, more on smooth cheeks and at the rim of the face
+    spread_mm  (478,) how far to doubt a place: the median distance of the detector's sightings,
+               or twice how far sides differ or the place was moved onto a line, if that is more;
+               1.8 mm in the median, most at the rim of the face
     """
 
     vertices: NDArray[np.int32]
