@@ -89,9 +89,7 @@ def ears(head: HeadModel) -> NDArray[np.intp]:
     behind = (points[:, 2] < marks[[0, 16], 2].mean()) & (
         points[:, 2] > marks[[0, 16], 2].mean() - 0.65 * face
     )
-    level = (points[:, 1] < marks[36, 1] + 0.1 * face) & (
-        points[:, 1] > marks[33, 1] - 0.25 * face
-    )
+    level = (points[:, 1] < marks[36, 1] + 0.1 * face) & (points[:, 1] > marks[33, 1] - 0.25 * face)
     return np.flatnonzero(out & behind & level)
 
 
