@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from elocute.cli import animate, corpus, edit, evaluate, heads, inspect, render, solve, train
+from elocute.cli import animate, corpus, edit, evaluate, heads, inspect, render, solve, style, train
 from elocute.errors import ElocuteError, InputError
 
 app = typer.Typer(
@@ -27,6 +27,7 @@ app.command("doctor")(inspect.doctor_command)
 app.add_typer(evaluate.app, name="evaluate")
 app.add_typer(heads.app, name="head")
 app.add_typer(corpus.app, name="corpus")
+app.add_typer(style.app, name="style")
 app.add_typer(train.app, name="train")
 
 
