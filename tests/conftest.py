@@ -198,7 +198,7 @@ def sources() -> Any:
 @dataclass(frozen=True)
 class Learned:
     """A corpus whose speakers `plain`, `broad` and `tense` say one sentence more than they taught,
-    and a small VOCA (hearing `fbank`) that learned the rest."""
+    and a small VOCA that learned the rest."""
 
     corpus: Any
     model: Path
@@ -225,10 +225,10 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
     split = Split(taught, (), own)
     write_manifest(made.folder, manifest_of(replace(made, splits={"default": split})))
     corpus = open_corpus(made.folder)
-    config = TrainConfig(epochs=10, encoder="fbank", learning_rate=2e-3)
+    config = TrainConfig(epochs=14, encoder="phones", learning_rate=2e-3)
     threads = torch.get_num_threads()
     torch.set_num_threads(1)  # several would wait for each other beside other tests
-    trained = fit(prepare(corpus, config, resolve_encoder("fbank")), config)
+    trained = fit(prepare(corpus, config, resolve_encoder(config.encoder)), config)
     torch.set_num_threads(threads)
     export_onnx(trained, corpus, folder / "model.onnx", "a test")
     return Learned(corpus, folder / "model.onnx")

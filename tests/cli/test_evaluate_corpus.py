@@ -131,9 +131,13 @@ def test_shapes_are_found_by_name_in_any_order() -> None:
         builtin_basis((*names, "trunk"))
 
 
-def test_contacts_are_for_models_that_hear_phones(cli: Cli, refused: Cli, learned: Any) -> None:
-    measure = "evaluate", "corpus", learned.corpus.folder, "--contacts"
-    refused(*measure, "--model", learned.model, says="hears with fbank")
+def test_contacts_are_for_models_that_hear_phones(
+    cli: Cli, refused: Cli, learned: Any, tmp_path: Path
+) -> None:
+    folder, out = learned.corpus.folder, tmp_path / "out"
+    cli("train", "voca", folder, "-o", out, "--epochs", 1, "--encoder", "fbank", "--json")
+    measure = "evaluate", "corpus", folder, "--contacts"
+    refused(*measure, "--model", out / "model.onnx", says="hears with fbank")
     assert '"contacts": true' in cli(*measure, "--style", "plain", "--json").stdout
 
 

@@ -33,7 +33,7 @@ def model(learned: Any) -> VocaModel:
 @pytest.fixture(scope="module")
 def features(speech_wav: Path) -> Features:
     """Two seconds of speech at 50 Hz."""
-    heard = resolve_encoder("fbank")(read_audio(speech_wav))
+    heard = resolve_encoder("phones")(read_audio(speech_wav))
     return Features(heard.values[25:125], heard.rate, heard.encoder)
 
 
@@ -54,7 +54,7 @@ def test_a_known_mix_is_found_again(model: VocaModel, take: Observed) -> None:
 
 
 def test_everybody_is_known_by_a_sentence_nobody_taught(learned: Any, model: VocaModel) -> None:
-    hear = resolve_encoder("fbank")
+    hear = resolve_encoder("phones")
     for name in learned.corpus.split().test:
         motion = true_track(learned.corpus, name)
         fit = fit_style(model, [Observed(hear(learned.corpus.sound(name)), motion)])
@@ -120,7 +120,7 @@ def test_what_explains_nothing_is_refused(model: VocaModel, take: Observed) -> N
     motion = Track(broken, take.motion.template, 60.0, take.motion.basis)
     with pytest.raises(ModelError, match="NaN"):
         fit_style(model, [Observed(take.features, motion)])
-    deaf = Features(take.features.values[:, :5], 50.0, "fbank")
+    deaf = Features(take.features.values[:, :5], 50.0, "phones")
     with pytest.raises(ModelError, match="5 features"):
         fit_style(model, [Observed(deaf, take.motion)])
 

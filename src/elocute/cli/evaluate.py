@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import evaluate_corpus, evaluate_mouth, options
+from elocute.cli import evaluate_corpus, evaluate_features, evaluate_mouth, options
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(help="Measure what a model makes of speech.", no_args_is_help=True)
 app.command("corpus")(evaluate_corpus.corpus_command)
+app.command("features")(evaluate_features.features_command)
 app.command("noise")(evaluate_mouth.noise_command)
 app.command("styles")(evaluate_mouth.styles_command)
 app.command("identities")(evaluate_mouth.identities_command)

@@ -104,7 +104,7 @@ def _show(table: list[Row], measure: Measure) -> None:
     there = [c for c in COLUMNS if any(row.summary[c[0]].record() for row in table)]
     print(f"{'subject':12} {'style':12} {'clips':>5}", *(f"{title:>22}" for _, title in there))
     for row in table:
-        cells = (f"{_cell(row.summary[name]):>22}" for name, _ in there)
+        cells = (f"{cell(row.summary[name]):>22}" for name, _ in there)
         print(f"{row.subject:12} {row.style:12} {row.clips:5}", *cells)
     print("[low, high]: 95 % over clips")
     for title, chosen in (("lips", measure.lips), ("upper face", measure.upper_face)):
@@ -117,7 +117,7 @@ def _show(table: list[Row], measure: Measure) -> None:
         print("closures: not available in this topology")
 
 
-def _cell(interval: Interval) -> str:
+def cell(interval: Interval) -> str:
     if interval.record() is None:
         return "-"
     return f"{interval.value:.3g} [{interval.low:.3g}, {interval.high:.3g}]"
