@@ -10,13 +10,12 @@ mouth. What it measures is in docs/cards/voca.md.
 from __future__ import annotations
 
 import argparse
+import shutil
 from pathlib import Path
 
 from elocute.corpus.store import open_corpus
-from elocute.encoders.registry import resolve_encoder
 from elocute.training.voca.config import TrainConfig
-from elocute.training.voca.export import export_onnx
-from elocute.training.voca.fit import fit, prepare
+from elocute.training.voca.run import MODEL, train_voca
 
 ASSET = Path(__file__).parents[1] / "src" / "elocute" / "synthesis" / "assets" / "voca.onnx"
 NOTE = (
@@ -35,14 +34,13 @@ def main() -> None:
     choice.folder.mkdir(parents=True, exist_ok=True)
     corpus = open_corpus(choice.corpus)
     config = TrainConfig(epochs=choice.epochs, learning_rate=choice.learning_rate)
-    material = prepare(corpus, config, resolve_encoder(config.encoder))
 
     def report(_share: float, line: str) -> None:
         print(line, flush=True)
 
-    trained = fit(material, config, choice.folder, resume=True, report=report)
+    train_voca(corpus, config, choice.folder, resume=True, report=report, note=NOTE)
     ASSET.parent.mkdir(exist_ok=True)
-    export_onnx(trained, corpus, ASSET, NOTE)
+    shutil.copyfile(choice.folder / MODEL, ASSET)
     print(ASSET, f"{ASSET.stat().st_size / 1e6:.2f} MB")
 
 

@@ -193,3 +193,42 @@ def sources() -> Any:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A corpus whose speakers `plain`, `broad` and `tense` say one sentence more than they taught,
+    and a small VOCA that learned the rest."""
+
+    corpus: Any
+    model: Path
+
+
+@pytest.fixture(scope="session")
+def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[..., Any]) -> Learned:
+    """Trained in seconds: enough to tell the three apart."""
+    torch = pytest.importorskip("torch", reason="needs the extra `train`")
+    pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
+    from dataclasses import replace
+
+    from elocute.corpus.split import Split
+    from elocute.corpus.store import manifest_of, open_corpus, write_manifest
+    from elocute.encoders.registry import resolve_encoder
+    from elocute.training.voca.config import TrainConfig
+    from elocute.training.voca.export import export_onnx
+    from elocute.training.voca.fit import fit, prepare
+
+    folder = tmp_path_factory.mktemp("learned")
+    made = make_corpus(folder / "corpus")
+    own = tuple(entry.name for entry in made.entries if entry.sentence.startswith("own"))
+    taught = tuple(entry.name for entry in made.entries if entry.name not in own)
+    split = Split(taught, (), own)
+    write_manifest(made.folder, manifest_of(replace(made, splits={"default": split})))
+    corpus = open_corpus(made.folder)
+    config = TrainConfig(epochs=14, encoder="phones", learning_rate=2e-3)
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)  # several would wait for each other beside other tests
+    trained = fit(prepare(corpus, config, resolve_encoder(config.encoder)), config)
+    torch.set_num_threads(threads)
+    export_onnx(trained, corpus, folder / "model.onnx", "a test")
+    return Learned(corpus, folder / "model.onnx")

@@ -19,11 +19,12 @@ EXAMPLE = Path(phone_encoder.__file__).parents[1] / "assets" / "example.flac"
 BILABIAL = [PHONES.index(phone) for phone in ("P", "B", "M")]
 LABIODENTAL = [PHONES.index(phone) for phone in ("F", "V")]
 REFERENCE = Path(__file__).parents[2] / "benchmarks" / "encoder_reference.json"
-# "Hello. Give me any voice and I will give it a face. My lips close on p, b and m. Five wolves
-# move through the blue fog. Now I rest."
-LIPS_CLOSE_S = {"me": 1.40, "my": 3.89, "lips": 4.35, "p": 4.89, "b": 5.31, "m": 5.75,
-                "move": 6.94, "blue": 7.52}  # fmt: skip
-LIP_MEETS_TEETH_S = {"give": 1.34, "face": 3.25, "five": 6.26, "fi-ve": 6.53, "fog": 7.78}
+# As `recipes/example.py` printed them: "Hello. Give me any voice, and I will give it a face. My
+# mouth closes on p, b and m. Five wolves move through the blue fog. Now I rest."
+LIPS_CLOSE_S = {"me": 1.69, "my": 4.28, "mouth": 4.45, "p": 5.46, "b": 5.86, "m": 6.34,
+                "move": 7.60, "blue": 8.18}  # fmt: skip
+LIP_MEETS_TEETH_S = {"give": 1.61, "voice": 2.22, "give it": 3.31, "face": 3.54, "five": 6.93,
+                     "fi-ve": 7.18, "wolves": 7.46, "move": 7.78, "fog": 8.44}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

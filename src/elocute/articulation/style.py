@@ -36,7 +36,7 @@ class Style:
     asymmetry: float = 0.0
     anticipation_s: float = 0.040
     carry_s: float = 0.035
-    closure: float = 0.18
+    closure: float = 0.2
     labiodental: float = 0.3
     hold_s: float = 0.06
     blink_per_min: float = 12.0

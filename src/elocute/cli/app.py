@@ -18,6 +18,7 @@ from elocute.cli import (
     inspect,
     render,
     solve,
+    style,
     train,
 )
 from elocute.errors import ElocuteError, InputError
@@ -43,6 +44,7 @@ app.add_typer(corpus.app, name="corpus")
 capture.app.command("video")(capture_video.video_command)
 app.add_typer(capture.app, name="capture")
 app.add_typer(blendshapes.app, name="blendshapes")
+app.add_typer(style.app, name="style")
 app.add_typer(train.app, name="train")
 
 

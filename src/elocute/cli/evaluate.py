@@ -1,4 +1,4 @@
-"""`elocute evaluate`: measures against real recordings."""
+"""`elocute evaluate`: measures of what a model makes of speech."""
 
 from __future__ import annotations
 
@@ -9,19 +9,24 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import options
+from elocute.cli import evaluate_corpus, evaluate_features, evaluate_mouth, options
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.motion.curves import Curves
 
-app = typer.Typer(help="Measure against real recordings.", no_args_is_help=True)
+app = typer.Typer(help="Measure what a model makes of speech.", no_args_is_help=True)
+app.command("corpus")(evaluate_corpus.corpus_command)
+app.command("features")(evaluate_features.features_command)
+app.command("noise")(evaluate_mouth.noise_command)
+app.command("styles")(evaluate_mouth.styles_command)
+app.command("identities")(evaluate_mouth.identities_command)
 
 
 @app.callback()
 def _group() -> None:
-    """Measure against real recordings."""
+    """Measure what a model makes of speech."""
 
 
 @app.command("real")

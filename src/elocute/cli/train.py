@@ -45,32 +45,27 @@ def voca_command(
     opened = open_corpus(corpus)
     try:
         from elocute.training.voca.config import TrainConfig
-        from elocute.training.voca.export import export_onnx
-        from elocute.training.voca.fit import fit, prepare
+        from elocute.training.voca.run import MODEL, train_voca
     except ImportError as error:
         raise MachineError(
             f"training needs {error.name}; install it: pip install 'elocute[train]'"
         ) from error
-    from elocute.encoders.registry import resolve_encoder
-
     config = TrainConfig(
         epochs=epochs, batch_pairs=batch, learning_rate=learning_rate, velocity_weight=velocity,
         seed=seed, reduced=not full_decoder, encoder=encoder,
     )  # fmt: skip
-    _prepare_folder(output, resume)
-    show = _Lines(as_json)
-    material = prepare(opened, config, resolve_encoder(encoder), split, show)
-    trained = fit(material, config, output, resume=resume, report=show)
-    export_onnx(trained, opened, output / "model.onnx", opened.note)
+    prepare_folder(output, resume)
+    report = Lines(as_json)
+    trained = train_voca(opened, config, output, split, resume=resume, report=report)
     sample = _sample(opened, split, output)
     record = {
-        "model": str(output / "model.onnx"), "styles": trained.styles, "sample": sample,
+        "model": str(output / MODEL), "styles": trained.styles, "sample": sample,
         **(trained.log[-1] if trained.log else {}),
     }  # fmt: skip
-    print(json.dumps(record) if as_json else output / "model.onnx")
+    print(json.dumps(record) if as_json else output / MODEL)
 
 
-class _Lines:
+class Lines:
     """One line for every epoch, or none for machines."""
 
     def __init__(self, quiet: bool) -> None:
@@ -82,7 +77,7 @@ class _Lines:
         self.last = line
 
 
-def _prepare_folder(folder: Path, resume: bool) -> None:
+def prepare_folder(folder: Path, resume: bool) -> None:
     if folder.exists() and not folder.is_dir():
         raise OutputError.about(folder, found="a file", allowed="a folder")
     if folder.exists() and any(folder.iterdir()) and not resume:

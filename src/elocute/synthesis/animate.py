@@ -31,7 +31,7 @@ from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
 from elocute.motion.motion import Motion
 from elocute.synthesis.learned import learned_curves, learned_motion, style_of
-from elocute.synthesis.voca import VocaModel
+from elocute.synthesis.voca import SHIPPED, VocaModel, is_trained
 
 FPS_RANGE = (1.0, 240.0)
 ARTICULATION = "articulation"
@@ -83,7 +83,7 @@ def animate(
     head      "builtin", or a head or mesh file in the topology that the model moves
     style     a name, a mix (`calm:0.7,broad:0.3`), for "articulation" also a JSON file or a Style
     strength  how far the mouth moves, 0…2
-    model     "articulation", or a trained model (.onnx)
+    model     "articulation", "voca", or a trained model (.onnx)
     phones    their times, where they are known; the encoder is not asked then
 
     Raises InputError (AudioError, HeadError, ModelError) for anything that cannot be used.
@@ -98,10 +98,10 @@ def animate(
             heard, PHONE_RATE, frame_count=count, fps=fps, style=resolved, strength=strength
         )
         return Animation(motion_from_curves(rig, curves), curves, sound)
-    if Path(model).suffix.lower() != ".onnx":
+    if not is_trained(model):
         raise InputError.about(
             f"model {str(model)!r}", found="unknown",
-            allowed=f"{ARTICULATION}, or a trained model (.onnx)",
+            allowed=f"{ARTICULATION}, {SHIPPED}, or a trained model (.onnx)",
         )  # fmt: skip
     learned = VocaModel(model)
     shares, rig = style_of(learned, style), _rig(head, identity)

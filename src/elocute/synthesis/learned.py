@@ -12,9 +12,11 @@ from elocute.articulation.driver import make_contacts
 from elocute.articulation.style import Style, parse_mix
 from elocute.audio.features import Features
 from elocute.errors import ModelError
+from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion
+from elocute.synthesis.style_file import read_mix
 from elocute.synthesis.voca import VocaModel
 
 Array = NDArray[np.float32]
@@ -25,7 +27,8 @@ EVEN = "even"
 def style_of(model: VocaModel, style: str | Style) -> Array:
     """(style,) shares: a name, a mix, or `even`; `plain` is even where nobody is called so.
 
-    Raises ModelError for a Style of the rule-based driver and names never learned.
+    A .json file holds a mix as `elocute style fit` writes it. Raises ModelError for a Style of
+    the rule-based driver and names never learned.
     """
     if isinstance(style, Style):
         raise ModelError.about(
@@ -35,7 +38,30 @@ def style_of(model: VocaModel, style: str | Style) -> Array:
     unnamed = style == "plain" and "plain" not in model.record.styles
     if style == EVEN or unnamed:
         return model.even_style
+    if style.lower().endswith(".json") and style not in model.record.styles:
+        return model.style_vector(read_mix(style))
     return model.style_vector(parse_mix(style))
+
+
+def basis_of(model: VocaModel) -> Array:
+    """(component, vertex, 3) m that a model's weights weigh: its own, or the built-in shapes.
+
+    Raises ModelError for a component that the built-in head has no shape for.
+    """
+    own = model.basis
+    return builtin_basis(model.record.components) if own is None else own
+
+
+def builtin_basis(components: tuple[str, ...]) -> Array:
+    """(component, vertex, 3) m: the built-in head's shapes of these names. Raises ModelError."""
+    head = load_builtin_head()
+    unknown = [name for name in components if name not in head.expression_names]
+    if unknown:
+        raise ModelError.about(
+            "model", found=f"weights of {', '.join(unknown[:5])}",
+            allowed="shapes of the built-in head",
+        )  # fmt: skip
+    return head.expression_basis[[head.expression_names.index(name) for name in components]]
 
 
 def learned_curves(
@@ -44,7 +70,7 @@ def learned_curves(
 ) -> Curves:  # fmt: skip
     """Curves of a model that weighs the built-in head's shapes, with contacts and rests made."""
     weights = model.weights(features, style)
-    values = _resampled(weights, model.record.fps, duration_s, fps)
+    values = resampled(weights, model.record.fps, duration_s, fps)
     curves = Curves(np.clip(values * strength, 0, 1), model.record.components, fps)
     return make_contacts(curves, log_posteriors, features.rate)
 
@@ -66,11 +92,11 @@ def learned_motion(
         )  # fmt: skip
     names = (*(f"voca{index:03d}" for index in range(len(basis) - 1)), "vocaMean")
     moving = replace(head, expression_names=names, expression_basis=basis)
-    weights = _resampled(model.weights(features, style), model.record.fps, duration_s, fps)
+    weights = resampled(model.weights(features, style), model.record.fps, duration_s, fps)
     return Motion(moving, weights * np.float32(strength), fps)
 
 
-def _resampled(weights: Array, rate: float, duration_s: float, fps: float) -> Array:
+def resampled(weights: Array, rate: float, duration_s: float, fps: float) -> Array:
     """(frame, component) at `fps` over the whole sound, linear between, held at the end."""
     count = max(1, math.ceil(duration_s * fps - 1e-6))
     places = np.minimum(np.arange(count) * (rate / fps), len(weights) - 1)

@@ -19,6 +19,8 @@ from elocute.audio.features import Features
 from elocute.errors import ModelError
 
 Array = NDArray[np.float32]
+SHIPPED = "voca"
+SHIPPED_PATH = Path(__file__).parent / "assets" / "voca.onnx"
 FILE_MAX_BYTES = 512_000_000
 RECORD_MAX = 1_000_000
 BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded
@@ -44,11 +46,19 @@ class VocaRecord:
     note: str
 
 
+def is_trained(model: str | Path) -> bool:
+    """Whether a model is named that a VocaModel can be of: the shipped one, or a file."""
+    return str(model) == SHIPPED or Path(model).suffix.lower() == ".onnx"
+
+
 class VocaModel:
-    """Raises ModelError where the file is missing, too large or no VOCA of Elocute."""
+    """`voca`, the one that ships, or a file of one's own.
+
+    Raises ModelError where the file is missing, too large or no VOCA of Elocute.
+    """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+        self.path = SHIPPED_PATH if str(path) == SHIPPED else Path(path)
         if not self.path.is_file():
             raise ModelError.about(
                 self.path, found="no such file", allowed="a trained model (.onnx)",

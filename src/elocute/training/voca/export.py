@@ -35,7 +35,7 @@ class _Embedding(nn.Module):
         return torch.nn.functional.pad(embedded, (0, 1), value=1.0)
 
 
-def export_onnx(trained: Trained, corpus: Corpus, path: Path, note: str = "") -> None:
+def export_onnx(trained: Trained, corpus: Corpus, path: str | Path, note: str = "") -> None:
     """Write the network in its shared-window form, its configuration in the metadata.
 
     A corpus with weights gives weights of the same components; one with vertices gives weights

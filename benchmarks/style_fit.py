@@ -1,0 +1,91 @@
+"""How often `elocute style fit` finds the style that a clip was spoken in.
+
+    python benchmarks/style_fit.py --corpus build/corpus --model out/model.onnx --resay
+
+Held-out clips are those of a part (test unless said otherwise) whose subject the model learned.
+The built-in corpus keeps whole subjects apart, so there are none; with --resay the sentences of
+the part, which no training speaker says, are said again in every style that the model knows, by
+the same driver that made the corpus. Prints the confusion and the rate; target: 90 %.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[variable] = "1"
+
+from elocute.articulation.style import STYLES
+from elocute.corpus.store import Corpus, open_corpus
+from elocute.corpus.track import Track, true_track
+from elocute.encoders.registry import resolve_encoder
+from elocute.head.builtin import load_builtin_head
+from elocute.synthesis.predict import open_predictor
+from elocute.synthesis.style_fit import Observed, fit_style
+from elocute.synthesis.voca import VocaModel
+
+Case = tuple[str, str, Track]
+"""Clip, the style it was spoken in, its motion."""
+
+
+def held_out(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Iterator[Case]:
+    for name in names:
+        subject = corpus.entry(name).subject
+        if subject in styles:
+            yield name, subject, true_track(corpus, name)
+
+
+def said_again(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Iterator[Case]:
+    driver, head = open_predictor("articulation"), load_builtin_head()
+    for name in names:
+        heard, entry = driver.hear(corpus.sound(name)), corpus.entry(name)
+        for style in styles:
+            if style in STYLES:
+                weights = driver.weights(heard, style, entry.frames, corpus.fps)
+                yield name, style, Track(weights, head.template, corpus.fps, head.expression_basis)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--corpus", type=Path, required=True)
+    parser.add_argument("--model", type=Path, required=True)
+    parser.add_argument("--split", default="default")
+    parser.add_argument("--part", default="test", choices=("train", "validation", "test"))
+    parser.add_argument("--names", type=Path, help="a text file of clips instead of a part")
+    parser.add_argument("--resay", action="store_true", help="in every style, by the driver")
+    parser.add_argument("--limit", type=int, default=1000, help="clips of the part")
+    choice = parser.parse_args()
+    corpus, model = open_corpus(choice.corpus), VocaModel(choice.model)
+    names = (
+        choice.names.read_text(encoding="utf-8").split()
+        if choice.names
+        else list(corpus.split(choice.split).parts()[choice.part])
+    )[: choice.limit]
+    styles = model.record.styles
+    cases = (said_again if choice.resay else held_out)(corpus, names, styles)
+    encode = lru_cache(1)(lambda name: resolve_encoder(model.record.encoder)(corpus.sound(name)))
+    confusion: Counter[tuple[str, str]] = Counter()
+    alone = mixed = 0
+    for name, style, motion in cases:
+        fit = fit_style(model, [Observed(encode(name), motion)])
+        found = next(iter(fit.mix))
+        confusion[style, found] += 1
+        mixed, alone = mixed + (found == style), alone + (fit.best_style == style)
+    total = sum(confusion.values())
+    if not total:
+        sys.exit("no clip of a style that the model knows; --resay says sentences again")
+    print(f"| spoken in | {' | '.join(styles)} |\n|---{'|---' * len(styles)}|")
+    for style in styles:
+        print(f"| {style} | {' | '.join(str(confusion[style, found]) for found in styles)} |")
+    print(f"\n{total} clips: largest share right {mixed / total:.1%}, nearest single style right "
+          f"{alone / total:.1%} (target 90 %)")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""Sound made worse on purpose: noise under speech, and speech that is too quiet."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.waveform import Waveform
+from elocute.errors import AudioError
+
+Array = NDArray[np.float32]
+SILENT = 1e-6  # a root mean square below this holds no sound
+BABBLE_VOICES = 8
+
+
+def with_gain(sound: Waveform, gain_db: float) -> Waveform:
+    """The same sound, louder or quieter."""
+    factor = np.float32(10 ** (gain_db / 20))
+    return Waveform(sound.samples * factor, sound.sample_rate)
+
+
+def with_noise(speech: Waveform, noise: Array, gain_db: float) -> Waveform:
+    """Speech with noise under it, `gain_db` against the speech (root mean squares).
+
+    noise (sample,) at the speech's rate, repeated or cut to its length; -36 dB of it is a
+    signal-to-noise ratio of 36 dB. Raises AudioError for silent noise.
+    """
+    fitted = np.resize(noise, len(speech.samples))
+    level = _level(fitted)
+    if level < SILENT:
+        raise AudioError.about("noise", found="silence", allowed="a sound")
+    factor = _level(speech.samples) / level * 10 ** (gain_db / 20)
+    mixed = speech.samples + np.float32(factor) * fitted
+    return Waveform(mixed.astype(np.float32), speech.sample_rate)
+
+
+def white_noise(samples: int, seed: int) -> Array:
+    """(sample,) all frequencies alike."""
+    return np.random.default_rng(seed).normal(0, 0.1, samples).astype(np.float32)
+
+
+def babble(speech: Waveform, seed: int) -> Array:
+    """(sample,) many voices at once: the speech itself backwards, eight times, apart in time.
+
+    It has a voice's spectrum and rhythm and no word of the original.
+    """
+    backwards, rng = speech.samples[::-1], np.random.default_rng(seed)
+    shifts = rng.integers(0, len(backwards), BABBLE_VOICES)
+    return np.mean([np.roll(backwards, shift) for shift in shifts], axis=0).astype(np.float32)
+
+
+def _level(samples: Array) -> float:
+    return float(np.sqrt(np.square(samples.astype(np.float64)).mean()))

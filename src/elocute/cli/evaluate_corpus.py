@@ -1,0 +1,123 @@
+"""`elocute evaluate corpus`: a model against recorded clips."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import CorpusError, InputError
+
+if TYPE_CHECKING:
+    from elocute.corpus.bootstrap import Interval
+    from elocute.corpus.store import Corpus
+    from elocute.training.corpus_scores import Measure, Row
+
+PARTS = ("test", "validation", "train")
+CHOICES = ("each", "best", "even")
+COLUMNS = (
+    ("lve_mm", "LVE mm"), ("lve_mm2", "LVE mm²"), ("mve_mm", "MVE mm"), ("fdd_mm", "FDD mm"),
+    ("velocity_mm", "vel mm/frame"), ("jerk", "jerk mm/s³"), ("true_jerk", "true jerk"),
+    ("closure_recall", "closed"), ("closure_precision", "closed rightly"),
+)  # fmt: skip
+
+
+def corpus_command(
+    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    model: str = options.Model,
+    split: str = typer.Option("default", help="Which split of the corpus."),
+    part: str = typer.Option("test", help="test, validation or train."),
+    style: str = typer.Option(
+        "each", help="each, best (per subject, chosen by the truth), even, a name or a mix."
+    ),
+    lips: Path | None = typer.Option(None, help="Lip vertices: .json, .txt or .npy."),
+    upper_face: Path | None = typer.Option(None, help="Upper-face vertices, likewise."),
+    contacts: bool = typer.Option(False, help="Make rests and closures as `animate` does."),
+    limit: int = typer.Option(0, min=0, help="Only so many clips, evenly taken; 0 takes all."),
+    seed: int = typer.Option(0, min=0, help="Of the intervals."),
+    output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
+    as_json: bool = options.Json,
+) -> None:
+    """Predicted motion against recorded: lips, whole face, dynamics, closures."""
+    from elocute.corpus.store import open_corpus
+    from elocute.motion.atomic import check_output, write_atomically
+    from elocute.synthesis.predict import clip_predictor, open_predictor
+    from elocute.training.corpus_scores import best_rows, rows, score_clips
+
+    if output is not None:
+        if output.suffix.lower() != ".json":
+            raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+        check_output(output)
+    opened = open_corpus(corpus)
+    names = _names(opened, split, part, limit)
+    measure = measure_of(opened, lips, upper_face)
+    predictor = open_predictor(model, contacts=contacts)
+    styles = predictor.styles if style in ("each", "best") else (style,)
+    predict = clip_predictor(predictor, opened)
+    with progress_bar("measuring", as_json) as progress:
+        scores = score_clips(opened, names, styles, predict, measure, progress)
+    table = (best_rows if style == "best" else rows)(scores, seed)
+    report = {
+        "corpus": corpus.name, "model": Path(model).name, "split": split, "part": part,
+        "style": style, "contacts": contacts, "clips": len(names), **measure.record(),
+        "confidence": 0.95, "rows": [row.record() for row in table],
+    }  # fmt: skip
+    text = json.dumps(report, allow_nan=False)
+    if output is not None:
+        with write_atomically(output) as draft:
+            draft.write_text(text + "\n", encoding="utf-8")
+    if as_json:
+        print(text)
+    else:
+        _show(table, measure)
+
+
+def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:
+    if part not in PARTS:
+        raise InputError.about(f"--part {part}", found="unknown", allowed=", ".join(PARTS))
+    names = corpus.split(split).parts()[part]
+    if not names:
+        raise CorpusError.about(corpus.folder, found=f"no clip in {part} of split {split}")
+    step = max(1, len(names) // limit) if limit else 1
+    return list(names[::step])[: limit or None]
+
+
+def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> Measure:
+    """Lists of the built-in head where its mesh is the corpus's, or those of files."""
+    from elocute.corpus.vertex_lists import builtin_list, read_vertex_list
+    from elocute.head.builtin import load_builtin_head
+    from elocute.training.corpus_scores import Measure
+
+    head, count = load_builtin_head(), corpus.vertex_count
+    ours = corpus.topology == head.name and count == head.vertex_count
+    given = [read_vertex_list(path, count) if path else None for path in (lips, upper_face)]
+    own = [builtin_list(name) if ours else None for name in ("lips", "upper_face")]
+    return Measure(given[0] or own[0], given[1] or own[1], mouth=ours)
+
+
+def _show(table: list[Row], measure: Measure) -> None:
+    """One line per row; what no row has is left out and named below."""
+    there = [c for c in COLUMNS if any(row.summary[c[0]].record() for row in table)]
+    print(f"{'subject':12} {'style':12} {'clips':>5}", *(f"{title:>22}" for _, title in there))
+    for row in table:
+        cells = (f"{cell(row.summary[name]):>22}" for name, _ in there)
+        print(f"{row.subject:12} {row.style:12} {row.clips:5}", *cells)
+    print("[low, high]: 95 % over clips")
+    for title, chosen in (("lips", measure.lips), ("upper face", measure.upper_face)):
+        if chosen:
+            print(f"{title}: {chosen.name}, {len(chosen.indices)} vertices, {chosen.digest}")
+        else:
+            print(f"{title}: not available in this topology; name vertices with --lips, "
+                  "--upper-face")  # fmt: skip
+    if not measure.mouth:
+        print("closures: not available in this topology")
+
+
+def cell(interval: Interval) -> str:
+    if interval.record() is None:
+        return "-"
+    return f"{interval.value:.3g} [{interval.low:.3g}, {interval.high:.3g}]"

@@ -1,0 +1,122 @@
+"""`elocute evaluate features`: the same training with other ears (VOCA 2019, section 7.2)."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.errors import CorpusError, InputError, MachineError
+
+if TYPE_CHECKING:
+    from elocute.corpus.store import Corpus
+    from elocute.training.corpus_scores import Measure, Row
+
+SHOWN = ("lve_mm", "mve_mm", "velocity_mm", "closure_recall", "closure_precision")
+
+
+def features_command(
+    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    output: Path = typer.Option(..., "-o", "--output", help="Folder for models and the report."),
+    encoders: str = typer.Option("phones,fbank", help="Encoders to compare, commas between."),
+    epochs: int = typer.Option(50, help="Of every training."),
+    split: str = typer.Option("default", help="Which split of the corpus."),
+    resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
+    as_json: bool = options.Json,
+) -> None:
+    """Train once per encoder, all else equal, and measure each on the test part.
+
+    Leaves a folder per encoder, report.json and, on the built-in head, mouth.png: the opening of
+    the mouth in the first test clip as recorded and as each model has it.
+    """
+    from elocute.cli.evaluate_corpus import cell, measure_of
+    from elocute.corpus.store import open_corpus
+    from elocute.motion.atomic import write_atomically
+
+    names = list(dict.fromkeys(name.strip() for name in encoders.split(",") if name.strip()))
+    if not names:
+        raise InputError.about(f"--encoders {encoders!r}", found="none", allowed="phones,fbank,…")
+    opened = open_corpus(corpus)
+    clips = list(opened.split(split).test)
+    if not clips:
+        raise CorpusError.about(opened.folder, found=f"no clip in test of split {split}")
+    measure = measure_of(opened, None, None)
+    models = _train(opened, names, output, epochs, split, resume, as_json)
+    rows = {name: _measured(opened, clips, model, measure) for name, model in models.items()}
+    if measure.mouth:
+        _plot(opened, clips[0], models, output / "mouth.png")
+    report = {
+        "corpus": corpus.name, "epochs": epochs, "clips": len(clips), "confidence": 0.95,
+        "encoders": {name: row.record() for name, row in rows.items()},
+    }  # fmt: skip
+    text = json.dumps(report, allow_nan=False)
+    with write_atomically(output / "report.json") as draft:
+        draft.write_text(text + "\n", encoding="utf-8")
+    if as_json:
+        print(text)
+        return
+    print(f"{'encoder':16}", *(f"{name:>24}" for name in SHOWN))
+    for name, row in rows.items():
+        cells = (cell(row.summary[column]) for column in SHOWN)
+        print(f"{name:16}", *(f"{text:>24}" for text in cells))
+
+
+def _train(
+    corpus: Corpus, encoders: list[str], output: Path, epochs: int, split: str, resume: bool,
+    quiet: bool,
+) -> dict[str, Path]:  # fmt: skip
+    """Encoder to its model; all settings are checked before the first hour is spent."""
+    from elocute.cli.train import Lines, prepare_folder
+    from elocute.encoders.registry import resolve_encoder
+
+    try:
+        from elocute.training.voca.config import TrainConfig
+        from elocute.training.voca.run import MODEL, train_voca
+    except ImportError as error:
+        raise MachineError(
+            f"training needs {error.name}; install it: pip install 'elocute[train]'"
+        ) from error
+    configs = {name: TrainConfig(epochs=epochs, encoder=name) for name in encoders}
+    for name in encoders:
+        resolve_encoder(name)
+    prepare_folder(output, resume)
+    models = {}
+    for name, config in configs.items():
+        folder = output / re.sub(r"\W+", "_", name)
+        folder.mkdir(exist_ok=True)
+        train_voca(corpus, config, folder, split, resume=resume, report=Lines(quiet))
+        models[name] = folder / MODEL
+    return models
+
+
+def _measured(corpus: Corpus, clips: list[str], model: Path, measure: Measure) -> Row:
+    """Every clip in the style that fits its subject best."""
+    from elocute.synthesis.predict import clip_predictor, open_predictor
+    from elocute.training.corpus_scores import best_rows, score_clips
+
+    predictor = open_predictor(model)
+    predict = clip_predictor(predictor, corpus)
+    scores = score_clips(corpus, clips, predictor.styles, predict, measure)
+    return best_rows(scores)[-1]
+
+
+def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path) -> None:
+    import numpy as np
+
+    from elocute.corpus.closures import lip_opening
+    from elocute.corpus.track import true_track
+    from elocute.export.overlay import plot_overlay
+    from elocute.motion.curves import Curves
+    from elocute.synthesis.learned import EVEN
+    from elocute.synthesis.predict import clip_predictor, open_predictor
+
+    tracks = {"recorded": true_track(corpus, clip)}
+    for name, model in models.items():
+        tracks[name] = clip_predictor(open_predictor(model), corpus)(clip, EVEN)
+    values = np.stack([lip_opening(track) for track in tracks.values()], axis=1)
+    curves = Curves(values.astype(np.float32), tuple(tracks), corpus.fps)
+    plot_overlay(curves, path, title=f"mouth opening, {clip}", unit="mm", shade=False)

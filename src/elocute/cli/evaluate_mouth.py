@@ -1,0 +1,198 @@
+"""`elocute evaluate noise`, `styles` and `identities`: the paper's section 7.2 as measures."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import InputError, OutputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from elocute.audio.waveform import Waveform
+
+KINDS = ("white", "babble", "gain")
+CLIPS_MOST = 20
+LEVELS = "-36,-24,-18,-12"  # the paper's: low, medium, slightly high, high
+FPS = 60.0
+Plot = typer.Option(None, "--plot", help="Draw the opening of the mouth over time (.png).")
+
+
+def noise_command(
+    speech: Path = typer.Argument(..., help="A sound file, or a corpus folder (its test part)."),
+    model: str = options.Model,
+    style: str = typer.Option("plain", help="Speaking style: a name, a mix or a .json file."),
+    noise: str = typer.Option(
+        "babble", help="white, babble, a sound file; or gain: the speech itself too quiet."
+    ),
+    levels: str = typer.Option(LEVELS, help="dB against the speech, commas between."),
+    plot: Path | None = Plot,
+    seed: int = typer.Option(0, min=0, help="Of the noise."),
+    as_json: bool = options.Json,
+) -> None:
+    """How noise under the speech damps and changes what the mouth does."""
+    import numpy as np
+
+    from elocute.motion.curves import Curves
+    from elocute.motion.measures import measure_mouth
+    from elocute.synthesis.animate import animate
+    from elocute.synthesis.mouth_studies import mean_scores, noise_scores
+
+    _check_plot(plot)
+    steps = _levels(levels)
+    sounds = _sounds(speech)
+
+    def opening(sound: Waveform) -> NDArray[np.float64]:
+        motion = animate(sound, model=model, style=style, fps=FPS).motion
+        return measure_mouth(motion)["opening_mm"].astype(np.float64)
+
+    clips, first = [], []
+    with progress_bar("listening", as_json) as progress:
+        for done, sound in enumerate(sounds, 1):
+            under = _noise(noise, sound, seed)
+            scores, openings = noise_scores(sound, under, steps, opening)
+            clips.append(scores)
+            first = first or openings
+            if progress:
+                progress(done / len(sounds))
+    means = mean_scores(clips)
+    if plot is not None:
+        from elocute.export.overlay import plot_overlay
+
+        names = ("clean", *(f"{level:g} dB" for level in steps))
+        curves = Curves(np.stack(first, axis=1).astype(np.float32), names, FPS)
+        plot_overlay(curves, plot, title=f"mouth opening, {noise}", unit="mm", shade=False)
+    record = {
+        "speech": speech.name, "model": Path(model).name, "style": style, "noise": noise,
+        "clips": len(clips), "levels": [asdict(score) for score in means],
+    }  # fmt: skip
+    if as_json:
+        print(json.dumps(record))
+        return
+    print(f"{'level':>8} {'opening mm':>11} {'of clean':>9} {'r to clean':>11}")
+    for s in means:
+        print(f"{s.level_db:5.0f} dB {s.amplitude_mm:11.2f} {s.amplitude_share:9.2f} "
+              f"{s.correlation:11.3f}")  # fmt: skip
+
+
+def styles_command(
+    speech: Path = typer.Argument(..., help="A sound or video file."),
+    model: str = options.Model,
+    plot: Path | None = Plot,
+    as_json: bool = options.Json,
+) -> None:
+    """One curve of mouth opening per style, and what mixes of them can reach."""
+    from elocute.motion.motion import Motion
+    from elocute.synthesis.animate import animate
+    from elocute.synthesis.mouth_studies import style_openings
+    from elocute.synthesis.predict import open_predictor
+
+    _check_plot(plot)
+    names = open_predictor(model).styles
+
+    def moved(style: str) -> Motion:
+        return animate(speech, model=model, style=style, fps=FPS).motion
+
+    curves = style_openings(names, moved)
+    if plot is not None:
+        from elocute.export.overlay import plot_overlay
+
+        title = "distance between the lips; shaded: convex combinations of the styles"
+        plot_overlay(curves, plot, title=title, unit="mm")
+    table = {
+        name: {"mean_mm": float(curves[name].mean()), "peak_mm": float(curves[name].max())}
+        for name in names
+    }
+    reach = float((curves.values.max(axis=1) - curves.values.min(axis=1)).mean())
+    if as_json:
+        record = {"speech": speech.name, "model": Path(model).name, "fps": FPS}
+        print(json.dumps({**record, "reach_mm": reach, "styles": table}))
+        return
+    for name, row in table.items():
+        print(f"{name:16} opening mean {row['mean_mm']:5.2f} mm  peak {row['peak_mm']:5.2f} mm")
+    print(f"{'mixes reach':16} {reach:.2f} mm wide on average")
+
+
+def identities_command(
+    speech: Path = typer.Argument(..., help="A sound or video file."),
+    model: str = options.Model,
+    style: str = typer.Option("plain", help="Speaking style: a name, a mix or a .json file."),
+    count: int = typer.Option(20, help="How many random faces."),
+    seed: int = typer.Option(0, help="The same seed draws the same faces."),
+    as_json: bool = options.Json,
+) -> None:
+    """The same speech on many faces: how far their lips differ, and whether they close."""
+    from elocute.synthesis.animate import animate
+    from elocute.synthesis.mouth_studies import face_scores, spread
+
+    motion = animate(speech, model=model, style=style, fps=FPS).motion
+    scores = face_scores(motion, count, seed)
+    table = spread(scores)
+    if as_json:
+        record: dict[str, Any] = {"speech": speech.name, "model": Path(model).name, "count": count}
+        print(json.dumps({**record, "seed": seed, "spread": table}))
+        return
+    head = f"{count} faces"
+    print(f"{head:16} {'mean':>8} {'deviation':>10} {'least':>8} {'greatest':>9}")
+    for name, row in table.items():
+        print(f"{name:16} {row['mean']:8.2f} {row['deviation']:10.2f} {row['least']:8.2f} "
+              f"{row['greatest']:9.2f}")  # fmt: skip
+
+
+def _check_plot(plot: Path | None) -> None:
+    from elocute.motion.atomic import check_output
+
+    if plot is not None:
+        if plot.suffix.lower() != ".png":
+            raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
+        check_output(plot)
+
+
+def _levels(text: str) -> list[float]:
+    try:
+        levels = list(dict.fromkeys(float(part) for part in text.split(",")))
+    except ValueError:
+        levels = []
+    if not levels or not all(-120 <= level <= 60 for level in levels):
+        raise InputError.about(
+            f"--levels {text}", found="no levels", allowed=f"dB from -120 to 60, as {LEVELS}"
+        )
+    return levels
+
+
+def _sounds(speech: Path) -> list[Waveform]:
+    """The file, or at most CLIPS_MOST clips of a corpus's test part, evenly taken."""
+    from elocute.audio.read import read_audio
+    from elocute.corpus.store import open_corpus
+
+    if not speech.is_dir():
+        return [read_audio(speech)]
+    corpus = open_corpus(speech)
+    names = corpus.split().test or tuple(entry.name for entry in corpus.entries)
+    step = max(1, len(names) // CLIPS_MOST)
+    return [corpus.sound(name) for name in names[::step][:CLIPS_MOST]]
+
+
+def _noise(kind: str, speech: Waveform, seed: int) -> NDArray[np.float32] | None:
+    from elocute.audio.noise import babble, white_noise
+    from elocute.audio.read import read_audio
+
+    if kind == "gain":
+        return None
+    if kind == "white":
+        return white_noise(len(speech.samples), seed)
+    if kind == "babble":
+        return babble(speech, seed)
+    if not Path(kind).is_file():
+        raise InputError.about(
+            f"--noise {kind}", found="no such file", allowed=", ".join(KINDS) + " or a sound file"
+        )
+    return read_audio(kind).resample(speech.sample_rate).samples

@@ -1,0 +1,112 @@
+"""`elocute style`: find out how somebody speaks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.errors import InputError
+
+if TYPE_CHECKING:
+    from elocute.encoders.encoder import Encoder
+    from elocute.synthesis.style_fit import Observed, StyleFit
+    from elocute.synthesis.voca import VocaModel
+
+app = typer.Typer(help="Find speaking styles.", no_args_is_help=True)
+
+
+@app.callback()
+def _group() -> None:
+    """Find speaking styles."""
+
+
+@app.command("fit")
+def fit_command(
+    motion: list[Path] = typer.Argument(
+        ..., help="Motions (.npz), or clips of a corpus as CORPUS/SUBJECT.SENTENCE."
+    ),
+    model: Path = typer.Option(..., help="A trained model (.onnx)."),
+    sound: list[Path] = typer.Option(
+        [], help="The sound of each motion, in their order; clips bring theirs."
+    ),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", help="Write the mix as .json, for --style."
+    ),
+    as_json: bool = options.Json,
+) -> None:
+    """Find the mix of a model's styles that best explains a few seconds of motion."""
+    from elocute.motion.atomic import check_output
+    from elocute.synthesis.style_file import write_mix
+    from elocute.synthesis.style_fit import fit_style
+    from elocute.synthesis.voca import VocaModel
+
+    if output is not None:
+        if output.suffix.lower() != ".json":
+            raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+        check_output(output)
+    learned = VocaModel(model)
+    fit = fit_style(learned, _takes(motion, sound, learned))
+    record = {"model": model.name, **fit.record()}
+    if output is not None:
+        write_mix(output, fit.mix, record)
+    if as_json:
+        print(json.dumps({"mix": fit.mix, "style": fit.text, **record}))
+    else:
+        _show(fit)
+
+
+def _show(fit: StyleFit) -> None:
+    for name, error in sorted(fit.styles.items(), key=lambda item: item[1]):
+        print(f"{name:16} {error:7.3f} mm")
+    print(f"{'mix':16} {fit.error_mm:7.3f} mm  over {fit.seconds:.1f} s")
+    print(fit.text)
+
+
+def _takes(motions: list[Path], sounds: list[Path], model: VocaModel) -> list[Observed]:
+    """Every take with what the model hears of it."""
+    from elocute.encoders.registry import resolve_encoder
+
+    stored = [path for path in motions if path.suffix.lower() == ".npz"]
+    if len(stored) != len(sounds):
+        raise InputError.about(
+            "--sound", found=f"{len(sounds)} for {len(stored)} motions",
+            allowed="the sound of every .npz, in their order",
+        )  # fmt: skip
+    encode = resolve_encoder(model.record.encoder)
+    given = iter(sounds)
+    return [
+        _of_motion(path, next(given), encode) if path in stored else _of_clip(path, encode)
+        for path in motions
+    ]
+
+
+def _of_motion(path: Path, sound: Path, encode: Encoder) -> Observed:
+    """Joint rotations are left out, as measures do: a nod is no style."""
+    from elocute.audio.read import read_audio
+    from elocute.corpus.track import Track
+    from elocute.motion.store import load_motion
+    from elocute.synthesis.style_fit import Observed
+
+    motion = load_motion(path)
+    head = motion.head
+    track = Track(motion.weights, head.template, motion.fps, head.expression_basis)
+    return Observed(encode(read_audio(sound)), track)
+
+
+def _of_clip(path: Path, encode: Encoder) -> Observed:
+    from elocute.corpus.store import open_corpus
+    from elocute.corpus.track import true_track
+    from elocute.synthesis.style_fit import Observed
+
+    if not (path.parent / "corpus.json").is_file():
+        raise InputError.about(
+            path, found="neither a motion nor a clip",
+            allowed="a motion (.npz), or CORPUS/SUBJECT.SENTENCE",
+        )  # fmt: skip
+    corpus = open_corpus(path.parent)
+    track = true_track(corpus, path.name)
+    return Observed(encode(corpus.sound(path.name)), track)

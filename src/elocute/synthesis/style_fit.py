@@ -1,0 +1,212 @@
+"""Somebody's speaking style, from a few seconds of their motion (VOCA 2019, section 7.2).
+
+The paper mixes styles convexly and leaves estimating the mix for the future. One-hot vectors
+enter before a hyperbolic tangent, so the output is not linear in the mix and no least squares
+solves it: shares are moved from style to style, in ever smaller steps, as long as the network's
+motion comes closer to the observed one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.features import Features
+from elocute.corpus.track import MM, Track
+from elocute.errors import ModelError
+from elocute.synthesis.learned import basis_of, resampled
+from elocute.synthesis.voca import REACH, VocaModel
+
+Array = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+SECONDS_LEAST, SECONDS_MOST = 0.5, 60.0
+STEPS = (0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625)
+VELOCITY_WEIGHT = 10.0  # as in training (section 5): styles differ in tempo too
+SHARE_LEAST = 0.005  # smaller shares are left out of the mix
+GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
+
+
+@dataclass(frozen=True)
+class StyleFit:
+    """What explains the motion best.
+
+    mix         share per style, largest first, summing to one
+    best_style  the nearest single style, by position and velocity together
+    error_mm    distance of vertices (root of the mean square) between the model with this mix
+                and the motion
+    styles      the same error for every style alone
+    seconds     how much motion was looked at
+    """
+
+    mix: dict[str, float]
+    best_style: str
+    error_mm: float
+    styles: dict[str, float]
+    seconds: float
+
+    @property
+    def text(self) -> str:
+        """As `--style` takes it: NAME:SHARE,…"""
+        return ",".join(f"{name}:{share:.3f}" for name, share in self.mix.items())
+
+    def record(self) -> dict[str, Any]:
+        """For JSON, without the mix."""
+        return {
+            "best_style": self.best_style, "error_mm": self.error_mm, "styles_mm": self.styles,
+            "seconds": self.seconds,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """One take: what the model hears, and the motion, over its own neutral face."""
+
+    features: Features
+    motion: Track
+
+
+@dataclass(frozen=True, eq=False)
+class _Target:
+    """A take in orthonormal coordinates of what the model can do: distances are those of vertices.
+
+    features  at the model's frame rate, as far as these frames hear
+    places    (frame, direction) mm
+    beyond    mm², summed over frames and vertices: what no weights reach
+    """
+
+    features: Features
+    places: Doubles
+    beyond: float
+
+
+def fit_style(model: VocaModel, takes: Sequence[Observed]) -> StyleFit:
+    """The convex mix of the model's styles that best explains some takes.
+
+    Raises ModelError for takes of another topology, too short, not finite or none.
+    """
+    basis = basis_of(model).astype(np.float64)
+    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
+    targets = [_target(model, take, directions) for take in takes]
+    problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
+    if problem.seconds < SECONDS_LEAST:
+        raise ModelError.about(
+            "motion", found=f"{problem.seconds:.2f} s of it with sound",
+            allowed=f"{SECONDS_LEAST} s or more",
+        )  # fmt: skip
+    names = model.record.styles
+    corners = np.eye(len(names))
+    alone = [problem.loss(corner) for corner in corners]
+    if not np.isfinite(alone).all():
+        raise ModelError.about(
+            "style fit", found="NaN or infinity in the motion, or in what the model makes of it",
+            remedy="look at the corpus: elocute corpus check",
+        )  # fmt: skip
+    nearest = int(np.argmin(alone))
+    mix = search(problem.loss, corners[nearest], alone[nearest])
+    shares = np.where(mix < SHARE_LEAST, 0, mix)
+    shares /= shares.sum()
+    order = [int(index) for index in np.argsort(-shares) if shares[index] > 0]
+    return StyleFit(
+        {names[index]: round(float(shares[index]), 6) for index in order},
+        names[nearest],
+        problem.error_mm(shares),
+        {name: problem.error_mm(corner) for name, corner in zip(names, corners, strict=True)},
+        problem.seconds,
+    )
+
+
+def search(loss: Callable[[Doubles], float], start: Doubles, value: float) -> Doubles:
+    """(style,) on the simplex: give shares from one style to another while the loss falls.
+
+    Exchanges between two styles span all directions on the simplex, so where none helps at the
+    smallest step there is no better mix nearby.
+    """
+    mix = start.astype(np.float64)
+    for step in STEPS:
+        while True:
+            tried = [(loss(other), other) for other in _exchanges(mix, step)]
+            best, other = min(tried, key=lambda pair: pair[0], default=(value, mix))
+            if not value - best > GAIN_LEAST * value:
+                break
+            value, mix = best, other
+    return mix
+
+
+def _exchanges(mix: Doubles, step: float) -> list[Doubles]:
+    found = []
+    for giver in np.flatnonzero(mix > 1e-9):
+        for taker in range(len(mix)):
+            if taker != giver:
+                other, given = mix.copy(), min(step, mix[giver])
+                other[giver] -= given
+                other[taker] += given
+                found.append(other)
+    return found
+
+
+class _Problem:
+    """The loss over all takes; shapes (component, direction) are the model's, in mm."""
+
+    def __init__(
+        self, model: VocaModel, shapes: Doubles, targets: Sequence[_Target], vertices: int
+    ) -> None:
+        self.model, self.shapes, self.targets = model, shapes, targets
+        frames = sum(len(target.places) for target in targets)
+        self.seconds, self.per = frames / model.record.fps, max(frames, 1) * vertices
+
+    def loss(self, mix: Doubles) -> float:
+        """mm² a vertex: position and weighted velocity, as training has it, within reach."""
+        total = 0.0
+        for away in self._away(mix):
+            velocity = np.square(np.diff(away, axis=0)).sum()
+            total += float(np.square(away).sum() + VELOCITY_WEIGHT * velocity)
+        return total / self.per
+
+    def error_mm(self, mix: Doubles) -> float:
+        """mm: root of the mean squared distance of vertices."""
+        within = sum(float(np.square(away).sum()) for away in self._away(mix))
+        return math.sqrt((within + sum(target.beyond for target in self.targets)) / self.per)
+
+    def _away(self, mix: Doubles) -> Iterator[Doubles]:
+        """(frame, direction) mm of every take: the model's motion less the observed one."""
+        for target in self.targets:
+            weights = self.model.weights(target.features, mix.astype(np.float32))
+            yield weights[: len(target.places)] @ self.shapes - target.places
+
+
+def _target(model: VocaModel, take: Observed, directions: Doubles) -> _Target:
+    """A take at the model's frame rate, as far as it has both sound and motion.
+
+    directions (3 · vertex, direction) is orthonormal.
+    """
+    if take.motion.vertex_count * 3 != len(directions):
+        raise ModelError.about(
+            "motion", found=f"{take.motion.vertex_count} vertices",
+            allowed=f"{len(directions) // 3}, the topology that {model.path.name} moves",
+        )  # fmt: skip
+    fps = model.record.fps
+    features, motion = take.features.resample(fps), _at_rate(take.motion, fps)
+    frames = min(motion.frame_count, len(features.values), round(SECONDS_MOST * fps))
+    rest = np.asarray(motion.template, np.float64) * MM
+    places, beyond = [], 0.0
+    for block in motion.cut(frames).blocks():
+        moved = (block - rest).reshape(len(block), -1)
+        places.append(moved @ directions)
+        beyond += float(np.square(moved - places[-1] @ directions.T).sum())
+    heard = replace(features, values=features.values[: frames + REACH])
+    return _Target(heard, np.concatenate(places), beyond)
+
+
+def _at_rate(motion: Track, fps: float) -> Track:
+    """The first SECONDS_MOST of it, linear between frames."""
+    motion = motion.cut(math.ceil(SECONDS_MOST * motion.fps) + 1)
+    if motion.fps == fps:
+        return motion
+    flat = np.asarray(motion.values, np.float32).reshape(motion.frame_count, -1)
+    values = resampled(flat, motion.fps, motion.frame_count / motion.fps, fps)
+    return Track(values.reshape(-1, *motion.values.shape[1:]), motion.template, fps, motion.basis)

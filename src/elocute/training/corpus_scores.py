@@ -1,0 +1,124 @@
+"""A model against the recorded clips of a corpus: per subject and per style, with intervals.
+
+The predictor is a plain callable, so any model can be measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from elocute.corpus.bootstrap import Interval, summarise
+from elocute.corpus.closures import CLOSED_MM
+from elocute.corpus.metrics import ClipMetrics, clip_metrics
+from elocute.corpus.store import Corpus
+from elocute.corpus.track import Track, true_track
+from elocute.corpus.vertex_lists import VertexList
+
+Predict = Callable[[str, str], Track]
+"""(clip, style) to a motion of the clip's length."""
+EVERYBODY = "all"
+
+
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """What is looked at: lists of vertices where there are any, closures where `mouth`."""
+
+    lips: VertexList | None
+    upper_face: VertexList | None
+    mouth: bool
+    closed_mm: float = CLOSED_MM
+
+    def record(self) -> dict[str, Any]:
+        return {
+            "lips": self.lips.record() if self.lips else None,
+            "upper_face": self.upper_face.record() if self.upper_face else None,
+            "closed_mm": self.closed_mm if self.mouth else None,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class ClipScore:
+    """One clip predicted in one style."""
+
+    name: str
+    subject: str
+    style: str
+    metrics: ClipMetrics
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """Some clips of a subject (or EVERYBODY) predicted in a style."""
+
+    subject: str
+    style: str
+    clips: int
+    summary: dict[str, Interval]
+
+    def record(self) -> dict[str, Any]:
+        metrics = {name: interval.record() for name, interval in self.summary.items()}
+        return {"subject": self.subject, "style": self.style, "clips": self.clips, **metrics}
+
+
+def score_clips(
+    corpus: Corpus,
+    names: Sequence[str],
+    styles: Sequence[str],
+    predict: Predict,
+    measure: Measure,
+    progress: Callable[[float], None] | None = None,
+) -> list[ClipScore]:
+    """Every clip in every style. Raises CorpusError where a prediction does not fit."""
+    scores = []
+    for done, name in enumerate(names, 1):
+        true, subject = true_track(corpus, name), corpus.entry(name).subject
+        for style in styles:
+            metrics = clip_metrics(
+                predict(name, style), true, measure.lips, measure.upper_face,
+                mouth=measure.mouth, closed_mm=measure.closed_mm,
+            )  # fmt: skip
+            scores.append(ClipScore(name, subject, style, metrics))
+        if progress:
+            progress(done / len(names))
+    return scores
+
+
+def rows(scores: Sequence[ClipScore], seed: int = 0) -> list[Row]:
+    """One row per subject and style, then EVERYBODY's per style."""
+    subjects = list(dict.fromkeys(score.subject for score in scores))
+    styles = list(dict.fromkeys(score.style for score in scores))
+    table = []
+    for subject in (*subjects, EVERYBODY):
+        for style in styles:
+            chosen = [s for s in scores if s.style == style and subject in (s.subject, EVERYBODY)]
+            if chosen:
+                table.append(_row(subject, style, chosen, seed))
+    return table
+
+
+def best_rows(scores: Sequence[ClipScore], seed: int = 0) -> list[Row]:
+    """Each subject in the style that fits them best, then EVERYBODY in their own.
+
+    The style is chosen by the truth it is measured against (lip error, or vertex error where
+    there are no lips): this says what the styles could reach, not what a listener gets.
+    """
+    table, kept = [], []
+    for subject in dict.fromkeys(score.subject for score in scores):
+        mine = [score for score in scores if score.subject == subject]
+        styles = list(dict.fromkeys(score.style for score in mine))
+        best = min(styles, key=lambda s: _error([m for m in mine if m.style == s]))
+        chosen = [score for score in mine if score.style == best]
+        table.append(_row(subject, best, chosen, seed))
+        kept += chosen
+    return [*table, _row(EVERYBODY, "best", kept, seed)]
+
+
+def _error(scores: Sequence[ClipScore]) -> float:
+    lips = sum(score.metrics.lve_mm for score in scores)
+    return lips if lips == lips else sum(score.metrics.mve_mm for score in scores)
+
+
+def _row(subject: str, style: str, scores: Sequence[ClipScore], seed: int) -> Row:
+    return Row(subject, style, len(scores), summarise([s.metrics for s in scores], seed))

@@ -1,0 +1,95 @@
+"""`elocute style fit`: from somebody's motion to a style that `animate` takes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import soundfile
+
+import elocute
+
+Cli = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def words(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) -> Path:
+    """Three seconds of the example."""
+    path = tmp_path_factory.mktemp("words") / "words.wav"
+    samples, rate = soundfile.read(speech_wav, frames=3 * 32000)
+    soundfile.write(path, samples, rate)
+    return path
+
+
+@pytest.fixture(scope="module")
+def talk(words: Path, learned: Any) -> Path:
+    """The model saying them as `tense` does."""
+    path = words.parent / "talk.npz"
+    elocute.animate(words, model=learned.model, style="tense").write(path)
+    return path
+
+
+def test_a_style_goes_from_one_motion_to_another(
+    cli: Cli, learned: Any, words: Path, talk: Path, tmp_path: Path
+) -> None:
+    mine = tmp_path / "mine.json"
+    shown = cli("style", "fit", talk, "--sound", words, "--model", learned.model, "-o", mine).stdout
+    best, *_, text = shown.splitlines()
+    assert best.split()[0] == "tense" and text.startswith("tense:")
+    stored = json.loads(mine.read_text())
+    assert stored["best_style"] == next(iter(stored["mix"])) == "tense"
+    assert (stored["model"], stored["seconds"]) == ("model.onnx", 3.0)
+    again = tmp_path / "again.npz"
+    cli("animate", words, "--model", learned.model, "--style", mine, "-o", again)
+    weights = [elocute.load_motion(path).weights for path in (again, talk)]
+    plain = elocute.animate(words, model=learned.model, style="plain").motion.weights
+    assert np.abs(weights[0] - weights[1]).max() < 0.2 * np.abs(plain - weights[1]).max()
+
+
+def test_clips_and_motions_are_one_speaker(cli: Cli, learned: Any, words: Path, talk: Path) -> None:
+    clip = learned.corpus.folder / "tense.own2"
+    options = "--model", learned.model, "--json"
+    record = json.loads(cli("style", "fit", clip, *options).stdout)
+    assert record["best_style"] == "tense" and record["seconds"] == 1.5
+    assert set(record["styles_mm"]) == {"plain", "broad", "tense"}
+    assert record["error_mm"] <= min(record["styles_mm"].values()) + 0.01
+    assert sum(record["mix"].values()) == pytest.approx(1, abs=1e-5)
+    both = json.loads(cli("style", "fit", clip, talk, "--sound", words, *options).stdout)
+    assert both["best_style"] == "tense" and both["seconds"] == 4.5
+
+
+def test_what_cannot_be_fitted_is_one_line(
+    refused: Cli, learned: Any, words: Path, talk: Path, tmp_path: Path
+) -> None:
+    model, corpus = ("--model", learned.model), learned.corpus.folder
+    sound, output = ("--sound", words), ("-o", tmp_path / "mine.json")
+    fit = "style", "fit"
+    refused(*fit, talk, *model, *output, says="0 for 1 motions")
+    refused(*fit, corpus / "plain.s0", *sound, *model, *output, says="1 for 0 motions")
+    refused(*fit, corpus / "plain.none", *model, *output, says="plain.s0")
+    refused(*fit, corpus, *model, *output, says="CORPUS/SUBJECT.SENTENCE")
+    refused(*fit, tmp_path / "no.npz", *sound, *model, *output, says="no such file")
+    refused(*fit, talk, "--sound", tmp_path / "no.wav", *model, *output, says="no.wav")
+    refused(*fit, talk, *sound, "--model", words, *output, says="no ONNX network")
+    refused(*fit, talk, *sound, "--model", "no.onnx", *output, says="elocute train voca")
+    refused(*fit, talk, *sound, *output, says="--model")
+    refused(*fit, talk, *sound, *model, "-o", tmp_path / "mine.txt", says=".json")
+    refused(*fit, talk, *sound, *model, "-o", tmp_path / "none" / "m.json", says="mkdir")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_without_a_mix_moves_nobody(
+    refused: Cli, learned: Any, words: Path, tmp_path: Path
+) -> None:
+    mine, output = tmp_path / "mine.json", tmp_path / "talk.npz"
+    speak = "animate", words, "--model", learned.model, "--style", mine, "-o", output
+    refused(*speak, says="cannot be read")
+    mine.write_text('{"amplitude": 1.2}')
+    refused(*speak, says="no mix of styles")
+    mine.write_text('{"mix": {"nobody": 1}}')
+    refused(*speak, says="plain, broad, tense")
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.json"]
