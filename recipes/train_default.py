@@ -1,10 +1,10 @@
 """Train the model that ships, `voca`, and put it into the package.
 
-    python recipes/build_corpus.py build/corpus --natural build/encoder
-    python recipes/train_default.py build/corpus build/default
+    python recipes/build_corpus.py build/corpus --natural build/encoder --grid DATA/grid_s1
+    python recipes/train_default.py build/corpus build/default --epochs 10
 
-The corpus holds natural and synthetic speech in eight simulated styles; no recording of a real
-mouth. What it measures is in docs/cards/voca.md.
+The corpus holds natural and synthetic speech in eight simulated styles, and a real talker as the
+style `grid`. What it measures is in docs/cards/voca.md.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from elocute.training.voca.run import MODEL, train_voca
 
 ASSET = Path(__file__).parents[1] / "src" / "elocute" / "synthesis" / "assets" / "voca.onnx"
 NOTE = (
-    "Trained by Elocute on simulated motion (recipes/build_corpus.py); speech: espeak-ng, flite, "
-    "festival, and the corpora named in docs/cards/phones.md."
+    "Trained by Elocute on simulated motion (recipes/build_corpus.py) and on speaker 1 of the GRID "
+    "audio-visual corpus (Cooke et al. 2006, CC BY 4.0); speech: espeak-ng, flite, festival, and "
+    "the corpora named in docs/cards/phones.md."
 )
 
 
@@ -28,7 +29,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("corpus", type=Path)
     parser.add_argument("folder", type=Path, help="for checkpoint and log; resumes from there")
-    parser.add_argument("--epochs", type=int, default=12)
+    parser.add_argument("--epochs", type=int, default=10)
     parser.add_argument("--learning-rate", type=float, default=3e-4)
     choice = parser.parse_args()
     choice.folder.mkdir(parents=True, exist_ok=True)

@@ -8,8 +8,9 @@
     python recipes/train_encoder.py reference    # phones of the test clips for the benchmark
     python recipes/train_encoder.py ship         # ONNX into the package, and what it hears
 
-The shipped file was trained for 74 minutes on two cores (`--minutes 74`): `realign` English and
-Dutch after 21, German after 24, so that until then no German speaker had been heard.
+The shipped file was trained for 214 minutes on two cores: `realign` English and Dutch after 21
+minutes, German after 24, so that until then no German speaker had been heard; all of them once more
+after 70; then `train --minutes 158` and `--minutes 214`.
 
 Debian: espeak-ng flite festival festvox-us-slt-hts festvox-kallpc16k festvox-kdlpc16k and the
 word lists wamerican wngerman wdutch wfrench wspanish witalian wpolish wswedish.
