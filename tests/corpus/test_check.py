@@ -17,7 +17,7 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.motion_checks import rigid_motion
 from elocute.corpus.split import Split
 from elocute.corpus.store import Corpus, open_corpus
-from elocute.corpus.sync import estimate_offset, lag_sums, loudness
+from elocute.corpus.sync import estimate_offset, lag_sums, openness
 from elocute.corpus.units import fitting_unit
 from elocute.corpus.writer import corpus_writer
 from elocute.head.builtin import load_builtin_head
@@ -116,7 +116,7 @@ def test_offsets_come_out_between_frames(takes) -> None:
     rng = np.random.default_rng(0)
     steps = np.repeat(rng.random(60), 8000)
     sound = Waveform((0.3 * steps * rng.normal(size=len(steps))).astype(np.float32), 48000)
-    mouth = np.interp(np.arange(600) / 60 - 0.043, np.arange(1000) / 100, loudness(sound))
+    mouth = np.interp(np.arange(600) / 60 - 0.043, np.arange(1000) / 100, openness(sound))
     sums = lag_sums(sound, mouth, 60.0)
     assert sums is not None
     assert estimate_offset(sums).seconds == pytest.approx(0.043, abs=0.004)
@@ -197,8 +197,8 @@ def test_sound_of_another_length_is_found(takes, tmp_path) -> None:
     ]
     findings = check_corpus(weights_corpus(tmp_path / "c", clips))
     assert [f.level for f in findings] == ["warning", "error"]
-    assert "length: sound is 0.09 s longer than motion" in findings[0].what
-    assert "length: sound is 1.49 s longer than motion" in findings[1].what
+    assert "length: sound is 0.10 s longer than motion" in findings[0].what
+    assert "length: sound is 1.50 s longer than motion" in findings[1].what
 
 
 def test_sound_that_is_cut_or_missing_is_found(takes, tmp_path) -> None:

@@ -1,5 +1,6 @@
-"""Whether sound and motion run together: the mouth is open where the voice is loud.
+"""Whether sound and motion run together: the mouth is open where open vowels are heard.
 
+Loudness alone misleads: syllables follow one another so evenly that the next one fits as well.
 Both are brought to 100 values a second, blurred, and correlated at each lag. One short clip says
 little; the sums over a subject's clips say much.
 """
@@ -11,7 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.audio.phones import PHONE_TO_VISEME, PHONES
 from elocute.audio.waveform import Waveform
+from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
 
 Floats = NDArray[np.float64]
 
@@ -19,7 +22,11 @@ RATE = 100.0
 BLUR_S = 0.05  # standard deviation: about 120 ms wide
 LAG_MAX_S = 0.5
 LAGS = np.arange(-round(LAG_MAX_S * RATE), round(LAG_MAX_S * RATE) + 1)
-QUIETEST = 0.003  # of full scale: what counts as no voice
+OPENNESS = {
+    "aa": 1.0, "oh": 0.7, "E": 0.6, "ih": 0.35, "ou": 0.3, "RR": 0.3, "kk": 0.3, "TH": 0.25,
+    "nn": 0.25, "CH": 0.25, "DD": 0.2, "SS": 0.15, "FF": 0.05, "PP": 0.0, "sil": 0.0,
+}  # fmt: skip
+"""How far a mouth opens for a viseme, roughly; a correlation needs no more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,20 +57,18 @@ class Offset:
     gain: float
 
 
-def loudness(sound: Waveform) -> Floats:
-    """(value,) at RATE: log of the root mean square, in units of e, above QUIETEST."""
-    hop = sound.sample_rate / RATE
-    count = max(1, int(len(sound.samples) / hop))
-    edges = np.minimum((np.arange(count + 1) * hop).round().astype(int), len(sound.samples))
-    power = np.concatenate([[0.0], np.cumsum(np.square(sound.samples, dtype=np.float64))])
-    widths = np.maximum(np.diff(edges), 1)
-    energy = np.maximum(power[edges[1:]] - power[edges[:-1]], 0) / widths
-    return _blurred(0.5 * np.log(energy + QUIETEST**2) - np.log(QUIETEST))
+def openness(sound: Waveform) -> Floats:
+    """(value,) at RATE: how far the mouth should be open by what the speech encoder hears."""
+    encoder = builtin_encoder()
+    heard = np.exp(encoder.encode(sound.resample(SAMPLE_RATE).samples))
+    opened = heard @ np.array([OPENNESS[PHONE_TO_VISEME[phone]] for phone in PHONES])
+    times = np.arange(int(sound.duration_s * RATE)) / RATE
+    return _blurred(np.interp(times, np.arange(len(opened)) / PHONE_RATE, opened))
 
 
 def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
     """Correlation sums of one clip; None where it is too short or one of both is constant."""
-    voice = loudness(sound)
+    voice = openness(sound)
     times = np.arange(int(len(activity) / fps * RATE)) / RATE
     mouth = _blurred(np.interp(times, np.arange(len(activity)) / fps, activity))
     count = min(len(voice), len(mouth))
