@@ -76,7 +76,6 @@ def test_what_cannot_be_fitted_is_one_line(
     refused(*fit, talk, "--sound", tmp_path / "no.wav", *model, *output, says="no.wav")
     refused(*fit, talk, *sound, "--model", words, *output, says="no ONNX network")
     refused(*fit, talk, *sound, "--model", "no.onnx", *output, says="elocute train voca")
-    refused(*fit, talk, *sound, *output, says="--model")
     refused(*fit, talk, *sound, *model, "-o", tmp_path / "mine.txt", says=".json")
     refused(*fit, talk, *sound, *model, "-o", tmp_path / "none" / "m.json", says="mkdir")
     assert list(tmp_path.iterdir()) == []
@@ -93,3 +92,18 @@ def test_a_file_without_a_mix_moves_nobody(
     mine.write_text('{"mix": {"nobody": 1}}')
     refused(*speak, says="plain, broad, tense")
     assert [path.name for path in tmp_path.iterdir()] == ["mine.json"]
+
+
+def test_the_driver_s_own_styles_are_found_in_its_motion(
+    cli: Cli, tmp_path: Path, speech_wav: Path
+) -> None:
+    """No model need be trained: the rules have styles too, and `animate` takes what was found."""
+    take, mix = tmp_path / "take.npz", tmp_path / "mix.json"
+    elocute.animate(speech_wav, style="mumble").write(take)
+    shown = cli("style", "fit", take, "--sound", speech_wav, "-o", mix, "--json").stdout
+    record = json.loads(shown)
+    assert record["best_style"] == "mumble" and record["mix"]["mumble"] > 0.9
+    again = elocute.animate(speech_wav, style=str(mix)).motion.weights
+    broad = elocute.animate(speech_wav, style="broad").motion.weights
+    mumbled = elocute.animate(speech_wav, style="mumble").motion.weights
+    assert np.abs(again - mumbled).mean() < 0.2 * np.abs(broad - mumbled).mean()

@@ -146,6 +146,15 @@ def resolve_style(given: str | Style) -> Style:
     return mix_styles(parse_mix(given))
 
 
+def _shares(path: Path, mix: dict[str, object]) -> dict[str, float]:
+    """Shares of a mix as `elocute style fit` writes it, made to sum to one. Raises InputError."""
+    shares = {name: share for name, share in mix.items() if isinstance(share, int | float)}
+    total = float(sum(shares.values()))
+    if len(shares) < len(mix) or min(shares.values(), default=-1) < 0 or not 0 < total < 1e9:
+        raise InputError.about(path, found="no mix of styles", allowed='{"mix": {"NAME": share}}')
+    return {name: float(share) / total for name, share in shares.items()}
+
+
 def _read_style(path: Path) -> Style:
     try:
         if path.stat().st_size > 65536:
@@ -155,6 +164,8 @@ def _read_style(path: Path) -> Style:
         raise InputError.about(path, found=f"cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
         raise InputError.about(path, found="no JSON", allowed="an object of numbers") from error
+    if isinstance(record, dict) and isinstance(record.get("mix"), dict):
+        return mix_styles(_shares(path, record["mix"]))
     unknown = sorted(set(record) - set(RANGES)) if isinstance(record, dict) else None
     if unknown is None or unknown:
         found = f"unknown fields {', '.join(unknown)}" if unknown else "no JSON object"

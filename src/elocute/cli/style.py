@@ -13,8 +13,8 @@ from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.encoders.encoder import Encoder
+    from elocute.synthesis.rules import Styled
     from elocute.synthesis.style_fit import Observed, StyleFit
-    from elocute.synthesis.voca import VocaModel
 
 app = typer.Typer(help="Find speaking styles.", no_args_is_help=True)
 
@@ -29,7 +29,7 @@ def fit_command(
     motion: list[Path] = typer.Argument(
         ..., help="Motions (.npz), or clips of a corpus as CORPUS/SUBJECT.SENTENCE."
     ),
-    model: Path = typer.Option(..., help="A trained model (.onnx)."),
+    model: str = options.Model,
     sound: list[Path] = typer.Option(
         [], help="The sound of each motion, in their order; clips bring theirs."
     ),
@@ -40,17 +40,17 @@ def fit_command(
 ) -> None:
     """Find the mix of a model's styles that best explains a few seconds of motion."""
     from elocute.motion.atomic import check_output
+    from elocute.synthesis.rules import open_styled
     from elocute.synthesis.style_file import write_mix
     from elocute.synthesis.style_fit import fit_style
-    from elocute.synthesis.voca import VocaModel
 
     if output is not None:
         if output.suffix.lower() != ".json":
             raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
         check_output(output)
-    learned = VocaModel(model)
+    learned = open_styled(model)
     fit = fit_style(learned, _takes(motion, sound, learned))
-    record = {"model": model.name, **fit.record()}
+    record = {"model": Path(model).name, **fit.record()}
     if output is not None:
         write_mix(output, fit.mix, record)
     if as_json:
@@ -66,7 +66,7 @@ def _show(fit: StyleFit) -> None:
     print(fit.text)
 
 
-def _takes(motions: list[Path], sounds: list[Path], model: VocaModel) -> list[Observed]:
+def _takes(motions: list[Path], sounds: list[Path], model: Styled) -> list[Observed]:
     """Every take with what the model hears of it."""
     from elocute.encoders.registry import resolve_encoder
 

@@ -16,6 +16,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion
+from elocute.synthesis.rules import Styled
 from elocute.synthesis.style_file import read_mix
 from elocute.synthesis.voca import VocaModel
 
@@ -43,7 +44,7 @@ def style_of(model: VocaModel, style: str | Style) -> Array:
     return model.style_vector(parse_mix(style))
 
 
-def basis_of(model: VocaModel) -> Array:
+def basis_of(model: Styled) -> Array:
     """(component, vertex, 3) m that a model's weights weigh: its own, or the built-in shapes.
 
     Raises ModelError for a component that the built-in head has no shape for.

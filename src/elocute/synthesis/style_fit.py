@@ -20,7 +20,8 @@ from elocute.audio.features import Features
 from elocute.corpus.track import MM, Track
 from elocute.errors import ModelError
 from elocute.synthesis.learned import basis_of, resampled
-from elocute.synthesis.voca import REACH, VocaModel
+from elocute.synthesis.rules import Styled
+from elocute.synthesis.voca import REACH
 
 Array = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -84,7 +85,7 @@ class _Target:
     beyond: float
 
 
-def fit_style(model: VocaModel, takes: Sequence[Observed]) -> StyleFit:
+def fit_style(model: Styled, takes: Sequence[Observed]) -> StyleFit:
     """The convex mix of the model's styles that best explains some takes.
 
     Raises ModelError for takes of another topology, too short, not finite or none.
@@ -153,7 +154,7 @@ class _Problem:
     """The loss over all takes; shapes (component, direction) are the model's, in mm."""
 
     def __init__(
-        self, model: VocaModel, shapes: Doubles, targets: Sequence[_Target], vertices: int
+        self, model: Styled, shapes: Doubles, targets: Sequence[_Target], vertices: int
     ) -> None:
         self.model, self.shapes, self.targets = model, shapes, targets
         frames = sum(len(target.places) for target in targets)
@@ -179,7 +180,7 @@ class _Problem:
             yield weights[: len(target.places)] @ self.shapes - target.places
 
 
-def _target(model: VocaModel, take: Observed, directions: Doubles) -> _Target:
+def _target(model: Styled, take: Observed, directions: Doubles) -> _Target:
     """A take at the model's frame rate, as far as it has both sound and motion.
 
     directions (3 · vertex, direction) is orthonormal.
