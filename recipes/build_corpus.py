@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,8 +51,6 @@ NOTE = (
 
 def simulate(phones: list[tuple[float, float, str]], duration_s: float, style: str) -> np.ndarray:
     """(frame, component) weights of the built-in head for phones with known times."""
-    from dataclasses import replace
-
     head = load_builtin_head()
     quiet = replace(STYLES[style], blink_per_min=0.0)  # blinks cannot be heard
     curves = articulate(
@@ -113,6 +112,10 @@ def main() -> None:
         writer.splits["default"] = split_by_subject(
             writer.entries, subjects.VALIDATION, subjects.TEST
         )
+        if choice.grid:
+            whole = writer.splits["default"]
+            others = tuple(name for name in whole.train if not name.startswith("grid."))
+            writer.splits["without_grid"] = replace(whole, train=others)
 
 
 if __name__ == "__main__":

@@ -138,7 +138,8 @@ def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> Hea
         )  # fmt: skip
     with write_atomically(path) as draft, draft.open("wb") as file:
         np.savez(file, template=own.head.template, joints=own.head.joint_positions)
-    return own.head
+    # As another process or a later run reads it.
+    return personal_head(head, own.head.template, own.head.joint_positions)
 
 
 def personal_head(

@@ -13,12 +13,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from trimesh.registration import procrustes
 
 from elocute.capture.landmarks import COUNT, Landmarks, no_landmarks
 from elocute.capture.scan import Scan
 from elocute.errors import CaptureError
 from elocute.export.render import Camera, open_renderer
 from elocute.head.bare import bare_head
+from elocute.head.builtin import load_builtin_head
 
 Floats = NDArray[np.float64]
 Detector = Callable[[NDArray[np.uint8]], tuple[Floats, Floats] | None]
@@ -31,6 +33,9 @@ FIELD_DEG = 18.0
 APART_M = 0.004
 """Views that agree on a landmark lie closer together than this."""
 SINGLE = 0.5  # confidence kept by a landmark that only one view has seen
+PLAUSIBLE_LEAST, PLAUSIBLE_STEPS = 8, 6
+OFF_M = 0.010
+"""From a face of average build: at this distance confidence has fallen to 0.37."""
 
 
 def detect_landmarks(
@@ -38,8 +43,9 @@ def detect_landmarks(
 ) -> Landmarks:
     """The 68 landmarks of a scan that stands about upright and looks along +Z.
 
-    Confidence is that of the detector, times the share of views that agree. A scan in which
-    nothing is found has none: ask `enough`. Raises CaptureError for a detector that gives
+    Confidence is that of the detector, times the share of views that agree, less where a point
+    lies off a face laid over all of them: through an open mouth a ray meets the throat. A scan in
+    which nothing is found has none: ask `enough`. Raises CaptureError for a detector that gives
     something else than 68 points.
     """
     from embreex.mesh_construction import TriangleMesh
@@ -57,7 +63,7 @@ def detect_landmarks(
         space, facing = _lifted(scene, scan, camera, pixels, side)
         places.append(space)
         trusts.append(np.where(np.isfinite(space[:, 0]), confidence * facing, 0))
-    return _fused(np.stack(places), np.stack(trusts)) if places else no_landmarks()
+    return _plausible(_fused(np.stack(places), np.stack(trusts))) if places else no_landmarks()
 
 
 def view_of(scan: Scan, yaw_deg: float) -> Camera:
@@ -129,3 +135,20 @@ def _fused(places: Floats, trusts: Floats) -> Landmarks:
         alone = SINGLE if group.sum() == 1 else 1.0
         confidence[mark] = min(1.0, trust[group].max()) * agreeing * alone
     return Landmarks(points, confidence)
+
+
+def _plausible(found: Landmarks) -> Landmarks:
+    """Less confidence in points away from the built-in face, laid over the rest of them."""
+    known = np.flatnonzero(found.confidence > 0)
+    if len(known) < PLAUSIBLE_LEAST:
+        return found
+    head = load_builtin_head()
+    model, places = head.template[head.landmarks[known]].astype(float), found.points[known]
+    trust = found.confidence[known]
+    for _ in range(PLAUSIBLE_STEPS):
+        matrix = procrustes(model, places, weights=trust, reflection=False, return_cost=False)
+        off = np.linalg.norm(model @ matrix[:3, :3].T + matrix[:3, 3] - places, axis=1)
+        trust = found.confidence[known] * np.exp(-np.square(off / OFF_M))
+    confidence = found.confidence.copy()
+    confidence[known] = trust
+    return Landmarks(found.points, confidence)

@@ -10,6 +10,7 @@ from elocute.cli import (
     animate,
     blendshapes,
     capture,
+    capture_landmarks,
     capture_video,
     corpus,
     edit,
@@ -41,6 +42,7 @@ app.command("doctor")(inspect.doctor_command)
 app.add_typer(evaluate.app, name="evaluate")
 app.add_typer(heads.app, name="head")
 app.add_typer(corpus.app, name="corpus")
+capture.app.command("landmarks")(capture_landmarks.landmarks_command)
 capture.app.command("video")(capture_video.video_command)
 app.add_typer(capture.app, name="capture")
 app.add_typer(blendshapes.app, name="blendshapes")

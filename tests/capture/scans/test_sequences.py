@@ -80,6 +80,16 @@ def test_a_second_run_makes_nothing_again(
     assert result.flagged == (3, 4) and open_corpus(output / "corpus").frame_count == 6
 
 
+def test_two_processes_find_what_one_finds(
+    captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path
+):
+    (result,) = capture_scans(spoiled, tmp_path / "out", BatchSettings(jobs=2))
+    assert result.flagged == (3, 4) and result.in_corpus
+    place = Path("sequences") / "anna.ah" / "motion.npy"
+    both = [np.load(folder / place) for folder in (captured[0], tmp_path / "out")]
+    assert np.abs(both[0] - both[1]).max() < 1e-6
+
+
 def test_report_shows_worst_and_flagged(captured: tuple[Path, list[SequenceResult]]):
     page = (captured[0] / "sequences" / "anna.ah" / "report.html").read_text()
     assert page.count("data:image/jpeg") >= 3 and "<svg" in page

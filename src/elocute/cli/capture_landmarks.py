@@ -1,0 +1,107 @@
+"""`elocute capture landmarks`: the 68 landmarks of scans, found in pictures of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import CaptureError, OutputError
+
+if TYPE_CHECKING:
+    from elocute.capture.detect import Detector
+    from elocute.capture.scan import Scan
+
+FOLDER = "landmarks"
+
+
+def landmarks_command(
+    scans: Path = typer.Argument(..., help="A scan, or a folder as `capture scans` takes it."),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", help="Of one scan: a .json file. Else FOLDER/landmarks/."
+    ),
+    unit: str | None = typer.Option(None, help="Of the coordinates: m, mm, cm, dm or inch."),
+    as_json: bool = options.Json,
+) -> None:
+    """Find the 68 landmarks of scans by looking at them from several sides (extra `video`).
+
+    Scans stand about upright and look along +Z. Those of a folder that have landmarks already are
+    left alone, so a run that was interrupted goes on.
+    """
+    from elocute.capture.video.marks import mediapipe_landmarks
+
+    if scans.is_dir() == (output is not None):
+        raise OutputError.about(
+            scans, found="a folder, and -o" if output else "one scan, and no -o",
+            allowed="-o FILE.json for one scan, none for a folder",
+        )  # fmt: skip
+    if output is not None and output.suffix.lower() != ".json":
+        raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+    with mediapipe_landmarks() as detector:
+        if output is not None:
+            found, failed = _of_file(scans, output, unit or "m", detector)
+        else:
+            found, failed = _of_folder(scans, unit, detector, as_json)
+    if as_json:
+        print(json.dumps({"scans": str(scans), "found": found, "failed": failed}))
+    else:
+        print(f"{found} scans with landmarks, {len(failed)} without")
+        for line in failed:
+            typer.echo(f"elocute: {line}", err=True)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _of_file(scan: Path, output: Path, unit: str, detector: Detector) -> tuple[int, list[str]]:
+    from elocute.capture.scan_file import read_scan
+    from elocute.motion.atomic import check_output
+
+    check_output(output)
+    told = _written(read_scan(scan, unit), unit, output, detector)
+    return int(not told), [f"{scan}: {told}"] if told else []
+
+
+def _of_folder(
+    folder: Path, unit: str | None, detector: Detector, quiet: bool
+) -> tuple[int, list[str]]:
+    """How many were found now, and a line for each that was not."""
+    from elocute.capture.sequence import find_sequences, open_sequence
+
+    sequences = [open_sequence(place, unit=unit) for place in find_sequences(folder)]
+    waiting = [
+        (sequence, number)
+        for sequence in sequences
+        for number in sequence.numbers
+        if sequence.landmark_file(number) is None
+    ]
+    found, failed = 0, []
+    with progress_bar(f"looking at {folder.name}", quiet) as progress:
+        for done, (sequence, number) in enumerate(waiting, start=1):
+            place = sequence.folder / FOLDER / f"{sequence.file(number).stem}.json"
+            try:
+                told = _written(sequence.scan(number), sequence.facts.unit, place, detector)
+            except CaptureError as error:
+                told = str(error)
+            found += not told
+            failed += [f"{sequence.file(number)}: {told}"] if told else []
+            if progress:
+                progress(done / len(waiting))
+    return found, failed
+
+
+def _written(scan: Scan, unit: str, path: Path, detector: Detector) -> str:
+    """Why there are no landmarks, or "". They are written in the scan's unit."""
+    from elocute.capture.detect import detect_landmarks
+    from elocute.capture.landmarks import Landmarks, write_landmarks
+    from elocute.capture.scan_file import unit_m
+
+    found = detect_landmarks(scan, detector)
+    if not found.enough:
+        return f"{int(found.good.sum())} landmarks seen; is it upright, looking along +Z?"
+    path.parent.mkdir(exist_ok=True)
+    write_landmarks(path, Landmarks(found.points / unit_m(unit), found.confidence))
+    return ""

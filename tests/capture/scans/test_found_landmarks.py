@@ -1,0 +1,67 @@
+"""`elocute capture landmarks`: where the 68 are, from a detector that knows 478 other points."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from elocute.capture.landmarks import read_landmarks
+from elocute.capture.simulate import Scanner, simulate_scans
+from elocute.capture.video.marks import _shares
+from elocute.capture.video.points import builtin_face_points
+from elocute.cli.app import app
+from elocute.head.identity import sample_identity
+from elocute.head.model import HeadModel
+from elocute.motion.edits import cut
+from elocute.motion.motion import Motion
+
+HAS_MEDIAPIPE = importlib.util.find_spec("mediapipe") is not None
+
+
+@pytest.mark.parametrize("seed", [3, 7])
+def test_points_of_another_face_give_its_landmarks(head: HeadModel, seed: int):
+    person = head.with_identity(sample_identity(seed))
+    shares, confidence = _shares()
+    found = shares[:, :468] @ builtin_face_points().on(person.template)[:468]
+    apart = 1000 * np.linalg.norm((found - person.template[person.landmarks])[:, :2], axis=1)
+    assert np.median(apart[confidence > 0.3]) < 1.0
+    assert shares.sum(axis=1) == pytest.approx(np.ones(68))
+
+
+@pytest.mark.skipif(not HAS_MEDIAPIPE, reason="needs the extra `video` (mediapipe==0.10.21)")
+def test_landmarks_of_a_sequence(motion: Motion, tmp_path: Path):
+    """Scans fine enough to be looked at; one of them is junk, and does not stop the others."""
+    folder = tmp_path / "sequence"
+    simulate_scans(cut(motion, 0.0, 0.15), folder, scanner=Scanner(points=60_000))
+    (folder / "landmarks").rename(tmp_path / "truth")
+    (folder / "00001.ply").write_text("junk")
+    result = CliRunner().invoke(app, ["capture", "landmarks", str(folder), "--json"])
+    record = json.loads(result.stdout.splitlines()[-1])
+    assert result.exit_code == 1 and record["found"] == 2
+    assert "00001.ply" in record["failed"][0]
+    for name in ("00000.json", "00002.json"):
+        found, truth = (read_landmarks(folder / "landmarks" / name),
+                        read_landmarks(tmp_path / "truth" / name))  # fmt: skip
+        apart = np.linalg.norm(found.points - truth.points, axis=1)
+        assert np.median(apart[found.good]) < 0.004
+    again = CliRunner().invoke(app, ["capture", "landmarks", str(folder), "--json"])
+    assert json.loads(again.stdout.splitlines()[-1])["found"] == 0
+
+
+@pytest.mark.skipif(HAS_MEDIAPIPE, reason="the extra `video` is installed")
+def test_without_the_extra_it_says_what_to_install(sequence_folder: Path):
+    result = CliRunner().invoke(app, ["capture", "landmarks", str(sequence_folder)])
+    assert "elocute[video]" in str(result.exception)
+
+
+def test_one_scan_needs_a_place(sequence_folder: Path, tmp_path: Path):
+    scan = str(sequence_folder / "00000.ply")
+    assert "no -o" in str(CliRunner().invoke(app, ["capture", "landmarks", scan]).exception)
+    place = str(tmp_path / "marks.txt")
+    call = CliRunner().invoke(app, ["capture", "landmarks", scan, "-o", place])
+    assert "allowed: .json" in str(call.exception)
