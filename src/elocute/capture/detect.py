@@ -146,7 +146,9 @@ def _plausible(found: Landmarks) -> Landmarks:
     model, places = head.template[head.landmarks[known]].astype(float), found.points[known]
     trust = found.confidence[known]
     for _ in range(PLAUSIBLE_STEPS):
-        matrix = procrustes(model, places, weights=trust, reflection=False, return_cost=False)
+        matrix = np.asarray(
+            procrustes(model, places, weights=trust, reflection=False, return_cost=False)
+        )
         off = np.linalg.norm(model @ matrix[:3, :3].T + matrix[:3, 3] - places, axis=1)
         trust = found.confidence[known] * np.exp(-np.square(off / OFF_M))
     confidence = found.confidence.copy()
