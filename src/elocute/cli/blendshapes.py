@@ -74,6 +74,7 @@ def show_command(
     output: Path = typer.Option(
         ..., "-o", "--output", help="A sheet of every shape at +2 and -2 deviations (.png)."
     ),
+    view: str = typer.Option("mouth", help="Where to look from: mouth, front, side, …"),
     size: str = options.Size,
     backend: str = options.Backend,
 ) -> None:
@@ -90,7 +91,7 @@ def show_command(
     check_output(output)
     motion = load_motion(basis)
     side = max(32, 2 * options.parse_size(size)[0] // 8)
-    camera, pictures, labels = portrait(motion.head, "front"), [], []
+    camera, pictures, labels = portrait(motion.head, view), [], []
     with open_renderer(motion.head, (side, side), backend=backend, camera=camera) as renderer:
         for label, single in extremes(motion):
             pictures.append(renderer.frame(single.vertices()[0]))
