@@ -32,17 +32,17 @@ def write_natural(writer: CorpusWriter, work: Path, simulate: Simulate) -> None:
     """
     held_out = {*subjects.VALIDATION, *subjects.TEST}
     styles = [s.style for s in subjects.SUBJECTS if s.style not in held_out]
-    chosen = _chosen(work)
+    chosen = chosen_recordings(work)
     for number, (shard, item) in enumerate(chosen):
         style = styles[number % len(styles)]
         samples = shard.samples(item)
-        phones = _phones(shard.item_labels(item))
+        phones = aligned_phones(shard.item_labels(item))
         weights = simulate(phones, len(samples) / RATE, style)
         writer.add(Clip(style, f"n{number:05}", item.text, Waveform(samples, RATE), weights))
     print(f"natural speech: {len(chosen)} clips", flush=True)
 
 
-def _chosen(work: Path) -> list[tuple[Shard, Item]]:
+def chosen_recordings(work: Path) -> list[tuple[Shard, Item]]:
     """A few recordings of every speaker, in an order that depends on nothing but their names."""
     names = sorted(p.stem for p in work.glob("*_train_*.json"))
     shards = [load_shard(work, name) for name in names]
@@ -60,7 +60,7 @@ def _chosen(work: Path) -> list[tuple[Shard, Item]]:
     return chosen
 
 
-def _phones(labels: np.ndarray) -> Phones:
+def aligned_phones(labels: np.ndarray) -> Phones:
     phones, at = [], 0
     for label, run in groupby(np.minimum(labels, len(PHONES))):
         count = len(list(run))
