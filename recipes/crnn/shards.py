@@ -24,6 +24,7 @@ from elocute.capture.blendshapes.sweep import sweep
 from elocute.corpus.clip import Clip
 from elocute.corpus.shards import WordClip, shard_writer
 from elocute.corpus.store import open_corpus
+from elocute.corpus.word_clip import SENTENCE
 from elocute.corpus.writer import corpus_writer
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
@@ -113,6 +114,6 @@ def _clip(
     (sounds / voice.speaker).mkdir(parents=True, exist_ok=True)
     soundfile.write(sounds / name, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
     return WordClip(
-        f"c{number:06}", text if word else "sentence", voice.speaker, voice.speaker, part, name,
+        f"c{number:06}", text if word else SENTENCE, voice.speaker, voice.speaker, part, name,
         first / FPS, last / FPS, FPS, parameters[first:last], 1.0,
     )  # fmt: skip
