@@ -68,7 +68,7 @@ def wild_command(
     heard = hear_shards(opened, output, config.fps)
     for name in chosen:
         wild.rows_of(heard, name)
-    table, shares = {}, _shares(opened)
+    table, shares = {}, wild.shares_of(opened)
     for name in chosen:
         trained = wild.train_one(opened, heard, name, config, output / name, Lines(as_json))
         for part, found in wild.judge(trained, heard, name, shares).items():
@@ -114,14 +114,6 @@ def _sentences(path: Path | None, shards: Shards) -> Any:
             path, found=f"{corpus.vertex_count} vertices", allowed=f"{vertices}, as the basis has"
         )
     return corpus
-
-
-def _shares(shards: Shards) -> Any:
-    import torch
-
-    from elocute.training.crnn.loss import explained_shares
-
-    return explained_shares(torch.from_numpy(shards.basis.head.expression_basis)).numpy()
 
 
 def _evenly(names: list[str], count: int) -> list[str]:

@@ -24,6 +24,7 @@ from elocute.training.crnn.data import Heard, Row, at_rate, hear_clip
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.figures import Figures, figures
 from elocute.training.crnn.fit import Report, TrainedCrnn, fit, lesson_of, predict_rows
+from elocute.training.crnn.loss import explained_shares
 
 Array = NDArray[np.float32]
 MODEL = "model.onnx"
@@ -33,6 +34,11 @@ PEOPLE = {
     "speaker": "other speakers, the same words", "word": "other speakers, other words",
     "mse": "as the first, mean squared error",
 }  # fmt: skip
+
+
+def shares_of(shards: Shards) -> Array:
+    """(parameter,) of the variance, as the loss weighs them."""
+    return explained_shares(torch.from_numpy(shards.basis.head.expression_basis)).numpy()
 
 
 def held_out_words(words: Sequence[str]) -> tuple[str, ...]:
