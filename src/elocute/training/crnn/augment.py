@@ -29,7 +29,7 @@ def at_places(values: NDArray[np.floating], places: NDArray[np.floating]) -> Arr
     below = np.minimum(places.astype(np.intp), max(len(values) - 2, 0))
     above = np.minimum(below + 1, len(values) - 1)
     share = (places - below).astype(np.float32)[:, None]
-    return values[below] * (1 - share) + values[above] * share
+    return np.asarray(values[below] * (1 - share) + values[above] * share, np.float32)
 
 
 def worsened(static: Array, other: Array, draw: np.random.Generator) -> Array:
@@ -60,7 +60,8 @@ def _limited(static: Array, draw: np.random.Generator) -> Array:
     bands = np.arange(BANDS)
     top, low = draw.uniform(55, 100), draw.uniform(0, 12)
     slope = draw.uniform(0.5, 4) * DB
-    return static - slope * (np.maximum(bands - top, 0) + np.maximum(low - bands, 0))
+    loss = slope * (np.maximum(bands - top, 0) + np.maximum(low - bands, 0))
+    return static - loss.astype(np.float32)
 
 
 def _noise(power: Array, other: Array, draw: np.random.Generator) -> Array:

@@ -63,9 +63,8 @@ def figures(
 
 def _sums(x: Array, y: Array) -> NDArray[np.float64]:
     """(6, parameter): frames, Σx, Σy, Σx², Σy², Σxy."""
-    x, y = x.astype(np.float64), y.astype(np.float64)
-    ones = np.ones_like(x)
-    return np.stack([part.sum(axis=0) for part in (ones, x, y, x * x, y * y, x * y)])
+    a, b = np.asarray(x, np.float64), np.asarray(y, np.float64)
+    return np.stack([part.sum(axis=0) for part in (np.ones_like(a), a, b, a * a, b * b, a * b)])
 
 
 def _concordance(sums: NDArray[np.float64]) -> NDArray[np.float64]:
