@@ -1,6 +1,6 @@
 """Train the recurrent model that ships, `crnn`, and put it into the package.
 
-    python recipes/train_crnn.py build/crnn                      builds simulated shards first
+    python recipes/train_crnn.py build/crnn --natural build/encoder      builds shards first
     python recipes/train_crnn.py build/crnn --shards SHARDS --sounds FOLDER
 
 It resumes from the folder. On two cores: 30 to 40 minutes. Whatever voices the shards hold, the
@@ -38,7 +38,10 @@ def main() -> None:
     parser.add_argument("--speakers", type=int, default=240)
     parser.add_argument("--words", type=int, default=10, help="said by each speaker")
     parser.add_argument("--sentences", type=int, default=2, help="said by each speaker")
-    parser.add_argument("--epochs", type=int, default=30)
+    parser.add_argument(
+        "--natural", type=Path, help="work folder of train_encoder.py: adds natural speech"
+    )
+    parser.add_argument("--epochs", type=int, default=20)
     parser.add_argument("--learning-rate", type=float, default=1e-3)
     parser.add_argument("--augment", type=float, default=0.9)
     parser.add_argument("--no-asset", action="store_true", help="leave the package alone")
@@ -52,7 +55,8 @@ def main() -> None:
 
             shutil.rmtree(choice.folder / "reader", ignore_errors=True)
             build(shards, sounds, choice.folder, speakers=choice.speakers,
-                  words_each=choice.words, sentences_each=choice.sentences)  # fmt: skip
+                  words_each=choice.words, sentences_each=choice.sentences,
+                  natural=choice.natural)  # fmt: skip
     if sounds is None:
         sys.exit("--shards needs --sounds")
     config = CrnnTrainConfig(

@@ -10,6 +10,7 @@ import numpy as np
 import soundfile
 
 from corpus.natural import aligned_phones, chosen_recordings
+from crnn.simulation import FPS, simulate
 from elocute.corpus.shard_writer import ShardWriter
 from elocute.corpus.word_clip import SENTENCE, WordClip
 from elocute.head.builtin import load_builtin_head
@@ -22,8 +23,6 @@ VALIDATION_SHARE = 0.1
 
 def add_natural(writer: ShardWriter, basis: Motion, sounds: Path, work: Path) -> None:
     """Training speakers of the encoder's shards in `work`, a tenth of them for validation."""
-    from crnn.shards import FPS, simulate
-
     names = load_builtin_head().expression_names
     chosen = chosen_recordings(work)
     for number, (shard, item) in enumerate(chosen):
@@ -39,8 +38,17 @@ def add_natural(writer: ShardWriter, basis: Motion, sounds: Path, work: Path) ->
         soundfile.write(sounds / name, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
         writer.add(
             WordClip(
-                f"n{number:06}", SENTENCE, speaker, speaker, part, name, 0.0,
-                len(parameters) / FPS, FPS, parameters, 1.0,
+                f"n{number:06}",
+                SENTENCE,
+                speaker,
+                speaker,
+                part,
+                name,
+                0.0,
+                len(parameters) / FPS,
+                FPS,
+                parameters,
+                1.0,
             )  # fmt: skip
         )
     print(f"natural speech: {len(chosen)} clips", flush=True)

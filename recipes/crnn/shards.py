@@ -8,16 +8,15 @@ motion is projected onto them. Nothing is carried over, so parameters are true.
 from __future__ import annotations
 
 import random
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import soundfile
 
 from corpus import sentences
+from crnn.natural import add_natural
+from crnn.simulation import FPS, simulate
 from crnn.voices import LEAD_S, TAIL_S, Speaker, Voice, voices
-from elocute.articulation.driver import articulate, posteriors_from_phones
-from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
 from elocute.capture.blendshapes.learn import learn_blendshapes
 from elocute.capture.blendshapes.sweep import sweep
@@ -31,23 +30,10 @@ from elocute.motion.motion import Motion
 from elocute.synthesis.speech_shapes import to_shapes
 from encoder.store import RATE
 
-FPS = 30.0
-PHONE_RATE = 100.0
 CONTEXT_S = 0.1  # of rest that a word keeps at both ends
 WORDS = tuple(sorted({w.lower() for pool in (
     sentences.ADJECTIVES, sentences.NOUNS, sentences.PLACES, sentences.VERBS, sentences.PEOPLE,
 ) for w in pool}))  # fmt: skip
-
-
-def simulate(phones: list[tuple[float, float, str]], duration_s: float, style: str) -> np.ndarray:
-    """(frame, component) weights of the built-in head; nobody blinks, as blinks cannot be heard."""
-    head = load_builtin_head()
-    curves = articulate(
-        posteriors_from_phones(phones, duration_s, PHONE_RATE), PHONE_RATE,
-        frame_count=max(1, round(duration_s * FPS)), fps=FPS,
-        style=replace(STYLES[style], blink_per_min=0.0),
-    )  # fmt: skip
-    return curves.select(head.expression_names).values
 
 
 def learn_basis(folder: Path, speaker: Speaker, seed: int, clips: int = 40) -> Motion:
@@ -69,9 +55,12 @@ def learn_basis(folder: Path, speaker: Speaker, seed: int, clips: int = 40) -> M
 
 def build(
     folder: Path, sounds: Path, work: Path, *, speakers: int, words_each: int, sentences_each: int,
-    styles: tuple[str, ...] = ("plain",), seed: int = 1,
+    styles: tuple[str, ...] = ("plain",), natural: Path | None = None, seed: int = 1,
 ) -> None:  # fmt: skip
-    """Write sounds, then shards; the basis is learned first."""
+    """Write sounds, then shards; the basis is learned first.
+
+    natural  the work folder of train_encoder.py, whose training speakers are added
+    """
     speaker = Speaker()
     basis = learn_basis(work / "reader", speaker, seed)
     draw = random.Random(seed)
@@ -88,6 +77,8 @@ def build(
                     if clip:
                         writer.add(clip)
             print(f"{part}: {len(some)} voices", flush=True)
+        if natural:
+            add_natural(writer, basis, sounds, natural)
 
 
 NOTE = (

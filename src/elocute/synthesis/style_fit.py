@@ -113,9 +113,7 @@ def fit_style(model: Styled, takes: Sequence[Observed]) -> StyleFit:
             remedy="look at the corpus: elocute corpus check",
         )  # fmt: skip
     nearest = int(np.argmin(alone))
-    # From two sides: the loss has valleys, and a corner may lie in the wrong one.
-    found = [search(problem.loss, start) for start in (corners[nearest], corners.mean(axis=0))]
-    mix = min(found, key=problem.loss)
+    mix = search(problem.loss, corners[nearest])
     shares = np.where(mix < SHARE_LEAST, 0, mix)
     shares /= shares.sum()
     order = [int(index) for index in np.argsort(-shares) if shares[index] > 0]
