@@ -76,13 +76,27 @@ class Aligner(ABC):
         """
         views = checked_group((source, target, *more), self.widths is None)
         self._check_widths(views)
-        known = tuple(self.embed(view, side) for side, view in enumerate(views))
+        return self._aligned(tuple(self.embed(view, side) for side, view in enumerate(views)))
+
+    def align_all(self, groups: Sequence[Group]) -> list[Alignment]:
+        """The same of many groups that share views: each view is embedded once."""
+        known: dict[tuple[int, int], Embedded] = {}
+        for group in groups:
+            for side, view in enumerate(group):
+                if (id(view), side) not in known:
+                    known[id(view), side] = self.embed(view, side)
+        return [
+            self._aligned(tuple(known[id(view), side] for side, view in enumerate(group)))
+            for group in groups
+        ]
+
+    def _aligned(self, known: tuple[Embedded, ...]) -> Alignment:
         features = tuple(each.features for each in known)
-        if len(views) == 2:
+        if len(known) == 2:
             match = self.match(known[0], known[1], (0, 1))
             return self._alignment(features, match.path, match.attention)
         if self.config.open_source:
-            raise AlignmentError.about("open ends", found=f"{len(views)} views", allowed="two")
+            raise AlignmentError.about("open ends", found=f"{len(known)} views", allowed="two")
         path = self._many(known)
         return self._alignment(features, path, None)
 
