@@ -127,9 +127,7 @@ def score(features: Sequence[Array], path: Path) -> float:
     High where one view, warped, moves as the other does.
     """
     along = [view[path[:, side]] for side, view in enumerate(features)]
-    pairs = [
-        correlation(along[i], along[j]) for j in range(len(along)) for i in range(j)
-    ]
+    pairs = [correlation(along[i], along[j]) for j in range(len(along)) for i in range(j)]
     return float(np.mean(pairs))
 
 
@@ -145,7 +143,9 @@ class DtwAligner(Aligner):
         self.config = config
 
     def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
-        path, _ = dtw(self.cost(source.features, target.features), self.config.band, self.config.open_source)
+        path, _ = dtw(
+            self.cost(source.features, target.features), self.config.band, self.config.open_source
+        )
         return Match(path)
 
 

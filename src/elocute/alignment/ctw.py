@@ -70,7 +70,9 @@ def is_shared(wanted: bool | None, widths: Sequence[int]) -> bool:
     """Whether views are of one kind. Raises AlignmentError where they cannot be."""
     same = len(set(widths)) == 1
     if wanted and not same:
-        raise AlignmentError.about("shared", found=f"{tuple(widths)} features", allowed="equal ones")
+        raise AlignmentError.about(
+            "shared", found=f"{tuple(widths)} features", allowed="equal ones"
+        )
     return same if wanted is None else wanted
 
 
@@ -116,5 +118,3 @@ def chained(first: Projection, second: Projection) -> Projection:
         first.mean + second.mean @ np.linalg.pinv(first.directions),
         first.directions @ second.directions,
     )
-
-

@@ -171,10 +171,6 @@ def projected(
     return canonical_of(hidden, paths, config.dimensions, config.ridge, shared)
 
 
-def drawn(
-    count: int, wanted: int, rng: np.random.Generator
-) -> list[int]:
+def drawn(count: int, wanted: int, rng: np.random.Generator) -> list[int]:
     """Which pairs a step learns from."""
     return sorted(rng.choice(count, min(wanted, count), replace=False).tolist())
-
-

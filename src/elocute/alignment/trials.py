@@ -21,7 +21,7 @@ from elocute.alignment.types import Array
 from elocute.alignment.types import Path as Steps
 from elocute.errors import AlignmentError
 
-RATE = 50.0
+RATE = 50.0  # Hz, of every encoder's features
 ALIKE = 0.7  # of two recordings' phones that must be the same for a truth between them
 PARTS_MAX = 10_000
 
@@ -29,12 +29,13 @@ PARTS_MAX = 10_000
 @dataclass(frozen=True, eq=False)
 class Take:
     """One recording of a word: its view, its parts (start_s, end_s, name) in order, and where the
-    word stands in it where it is a sentence."""
+    word stands in it where it is a sentence. rate: frames per second of the view."""
 
     name: str
     view: Array
     parts: tuple[tuple[float, float, str], ...]
     word: Interval | None = None
+    rate: float = RATE
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ class Pair:
         edges = np.array([(s[k], t[k]) for s, t in self.spans for k in (0, 1)])
         frames = len(self.source.view), len(self.target.view)
         edges = np.maximum.accumulate(edges, axis=0)
-        return true_path(edges[:, 0], edges[:, 1], RATE, frames, self.whole)
+        return true_path(edges[:, 0], edges[:, 1], self.source.rate, frames, self.whole)
 
 
 def word_pair(source: Take, target: Take) -> Pair | None:
@@ -75,7 +76,7 @@ def sentence_pair(sentence: Take, word: Take) -> Pair | None:
         raise AlignmentError.about(sentence.name, found="no word in it", allowed="a sentence")
     start, end = sentence.word
     inner = tuple(p for p in sentence.parts if p[0] >= start - 1e-6 and p[1] <= end + 1e-6)
-    within = Take(sentence.name, sentence.view, inner, sentence.word)
+    within = Take(sentence.name, sentence.view, inner, sentence.word, sentence.rate)
     pair = word_pair(within, word)
     return pair and Pair(pair.source, pair.target, pair.spans, whole=False)
 

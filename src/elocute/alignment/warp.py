@@ -62,8 +62,7 @@ def merged(paths: Sequence[Path], frames: int) -> Path:
     edges = [np.searchsorted(path[:, 1], np.arange(frames + 1)) for path in paths]
     for frame in range(frames):
         runs = [
-            path[edge[frame] : edge[frame + 1], 0]
-            for path, edge in zip(paths, edges, strict=True)
+            path[edge[frame] : edge[frame + 1], 0] for path, edge in zip(paths, edges, strict=True)
         ]
         count = max(map(len, runs))
         spread = [run[np.arange(count) * len(run) // count] for run in runs]
