@@ -19,13 +19,13 @@ def path_error(found: Path, true: Path) -> float:
 
     The mean distance of each path's points from the nearest point of the other.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     if found.ndim != 2 or true.ndim != 2 or found.shape[1] != true.shape[1]:
         raise AlignmentError.about(
             "paths", found=f"shapes {found.shape} and {true.shape}", allowed="(step, view) alike"
         )
-    there, back = cKDTree(true).query(found)[0], cKDTree(found).query(true)[0]
+    there, back = KDTree(true).query(found)[0], KDTree(found).query(true)[0]
     return float((there.sum() + back.sum()) / (len(found) + len(true)))
 
 

@@ -30,7 +30,7 @@ def soft_dtw(cost: Matrix, gamma: float, open_source: bool = False) -> tuple[flo
         raise AlignmentError.about("gamma", found=f"{gamma}", allowed="above 0")
     scaled = np.ascontiguousarray(cost, np.float64) / gamma
     forward, value = _forward(scaled, open_source)
-    return gamma * value, _expected(scaled, forward, value, open_source)
+    return gamma * float(value), _expected(scaled, forward, value, open_source)
 
 
 def soft_path(expected: Array, band: float | None = None, open_source: bool = False) -> Path:

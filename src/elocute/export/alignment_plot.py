@@ -73,12 +73,12 @@ def _time_axes(draw: Any, font: Any, seconds: Sequence[float]) -> None:
               font=font, anchor="ma")  # fmt: skip
 
 
-def _marks(seconds: float) -> NDArray[np.float64]:
+def _marks(seconds: float) -> list[float]:
     """About six marks on round numbers."""
     raw = max(seconds, 1e-3) / 6
     power = 10.0 ** np.floor(np.log10(raw))
     step = power * min(n for n in (1, 2, 5, 10) if n * power >= raw)
-    return np.round(np.arange(0, seconds + 1e-9, step), 6)
+    return np.round(np.arange(0, seconds + 1e-9, step), 6).tolist()
 
 
 def _spectrum(sound: Waveform) -> NDArray[np.float64]:
