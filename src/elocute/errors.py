@@ -6,6 +6,7 @@
     │   ├── HeadError       head model or identity that cannot be used
     │   ├── MotionError     motion or curves that cannot be used
     │   ├── CorpusError     a corpus, a split or a clip that cannot be used
+    │   ├── AlignmentError  sequences that cannot be warped onto each other
     │   ├── CaptureError    a scan, its landmarks or a recording that cannot be registered
     │   ├── ModelError      a trained model or checkpoint that cannot be used
     │   └── OutputError     a place or a format that cannot be written
@@ -52,6 +53,10 @@ class MotionError(InputError):
 
 class CorpusError(InputError):
     """A corpus, a split or a clip that cannot be used."""
+
+
+class AlignmentError(InputError):
+    """Sequences that cannot be warped onto each other, or settings for that which are no use."""
 
 
 class CaptureError(InputError):

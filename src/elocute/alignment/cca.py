@@ -1,0 +1,81 @@
+"""Canonical correlation analysis: directions in which two views go together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.alignment.objective import inverse_root
+
+Array = NDArray[np.float64]
+CORRELATION_MIN, CORRELATION_MAX = 1e-3, 0.98
+"""Of few frames any correlation may be one; beyond this no direction outweighs all others."""
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """x → (x - mean) @ directions, of one view."""
+
+    mean: Array
+    directions: Array
+
+    def __call__(self, view: NDArray[np.floating]) -> NDArray[np.float32]:
+        return ((view - self.mean) @ self.directions).astype(np.float32)
+
+
+def canonical(views: Sequence[Array], dimensions: int, ridge: float) -> tuple[Projection, ...]:
+    """Projections of views, frame matched with frame, onto their common directions.
+
+    Of two views classical CCA, of more its multi-set form (the sum of all correlations, views
+    whitened one by one). Each direction is weighted so that squared distances between projections
+    are those of probabilistic CCA (Bach & Jordan 2005): s / (1 - s²) for the mean correlation s.
+    """
+    centred = [view - view.mean(axis=0, dtype=np.float64) for view in views]
+    roots = [inverse_root(x.T @ x / max(len(x) - 1, 1), ridge) for x in centred]
+    white = np.concatenate([x @ root for x, root in zip(centred, roots, strict=True)], axis=1)
+    edges = np.cumsum([0, *(view.shape[1] for view in views)])
+    across = white.T @ white / max(len(white) - 1, 1)
+    for start, end in pairwise(edges):
+        across[start:end, start:end] = 0
+    values, vectors = np.linalg.eigh(across)
+    count = min(dimensions, *(view.shape[1] for view in views))
+    s = np.clip(values[::-1][:count] / (len(views) - 1), CORRELATION_MIN, CORRELATION_MAX)
+    scale = np.sqrt(len(views) * s / (1 - s**2))
+    top = vectors[:, ::-1][:, :count] * scale
+    return tuple(
+        Projection(view.mean(axis=0, dtype=np.float64), root @ top[start:end])
+        for view, root, (start, end) in zip(views, roots, pairwise(edges), strict=True)
+    )
+
+
+def principal(views: Sequence[NDArray[np.floating]], share: float) -> Projection:
+    """Principal components that hold so much of the variance of all views, each of variance one.
+
+    Components below a thousandth of the largest are left out, whatever the share.
+    """
+    stacked = np.concatenate(views).astype(np.float64)
+    mean = stacked.mean(axis=0)
+    _, s, vt = np.linalg.svd(stacked - mean, full_matrices=False)
+    held = np.cumsum(s**2) / max(float((s**2).sum()), 1e-30)
+    count = max(1, min(int(np.searchsorted(held, share) + 1), int((s > 1e-3 * s[0]).sum())))
+    deviation = np.maximum(s[:count] / np.sqrt(max(len(stacked) - 1, 1)), 1e-9)
+    return Projection(mean, vt[:count].T / deviation)
+
+
+def correlation(first: NDArray[np.floating], second: NDArray[np.floating]) -> float:
+    """Correlation of two (frame, feature) arrays, all features together, 0 to 1.
+
+    Each feature is taken about its own mean, and counts by how much it moves. Where one of them
+    does not move at all, views that are equal correlate fully and others not at all.
+    """
+    a, b = (
+        np.asarray(x, np.float64) - np.mean(x, axis=0, dtype=np.float64) for x in (first, second)
+    )
+    power = float(np.sqrt((a * a).sum() * (b * b).sum()))
+    if power < 1e-9:
+        return float(np.allclose(first, second, rtol=1e-5, atol=1e-6))
+    return float(np.clip((a * b).sum() / power, 0, 1))

@@ -1,0 +1,137 @@
+"""Deep canonical attentional warping (Tzirakis et al. 2019, section 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from elocute.alignment.aligner import Embedded, Match
+from elocute.alignment.ctw import is_shared
+from elocute.alignment.deep import (
+    Clips,
+    DeepAligner,
+    DeepConfig,
+    NuclearNorm,
+    drawn,
+    optimiser_of,
+    projected,
+    start,
+)
+from elocute.alignment.soft_dtw import soft_dtw
+from elocute.alignment.types import Array, Group, Path
+from elocute.alignment.warp import expected_path
+from elocute.networks.dcaw import DcawNetwork, frame_mask, monotonic_attention, soft_attention
+
+
+@dataclass(frozen=True)
+class DcawConfig(DeepConfig):
+    """prior: how strongly the score favours the diagonal, which two readings of a word keep near.
+    guide: weight of following CTW's paths while training, which falls to nought halfway.
+    sharpness: weight of -log attention beside the distance of canonical features at use.
+    softness: how soft the monotone reading of both is, as a share of the mean cost."""
+
+    prior: float = 20.0
+    guide: float = 1.0
+    sharpness: float = 0.3
+    softness: float = 0.1
+
+
+class DcawAligner(DeepAligner):
+    """Distances of canonical features and -log attention, read monotonically.
+
+    The attention that it gives is the expected one over all monotone paths, columns over the
+    source divided by their sums; the path runs along its middle.
+    """
+
+    config: DcawConfig
+
+    def scores(self, source: Array, target: Array) -> Tensor:
+        """(source, target) of the attention, the prior in it."""
+        with torch.no_grad():
+            one, other = torch.from_numpy(source)[None], torch.from_numpy(target)[None]
+            scores = self.network.attention(one, other)[0]
+        if not self.config.open_source:
+            scores = scores + self.config.prior * diagonal_prior(len(source), len(target))
+        return scores
+
+    def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
+        assert source.hidden is not None and target.hidden is not None
+        scores = self.scores(source.hidden, target.hidden)
+        surprise = -torch.log_softmax(scores, dim=0).numpy().astype(np.float64)
+        cost = self.cost(source.features, target.features) + self.config.sharpness * surprise
+        gamma = self.config.softness * max(float(cost.mean()), 1e-9)
+        expected = soft_dtw(cost, gamma, self.config.open_source)[1]
+        attention = expected / np.maximum(expected.sum(axis=0), 1e-30)
+        path = expected_path(expected, self.config.band, self.config.open_source)
+        return Match(path, attention.astype(np.float32))
+
+
+def diagonal_prior(sources: int, targets: int) -> Tensor:
+    """(source, target) -(difference of places)², each place 0 to 1."""
+    one, other = torch.linspace(0, 1, sources), torch.linspace(0, 1, targets)
+    return -((one[:, None] - other[None, :]) ** 2)
+
+
+def fit_dcaw(groups: Sequence[Group], config: DcawConfig, seed: int) -> DcawAligner:
+    """Gradient ascent on the correlation of the target with the source, warped by attention."""
+    widths = tuple(view.shape[1] for view in groups[0])
+    shared = is_shared(config.shared, widths)
+    network, linear = start(groups, config, shared, seed)
+    paths = [each.path for each in linear.align_all(groups)]
+    clips, rng = Clips(groups, shared), np.random.default_rng(seed)
+    optimiser = optimiser_of(network, config)
+    network.train()
+    for step in range(config.steps):
+        chosen = [clips.pairs[n] for n in drawn(len(clips.pairs), config.pairs, rng)]
+        early = max(0.0, 1 - 2 * step / config.steps)
+        loss = _loss(network, clips, chosen, paths, config, early, shared)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+    aligner = DcawAligner(config, network, widths)
+    aligner.projections = projected(aligner, groups, paths, shared)
+    paths = [each.path for each in aligner.align_all(groups)]
+    aligner.projections = projected(aligner, groups, paths, shared)
+    return aligner
+
+
+def _loss(
+    network: DcawNetwork, clips: Clips, chosen: Sequence[tuple[int, int, int, int, int]],
+    paths: Sequence[Path], config: DcawConfig, early: float, shared: bool,
+) -> Tensor:  # fmt: skip
+    encoded = clips.encode(network)
+    sides = [(0, 0) if shared else (pair[0], pair[2]) for pair in chosen]
+    lengths = torch.tensor([
+        (len(clips.views[i][pair[1]]), len(clips.views[j][pair[3]]))
+        for (i, j), pair in zip(sides, chosen, strict=True)
+    ])  # fmt: skip
+    one = _stacked([encoded[i][p[1]] for (i, _), p in zip(sides, chosen, strict=True)])
+    other = _stacked([encoded[j][p[3]] for (_, j), p in zip(sides, chosen, strict=True)])
+    inside = frame_mask(lengths[:, 0], one.shape[1]), frame_mask(lengths[:, 1], other.shape[1])
+    scores = network.attention(one, other)
+    if not config.open_source:
+        prior = torch.zeros_like(scores)
+        for pair, (n, m) in enumerate(lengths.tolist()):
+            prior[pair, :n, :m] = diagonal_prior(n, m)
+        scores = scores + config.prior * prior
+    attention = monotonic_attention(scores, inside[0], config.open_source)
+    warped = attention.transpose(1, 2) @ one
+    keep = inside[1].bool()
+    norm = NuclearNorm.apply(warped[keep], other[keep], config.ridge)
+    loss = -norm / one.shape[2]  # pyright: ignore
+    if early > 0 and config.guide > 0:
+        soft = torch.log(soft_attention(scores, inside[0]) + 1e-9)
+        total = loss.new_zeros(())
+        for pair, (i, _, j, _, group) in enumerate(chosen):
+            cells = torch.from_numpy(paths[group][:, [i, j]].copy())
+            total = total - soft[pair, cells[:, 0], cells[:, 1]].mean()
+        loss = loss + early * config.guide * total / len(chosen)
+    return loss
+
+
+def _stacked(views: Sequence[Tensor]) -> Tensor:
+    return torch.stack(list(views))

@@ -1,0 +1,59 @@
+"""Deep canonical time warping (Trigeorgis et al. 2016): a network alternating with DTW."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from elocute.alignment.ctw import is_shared
+from elocute.alignment.deep import (
+    Clips,
+    DeepAligner,
+    DeepConfig,
+    NuclearNorm,
+    drawn,
+    optimiser_of,
+    projected,
+    start,
+)
+from elocute.alignment.types import Group
+
+
+@dataclass(frozen=True)
+class DctwConfig(DeepConfig):
+    """rounds: how often paths are found anew, `steps` divided among them. With DCAW's rate it
+    learns the noise of single pairs: the rate is the best of those tried on the tuning words."""
+
+    rounds: int = 4
+    learning_rate: float = 1e-3
+
+
+def fit_dctw(groups: Sequence[Group], config: DctwConfig, seed: int) -> DeepAligner:
+    """Steps of gradient ascent on the correlation along paths, then paths by DTW, and again."""
+    widths = tuple(view.shape[1] for view in groups[0])
+    shared = is_shared(config.shared, widths)
+    network, linear = start(groups, config, shared, seed)
+    clips, rng = Clips(groups, shared), np.random.default_rng(seed)
+    optimiser, aligner = optimiser_of(network, config), linear
+    for turn in range(config.rounds):
+        paths = [each.path for each in aligner.align_all(groups)]
+        network.train()
+        steps = config.steps * (turn + 1) // config.rounds - config.steps * turn // config.rounds
+        for _ in range(steps):
+            encoded = clips.encode(network)
+            first, second = [], []
+            for number in drawn(len(clips.pairs), config.pairs, rng):
+                i, source, j, target, group = clips.pairs[number]
+                one, other = encoded[0 if shared else i], encoded[0 if shared else j]
+                first.append(one[source][torch.from_numpy(paths[group][:, i].copy())])
+                second.append(other[target][torch.from_numpy(paths[group][:, j].copy())])
+            norm = NuclearNorm.apply(torch.cat(first), torch.cat(second), config.ridge)
+            optimiser.zero_grad()
+            (-norm).backward()  # pyright: ignore
+            optimiser.step()
+        aligner = DeepAligner(config, network, widths)
+        aligner.projections = projected(aligner, groups, paths, shared)
+    return aligner  # pyright: ignore[reportReturnType]

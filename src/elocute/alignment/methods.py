@@ -1,0 +1,102 @@
+"""One interface to all methods of alignment."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from elocute.alignment.aligner import (
+    AlignConfig,
+    Aligner,
+    DtwAligner,
+    PlainConfig,
+    SoftConfig,
+    SoftDtwAligner,
+)
+from elocute.alignment.ctw import CtwConfig, fit_ctw
+from elocute.alignment.types import Alignment, Array, Group, checked_group
+from elocute.errors import AlignmentError, MachineError
+
+Fit = Callable[[Sequence[Group], Any, int], Aligner]
+
+
+@dataclass(frozen=True)
+class Method:
+    """How a method is fitted to groups of views, and its settings; `any_width` where views may
+    differ in their feature counts."""
+
+    config: Callable[[], type[AlignConfig]]
+    fit: Fit
+    any_width: bool
+
+
+def _deep(module: str, name: str) -> Any:
+    try:
+        return getattr(importlib.import_module(f"elocute.alignment.{module}"), name)
+    except ImportError as error:
+        raise MachineError(
+            f"deep alignment needs {error.name}; install it: pip install 'elocute[train,wild]'"
+        ) from error
+
+
+METHODS: dict[str, Method] = {
+    "dtw": Method(lambda: PlainConfig, lambda _groups, config, _seed: DtwAligner(config), False),
+    "softdtw": Method(
+        lambda: SoftConfig, lambda _groups, config, _seed: SoftDtwAligner(config), False
+    ),
+    "ctw": Method(lambda: CtwConfig, lambda groups, config, _seed: fit_ctw(groups, config), True),
+    "dctw": Method(
+        lambda: _deep("dctw", "DctwConfig"),
+        lambda groups, config, seed: _deep("dctw", "fit_dctw")(groups, config, seed), True,
+    ),
+    "dcaw": Method(
+        lambda: _deep("dcaw", "DcawConfig"),
+        lambda groups, config, seed: _deep("dcaw", "fit_dcaw")(groups, config, seed), True,
+    ),
+}  # fmt: skip
+
+
+def resolve_method(name: str) -> Method:
+    """The method of that name. Raises AlignmentError for one that there is not."""
+    if name not in METHODS:
+        raise AlignmentError.about("method", found=f"{name!r}", allowed=", ".join(METHODS))
+    return METHODS[name]
+
+
+def fit_aligner(
+    pairs: Sequence[Sequence[Array]], method: str = "dcaw", config: AlignConfig | None = None,
+    seed: int = 0,
+) -> Aligner:  # fmt: skip
+    """Fit a method to pairs (source, target), or larger groups, of (frame, feature) arrays.
+
+    What is learned, is learned over all of them without any truth: a word's network from many
+    recordings of it. Groups are equally large, and view k has one feature count in all. Equal
+    seeds give equal bits on one thread. Raises AlignmentError, MachineError without torch.
+    """
+    chosen = resolve_method(method)
+    config = chosen.config()() if config is None else config
+    if not isinstance(config, chosen.config()):
+        raise AlignmentError.about(
+            "config", found=type(config).__name__, allowed=chosen.config().__name__
+        )
+    if not pairs:
+        raise AlignmentError.about("pairs", found="none", allowed="one at least")
+    groups = [
+        checked_group(pair, not chosen.any_width, f"pairs[{place}]")
+        for place, pair in enumerate(pairs)
+    ]
+    kinds = {tuple(view.shape[1] for view in group) for group in groups}
+    if len(kinds) > 1:
+        raise AlignmentError.about(
+            "pairs", found=f"feature counts {sorted(kinds)}", allowed="one count for each view"
+        )
+    return chosen.fit(groups, config, seed)
+
+
+def align(
+    views: Sequence[Array], method: str = "dcaw", config: AlignConfig | None = None, seed: int = 0
+) -> Alignment:
+    """Align two or more sequences (frame, feature) by a method fitted to them alone."""
+    return fit_aligner([views], method, config, seed).align(*views)

@@ -1,0 +1,145 @@
+"""Networks of deep canonical (attentional) warping (Tzirakis et al. 2019, section 4.1).
+
+A convolutional recurrent network per view, Bahdanau's score (Eq. 3) and monotonic attention in
+its expected form (Raffel et al. 2017). Shapes: (clip, frame, feature), padded at the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+KERNEL = 3
+BUMP = 1.0
+LEAST = 1e-6
+
+
+@dataclass(frozen=True)
+class EncoderConfig:
+    """inputs: features of a frame; outputs: canonical dimensions before CCA."""
+
+    inputs: int
+    outputs: int
+    filters: int = 32
+    units: int = 16
+
+
+class ViewEncoder(nn.Module):
+    """Two convolutions over time and a bidirectional GRU, added to a linear map of the input.
+
+    The linear map starts from what it is given (principal components) and the rest from nought,
+    so that training starts from features that are already worth comparing: a word has seconds of
+    data, not hours. Convolutions start as He's, the recurrent weights as Glorot's (section 6.1).
+    """
+
+    def __init__(self, config: EncoderConfig) -> None:
+        super().__init__()
+        self.direct = nn.Linear(config.inputs, config.outputs)
+        self.first = nn.Conv1d(config.inputs, config.filters, KERNEL, padding=KERNEL // 2)
+        self.second = nn.Conv1d(config.filters, config.filters, KERNEL, padding=KERNEL // 2)
+        self.recurrent = nn.GRU(config.filters, config.units, batch_first=True, bidirectional=True)
+        self.out = nn.Linear(config.filters + 2 * config.units, config.outputs)
+        for layer in (self.first, self.second):
+            nn.init.kaiming_uniform_(layer.weight, nonlinearity="relu")
+            nn.init.zeros_(layer.bias)  # pyright: ignore[reportArgumentType]
+        for name, weight in self.recurrent.named_parameters():
+            (nn.init.xavier_uniform_ if "weight" in name else nn.init.zeros_)(weight)
+        nn.init.zeros_(self.out.weight)
+        nn.init.zeros_(self.out.bias)
+
+    def forward(self, clips: Tensor, lengths: Tensor) -> Tensor:
+        """(clip, frame, input) and (clip,) to (clip, frame, output), nought in the padding."""
+        inside = frame_mask(lengths, clips.shape[1]).unsqueeze(2)
+        x = functional.relu(self.first(clips.transpose(1, 2))) * inside.transpose(1, 2)
+        x = functional.relu(self.second(x)) * inside.transpose(1, 2)
+        x = x.transpose(1, 2)
+        packed = nn.utils.rnn.pack_padded_sequence(
+            x, lengths.cpu(), batch_first=True, enforce_sorted=False
+        )
+        wound, _ = self.recurrent(packed)
+        wound, _ = nn.utils.rnn.pad_packed_sequence(
+            wound, batch_first=True, total_length=clips.shape[1]
+        )
+        return (self.direct(clips) + self.out(torch.cat([x, wound], dim=2))) * inside
+
+
+class Bahdanau(nn.Module):
+    """score(h1, h2) = vᵀ tanh(Wt h1 + Ws h2 + b), Eq. 3 with Bahdanau's bias.
+
+    Units come in pairs, tanh(d + b) - tanh(d - b) of a difference d = w · (h1 - h2), which is a
+    bump around d = 0: from the first step, frames that look alike score high. All is learned.
+    """
+
+    def __init__(self, features: int, width: float, height: float) -> None:
+        super().__init__()
+        self.source = nn.Linear(features, 2 * features)
+        self.target = nn.Linear(features, 2 * features, bias=False)
+        self.v = nn.Linear(2 * features, 1, bias=False)
+        both = torch.eye(features).repeat(2, 1) / width
+        sign = torch.cat([torch.ones(features), -torch.ones(features)])
+        with torch.no_grad():
+            self.source.weight.copy_(both)
+            self.target.weight.copy_(-both)
+            self.source.bias.copy_(BUMP * sign)
+            self.v.weight.copy_((height * sign / features).unsqueeze(0))
+
+    def forward(self, source: Tensor, target: Tensor) -> Tensor:
+        """(pair, source, feature) and (pair, target, feature) to (pair, source, target)."""
+        joined = self.source(source).unsqueeze(2) + self.target(target).unsqueeze(1)
+        return self.v(torch.tanh(joined)).squeeze(3)
+
+
+def frame_mask(lengths: Tensor, frames: int) -> Tensor:
+    """(clip, frame) 1 where a clip has a frame, else 0."""
+    return (torch.arange(frames)[None, :] < lengths[:, None]).float()
+
+
+def soft_attention(scores: Tensor, source_mask: Tensor) -> Tensor:
+    """Eq. 2 over the source: (pair, source, target), columns sum to one."""
+    hidden = scores.masked_fill(source_mask.unsqueeze(2) == 0, -torch.inf)
+    return torch.softmax(hidden, dim=1)
+
+
+def monotonic_attention(scores: Tensor, source_mask: Tensor, free_start: bool = False) -> Tensor:
+    """Expected attention of a reader that never goes back (Raffel et al. 2017, Eqs. 8 to 13).
+
+    At each target frame it walks on from where it stood, and stops at source frame i with
+    probability sigmoid(score): α_j[i] = p_j[i] Π_{k<i}(1 - p_j[k]) Σ_{k≤i} α_{j-1}[k] /
+    Π_{l<k}(1 - p_j[l]). What walks off the end is given back by dividing each column by its sum,
+    so that columns over the source sum to one. It starts at the first frame, or anywhere.
+    """
+    stops = torch.sigmoid(scores) * source_mask.unsqueeze(2)
+    stops = stops.clamp(LEAST, 1 - LEAST)
+    goes = torch.log1p(-stops)
+    before = torch.exp(torch.cumsum(goes, dim=1) - goes).clamp_min(LEAST)
+    if free_start:
+        last = source_mask / source_mask.sum(dim=1, keepdim=True)
+    else:
+        last = functional.one_hot(torch.zeros(len(scores), dtype=torch.long), scores.shape[1])
+        last = last.to(scores.dtype)
+    columns = []
+    for j in range(scores.shape[2]):
+        reach = before[:, :, j]
+        here = stops[:, :, j] * reach * torch.cumsum(last / reach, dim=1) * source_mask
+        last = here / here.sum(dim=1, keepdim=True).clamp_min(1e-12)
+        columns.append(last)
+    return torch.stack(columns, dim=2)
+
+
+class DcawNetwork(nn.Module):
+    """An encoder per view, or one for all, and the attention between two views."""
+
+    def __init__(
+        self, configs: list[EncoderConfig], shared: bool, width: float = 2.0, height: float = 4.0
+    ) -> None:
+        super().__init__()
+        count = 1 if shared else len(configs)
+        self.encoders = nn.ModuleList(ViewEncoder(config) for config in configs[:count])
+        self.attention = Bahdanau(configs[0].outputs, width, height)
+
+    def encode(self, side: int, clips: Tensor, lengths: Tensor) -> Tensor:
+        """(clip, frame, output) of view `side`."""
+        return self.encoders[min(side, len(self.encoders) - 1)](clips, lengths)
