@@ -1,0 +1,195 @@
+"""Shards: words of many speakers with motion parameters, as Parquet files in a folder.
+
+    manifest.json   the shards with rows and SHA-256, how many parameters, a note; no paths
+    basis.npz       what the parameters weigh: a Motion that shows each shape in turn
+    NAME.parquet    rows as `WordClip` describes them
+
+Any tool that reads Parquet reads them: DuckDB, Ray Data, pandas. Sounds stay where they are; who
+reads says in which folder.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from elocute.audio.waveform import Waveform
+from elocute.corpus.shard_file import (
+    ShardEntry,
+    fault,
+    parquet,
+    read_clips,
+    read_columns,
+    write_shard,
+)
+from elocute.corpus.shard_writer import (
+    BASIS,
+    FORMAT,
+    MANIFEST,
+    VERSION,
+    ShardWriter,
+    shard_writer,
+    take_apart,
+    write_manifest,
+)
+from elocute.corpus.word_clip import SPLITS, WordClip, is_inside
+from elocute.errors import CorpusError
+from elocute.motion.motion import Motion
+from elocute.motion.store import load_motion
+
+__all__ = [
+    "SPLITS", "ShardEntry", "ShardWriter", "Shards", "WordClip", "open_shards", "shard_writer",
+    "write_manifest", "write_shard",
+]  # fmt: skip
+
+MANIFEST_MAX_BYTES = 64_000_000
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}\.parquet")
+SOUNDS_KEPT = 4  # recordings in memory: words often follow one another in one file
+
+
+@dataclass(frozen=True, eq=False)
+class Shards:
+    """Clips of a folder, read when they are asked for; `open_shards` makes one.
+
+    components  parameters of a frame
+    entries     shards that can be used
+    broken      (shard, why) of those that cannot, left out
+    """
+
+    folder: Path
+    sound_root: Path
+    components: int
+    entries: tuple[ShardEntry, ...]
+    broken: tuple[tuple[str, str], ...]
+    note: str
+
+    def clips(self, split: str | None = None) -> Iterator[WordClip]:
+        """All clips, or those of a split; few in memory. Raises CorpusError naming the row."""
+        if split not in (None, *SPLITS):
+            raise CorpusError.about(f"split {split!r}", found="unknown", allowed=", ".join(SPLITS))
+        for entry in self.entries:
+            yield from read_clips(self.folder / entry.name, self.components, split)
+
+    def __len__(self) -> int:
+        return sum(entry.rows for entry in self.entries)
+
+    @cached_property
+    def basis(self) -> Motion:
+        """On the head whose shapes the parameters weigh. Raises MotionError, CorpusError."""
+        motion = load_motion(self.folder / BASIS)
+        if len(motion.names) != self.components:
+            raise CorpusError.about(
+                self.folder / BASIS, found=f"{len(motion.names)} shapes",
+                allowed=f"{self.components}, as manifest.json says",
+            )  # fmt: skip
+        return motion
+
+    def sound(self, clip: WordClip, margin_s: float = 0.0) -> Waveform:
+        """What is heard from start_s to end_s, `margin_s` more at both ends.
+
+        Silence stands for what the file does not reach. Raises AudioError for a file that is
+        missing or broken, CorpusError for one outside the folder of sounds or a clip beyond it.
+        """
+        whole = _recording(*self._confined(clip))
+        rate = whole.sample_rate
+        if clip.start_s >= whole.duration_s:
+            raise CorpusError.about(
+                f"clip {clip.clip}", found=f"a start at {clip.start_s:.2f} s",
+                allowed=f"below {whole.duration_s:.2f} s, the length of {clip.audio}",
+            )  # fmt: skip
+        first = round((clip.start_s - margin_s) * rate)
+        last = max(first + 2, round((min(clip.end_s, whole.duration_s) + margin_s) * rate))
+        part = whole.samples[max(first, 0) : last]
+        padded = np.pad(part, (max(-first, 0), max(last - len(whole.samples), 0)))
+        return Waveform(padded, rate)
+
+    def _confined(self, clip: WordClip) -> tuple[Path, int]:
+        root = self.sound_root.resolve()
+        path = (root / clip.audio).resolve()
+        if not is_inside(clip.audio) or not path.is_relative_to(root):
+            raise CorpusError.about(
+                f"clip {clip.clip}", found=f"sound {clip.audio[:80]!r} outside the folder of sounds"
+            )
+        return path, path.stat().st_mtime_ns if path.is_file() else 0
+
+
+@lru_cache(SOUNDS_KEPT)
+def _recording(path: Path, _changed: int) -> Waveform:
+    from elocute.audio.read import read_audio
+
+    return read_audio(path)
+
+
+def open_shards(folder: str | Path, sound_root: str | Path) -> Shards:
+    """Read the manifest and check every shard against it; clips stay on disk.
+
+    A shard that is missing, truncated, altered or no shard is named in `broken` and left out.
+    Raises CorpusError where none is left, a speaker is in two splits or a clip occurs twice;
+    MachineError without pyarrow.
+    """
+    folder, sound_root = Path(folder), Path(sound_root)
+    parquet()
+    components, entries, note = _read_manifest(folder)
+    if not sound_root.is_dir():
+        raise CorpusError.about(sound_root, found="no folder", allowed="the folder of the sounds")
+    faults = {entry: fault(folder / entry.name, entry, components) for entry in entries}
+    usable = tuple(entry for entry, why in faults.items() if why is None)
+    broken = tuple((entry.name, why) for entry, why in faults.items() if why is not None)
+    if not usable:
+        name, why = broken[0]
+        raise CorpusError.about(
+            folder, found=f"no shard that can be used; {name}: {why}", allowed="one or more"
+        )
+    _check_apart(folder, usable)
+    return Shards(folder, sound_root, components, usable, broken, note)
+
+
+def _check_apart(folder: Path, entries: Sequence[ShardEntry]) -> None:
+    """Refuse a speaker on both sides of a split, and a clip that is there twice."""
+    names: set[str] = set()
+    parts: dict[str, str] = {}
+    for entry in entries:
+        for row in read_columns(folder / entry.name, ("clip", "speaker", "split")):
+            try:
+                take_apart(row["clip"], row["speaker"], row["split"], names, parts)
+            except CorpusError as error:
+                raise CorpusError(f"{folder / entry.name}: {error}") from error
+
+
+def _read_manifest(folder: Path) -> tuple[int, list[ShardEntry], str]:
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise CorpusError.about(
+            folder, found="no manifest.json in it", allowed="a folder of shards",
+            remedy="make one: elocute propagate",
+        )  # fmt: skip
+    if path.stat().st_size > MANIFEST_MAX_BYTES:
+        raise CorpusError.about(path, found="more than 64 MB", allowed="a manifest of shards")
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        if record["format"] != FORMAT or record["version"] != VERSION:
+            raise ValueError(f"format {record['format']!r}, version {record['version']!r}")
+        entries = [
+            ShardEntry(_shard_name(item["name"]), int(item["rows"]), str(item["sha256"]))
+            for item in record["shards"]
+        ]
+        components = int(record["components"])
+        if not entries or components < 1 or len({e.name for e in entries}) != len(entries):
+            raise ValueError("no shard, a shard twice, or no parameter")
+        return components, entries, str(record["note"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise CorpusError.about(
+            path, found=f"no manifest of shards ({error})", allowed=f"format {FORMAT}"
+        ) from error
+
+
+def _shard_name(name: object) -> str:
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        raise ValueError(f"shard {str(name)[:80]!r}")
+    return name
