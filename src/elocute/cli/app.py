@@ -20,6 +20,7 @@ from elocute.cli import (
     solve,
     style,
     train,
+    words,
 )
 from elocute.errors import ElocuteError, InputError
 
@@ -46,6 +47,7 @@ app.add_typer(capture.app, name="capture")
 app.add_typer(blendshapes.app, name="blendshapes")
 app.add_typer(style.app, name="style")
 app.add_typer(train.app, name="train")
+app.add_typer(words.app, name="words")
 
 
 def _version(wanted: bool) -> None:
