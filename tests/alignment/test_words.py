@@ -17,8 +17,11 @@ TEXT = (
     "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "
     "Five wolves move through the blue fog. Now I rest."
 )
-# recipes/example.py prints these: the ends of phones as Festival spoke them.
-TRUE_S = {"hello": (0.72, 1.06), "face": (3.53, 3.94)}
+# Where Festival spoke them: first and last phone of `speak` in recipes/example.py.
+TRUE_S = {
+    "hello": (0.665, 1.015), "voice": (2.155, 2.62), "face": (3.47, 3.94), "mouth": (4.42, 4.705),
+    "wolves": (7.215, 7.565), "fog": (8.37, 8.765), "rest": (9.51, 9.9),
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +37,8 @@ def test_words_are_found_where_they_are_said(segmented: Words):
     assert segmented.text == "hello " + " ".join(re.findall(r"[a-z]+", TEXT.lower())[1:])
     by_text = {word.text: word for word in segmented.words}
     for text, (start, end) in TRUE_S.items():
-        assert abs(by_text[text].start_s - start) < 0.06, by_text[text]
-        assert abs(by_text[text].end_s - end) < 0.06, by_text[text]
+        assert abs(by_text[text].start_s - start) < 0.05, by_text[text]
+        assert abs(by_text[text].end_s - end) < 0.05, by_text[text]
     assert np.mean([word.confidence for word in segmented.words]) > 0.4
 
 

@@ -16,6 +16,7 @@ from elocute.cli import (
     evaluate,
     heads,
     inspect,
+    propagate,
     render,
     solve,
     style,
@@ -47,6 +48,7 @@ app.add_typer(capture.app, name="capture")
 app.add_typer(blendshapes.app, name="blendshapes")
 app.add_typer(style.app, name="style")
 app.add_typer(train.app, name="train")
+app.command("propagate")(propagate.propagate_command)
 app.add_typer(words.app, name="words")
 
 
