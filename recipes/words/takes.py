@@ -36,9 +36,7 @@ def speak_takes(
                     yield _written(path, samples)
 
 
-def _take(
-    voices: Voices, engine: str, voice: str, word: str, seed: int
-) -> np.ndarray | None:
+def _take(voices: Voices, engine: str, voice: str, word: str, seed: int) -> np.ndarray | None:
     """(sample,) with tempo, pitch and noise of its own; None where the voice fails at the word."""
     tempo, pitch, rate, noise_db = varied(speaker_name(engine, voice), word, 0, seed)
     try:
@@ -54,9 +52,7 @@ def _take(
     return (clean + draw.normal(0, level, len(clean))).astype(np.float32)
 
 
-def cut_natural(
-    data: Path, folder: Path, words: Sequence[str], limit: int
-) -> Iterator[Path]:
+def cut_natural(data: Path, folder: Path, words: Sequence[str], limit: int) -> Iterator[Path]:
     """Words cut from natural English by forced alignment; speakers as the encoder's split."""
     aligner, wanted, taken = EnglishAligner(), set(words), 0
     english = [

@@ -36,17 +36,22 @@ class _Worker:
 
 def local_pool(jobs: int) -> Pool:
     """A Pool of that many processes; 0 takes one for each processor. Raises InputError."""
+    count = checked_jobs(jobs) or os.cpu_count() or 1
+    return lambda work, tasks: run_local(work, tasks, count)
+
+
+def checked_jobs(jobs: int) -> int:
+    """Raises InputError for a number of workers that no machine has."""
     if not 0 <= jobs <= JOBS_MAX:
         raise InputError.about("--jobs", found=str(jobs), allowed=f"0 to {JOBS_MAX}")
-    count = jobs or os.cpu_count() or 1
-    return lambda work, tasks: run_local(work, tasks, count)
+    return jobs
 
 
 def run_local(
     work: Callable[[Any], Any], tasks: Iterable[Any], jobs: int, tries: int = TRIES
 ) -> Iterator[tuple[Any, Any]]:
     """(task, result or Failed) in the order in which they are done; tasks are drawn when needed."""
-    waiting = _Queue(tasks)
+    waiting = TaskQueue(tasks)
     workers = []
     try:
         while len(workers) < jobs and (first := waiting.next()) is not None:
@@ -82,7 +87,7 @@ def run_local(
             _stop(worker)
 
 
-class _Queue:
+class TaskQueue:
     """Tasks that wait, those that are tried again first."""
 
     def __init__(self, tasks: Iterable[Any]) -> None:

@@ -96,7 +96,11 @@ def find_recordings(folder: str | Path) -> Recordings:
     top = inner if inner.is_dir() else folder
     words: dict[str, str] = {}
     for entry in sorted(os.scandir(top), key=lambda entry: entry.name):
-        if not entry.is_dir() or entry.name.startswith(".") or next(_files(Path(entry)), None) is None:
+        if (
+            not entry.is_dir()
+            or entry.name.startswith(".")
+            or next(_files(Path(entry)), None) is None
+        ):
             continue
         word = entry.name.casefold()
         if not NAME.fullmatch(word.replace("'", "_")) or word in words:

@@ -102,9 +102,7 @@ def all_tasks(
         found, skipped = recordings.of(word) if word in recordings.words else ([], [])
         if not found and not skipped and not settings.truth:
             continue
-        yield WordTask(
-            word, tuple(captured.get(word, ())), tuple(found), tuple(skipped), settings
-        )
+        yield WordTask(word, tuple(captured.get(word, ())), tuple(found), tuple(skipped), settings)
 
 
 def _run(
