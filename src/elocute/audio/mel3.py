@@ -26,6 +26,7 @@ WINDOW, HOP, FFT = 882, 441, 2048  # 20 ms, 10 ms
 CONTEXT = 20  # windows on each side of the middle one: 41 in all
 FLOOR = 1e-6  # mel power, about 107 dB below a sine of the peak that the sound has
 REACH = 2  # windows on each side that a derivative is fitted to
+MARGIN = 2 * REACH  # columns beyond a window that derivatives of derivatives look at
 BLOCK = 500  # windows whose spectra are held at once
 
 
@@ -54,14 +55,44 @@ def mel3(waveform: Waveform, fps: float = 30.0) -> Mel3:
     Video frames whose windows fall on the same samples share them: at 30 frames a second that is
     300 windows a second instead of 1230.
     """
-    if not (np.isfinite(fps) and 0 < fps <= RATE / HOP):
-        raise InputError.about("fps", found=f"{fps}", allowed=f"above 0, up to {RATE / HOP:g}")
+    _check_fps(fps)
     samples = _normalised(waveform)
     count = max(1, round(waveform.duration_s * fps))
     middles = np.round(np.arange(count) * RATE / fps).astype(np.intp)
     taps = middles[:, None] + HOP * np.arange(-CONTEXT, CONTEXT + 1)
     places, index = np.unique(taps, return_inverse=True)
     return Mel3(_with_slopes(samples, places), index.reshape(taps.shape))
+
+
+@dataclass(frozen=True, eq=False)
+class MelColumns:
+    """Log-mel bands on one grid of 10 ms, and where each video frame's window begins in it.
+
+    static: (column, 128) float32; windows of 41 columns with MARGIN more on both sides.
+    starts: (frame,) the first of the 41 + 2 · MARGIN columns that a video frame needs.
+    """
+
+    static: NDArray[np.float32]
+    starts: NDArray[np.int64]
+
+
+def column_starts(count: int, fps: float, first: int = 0) -> NDArray[np.int64]:
+    """(frame,) the grid's column nearest to frames `first` … of `fps`, 0 being frame 0's."""
+    return np.floor(np.arange(first, first + count) * (RATE / HOP / fps) + 0.5).astype(np.int64)
+
+
+def mel3_columns(waveform: Waveform, fps: float = 30.0) -> MelColumns:
+    """What `mel3` computes before its derivatives, every video frame on the nearest 10 ms.
+
+    Windows of neighbouring frames then share all their columns: 100 a second instead of 300, for
+    5 ms at most between a frame and the middle of its window. Frames on the grid (each third one
+    at 30 a second) see exactly what `mel3` gives. Raises InputError.
+    """
+    _check_fps(fps)
+    count = max(1, round(waveform.duration_s * fps))
+    starts = column_starts(count, fps)
+    middles = HOP * np.arange(-CONTEXT - MARGIN, int(starts[-1]) + CONTEXT + MARGIN + 1)
+    return MelColumns(log_mel_at(_normalised(waveform), middles), starts)
 
 
 def mel3_windows(waveform: Waveform, fps: float = 30.0) -> NDArray[np.float32]:
@@ -84,6 +115,11 @@ def slopes(values: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.sum(weighted, axis=0) / (2 * sum(n * n for n in steps))
 
 
+def _check_fps(fps: float) -> None:
+    if not (np.isfinite(fps) and 0 < fps <= RATE / HOP):
+        raise InputError.about("fps", found=f"{fps}", allowed=f"above 0, up to {RATE / HOP:g}")
+
+
 def _normalised(waveform: Waveform) -> NDArray[np.float32]:
     """At 44.1 kHz, without its mean, peak one; silence stays silence."""
     samples = waveform.resample(RATE).samples
@@ -99,7 +135,7 @@ def _with_slopes(samples: NDArray[np.float32], places: NDArray[np.intp]) -> NDAr
     around = places[:, None] + HOP * np.arange(-2 * REACH, 2 * REACH + 1)
     known, where = np.unique(around, return_inverse=True)
     where = where.reshape(around.shape)
-    static = _log_mel_at(samples, known)
+    static = log_mel_at(samples, known)
     out = np.empty((len(places), BANDS, 3), np.float32)
     for at in range(0, len(places), BLOCK):
         near = static[where[at : at + BLOCK]]
@@ -110,7 +146,7 @@ def _with_slopes(samples: NDArray[np.float32], places: NDArray[np.intp]) -> NDAr
     return out
 
 
-def _log_mel_at(samples: NDArray[np.float32], middles: NDArray[np.intp]) -> NDArray[np.float32]:
+def log_mel_at(samples: NDArray[np.float32], middles: NDArray[np.intp]) -> NDArray[np.float32]:
     """(window, 128) of windows centred on the given samples, silence beyond both ends."""
     before = max(0, WINDOW // 2 - int(middles.min()))
     after = max(0, int(middles.max()) + WINDOW // 2 - len(samples))

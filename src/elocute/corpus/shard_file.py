@@ -143,10 +143,7 @@ def _clip(path: Path, batch: Any, index: int, row: int, components: int) -> Word
         values = scalar.flatten().to_numpy(zero_copy_only=False).reshape(-1, components)
         if len(values) != batch["frames"][index].as_py():
             raise ValueError("frames and parameters differ in number")
-        texts = {name: batch[name][index].as_py() for name in TEXTS}
-        numbers = [float(batch[n][index].as_py()) for n in ("start_s", "end_s", "fps")]
-        return WordClip(
-            *texts.values(), *numbers, values, float(batch["confidence"][index].as_py())
-        )
+        fields = {name: batch[name][index].as_py() for name in (*TEXTS, *NUMBERS)}
+        return WordClip(**fields, parameters=values)
     except (CorpusError, ValueError, TypeError, AttributeError) as error:
         raise CorpusError.about(f"{path}, row {row}", found=f"cannot be used ({error})") from error

@@ -61,3 +61,24 @@ def restore_optimiser(optimiser: torch.optim.Optimizer, tensors: dict[str, Tenso
             index, _, name = rest.partition(".")
             state.setdefault(int(index), {})[name] = value
     optimiser.load_state_dict({**optimiser.state_dict(), "state": state})
+
+
+def network_tensors(
+    network: torch.nn.Module, optimiser: torch.optim.Optimizer
+) -> dict[str, Tensor]:
+    """Everything that a training goes on from."""
+    state = {f"network.{name}": value for name, value in network.state_dict().items()}
+    return {**state, **optimiser_tensors(optimiser)}
+
+
+def restore_network(path: Path, network: torch.nn.Module, tensors: dict[str, Tensor]) -> None:
+    """The network's part of `network_tensors`. Raises ModelError where a shape differs."""
+    state = {k.removeprefix("network."): v for k, v in tensors.items() if k.startswith("network.")}
+    for name, value in network.state_dict().items():
+        if name not in state or state[name].shape != value.shape:
+            found = tuple(state[name].shape) if name in state else "nothing"
+            raise ModelError.about(
+                path, found=f"{name} of shape {found}", allowed=str(tuple(value.shape)),
+                remedy="what it learns from has changed: choose another output folder",
+            )  # fmt: skip
+    network.load_state_dict(state)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 
 from elocute.corpus.store import Corpus
 from elocute.motion.atomic import write_atomically
 from elocute.networks.voca import SharedVoca, Voca
+from elocute.training.onnx_file import attach_constant, attach_record
 from elocute.training.voca.fit import Trained
 
 OPSET = 17
@@ -57,9 +56,8 @@ def export_onnx(trained: Trained, corpus: Corpus, path: str | Path, note: str = 
             )  # fmt: skip
         model = onnx.load(draft)
         if basis is not None:
-            _attach(model, basis.numpy())
-        entry = model.metadata_props.add()
-        entry.key, entry.value = "elocute", json.dumps(_record(trained, corpus, components, note))
+            attach_constant(model, "basis", basis.numpy())
+        attach_record(model, _record(trained, corpus, components, note))
         onnx.save(model, draft)
 
 
@@ -73,17 +71,6 @@ def _runnable(trained: Trained) -> tuple[nn.Module, Tensor | None]:
     if space is not None:
         decoder = decoder @ torch.from_numpy(space.basis)
     return _Embedding(network), decoder.reshape(len(decoder), -1, 3)
-
-
-def _attach(model: Any, basis: np.ndarray) -> None:
-    """Put a constant into the graph as its second output."""
-    from onnx import TensorProto, helper, numpy_helper
-
-    model.graph.initializer.append(numpy_helper.from_array(basis, "basis_values"))
-    model.graph.node.append(helper.make_node("Identity", ["basis_values"], ["basis"]))
-    model.graph.output.append(
-        helper.make_tensor_value_info("basis", TensorProto.FLOAT, basis.shape)
-    )
 
 
 def _folded(network: Voca, to_weights: Tensor) -> Voca:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import time
 from collections.abc import Callable
@@ -17,9 +16,11 @@ from torch import Tensor
 from elocute.corpus.store import Corpus
 from elocute.errors import ModelError
 from elocute.networks.voca import Voca, VocaConfig
+from elocute.training.board import Board
 from elocute.training.voca.checkpoint import (
     load_checkpoint,
-    optimiser_tensors,
+    network_tensors,
+    restore_network,
     restore_optimiser,
     save_checkpoint,
 )
@@ -116,7 +117,7 @@ def fit(
         log = _restore(checkpoint, network, optimiser, material, config)
     network, optimiser = fabric.setup(network, optimiser)
     train = _moved(material.train, fabric.device)
-    board = _Board(folder, len(log)) if folder and fabric.is_global_zero else None
+    board = Board(folder, LOG_FIELDS, len(log)) if folder and fabric.is_global_zero else None
     for epoch in range(len(log), config.epochs):
         started = time.perf_counter()
         loss = _epoch(fabric, network, optimiser, train, config, epoch, material.vertices)
@@ -125,7 +126,7 @@ def fit(
         log.append(row)
         if checkpoint and fabric.is_global_zero:
             save_checkpoint(
-                checkpoint, _tensors(network, optimiser), _record(material, config, log)
+                checkpoint, network_tensors(network, optimiser), _record(material, config, log)
             )
         if board:
             board.add(log)
@@ -235,13 +236,6 @@ def _record(material: Material, config: TrainConfig, log: list[dict[str, float]]
     return {"config": config.record(), "styles": material.styles, "fps": material.fps, "log": log}
 
 
-def _tensors(network: torch.nn.Module, optimiser: torch.optim.Optimizer) -> dict[str, Tensor]:
-    return {
-        **{f"network.{name}": value for name, value in network.state_dict().items()},
-        **optimiser_tensors(optimiser),
-    }
-
-
 def _restore(
     path: Path, network: Voca, optimiser: torch.optim.Optimizer, material: Material,
     config: TrainConfig,
@@ -254,15 +248,7 @@ def _restore(
             path, found=f"a training with other {', '.join(differing)}",
             allowed="the same settings and corpus", remedy="choose another output folder",
         )  # fmt: skip
-    state = {k.removeprefix("network."): v for k, v in tensors.items() if k.startswith("network.")}
-    for name, value in network.state_dict().items():
-        if name not in state or state[name].shape != value.shape:
-            found = tuple(state[name].shape) if name in state else "nothing"
-            raise ModelError.about(
-                path, found=f"{name} of shape {found}", allowed=str(tuple(value.shape)),
-                remedy="the encoder or the corpus has changed: choose another output folder",
-            )  # fmt: skip
-    network.load_state_dict(state)
+    restore_network(path, network, tensors)
     restore_optimiser(optimiser, tensors)
     return list(record["log"])
 
@@ -272,22 +258,3 @@ def _line(row: dict[str, float]) -> str:
         f"epoch {row['epoch']:.0f}: train {row['train_mm2']:.4f}, "
         f"validation {row['validation_mm2']:.4f} mm² ({row['seconds']:.1f} s)"
     )
-
-
-class _Board:
-    """log.csv and TensorBoard events of one training."""
-
-    def __init__(self, folder: Path, done: int) -> None:
-        from torch.utils.tensorboard import SummaryWriter
-
-        self.folder = folder
-        self.events = SummaryWriter(folder / "events", purge_step=done)
-
-    def add(self, log: list[dict[str, float]]) -> None:
-        with (self.folder / "log.csv").open("w", newline="", encoding="utf-8") as file:
-            rows = csv.DictWriter(file, LOG_FIELDS)
-            rows.writeheader()
-            rows.writerows(log)
-        for name in LOG_FIELDS[1:]:
-            self.events.add_scalar(name, log[-1][name], int(log[-1]["epoch"]))
-        self.events.flush()

@@ -1,0 +1,124 @@
+"""Shards with true parameters: synthetic voices, exact phone times, simulated motion.
+
+Every voice says words and sentences; motion is the articulation driver's at 30 frames a second,
+in the style that its speaker has; 28 speech blendshapes are learned from a captured part and all
+motion is projected onto them. Nothing is carried over, so parameters are true.
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import soundfile
+
+from corpus import sentences
+from crnn.voices import LEAD_S, TAIL_S, Speaker, Voice, voices
+from elocute.articulation.driver import articulate, posteriors_from_phones
+from elocute.articulation.style import STYLES
+from elocute.audio.waveform import Waveform
+from elocute.capture.blendshapes.learn import learn_blendshapes
+from elocute.capture.blendshapes.sweep import sweep
+from elocute.corpus.clip import Clip
+from elocute.corpus.shards import WordClip, shard_writer
+from elocute.corpus.store import open_corpus
+from elocute.corpus.writer import corpus_writer
+from elocute.head.builtin import load_builtin_head
+from elocute.motion.motion import Motion
+from encoder.store import RATE
+
+FPS = 30.0
+PHONE_RATE = 100.0
+CONTEXT_S = 0.1  # of rest that a word keeps at both ends
+WORDS = tuple(sorted({w.lower() for pool in (
+    sentences.ADJECTIVES, sentences.NOUNS, sentences.PLACES, sentences.VERBS, sentences.PEOPLE,
+) for w in pool}))  # fmt: skip
+
+
+def simulate(phones: list[tuple[float, float, str]], duration_s: float, style: str) -> np.ndarray:
+    """(frame, component) weights of the built-in head; nobody blinks, as blinks cannot be heard."""
+    head = load_builtin_head()
+    curves = articulate(
+        posteriors_from_phones(phones, duration_s, PHONE_RATE), PHONE_RATE,
+        frame_count=max(1, round(duration_s * FPS)), fps=FPS,
+        style=replace(STYLES[style], blink_per_min=0.0),
+    )  # fmt: skip
+    return curves.select(head.expression_names).values
+
+
+def learn_basis(folder: Path, speaker: Speaker, seed: int, clips: int = 40) -> Motion:
+    """28 speech blendshapes of one simulated reader; the corpus of it is left in `folder`."""
+    head, draw = load_builtin_head(), random.Random(seed)
+    with corpus_writer(
+        folder, {"reader": head.template}, fps=FPS, basis=head.expression_basis,
+        components=head.expression_names, topology=head.name,
+    ) as writer:  # fmt: skip
+        for number in range(clips):
+            text = sentences.candidate(draw)
+            style = ("plain", "broad", "smiling", "rounded")[number % 4]
+            samples, phones = speaker.say(Voice("espeak", "en-us"), text, seed + number)
+            weights = simulate(phones, len(samples) / RATE, style)
+            writer.add(Clip("reader", f"s{number:03}", text, Waveform(samples, RATE), weights))
+    corpus = open_corpus(folder)
+    return sweep(learn_blendshapes(corpus, [e.name for e in corpus.entries]).head)
+
+
+def parameters_of(weights: np.ndarray, basis: Motion) -> np.ndarray:
+    """(frame, 28): built-in weights projected onto the shapes of a basis, least squares."""
+    own = load_builtin_head().expression_basis.reshape(weights.shape[1], -1).astype(np.float64)
+    shapes = basis.head.expression_basis.reshape(len(basis.names), -1).astype(np.float64)
+    gram = shapes @ shapes.T
+    to_shapes = np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), shapes @ own.T)
+    return (weights @ to_shapes.T).astype(np.float32)
+
+
+def build(
+    folder: Path, sounds: Path, work: Path, *, speakers: int, words_each: int, sentences_each: int,
+    styles: tuple[str, ...] = ("plain",), seed: int = 1,
+) -> None:  # fmt: skip
+    """Write sounds, then shards; the basis is learned first."""
+    speaker = Speaker()
+    basis = learn_basis(work / "reader", speaker, seed)
+    draw = random.Random(seed)
+    number = 0
+    with shard_writer(folder, basis, note=NOTE) as writer:
+        for part, some in voices(speakers, seed).items():
+            for index, voice in enumerate(some):
+                style = styles[index % len(styles)]
+                said = draw.sample(WORDS, min(words_each, len(WORDS)))
+                said += [sentences.candidate(draw) for _ in range(sentences_each)]
+                for text in said:
+                    number += 1
+                    clip = _clip(speaker, voice, text, part, style, basis, sounds, number)
+                    if clip:
+                        writer.add(clip)
+            print(f"{part}: {len(some)} voices", flush=True)
+
+
+NOTE = (
+    "Simulated by Elocute: synthetic voices (espeak-ng, flite, festival), motion of the "
+    "articulation driver on the built-in head. CC0 1.0."
+)
+
+
+def _clip(
+    speaker: Speaker, voice: Voice, text: str, part: str, style: str, basis: Motion, sounds: Path,
+    number: int,
+) -> WordClip | None:  # fmt: skip
+    """One utterance, its sound written as FLAC; None where the voice says nothing."""
+    samples, phones = speaker.say(voice, text, number)
+    if len(samples) < RATE * (LEAD_S + TAIL_S + 0.15):
+        return None
+    parameters = parameters_of(simulate(phones, len(samples) / RATE, style), basis)
+    word = " " not in text
+    first = round((LEAD_S - CONTEXT_S) * FPS) if word else 0
+    last = len(parameters) - (round((TAIL_S - CONTEXT_S) * FPS) if word else 0)
+    name = f"{voice.speaker}/{number:06}.flac"
+    (sounds / voice.speaker).mkdir(parents=True, exist_ok=True)
+    soundfile.write(sounds / name, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
+    return WordClip(
+        f"c{number:06}", text if word else "sentence", voice.speaker, voice.speaker, part, name,
+        first / FPS, last / FPS, FPS, parameters[first:last], 1.0,
+    )  # fmt: skip

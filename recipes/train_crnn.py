@@ -1,0 +1,80 @@
+"""Train the recurrent model that ships, `crnn`, and put it into the package.
+
+    python recipes/train_crnn.py build/crnn                      builds simulated shards first
+    python recipes/train_crnn.py build/crnn --shards SHARDS --sounds FOLDER
+
+It resumes from the folder. On two cores: 30 to 40 minutes. Whatever voices the shards hold, the
+sound is made worse in training (noise, loudness, equalisation, band limits, other vocal tracts and
+tempos), which is what carries over to natural voices; bands above 8 kHz are not heard, as most
+of the sound has none. The figures for docs/cards/crnn.md are printed at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from elocute.corpus.shards import open_shards
+from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.training.crnn.run import MODEL, train_crnn
+
+ASSET = Path(__file__).parents[1] / "src" / "elocute" / "synthesis" / "assets" / "crnn.onnx"
+NOTE = (
+    "Trained by Elocute on shards of synthetic and aligned speech with simulated motion "
+    "(recipes/train_crnn.py); docs/cards/crnn.md says more."
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path, help="for shards, checkpoint, log; resumes from there")
+    parser.add_argument("--shards", type=Path, help="shards that exist (elocute propagate)")
+    parser.add_argument("--sounds", type=Path, help="the folder of their sounds")
+    parser.add_argument("--speakers", type=int, default=240)
+    parser.add_argument("--words", type=int, default=10, help="said by each speaker")
+    parser.add_argument("--sentences", type=int, default=2, help="said by each speaker")
+    parser.add_argument("--epochs", type=int, default=30)
+    parser.add_argument("--learning-rate", type=float, default=1e-3)
+    parser.add_argument("--augment", type=float, default=0.9)
+    parser.add_argument("--no-asset", action="store_true", help="leave the package alone")
+    choice = parser.parse_args()
+    choice.folder.mkdir(parents=True, exist_ok=True)
+    shards, sounds = choice.shards, choice.sounds
+    if shards is None:
+        shards, sounds = choice.folder / "shards", choice.folder / "sounds"
+        if not shards.is_dir():
+            from crnn.shards import build
+
+            shutil.rmtree(choice.folder / "reader", ignore_errors=True)
+            build(shards, sounds, choice.folder, speakers=choice.speakers,
+                  words_each=choice.words, sentences_each=choice.sentences)  # fmt: skip
+    if sounds is None:
+        sys.exit("--shards needs --sounds")
+    config = CrnnTrainConfig(
+        epochs=choice.epochs, learning_rate=choice.learning_rate, last_rate=0.05,
+        augment=choice.augment, highest_hz=8000.0,
+    )  # fmt: skip
+    training = choice.folder / "training"
+    training.mkdir(exist_ok=True)
+
+    def report(share: float, line: str) -> None:
+        if share:
+            print(line, flush=True)
+
+    opened = open_shards(shards, sounds)
+    trained, missing = train_crnn(opened, config, training, resume=True, report=report, note=NOTE)
+    best = max(trained.log, key=lambda row: row["validation_weighted"])
+    print(json.dumps({"clips": len(opened), "missing": len(missing), "best": best}))
+    if not choice.no_asset:
+        ASSET.parent.mkdir(exist_ok=True)
+        shutil.copyfile(training / MODEL, ASSET)
+        print(ASSET, f"{ASSET.stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""One clip as somebody else, somewhere else, would have said it: effects on mel columns.
+
+Peaks are normalised before, so loudness alone is nothing; noise, room and microphone are powers
+that add to and weigh bands, another vocal tract shifts them, another tempo moves columns apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.mel3 import BANDS, FLOOR
+
+Array = NDArray[np.float32]
+LOWEST = float(np.log(FLOOR))
+TEMPO = (0.85, 1.2)
+TRACT = (0.88, 1.14)
+DB = float(np.log(10) / 10)  # of a natural logarithm of power
+
+
+def tempo(draw: np.random.Generator) -> float:
+    """How much faster a clip is played."""
+    return float(np.exp(draw.uniform(*np.log(TEMPO))))
+
+
+def at_places(values: NDArray[np.floating], places: NDArray[np.floating]) -> Array:
+    """(place, feature) linear between rows of (row, feature), held at both ends."""
+    places = np.clip(places, 0, len(values) - 1)
+    below = np.minimum(places.astype(np.intp), max(len(values) - 2, 0))
+    above = np.minimum(below + 1, len(values) - 1)
+    share = (places - below).astype(np.float32)[:, None]
+    return values[below] * (1 - share) + values[above] * share
+
+
+def worsened(static: Array, other: Array, draw: np.random.Generator) -> Array:
+    """(column, 128) log-mel bands made worse; `other` is somebody else's speech, for babble."""
+    bands = np.arange(BANDS)
+    static = at_places(static.T, bands * np.exp(draw.uniform(*np.log(TRACT)))).T
+    static = static + _curve(draw, 6.0)
+    if draw.random() < 0.3:
+        static = _limited(static, draw)
+    power = np.exp(static)
+    if draw.random() < 0.7:
+        power = power + _noise(power, other, draw)
+    # Another peak than the one that was normalised: a cough, a louder word elsewhere.
+    level = draw.uniform(-10, 3) * DB
+    return np.maximum(np.log(power + 1e-12) + level, LOWEST).astype(np.float32)
+
+
+def _curve(draw: np.random.Generator, most_db: float) -> Array:
+    """(128,) a microphone's and a room's colour: slow waves over the bands."""
+    x = np.linspace(0, 1, BANDS)
+    waves = [np.cos(np.pi * (k * x + draw.random() * 2)) / k for k in (1, 2, 3, 5)]
+    sizes = draw.uniform(-most_db, most_db, len(waves)) * DB
+    return np.asarray(sizes @ np.array(waves), np.float32)
+
+
+def _limited(static: Array, draw: np.random.Generator) -> Array:
+    """As over a telephone: little below or above a band."""
+    bands = np.arange(BANDS)
+    top, low = draw.uniform(55, 100), draw.uniform(0, 12)
+    slope = draw.uniform(0.5, 4) * DB
+    return static - slope * (np.maximum(bands - top, 0) + np.maximum(low - bands, 0))
+
+
+def _noise(power: Array, other: Array, draw: np.random.Generator) -> Array:
+    """(column, 128) power of noise, 0 to 35 dB below the speech."""
+    count = len(power)
+    if draw.random() < 0.3:
+        again = np.resize(
+            np.roll(np.exp(other[::-1]), draw.integers(len(other)), 0), (count, BANDS)
+        )
+        noise = again + np.roll(again, count // 3, 0)
+    else:
+        colour = np.exp(_curve(draw, 12.0) - draw.uniform(0, 0.06) * np.arange(BANDS))
+        flicker = draw.gamma(3.0, 1 / 3, (count, BANDS)).astype(np.float32)
+        swell = 1 + 0.8 * np.sin(np.arange(count) * draw.uniform(0.01, 0.3))[:, None]
+        noise = colour * flicker * (swell if draw.random() < 0.3 else 1)
+    ratio = power.mean() / max(float(noise.mean()), 1e-20)
+    return (noise * ratio * 10 ** (-draw.uniform(0, 35) / 10)).astype(np.float32)

@@ -1,0 +1,37 @@
+"""A whole training in one call: shards in, crnn.onnx out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from elocute.corpus.shards import Shards
+from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.training.crnn.data import hear_shards
+from elocute.training.crnn.export import export_crnn
+from elocute.training.crnn.fit import Report, TrainedCrnn, fit, lesson_of
+
+MODEL = "model.onnx"
+
+
+def train_crnn(
+    shards: Shards, config: CrnnTrainConfig, folder: Path, *, resume: bool = False,
+    report: Report | None = None, note: str = "",
+) -> tuple[TrainedCrnn, tuple[tuple[str, str], ...]]:  # fmt: skip
+    """Hear the shards, train, and leave model.onnx, checkpoint, log and events in `folder`.
+
+    Gives the training and the clips that could not be heard, with the reason. Raises CorpusError
+    for shards that cannot be learned from, ModelError for settings that do not fit a checkpoint.
+    """
+
+    def hearing(share: float) -> None:
+        if report:
+            report(0.0, f"hearing the shards: {share:.0%}")
+
+    basis = shards.basis
+    heard = hear_shards(shards, folder, config.fps, hearing)
+    lesson = lesson_of(
+        heard, basis.head.expression_basis, heard.chosen("train"), heard.chosen("validation")
+    )
+    trained = fit(lesson, config, folder, resume=resume, report=report)
+    export_crnn(trained, basis, folder / MODEL, note or shards.note)
+    return trained, heard.missing
