@@ -76,13 +76,27 @@ class Aligner(ABC):
         """
         views = checked_group((source, target, *more), self.widths is None)
         self._check_widths(views)
-        known = tuple(self.embed(view, side) for side, view in enumerate(views))
+        return self._aligned(tuple(self.embed(view, side) for side, view in enumerate(views)))
+
+    def align_all(self, groups: Sequence[Group]) -> list[Alignment]:
+        """The same of many groups that share views: each view is embedded once."""
+        known: dict[tuple[int, int], Embedded] = {}
+        for group in groups:
+            for side, view in enumerate(group):
+                if (id(view), side) not in known:
+                    known[id(view), side] = self.embed(view, side)
+        return [
+            self._aligned(tuple(known[id(view), side] for side, view in enumerate(group)))
+            for group in groups
+        ]
+
+    def _aligned(self, known: tuple[Embedded, ...]) -> Alignment:
         features = tuple(each.features for each in known)
-        if len(views) == 2:
+        if len(known) == 2:
             match = self.match(known[0], known[1], (0, 1))
             return self._alignment(features, match.path, match.attention)
         if self.config.open_source:
-            raise AlignmentError.about("open ends", found=f"{len(views)} views", allowed="two")
+            raise AlignmentError.about("open ends", found=f"{len(known)} views", allowed="two")
         path = self._many(known)
         return self._alignment(features, path, None)
 
@@ -113,9 +127,7 @@ def score(features: Sequence[Array], path: Path) -> float:
     High where one view, warped, moves as the other does.
     """
     along = [view[path[:, side]] for side, view in enumerate(features)]
-    pairs = [
-        correlation(along[i], along[j]) for j in range(len(along)) for i in range(j)
-    ]
+    pairs = [correlation(along[i], along[j]) for j in range(len(along)) for i in range(j)]
     return float(np.mean(pairs))
 
 
@@ -131,7 +143,9 @@ class DtwAligner(Aligner):
         self.config = config
 
     def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
-        path, _ = dtw(self.cost(source.features, target.features), self.config.band, self.config.open_source)
+        path, _ = dtw(
+            self.cost(source.features, target.features), self.config.band, self.config.open_source
+        )
         return Match(path)
 
 

@@ -72,7 +72,9 @@ def correlation(first: NDArray[np.floating], second: NDArray[np.floating]) -> fl
     Features that do not move in one of them say nothing; where none moves, views that are equal
     correlate fully and others not at all.
     """
-    a, b = (np.asarray(x, np.float64) - np.mean(x, axis=0, dtype=np.float64) for x in (first, second))
+    a, b = (
+        np.asarray(x, np.float64) - np.mean(x, axis=0, dtype=np.float64) for x in (first, second)
+    )
     power = np.sqrt((a * a).sum(axis=0) * (b * b).sum(axis=0))
     moving = power > 1e-9 * max(1.0, float(power.max(initial=0)))
     if not moving.any():

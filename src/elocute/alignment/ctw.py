@@ -60,7 +60,7 @@ def fit_ctw(groups: Sequence[Group], config: CtwConfig) -> CtwAligner:
         found = canonical_of(reduced, paths, config.dimensions, config.ridge, shared)
         joined = [chained(one, other) for one, other in zip(basis, found, strict=True)]
         aligner = CtwAligner(config, joined, widths)
-        before, paths = paths, [aligner.align(*group).path for group in groups]
+        before, paths = paths, [each.path for each in aligner.align_all(groups)]
         if all(np.array_equal(a, b) for a, b in zip(before, paths, strict=True)):
             break
     return aligner
@@ -70,7 +70,9 @@ def is_shared(wanted: bool | None, widths: Sequence[int]) -> bool:
     """Whether views are of one kind. Raises AlignmentError where they cannot be."""
     same = len(set(widths)) == 1
     if wanted and not same:
-        raise AlignmentError.about("shared", found=f"{tuple(widths)} features", allowed="equal ones")
+        raise AlignmentError.about(
+            "shared", found=f"{tuple(widths)} features", allowed="equal ones"
+        )
     return same if wanted is None else wanted
 
 
@@ -85,8 +87,7 @@ def side_bases(groups: Sequence[Group], energy: float, shared: bool) -> list[Pro
 def first_paths(groups: Sequence[Group], config: AlignConfig) -> list[Path]:
     """DTW where views are of one kind; in proportion where they cannot be compared."""
     if len({view.shape[1] for view in groups[0]}) == 1:
-        aligner = DtwAligner(config)
-        return [aligner.align(*group).path for group in groups]
+        return [each.path for each in DtwAligner(config).align_all(groups)]
     return [
         np.stack([diagonal_path(len(view), max(map(len, group)))[:, 0] for view in group], axis=1)
         for group in groups
@@ -117,5 +118,3 @@ def chained(first: Projection, second: Projection) -> Projection:
         first.mean + second.mean @ np.linalg.pinv(first.directions),
         first.directions @ second.directions,
     )
-
-

@@ -21,24 +21,31 @@ from elocute.alignment.deep import (
     projected,
     start,
 )
-from elocute.alignment.dtw import dtw
+from elocute.alignment.soft_dtw import soft_dtw
 from elocute.alignment.types import Array, Group, Path
+from elocute.alignment.warp import expected_path
 from elocute.networks.dcaw import DcawNetwork, frame_mask, monotonic_attention, soft_attention
 
 
 @dataclass(frozen=True)
 class DcawConfig(DeepConfig):
-    """prior: how strongly attention favours the diagonal, at first and at use; guide: weight of
-    following CTW's paths, which falls to nought halfway; sharpness: weight of -log attention
-    beside the distance of canonical features when the path is taken."""
+    """prior: how strongly the score favours the diagonal, which two readings of a word keep near.
+    guide: weight of following CTW's paths while training, which falls to nought halfway.
+    sharpness: weight of -log attention beside the distance of canonical features at use.
+    softness: how soft the monotone reading of both is, as a share of the mean cost."""
 
     prior: float = 20.0
     guide: float = 1.0
-    sharpness: float = 1.0
+    sharpness: float = 0.3
+    softness: float = 0.1
 
 
 class DcawAligner(DeepAligner):
-    """The path through distances of canonical features and -log attention."""
+    """Distances of canonical features and -log attention, read monotonically.
+
+    The attention that it gives is the expected one over all monotone paths, columns over the
+    source divided by their sums; the path runs along its middle.
+    """
 
     config: DcawConfig
 
@@ -54,12 +61,13 @@ class DcawAligner(DeepAligner):
     def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
         assert source.hidden is not None and target.hidden is not None
         scores = self.scores(source.hidden, target.hidden)
-        soft = torch.log_softmax(scores, dim=0).numpy().astype(np.float64)
-        cost = self.cost(source.features, target.features).astype(np.float64)
-        cost = cost - self.config.sharpness * soft
-        cost = cost - min(0.0, float(cost.min()))
-        path, _ = dtw(cost, self.config.band, self.config.open_source)
-        return Match(path, np.exp(soft).astype(np.float32))
+        surprise = -torch.log_softmax(scores, dim=0).numpy().astype(np.float64)
+        cost = self.cost(source.features, target.features) + self.config.sharpness * surprise
+        gamma = self.config.softness * max(float(cost.mean()), 1e-9)
+        expected = soft_dtw(cost, gamma, self.config.open_source)[1]
+        attention = expected / np.maximum(expected.sum(axis=0), 1e-30)
+        path = expected_path(expected, self.config.band, self.config.open_source)
+        return Match(path, attention.astype(np.float32))
 
 
 def diagonal_prior(sources: int, targets: int) -> Tensor:
@@ -73,7 +81,7 @@ def fit_dcaw(groups: Sequence[Group], config: DcawConfig, seed: int) -> DcawAlig
     widths = tuple(view.shape[1] for view in groups[0])
     shared = is_shared(config.shared, widths)
     network, linear = start(groups, config, shared, seed)
-    paths = [linear.align(*group).path for group in groups]
+    paths = [each.path for each in linear.align_all(groups)]
     clips, rng = Clips(groups, shared), np.random.default_rng(seed)
     optimiser = optimiser_of(network, config)
     network.train()
@@ -86,7 +94,7 @@ def fit_dcaw(groups: Sequence[Group], config: DcawConfig, seed: int) -> DcawAlig
         optimiser.step()
     aligner = DcawAligner(config, network, widths)
     aligner.projections = projected(aligner, groups, paths, shared)
-    paths = [aligner.align(*group).path for group in groups]
+    paths = [each.path for each in aligner.align_all(groups)]
     aligner.projections = projected(aligner, groups, paths, shared)
     return aligner
 

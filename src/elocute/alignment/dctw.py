@@ -37,7 +37,7 @@ def fit_dctw(groups: Sequence[Group], config: DctwConfig, seed: int) -> DeepAlig
     clips, rng = Clips(groups, shared), np.random.default_rng(seed)
     optimiser, aligner = optimiser_of(network, config), linear
     for turn in range(config.rounds):
-        paths = [aligner.align(*group).path for group in groups]
+        paths = [each.path for each in aligner.align_all(groups)]
         network.train()
         steps = config.steps * (turn + 1) // config.rounds - config.steps * turn // config.rounds
         for _ in range(steps):

@@ -28,7 +28,7 @@ class DeepConfig(AlignConfig):
     dimensions: int = 10
     filters: int = 32
     units: int = 16
-    steps: int = 60
+    steps: int = 40
     pairs: int = 16
     learning_rate: float = 5e-3
     weight_decay: float = 1e-3
@@ -165,14 +165,12 @@ def projected(
     """CCA of what the network makes of all groups, warped by their paths."""
     config = aligner.config
     assert isinstance(config, DeepConfig)
-    hidden = [tuple(aligner.hidden(v, k) for k, v in enumerate(group)) for group in groups]
+    known = {id(v): (v, k) for group in groups for k, v in enumerate(group)}
+    made = {key: aligner.hidden(view, side) for key, (view, side) in known.items()}
+    hidden = [tuple(made[id(view)] for view in group) for group in groups]
     return canonical_of(hidden, paths, config.dimensions, config.ridge, shared)
 
 
-def drawn(
-    count: int, wanted: int, rng: np.random.Generator
-) -> list[int]:
+def drawn(count: int, wanted: int, rng: np.random.Generator) -> list[int]:
     """Which pairs a step learns from."""
     return sorted(rng.choice(count, min(wanted, count), replace=False).tolist())
-
-

@@ -27,9 +27,7 @@ def squared_distances(source: Matrix, target: Matrix) -> Matrix:
     return products
 
 
-def dtw(
-    cost: Matrix, band: float | None = None, open_source: bool = False
-) -> tuple[Path, float]:
+def dtw(cost: Matrix, band: float | None = None, open_source: bool = False) -> tuple[Path, float]:
     """The cheapest path (step, 2) through cost (source frame, target frame), and what it costs.
 
     band: how far from the diagonal it may go, in frames of the longer view (1 or more), or as a

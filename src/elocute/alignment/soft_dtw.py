@@ -33,9 +33,7 @@ def soft_dtw(cost: Matrix, gamma: float, open_source: bool = False) -> tuple[flo
     return gamma * value, _expected(scaled, forward, value, open_source)
 
 
-def soft_path(
-    expected: Array, band: float | None = None, open_source: bool = False
-) -> Path:
+def soft_path(expected: Array, band: float | None = None, open_source: bool = False) -> Path:
     """The path that a drawn one is expected to share most with, cells weighed by how rare.
 
     Cells cost the logarithm of their expectation, so that an improbable step is never made for

@@ -18,6 +18,25 @@ def attention_path(attention: NDArray[np.floating], open_source: bool = False) -
     return dtw(-np.log(np.maximum(attention, LEAST)), open_source=open_source)[0]
 
 
+def expected_path(
+    expected: NDArray[np.floating], band: float | None = None, open_source: bool = False
+) -> Path:
+    """The monotone path nearest to where frames are expected, each seen from the other view.
+
+    expected: (source, target) how often each cell is passed. The mean source of each target frame
+    and the mean target of each source frame are two curves, free of steps that a single best path
+    makes where frames are alike; the path that has the least squares from both is taken.
+    """
+    weights = np.maximum(np.asarray(expected, np.float64), LEAST)
+    sources, targets = (np.arange(size) for size in weights.shape)
+    source_of = sources @ weights / weights.sum(axis=0)
+    target_of = weights @ targets / weights.sum(axis=1)
+    # With open ends most source frames belong to no target frame, and have no say.
+    say = np.minimum(expected.sum(axis=1), 1.0)
+    off = (sources[:, None] - source_of) ** 2 + say[:, None] * (targets - target_of[:, None]) ** 2
+    return dtw(off, band, open_source)[0]
+
+
 def path_attention(path: Path, sources: int, targets: int) -> Array:
     """(source frame, target frame): each target frame looks evenly at the sources it is with."""
     weights = np.zeros((sources, targets), np.float32)
@@ -43,8 +62,7 @@ def merged(paths: Sequence[Path], frames: int) -> Path:
     edges = [np.searchsorted(path[:, 1], np.arange(frames + 1)) for path in paths]
     for frame in range(frames):
         runs = [
-            path[edge[frame] : edge[frame + 1], 0]
-            for path, edge in zip(paths, edges, strict=True)
+            path[edge[frame] : edge[frame + 1], 0] for path, edge in zip(paths, edges, strict=True)
         ]
         count = max(map(len, runs))
         spread = [run[np.arange(count) * len(run) // count] for run in runs]

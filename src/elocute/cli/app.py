@@ -7,6 +7,7 @@ import sys
 import typer
 
 from elocute.cli import (
+    align,
     animate,
     blendshapes,
     capture,
@@ -40,6 +41,7 @@ app.command("solve")(solve.solve_command)
 app.command("measure")(render.measure_command)
 app.command("info")(inspect.info_command)
 app.command("doctor")(inspect.doctor_command)
+app.command("align")(align.align_command)
 app.add_typer(evaluate.app, name="evaluate")
 app.add_typer(heads.app, name="head")
 app.add_typer(corpus.app, name="corpus")

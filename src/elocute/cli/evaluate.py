@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import evaluate_corpus, evaluate_features, evaluate_mouth, options
+from elocute.cli import (
+    evaluate_alignment,
+    evaluate_corpus,
+    evaluate_features,
+    evaluate_mouth,
+    options,
+)
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
@@ -17,6 +23,7 @@ if TYPE_CHECKING:
     from elocute.motion.curves import Curves
 
 app = typer.Typer(help="Measure what a model makes of speech.", no_args_is_help=True)
+app.command("alignment")(evaluate_alignment.alignment_command)
 app.command("corpus")(evaluate_corpus.corpus_command)
 app.command("features")(evaluate_features.features_command)
 app.command("noise")(evaluate_mouth.noise_command)

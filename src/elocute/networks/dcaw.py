@@ -40,9 +40,7 @@ class ViewEncoder(nn.Module):
         self.direct = nn.Linear(config.inputs, config.outputs)
         self.first = nn.Conv1d(config.inputs, config.filters, KERNEL, padding=KERNEL // 2)
         self.second = nn.Conv1d(config.filters, config.filters, KERNEL, padding=KERNEL // 2)
-        self.recurrent = nn.GRU(
-            config.filters, config.units, batch_first=True, bidirectional=True
-        )
+        self.recurrent = nn.GRU(config.filters, config.units, batch_first=True, bidirectional=True)
         self.out = nn.Linear(config.filters + 2 * config.units, config.outputs)
         for layer in (self.first, self.second):
             nn.init.kaiming_uniform_(layer.weight, nonlinearity="relu")

@@ -1,0 +1,86 @@
+"""`elocute align`: two recordings of the same words warped onto each other."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from elocute.cli import options
+from elocute.errors import InputError, MachineError, OutputError
+
+METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
+
+
+def align_command(
+    source: Path = typer.Argument(..., help="The recording that is warped."),
+    target: Path = typer.Argument(..., help="The recording that it is warped onto."),
+    method: str = typer.Option("dcaw", help=f"One of {', '.join(METHODS)}."),
+    encoder: str = typer.Option("fbank", help="What hears the sound: fbank, phones, …"),
+    find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
+    band: float | None = typer.Option(
+        None, help="How far from the diagonal: frames (1 or more) or a share (below 1)."
+    ),
+    seed: int = typer.Option(0, help="Of what is learned."),
+    plot: Path | None = typer.Option(None, help="A .png: both spectrograms, attention, path."),
+    as_json: bool = options.Json,
+) -> None:
+    """Which frame of one recording belongs to which of another, and how well they agree.
+
+    Learned methods are fitted to these two recordings alone; over many recordings of a word they
+    are better (`elocute.alignment.fit_aligner`).
+    """
+    from elocute.audio.read import read_audio
+    from elocute.motion.atomic import check_output
+
+    if plot is not None and check_output(plot).suffix.lower() != ".png":
+        raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
+    methods, speech = alignment_module("methods"), alignment_module("speech")
+    chosen = methods.resolve_method(method)
+    config = chosen.config()(band=band, open_source=find)
+    sounds = [read_audio(path) for path in (source, target)]
+    views = []
+    for path, sound in zip((source, target), sounds, strict=True):
+        try:
+            views.append(speech.speech_view(sound, encoder))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+    found = methods.align(views, method, config, seed)
+    if plot is not None:
+        from elocute.export.alignment_plot import plot_alignment
+
+        matrix = found.attention
+        title = f"{source.name} → {target.name}: {method}, score {found.score:.3f}"
+        if matrix is None:
+            from elocute.alignment.dtw import squared_distances
+
+            matrix = -squared_distances(*found.features)
+        plot_alignment(sounds, matrix, found.path, plot, title)
+    rate = speech.RATE
+    if as_json:
+        print(json.dumps({
+            "method": method, "encoder": encoder, "score": found.score, "rate_hz": rate,
+            "frames": [len(view) for view in views], "path": found.path.tolist(),
+        }))  # fmt: skip
+        return
+    shift = (found.path[:, 0] - found.path[:, 1]) / rate
+    print(f"score   {found.score:.3f} (mean correlation along the path, 0 to 1)")
+    print(f"steps   {len(found.path)} at {rate:g} Hz")
+    if find:
+        start, end = found.path[0, 0] / rate, (found.path[-1, 0] + 1) / rate
+        print(f"found   {start:.2f} to {end:.2f} s of {source.name}")
+    else:
+        print(f"shift   {shift.min():+.2f} to {shift.max():+.2f} s of {source.name}")
+
+
+def alignment_module(name: str) -> Any:
+    """A module of elocute.alignment. Raises MachineError where its packages are missing."""
+    try:
+        return importlib.import_module(f"elocute.alignment.{name}")
+    except ImportError as error:
+        raise MachineError(
+            f"alignment needs {error.name}; install it: pip install 'elocute[wild]'"
+        ) from error

@@ -1,0 +1,80 @@
+"""`elocute evaluate alignment`: methods of alignment against known times of phones."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import InputError
+
+DEFAULT_METHODS = "diagonal,dtw,softdtw,ctw,dctw,dcaw"
+NOISE_RANGE_DB = (-20.0, 60.0)
+
+
+def alignment_command(
+    folder: Path = typer.Argument(..., help="FOLDER/WORD/NAME.wav with NAME.json of phones."),
+    sentences: Path | None = typer.Option(
+        None, help="The same words in sentences, in which they are to be found."
+    ),
+    methods: str = typer.Option(DEFAULT_METHODS, help="Methods to compare, commas between."),
+    encoder: str = typer.Option("fbank", help="What hears the sound: fbank, phones, …"),
+    noise_db: float | None = typer.Option(None, help="Speech over babble, in decibels."),
+    words: int | None = typer.Option(None, min=1, help="Only the first so many words."),
+    seed: int = typer.Option(0, help="Of what is learned."),
+    per_word: bool = typer.Option(False, help="Print every word too."),
+    as_json: bool = options.Json,
+) -> None:
+    """Error (Eq. 11) and overlap of phones carried from one recording to another.
+
+    NAME.json: {"phones": [[start_s, end_s, phone], …]}, and "word": [start_s, end_s] in sentences.
+    """
+    from elocute.cli.align import alignment_module
+    from elocute.encoders.registry import resolve_encoder
+
+    judge = alignment_module("judge")
+    names = list(dict.fromkeys(name.strip() for name in methods.split(",") if name.strip()))
+    low, high = NOISE_RANGE_DB
+    if noise_db is not None and not low <= noise_db <= high:
+        raise InputError.about("--noise-db", found=f"{noise_db}", allowed=f"{low:g} to {high:g}")
+    if not names:
+        raise InputError.about(f"--methods {methods!r}", found="none", allowed=DEFAULT_METHODS)
+    for place in (folder, sentences):
+        if place is not None and not place.is_dir():
+            raise InputError.about(place, found="no folder", allowed="a folder of words")
+    resolve_encoder(encoder)
+    with progress_bar("aligning", as_json) as progress:
+        rows, broken = judge.judge_folder(
+            folder, names, sentences=sentences, encoder=encoder, noise_db=noise_db, words=words,
+            seed=seed, progress=progress,
+        )  # fmt: skip
+    table = judge.summarise(rows)
+    if as_json:
+        record: dict[str, Any] = {"methods": table, "encoder": encoder, "left_out": broken}
+        print(json.dumps(record | ({"words": list(map(asdict, rows))} if per_word else {})))
+    else:
+        if per_word:
+            for row in rows:
+                print(f"{row.word:16} {row.method:10} {row.error_frames:7.3f} {row.overlap:6.3f}")
+        print_table(table)
+    for line in broken:
+        print(f"elocute: {line}", file=sys.stderr)
+    if broken:
+        raise typer.Exit(1)
+
+
+def print_table(table: dict[str, dict[str, Any]]) -> None:
+    """One line per method; p is of dcaw's gain over it."""
+    print(f"{'method':10} {'error':>8} {'p':>8} {'overlap':>8} {'p':>8} {'found':>7}   "
+          "error in frames: lower is better; overlap, found: higher")  # fmt: skip
+    for method, cells in table.items():
+        tests = cells.get("against", {})
+        ps = [f"{tests[m]['p']:8.2g}" if tests else " " * 8 for m in ("error_frames", "overlap")]
+        print(f"{method:10} {cells['error_frames']:8.3f} {ps[0]} {cells['overlap']:8.3f} {ps[1]}"
+              f" {cells['found']:7.3f}")  # fmt: skip

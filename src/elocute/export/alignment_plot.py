@@ -1,0 +1,106 @@
+"""Two recordings and how they are warped: spectrograms beside a matrix with the path on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.mel import log_mel
+from elocute.audio.waveform import Waveform
+from elocute.motion.atomic import write_atomically
+
+SIDE, STRIP, GAP, MARGIN, TOP = 720, 170, 12, 64, 56
+SCALE = 2  # drawn larger, then reduced: smooth lines
+PATH_INK, GRID_INK, TEXT_INK = "#e4572e", "#c8c8c8", "#333333"
+RATE = 16000
+DEPTH = 9.0  # of spectrograms, in natural logarithms below the loudest
+DARK, LIGHT = np.array([16, 38, 77.0]), np.array([250, 251, 253.0])
+
+
+def plot_alignment(
+    sounds: Sequence[Waveform], matrix: NDArray[np.floating], path: NDArray[np.intp],
+    output: str | Path, title: str = "",
+) -> None:  # fmt: skip
+    """Write a .png. Raises OutputError.
+
+    sounds: source, target. matrix: (source frame, target frame), more is darker: attention, or
+    costs with their sign turned. path: (step, 2) over it.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    width, height = MARGIN + STRIP + GAP + SIDE + 24, TOP + SIDE + GAP + STRIP + MARGIN
+    image = Image.new("RGB", (width * SCALE, height * SCALE), "white")
+    draw = ImageDraw.Draw(image)
+    font = ImageFont.load_default(14 * SCALE)
+    left = MARGIN + STRIP + GAP
+    box = (left, TOP, left + SIDE, TOP + SIDE)
+    _paste(image, _shaded(_spread(matrix)[::-1]), box)
+    tall, wide = (_shaded(_spectrum(sound)) for sound in sounds)
+    # Time of the source runs upwards, low frequencies lie to the right of its strip and below.
+    _paste(image, tall[::-1, ::-1], (MARGIN, TOP, MARGIN + STRIP, TOP + SIDE))
+    _paste(image, wide.swapaxes(0, 1)[::-1],
+           (left, TOP + SIDE + GAP, left + SIDE, TOP + SIDE + GAP + STRIP))  # fmt: skip
+    places = (path + 0.5) / np.array(matrix.shape)
+    line = [((left + x * SIDE) * SCALE, (TOP + (1 - y) * SIDE) * SCALE) for y, x in places.tolist()]
+    if len(line) > 1:
+        draw.line(line, fill=PATH_INK, width=3 * SCALE, joint="curve")
+    else:
+        x, y = line[0]
+        draw.ellipse([x - 8, y - 8, x + 8, y + 8], fill=PATH_INK)
+    _time_axes(draw, font, [sound.duration_s for sound in sounds])
+    draw.text((MARGIN * SCALE, 18 * SCALE), title, fill=TEXT_INK, font=font)
+    with write_atomically(output) as draft:
+        image.resize((width, height), Image.Resampling.LANCZOS).save(draft)
+
+
+def _time_axes(draw: Any, font: Any, seconds: Sequence[float]) -> None:
+    left, bottom = MARGIN + STRIP + GAP, TOP + SIDE
+    for second in _marks(seconds[0]):
+        y = (bottom - SIDE * second / seconds[0]) * SCALE
+        draw.text(((MARGIN - 8) * SCALE, y), f"{second:g}", fill=TEXT_INK, font=font, anchor="rm")
+        draw.line([MARGIN * SCALE, y, (MARGIN + 6) * SCALE, y], fill=GRID_INK, width=SCALE)
+    under = bottom + GAP + STRIP
+    for second in _marks(seconds[1]):
+        x = (left + SIDE * second / seconds[1]) * SCALE
+        draw.text((x, (under + 6) * SCALE), f"{second:g}", fill=TEXT_INK, font=font, anchor="ma")
+    draw.text(((MARGIN + STRIP // 2) * SCALE, (bottom + 14) * SCALE), "source, s",
+              fill=TEXT_INK, font=font, anchor="ma")  # fmt: skip
+    draw.text(((left + SIDE // 2) * SCALE, (under + 30) * SCALE), "target, s", fill=TEXT_INK,
+              font=font, anchor="ma")  # fmt: skip
+
+
+def _marks(seconds: float) -> NDArray[np.float64]:
+    """About six marks on round numbers."""
+    raw = max(seconds, 1e-3) / 6
+    power = 10.0 ** np.floor(np.log10(raw))
+    step = power * min(n for n in (1, 2, 5, 10) if n * power >= raw)
+    return np.round(np.arange(0, seconds + 1e-9, step), 6)
+
+
+def _spectrum(sound: Waveform) -> NDArray[np.float64]:
+    """(frame, band), 0 to 1."""
+    values = log_mel(sound.resample(RATE).samples, RATE, bands=80, fft=1024)
+    return np.clip((values - values.max()) / DEPTH + 1, 0, 1)
+
+
+def _spread(matrix: NDArray[np.floating]) -> NDArray[np.float64]:
+    """0 to 1, brightened so that faint attention is seen."""
+    low, high = float(matrix.min()), float(np.quantile(matrix, 0.998))
+    return np.clip((matrix - low) / max(high - low, 1e-12), 0, 1) ** 0.6
+
+
+def _shaded(values: NDArray[np.float64]) -> NDArray[np.uint8]:
+    return (LIGHT + values[..., None] * (DARK - LIGHT)).astype(np.uint8)
+
+
+def _paste(image: Any, pixels: NDArray[np.uint8], box: tuple[int, int, int, int]) -> None:
+    from PIL import Image
+
+    size = ((box[2] - box[0]) * SCALE, (box[3] - box[1]) * SCALE)
+    small = Image.fromarray(np.ascontiguousarray(pixels))
+    how = Image.Resampling.NEAREST if small.width < 400 else Image.Resampling.BILINEAR
+    image.paste(small.resize(size, how), (box[0] * SCALE, box[1] * SCALE))
