@@ -86,7 +86,7 @@ def intervals_of(data: bytes, tier: str) -> tuple[list[Interval], float]:
 
 def _tier(tokens: _Tokens) -> tuple[str, list[Interval] | None]:
     kind, name = tokens.text(), tokens.text()
-    tokens.number(), tokens.number()
+    tokens.skip_numbers(2)
     if kind == "IntervalTier":
         rows = [
             Interval(tokens.number(), tokens.number(), tokens.text().strip())
@@ -95,7 +95,8 @@ def _tier(tokens: _Tokens) -> tuple[str, list[Interval] | None]:
         return name, rows
     if kind == "TextTier":  # points: passed over
         for _ in range(tokens.count()):
-            tokens.number(), tokens.text()
+            tokens.skip_numbers(1)
+            tokens.text()
         return name, None
     raise _fault(f"a tier of class {kind[:40]!r}", "IntervalTier, TextTier")
 
@@ -127,6 +128,10 @@ class _Tokens:
         if not math.isfinite(value):
             raise _fault(f"number {value}")
         return value
+
+    def skip_numbers(self, count: int) -> None:
+        for _ in range(count):
+            self.number()
 
     def count(self) -> int:
         value = self.number()

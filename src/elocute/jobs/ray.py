@@ -7,6 +7,7 @@ task tried again; a task that takes down too many is given up with the reason.
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import secrets
@@ -60,9 +61,12 @@ def run_ray(
     """(task, result or Failed) in the order in which they are done; tasks are drawn when needed."""
     import ray
 
-    own: dict[str, Any] = {"num_cpus": jobs, "object_store_memory": OBJECT_STORE_BYTES}
-    where: dict[str, Any] = own | {"include_dashboard": False} if address is None else {}
-    ray.init(address or LOCAL, log_to_driver=False, logging_level="ERROR", **where)
+    where: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR}
+    if address is None:
+        where |= {
+            "num_cpus": jobs, "object_store_memory": OBJECT_STORE_BYTES, "include_dashboard": False,
+        }  # fmt: skip
+    ray.init(address or LOCAL, **where)
     actor = ray.remote(num_cpus=1, max_restarts=0)(_Worker)
     waiting, running = TaskQueue(tasks), {}
 
@@ -107,16 +111,17 @@ class _Worker:
 def _result(reference: Any, tried: int) -> tuple[bool, Any]:
     """Whether the actor can go on, and what it made of its task."""
     import ray
+    from ray.exceptions import OutOfMemoryError, RayActorError, RayError, WorkerCrashedError
 
     try:
         kind, value = ray.get(reference)
-    except ray.exceptions.OutOfMemoryError:
+    except OutOfMemoryError:
         return False, Failed(f"its worker ran out of memory, {tried} times")
-    except (ray.exceptions.RayActorError, ray.exceptions.WorkerCrashedError) as error:
+    except (RayActorError, WorkerCrashedError) as error:
         out = "OutOfMemory" in str(error) or "memory" in str(error).lower()
         told = "ran out of memory" if out else "died"
         return False, Failed(f"its worker {told}, {tried} times")
-    except ray.exceptions.RayError as error:
+    except RayError as error:
         raise ClusterError(f"ray: {_line(str(error))}") from error
     if kind == "raised":
         raise value
@@ -155,11 +160,13 @@ def _has_token() -> bool:
 
 
 def _reach(address: str) -> int:
-    """Processors of the cluster. A process of its own tries first: Ray may end the one it fails in."""
+    """Processors of the cluster, found in a process of its own: Ray may end the one it fails in."""
     match = ADDRESS.fullmatch(address)
     if not match or not 0 < int(match[2]) < 65536:
-        raise InputError.about(f"--ray {address[:80]}", found="no address",
-                               allowed="HOST:PORT of a cluster (6379 by default), or local")  # fmt: skip
+        raise InputError.about(
+            f"--ray {address[:80]}", found="no address",
+            allowed="HOST:PORT of a cluster (6379 by default), or local",
+        )  # fmt: skip
     try:
         socket.create_connection((match[1], int(match[2])), CONNECT_S).close()
     except OSError as error:

@@ -119,9 +119,7 @@ def _run(
             else:
                 summary.kept += 1
 
-    done = 0
-    for task, outcome in pool(run_word, left()):
-        done += 1
+    for done, (task, outcome) in enumerate(pool(run_word, left()), 1):
         if isinstance(outcome, Failed):
             summary.failed.append((task.word, outcome.reason))
         if progress:
