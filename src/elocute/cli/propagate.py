@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
     from elocute.propagation.run import Pool, Summary
 
+DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
+
 
 def propagate_command(
     corpus: Path = typer.Argument(..., help="A corpus folder of captured speakers."),
@@ -64,7 +66,7 @@ def propagate_command(
     if not found.folder.resolve().is_relative_to(top):
         raise CorpusError.about(recordings, found="not below --root", allowed=f"a folder in {top}")
     _check_folder(output, resume)
-    pool = _pool(jobs, ray)
+    pool = _pool(jobs, ray, method)
     output.mkdir(exist_ok=True)
     settings = JobSettings(
         str(corpus.resolve()), str(_basis(opened, basis, split, output)),
@@ -90,12 +92,12 @@ def _check_folder(output: Path, resume: bool) -> None:
         )  # fmt: skip
 
 
-def _pool(jobs: int, address: str | None) -> Pool:
+def _pool(jobs: int, address: str | None, method: str) -> Pool:
     if address is not None:
         from elocute.jobs.ray import ray_pool
 
         return ray_pool(address, jobs)
-    if jobs == 1:
+    if jobs == 1 and method not in DEEP:
         from elocute.propagation.run import one_after_another
 
         return one_after_another

@@ -167,7 +167,6 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
     """In a worker: a task in, its result out, until the driver closes the pipe or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the driver stops its workers itself
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    one_thread_of_torch()
     while True:
         try:
             task = pipe.recv()
@@ -190,14 +189,6 @@ def attempt(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
 
 class GivenUp(Failed):
     """For good: bad input does not become better by trying again."""
-
-
-def one_thread_of_torch() -> None:
-    """The same sums in the same order, whatever the machine."""
-    with contextlib.suppress(ImportError):
-        import torch
-
-        torch.set_num_threads(1)
 
 
 def _end_with_parent() -> None:

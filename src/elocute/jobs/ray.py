@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from elocute.errors import ElocuteError, InputError, MachineError
-from elocute.jobs.local import TRIES, TaskQueue, attempt, checked_jobs, one_thread_of_torch
+from elocute.jobs.local import THREADS, TRIES, TaskQueue, attempt, checked_jobs
 from elocute.propagation.run import Failed, Pool
 
 LOCAL = "local"
@@ -99,10 +99,10 @@ def run_ray(
 
 
 class _Worker:
-    """On a node: loads torch once."""
+    """On a node: what a task loads (torch, the corpus) stays loaded for the next."""
 
     def __init__(self) -> None:
-        one_thread_of_torch()
+        os.environ.update(dict.fromkeys(THREADS, "1"))  # read by torch when it is loaded
 
     def run(self, work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
         return attempt(work, task)
