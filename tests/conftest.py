@@ -232,3 +232,46 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
     torch.set_num_threads(threads)
     export_onnx(trained, corpus, folder / "model.onnx", "a test")
     return Learned(corpus, folder / "model.onnx")
+
+
+@pytest.fixture(scope="session")
+def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) -> Any:
+    """Shards of real speech cut into words of 12 to 25 frames, moved by the driver.
+
+    Parameters weigh those shapes of the built-in head that speech uses, as if learned.
+    """
+    from dataclasses import replace
+
+    import soundfile
+
+    pytest.importorskip("pyarrow")
+    from elocute.articulation.driver import articulate
+    from elocute.audio.read import read_audio
+    from elocute.corpus.shards import WordClip, open_shards, shard_writer
+    from elocute.encoders.phone_encoder import PHONE_RATE, builtin_encoder
+    from elocute.head.builtin import load_builtin_head
+    from elocute.motion.motion import Motion
+    from elocute.synthesis.speech_shapes import speech_names
+
+    fps, head, names = 30.0, load_builtin_head(), speech_names()
+    places = [head.expression_names.index(name) for name in names]
+    shapes = replace(head, expression_names=names, expression_basis=head.expression_basis[places])
+    root = tmp_path_factory.mktemp("shards")
+    (root / "sounds").mkdir()
+    whole = read_audio(speech_wav)
+    soundfile.write(root / "sounds" / "talk.flac", whole.samples, whole.sample_rate)
+    heard = builtin_encoder()(whole)
+    curves = articulate(heard.values, PHONE_RATE, fps=fps).select(names).values
+    draw, first, number = np.random.default_rng(0), 0, 0
+    basis = Motion(shapes, np.eye(len(names), dtype=np.float32), fps)
+    with shard_writer(root / "shards", basis, rows=7) as writer:
+        while first + 25 < len(curves):
+            frames = int(draw.integers(12, 26))
+            split = ("train", "train", "validation", "train", "test")[number % 5]
+            clip = WordClip(
+                f"c{number:03}", f"word{number % 4}", f"{split}er", "a", split, "talk.flac",
+                first / fps, (first + frames) / fps, fps, curves[first : first + frames],
+            )  # fmt: skip
+            writer.add(clip)
+            first, number = first + frames, number + 1
+    return open_shards(root / "shards", root / "sounds")

@@ -24,9 +24,11 @@ from elocute.capture.blendshapes.sweep import sweep
 from elocute.corpus.clip import Clip
 from elocute.corpus.shards import WordClip, shard_writer
 from elocute.corpus.store import open_corpus
+from elocute.corpus.word_clip import SENTENCE
 from elocute.corpus.writer import corpus_writer
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
+from elocute.synthesis.speech_shapes import to_shapes
 from encoder.store import RATE
 
 FPS = 30.0
@@ -63,15 +65,6 @@ def learn_basis(folder: Path, speaker: Speaker, seed: int, clips: int = 40) -> M
             writer.add(Clip("reader", f"s{number:03}", text, Waveform(samples, RATE), weights))
     corpus = open_corpus(folder)
     return sweep(learn_blendshapes(corpus, [e.name for e in corpus.entries]).head)
-
-
-def parameters_of(weights: np.ndarray, basis: Motion) -> np.ndarray:
-    """(frame, 28): built-in weights projected onto the shapes of a basis, least squares."""
-    own = load_builtin_head().expression_basis.reshape(weights.shape[1], -1).astype(np.float64)
-    shapes = basis.head.expression_basis.reshape(len(basis.names), -1).astype(np.float64)
-    gram = shapes @ shapes.T
-    to_shapes = np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), shapes @ own.T)
-    return (weights @ to_shapes.T).astype(np.float32)
 
 
 def build(
@@ -111,7 +104,9 @@ def _clip(
     samples, phones = speaker.say(voice, text, number)
     if len(samples) < RATE * (LEAD_S + TAIL_S + 0.15):
         return None
-    parameters = parameters_of(simulate(phones, len(samples) / RATE, style), basis)
+    weights = simulate(phones, len(samples) / RATE, style)
+    names = load_builtin_head().expression_names
+    parameters = to_shapes(weights, names, basis.head.expression_basis)
     word = " " not in text
     first = round((LEAD_S - CONTEXT_S) * FPS) if word else 0
     last = len(parameters) - (round((TAIL_S - CONTEXT_S) * FPS) if word else 0)
@@ -119,6 +114,6 @@ def _clip(
     (sounds / voice.speaker).mkdir(parents=True, exist_ok=True)
     soundfile.write(sounds / name, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
     return WordClip(
-        f"c{number:06}", text if word else "sentence", voice.speaker, voice.speaker, part, name,
+        f"c{number:06}", text if word else SENTENCE, voice.speaker, voice.speaker, part, name,
         first / FPS, last / FPS, FPS, parameters[first:last], 1.0,
     )  # fmt: skip

@@ -146,7 +146,9 @@ def _with_slopes(samples: NDArray[np.float32], places: NDArray[np.intp]) -> NDAr
     return out
 
 
-def log_mel_at(samples: NDArray[np.float32], middles: NDArray[np.intp]) -> NDArray[np.float32]:
+def log_mel_at(
+    samples: NDArray[np.float32], middles: NDArray[np.integer], floor: float = FLOOR
+) -> NDArray[np.float32]:
     """(window, 128) of windows centred on the given samples, silence beyond both ends."""
     before = max(0, WINDOW // 2 - int(middles.min()))
     after = max(0, int(middles.max()) + WINDOW // 2 - len(samples))
@@ -158,5 +160,5 @@ def log_mel_at(samples: NDArray[np.float32], middles: NDArray[np.intp]) -> NDArr
     for at in range(0, len(middles), BLOCK):
         spectrum = np.fft.rfft(views[starts[at : at + BLOCK]] * window, FFT)
         power = (spectrum.real**2 + spectrum.imag**2).astype(np.float32)
-        out[at : at + BLOCK] = np.log(np.maximum(power @ filters, FLOOR))
+        out[at : at + BLOCK] = np.log(np.maximum(power @ filters, floor))
     return out

@@ -14,6 +14,7 @@ from elocute.cli import (
     evaluate_corpus,
     evaluate_features,
     evaluate_mouth,
+    evaluate_wild,
     options,
 )
 from elocute.cli.progress import progress_bar
@@ -26,6 +27,7 @@ app = typer.Typer(help="Measure what a model makes of speech.", no_args_is_help=
 app.command("alignment")(evaluate_alignment.alignment_command)
 app.command("corpus")(evaluate_corpus.corpus_command)
 app.command("features")(evaluate_features.features_command)
+app.command("wild")(evaluate_wild.wild_command)
 app.command("noise")(evaluate_mouth.noise_command)
 app.command("styles")(evaluate_mouth.styles_command)
 app.command("identities")(evaluate_mouth.identities_command)
@@ -52,7 +54,7 @@ def real_command(
     from elocute.synthesis.animate import animate
     from elocute.training.real_talker import evaluate_real
 
-    wanted = _names(names)
+    wanted = read_names(names)
     eye_distance_mm = 1000 * load_builtin_head().eye_distance_m
 
     def predict(sound: Path) -> Curves:
@@ -77,7 +79,7 @@ def real_command(
         print(f"{name:22} {value:.3f}" if isinstance(value, float) else f"{name:22} {value}")
 
 
-def _names(path: Path | None) -> list[str] | None:
+def read_names(path: Path | None) -> list[str] | None:
     if path is None:
         return None
     try:

@@ -23,7 +23,9 @@ StyleName = typer.Option(
     "plain", "--style", help="Speaking style: a name, a mix (calm:0.7,broad:0.3), or a .json file."
 )
 Model = typer.Option(
-    "articulation", "--model", help="What drives the face: articulation, voca, or a trained .onnx."
+    "articulation",
+    "--model",
+    help="What drives the face: articulation, voca, crnn or an .onnx.",
 )
 Head = typer.Option(
     "builtin", "--head", help="builtin, or a head or mesh file in the topology of the model."

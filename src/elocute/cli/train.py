@@ -65,6 +65,64 @@ def voca_command(
     print(json.dumps(record) if as_json else output / MODEL)
 
 
+@app.command("crnn")
+def crnn_command(
+    shards: Path = typer.Argument(..., help="A folder of shards (elocute propagate makes one)."),
+    sounds: Path = typer.Argument(..., help="The folder that their sounds are in."),
+    output: Path = typer.Option(..., "-o", "--output", help="Folder for checkpoint, log, model."),
+    epochs: int = typer.Option(50, help="Passes over the training part."),
+    batch: int = typer.Option(50, help="Clips in a batch."),
+    learning_rate: float = typer.Option(5e-4, help="Of Adam."),
+    last_rate: float = typer.Option(1.0, help="Share of it that the last epoch has left."),
+    loss: str = typer.Option("concordance", help="concordance, or mse."),
+    keep: float = typer.Option(0.5, help="Share of a clip kept when it is cut at random."),
+    augment: float = typer.Option(
+        0.0, help="Share of clips made worse: noise, room, voice, tempo."
+    ),
+    highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
+    seed: int = typer.Option(0, help="Of everything random."),
+    resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
+    as_json: bool = options.Json,
+) -> None:
+    """Train the recurrent model; leaves model.onnx, checkpoint, log.csv and TensorBoard events.
+
+    Shards and sounds that cannot be used are named and left out; then it ends with 1.
+    """
+    from elocute.corpus.shards import open_shards
+
+    try:
+        from elocute.training.crnn.config import CrnnTrainConfig
+        from elocute.training.crnn.run import MODEL, train_crnn
+    except ImportError as error:
+        raise MachineError(
+            f"training needs {error.name}; install it: pip install 'elocute[train]'"
+        ) from error
+    config = CrnnTrainConfig(
+        epochs=epochs, batch_clips=batch, learning_rate=learning_rate, last_rate=last_rate,
+        loss=loss, keep=keep, augment=augment, highest_hz=highest_hz, seed=seed,
+    )  # fmt: skip
+    opened = open_shards(shards, sounds)
+    prepare_folder(output, resume)
+    trained, missing = train_crnn(opened, config, output, resume=resume, report=Lines(as_json))
+    broken = [*opened.broken, *missing]
+    record = {
+        "model": str(output / MODEL), "clips": len(opened),
+        "broken": [{"name": name, "why": why} for name, why in broken],
+        **{k: None if v != v else v for k, v in (trained.log[-1] if trained.log else {}).items()},
+    }  # fmt: skip
+    print(json.dumps(record) if as_json else output / MODEL)
+    name_broken(broken, len(opened))
+
+
+def name_broken(broken: list[tuple[str, str]], clips: int) -> None:
+    """Say what was left out, and end with 1 if anything was."""
+    for name, why in broken[:20]:
+        typer.echo(f"elocute: left out {name}: {why}", err=True)
+    if broken:
+        typer.echo(f"elocute: {len(broken)} left out; {clips} clips in sound shards", err=True)
+        raise typer.Exit(1)
+
+
 class Lines:
     """One line for every epoch, or none for machines."""
 

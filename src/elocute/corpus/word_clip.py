@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from elocute.corpus.clip import check_name
 from elocute.errors import CorpusError
 
+SENTENCE = "sentence"  # the word of a clip that holds several
 SPLITS = ("train", "validation", "test")
 FRAMES_MAX = 100_000
 COMPONENTS_MAX = 400

@@ -30,8 +30,16 @@ from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
 from elocute.motion.motion import Motion
-from elocute.synthesis.learned import learned_curves, learned_motion, style_of
-from elocute.synthesis.voca import SHIPPED, VocaModel, is_trained
+from elocute.synthesis.crnn import CrnnModel
+from elocute.synthesis.learned import (
+    crnn_curves,
+    crnn_motion,
+    learned_curves,
+    learned_motion,
+    style_of,
+)
+from elocute.synthesis.trained import NAMES, is_trained, open_trained
+from elocute.synthesis.voca import VocaModel
 
 FPS_RANGE = (1.0, 240.0)
 ARTICULATION = "articulation"
@@ -83,7 +91,7 @@ def animate(
     head      "builtin", or a head or mesh file in the topology that the model moves
     style     a name, a mix (`calm:0.7,broad:0.3`), for "articulation" also a JSON file or a Style
     strength  how far the mouth moves, 0…2
-    model     "articulation", "voca", or a trained model (.onnx)
+    model     "articulation", "voca", "crnn", or a trained model (.onnx)
     phones    their times, where they are known; the encoder is not asked then
 
     Raises InputError (AudioError, HeadError, ModelError) for anything that cannot be used.
@@ -101,9 +109,13 @@ def animate(
     if not is_trained(model):
         raise InputError.about(
             f"model {str(model)!r}", found="unknown",
-            allowed=f"{ARTICULATION}, {SHIPPED}, or a trained model (.onnx)",
+            allowed=f"{ARTICULATION}, {', '.join(NAMES)}, or a trained model (.onnx)",
         )  # fmt: skip
-    learned = VocaModel(model)
+    learned = open_trained(model)
+    if isinstance(learned, CrnnModel):
+        given = {"channel": channel, "phones": phones, "progress": progress}
+        rates = {"fps": fps, "strength": strength}
+        return _recurrent(learned, speech, _rig(head, identity), style, given, rates)
     shares, rig = style_of(learned, style), _rig(head, identity)
     heard, duration_s = listen(speech, channel=channel, phones=phones, progress=progress)
     features = _features(learned, speech, channel, heard)
@@ -113,6 +125,33 @@ def animate(
         return Animation(motion_from_curves(rig, curves), curves, sound)
     motion = learned_motion(learned, rig, features, shares, **settings)
     return Animation(motion, curves_from_motion(motion), sound)
+
+
+def _recurrent(
+    model: CrnnModel, speech: str | Path | Waveform, rig: HeadModel, style: str | Style,
+    given: dict[str, Any], rates: dict[str, float],
+) -> Animation:  # fmt: skip
+    """The recurrent model hears the sound itself; phones say where lips meet."""
+    if style != "plain":
+        raise InputError.about(
+            f"style {style}", found=f"{model.path.name} has no styles", allowed="plain"
+        )
+    heard, duration_s = listen(speech, **given)
+    source = speech if isinstance(speech, Waveform) else Path(speech)
+    sound = _whole(speech, given["channel"])
+    if model.record.topology == load_builtin_head().name:
+        curves = crnn_curves(model, sound, heard, PHONE_RATE, duration_s=duration_s, **rates)
+        return Animation(motion_from_curves(rig, curves), curves, source)
+    motion = crnn_motion(model, rig, sound, duration_s=duration_s, **rates)
+    return Animation(motion, curves_from_motion(motion), source)
+
+
+def _whole(speech: str | Path | Waveform, channel: int | None) -> Waveform:
+    if isinstance(speech, Waveform):
+        return speech
+    from elocute.audio.read import read_audio
+
+    return read_audio(speech, channel=channel)
 
 
 def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
@@ -134,11 +173,7 @@ def _features(
     """What the model's own encoder hears; phones were heard already."""
     if model.record.encoder == "phones":
         return Features(log_posteriors, PHONE_RATE, "phones")
-    if not isinstance(speech, Waveform):
-        from elocute.audio.read import read_audio
-
-        speech = read_audio(speech, channel=channel)
-    return resolve_encoder(model.record.encoder)(speech)
+    return resolve_encoder(model.record.encoder)(_whole(speech, channel))
 
 
 def identity_head(identity: str | int | Path) -> HeadModel:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,16 @@ from numpy.typing import NDArray
 from elocute.articulation.driver import make_contacts
 from elocute.articulation.style import Style, parse_mix
 from elocute.audio.features import Features
+from elocute.audio.waveform import Waveform
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion
+from elocute.synthesis.crnn import CrnnModel
+from elocute.synthesis.crnn_stream import stream_weights
 from elocute.synthesis.rules import Styled
+from elocute.synthesis.speech_shapes import as_builtin, speech_names
 from elocute.synthesis.style_file import read_mix
 from elocute.synthesis.voca import VocaModel
 
@@ -86,15 +91,45 @@ def learned_motion(
     """
     basis = model.basis
     assert basis is not None
+    moving = _moving(head, basis, model.path, "voca")
+    names = (*moving.expression_names[:-1], "vocaMean")
+    moving = replace(moving, expression_names=names)
+    weights = resampled(model.weights(features, style), model.record.fps, duration_s, fps)
+    return Motion(moving, weights * np.float32(strength), fps)
+
+
+def crnn_curves(
+    model: CrnnModel, sound: Waveform, log_posteriors: Array, rate: float, *,
+    duration_s: float, fps: float, strength: float,
+) -> Curves:  # fmt: skip
+    """Curves of a recurrent model in the built-in topology, with contacts and rests made."""
+    values = as_builtin(stream_weights(model, sound), model.basis)
+    wanted = resampled(values, model.record.fps, duration_s, fps)
+    curves = Curves(np.clip(wanted * strength, 0, 1), speech_names(), fps)
+    return make_contacts(curves, log_posteriors, rate)
+
+
+def crnn_motion(
+    model: CrnnModel, head: HeadModel, sound: Waveform, *,
+    duration_s: float, fps: float, strength: float,
+) -> Motion:  # fmt: skip
+    """Motion of a recurrent model on a head of the topology it was trained in.
+
+    Raises ModelError where the head has another number of vertices.
+    """
+    moving = _moving(head, model.basis, model.path, "speech")
+    weights = resampled(stream_weights(model, sound), model.record.fps, duration_s, fps)
+    return Motion(moving, weights * np.float32(strength), fps)
+
+
+def _moving(head: HeadModel, basis: Array, path: Path, stem: str) -> HeadModel:
     if head.vertex_count != basis.shape[1]:
         raise ModelError.about(
             f"head {head.name!r}", found=f"{head.vertex_count} vertices",
-            allowed=f"{basis.shape[1]}, the topology that {model.path.name} was trained in",
+            allowed=f"{basis.shape[1]}, the topology that {path.name} was trained in",
         )  # fmt: skip
-    names = (*(f"voca{index:03d}" for index in range(len(basis) - 1)), "vocaMean")
-    moving = replace(head, expression_names=names, expression_basis=basis)
-    weights = resampled(model.weights(features, style), model.record.fps, duration_s, fps)
-    return Motion(moving, weights * np.float32(strength), fps)
+    names = tuple(f"{stem}{index:03d}" for index in range(len(basis)))
+    return replace(head, expression_names=names, expression_basis=basis)
 
 
 def resampled(weights: Array, rate: float, duration_s: float, fps: float) -> Array:

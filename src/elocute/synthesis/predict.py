@@ -21,7 +21,10 @@ from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.curves import Curves
 from elocute.synthesis.animate import ARTICULATION
+from elocute.synthesis.crnn import CrnnModel
+from elocute.synthesis.crnn_stream import stream_weights
 from elocute.synthesis.learned import EVEN, builtin_basis, resampled, style_of
+from elocute.synthesis.trained import open_trained
 from elocute.synthesis.voca import VocaModel
 
 Array = NDArray[np.float32]
@@ -58,7 +61,9 @@ def open_predictor(model: str | Path, *, contacts: bool = False) -> Predictor:
         encoder = resolve_encoder("phones")
         names = load_builtin_head().expression_names
         return Predictor(tuple(STYLES), encoder, _articulated(names), names, None)
-    learned = VocaModel(model)
+    learned = open_trained(model)
+    if isinstance(learned, CrnnModel):
+        return _recurrent(learned, contacts)
     record = learned.record
     if contacts and (not record.components or record.encoder != "phones"):
         raise ModelError.about(
@@ -70,6 +75,23 @@ def open_predictor(model: str | Path, *, contacts: bool = False) -> Predictor:
         record.styles, resolve_encoder(record.encoder), _learned(learned, contacts),
         record.components, learned.basis,
     )  # fmt: skip
+
+
+def _recurrent(model: CrnnModel, contacts: bool) -> Predictor:
+    """A recurrent model has one style and hears sound itself: what it hears is its answer."""
+    if contacts:
+        raise ModelError.about(
+            model.path, found="a model that moves by its own basis",
+            allowed="contacts for models that hear phones and weigh the built-in shapes",
+        )  # fmt: skip
+
+    def hear(sound: Waveform) -> Features:
+        return Features(stream_weights(model, sound), model.record.fps, "crnn")
+
+    def weights(heard: Features, _style: str, frames: int, fps: float) -> Array:
+        return resampled(heard.values, heard.rate, frames / fps, fps)
+
+    return Predictor(("plain",), hear, weights, (), model.basis)
 
 
 def clip_predictor(predictor: Predictor, corpus: Corpus) -> Callable[[str, str], Track]:

@@ -6,7 +6,6 @@ what its weights weigh; nothing in it is executed but the network.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,12 +16,11 @@ from numpy.typing import NDArray
 
 from elocute.audio.features import Features
 from elocute.errors import ModelError
+from elocute.synthesis.trained_file import check_file, open_session, stored_record
 
 Array = NDArray[np.float32]
 SHIPPED = "voca"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "voca.onnx"
-FILE_MAX_BYTES = 512_000_000
-RECORD_MAX = 1_000_000
 BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded
 REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
 
@@ -46,49 +44,25 @@ class VocaRecord:
     note: str
 
 
-def is_trained(model: str | Path) -> bool:
-    """Whether a model is named that a VocaModel can be of: the shipped one, or a file."""
-    return str(model) == SHIPPED or Path(model).suffix.lower() == ".onnx"
-
-
 class VocaModel:
     """`voca`, the one that ships, or a file of one's own.
 
     Raises ModelError where the file is missing, too large or no VOCA of Elocute.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, session: Any = None) -> None:
         self.path = SHIPPED_PATH if str(path) == SHIPPED else Path(path)
-        if not self.path.is_file():
-            raise ModelError.about(
-                self.path, found="no such file", allowed="a trained model (.onnx)",
-                remedy="make one: elocute train voca CORPUS -o FOLDER",
-            )  # fmt: skip
-        if self.path.stat().st_size > FILE_MAX_BYTES:
-            raise ModelError.about(self.path, found="more than 512 MB", allowed="a trained model")
+        self._opened = session  # of the same file, where it was opened before
+        check_file(self.path, "make one: elocute train voca CORPUS -o FOLDER")
 
     @cached_property
     def _session(self) -> Any:
-        import onnxruntime
-
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 3
-        try:
-            # From bytes, so that a file cannot name other files as its weights.
-            return onnxruntime.InferenceSession(
-                self.path.read_bytes(), options, providers=["CPUExecutionProvider"]
-            )
-        except Exception as error:  # onnxruntime has no common base of its own
-            raise ModelError.about(
-                self.path, found="no ONNX network", allowed="a model that Elocute trained"
-            ) from error
+        return self._opened or open_session(self.path)
 
     @cached_property
     def record(self) -> VocaRecord:
-        entry = self._session.get_modelmeta().custom_metadata_map.get("elocute", "")
+        stored = stored_record(self._session)
         try:
-            stored = json.loads(entry[:RECORD_MAX])
             if stored["kind"] != "voca":
                 raise ValueError(stored["kind"])
             return VocaRecord(

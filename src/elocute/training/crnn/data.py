@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.mel3 import BANDS, CONTEXT, HOP, MARGIN, RATE, column_starts, mel3_columns
+from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
 from elocute.errors import AudioError, CorpusError
 from elocute.motion.atomic import write_folder_atomically
@@ -136,15 +137,21 @@ def _open(folder: Path) -> Heard:
         ) from error
 
 
-def hear_clip(shards: Shards, clip: WordClip, fps: float) -> tuple[Array, int, Array]:
-    """Columns with what is around the clip, the frame it starts at in them, and parameters."""
+def hear_clip(
+    shards: Shards, clip: WordClip, fps: float,
+    change: Callable[[Waveform], Waveform] | None = None,
+) -> tuple[Array, int, Array]:  # fmt: skip
+    """Columns with what is around the clip, the frame it starts at in them, and parameters.
+
+    change  makes another sound of it: adds noise, say
+    """
     targets = at_rate(clip.parameters, clip.fps, fps)
     first = math.ceil(AROUND_S * fps)
-    heard = mel3_columns(shards.sound(clip, first / fps), fps)
+    sound = shards.sound(clip, first / fps)
+    heard = mel3_columns(change(sound) if change else sound, fps)
     frames = min(len(targets), len(heard.starts) - first)
     if frames < 1:
         raise CorpusError.about(f"clip {clip.clip}", found="no sound for its frames")
-    begin = int(heard.starts[first])
     end = int(heard.starts[first + frames - 1]) + 2 * (CONTEXT + MARGIN) + 1
     # Counted anew from a frame whose column is whole, so that windows fall as they did.
     period = whole_period(fps)

@@ -1,0 +1,73 @@
+"""Weights of speech blendshapes as curves of the built-in head, and the other way."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.targets import curve_names
+from elocute.errors import ModelError
+from elocute.head.builtin import load_builtin_head
+
+Array = NDArray[np.float32]
+RIDGE = 1e-5  # of the mean squared length of a shape: decides between shapes that look alike
+STEPS = 300
+
+
+def speech_names() -> tuple[str, ...]:
+    """The built-in head's shapes that speech uses."""
+    return tuple(name for name in load_builtin_head().expression_names if name in curve_names())
+
+
+def as_builtin(weights: Array, basis: Array) -> Array:
+    """(frame, curve) values 0…1 of `speech_names` whose vertices come nearest to the weights'.
+
+    weights (frame, component) of basis (component, vertex, 3) m in the built-in topology. With
+    bounds, for curves below 0 mean nothing to a rig. Raises ModelError for another topology.
+    """
+    shapes = _flat(speech_names())
+    if basis.shape[1] * 3 != shapes.shape[1]:
+        raise ModelError.about(
+            "model", found=f"shapes of {basis.shape[1]} vertices",
+            allowed=f"{shapes.shape[1] // 3}, those of the built-in head",
+        )  # fmt: skip
+    gram = shapes @ shapes.T
+    gram += RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
+    sides = weights.astype(np.float64) @ (
+        basis.reshape(len(basis), -1).astype(np.float64) @ shapes.T
+    )
+    return _between(gram, sides).astype(np.float32)
+
+
+def _between(gram: NDArray[np.float64], sides: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(frame, curve) that minimise ½ x·gram·x - side·x with 0 ≤ x ≤ 1, all frames at once.
+
+    Projected gradients with momentum (Beck and Teboulle 2009): what has not settled after
+    STEPS moves no vertex that can be seen.
+    """
+    length = float(np.linalg.eigvalsh(gram)[-1])
+    x = ahead = np.clip(sides @ np.linalg.inv(gram), 0, 1)
+    pace = 1.0
+    for _ in range(STEPS):
+        before, x = x, np.clip(ahead - (ahead @ gram - sides) / length, 0, 1)
+        faster = (1 + np.sqrt(1 + 4 * pace**2)) / 2
+        ahead, pace = x + (pace - 1) / faster * (x - before), faster
+    return x
+
+
+def to_shapes(values: Array, names: tuple[str, ...], basis: Array) -> Array:
+    """(frame, component) of basis that come nearest to built-in weights (frame, name)."""
+    shapes = basis.reshape(len(basis), -1).astype(np.float64)
+    gram = shapes @ shapes.T
+    gram += 1e-9 * np.trace(gram) / len(gram) * np.eye(len(gram))
+    return (values @ np.linalg.solve(gram, shapes @ _flat(names).T).T).astype(np.float32)
+
+
+@lru_cache(4)
+def _flat(names: tuple[str, ...]) -> NDArray[np.float64]:
+    """(curve, 3 · vertex) m."""
+    head = load_builtin_head()
+    places = [head.expression_names.index(name) for name in names]
+    return head.expression_basis[places].reshape(len(places), -1).astype(np.float64)
