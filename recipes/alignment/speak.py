@@ -47,7 +47,7 @@ class Speaker:
         draw = np.random.default_rng([ord(letter) for letter in voice.style + text])
         tempo = voice.tempo * draw.uniform(0.85, 1.2)
         samples, phones = self._say(voice, text, tempo)
-        return _trimmed(samples, [p for p in phones if p[2] != "SIL"], draw)
+        return trimmed(samples, [p for p in phones if p[2] != "SIL"], draw)
 
     def _say(self, voice: Subject, text: str, tempo: float) -> tuple[np.ndarray, Phones]:
         if voice.engine == "espeak":
@@ -59,8 +59,13 @@ class Speaker:
             return festival_utterance(voice.voice, text, 1 / tempo, Path(room))
 
 
-def _trimmed(samples: np.ndarray, phones: Phones, draw: np.random.Generator) -> Saying:
+def trimmed(samples: np.ndarray, phones: Phones, draw: np.random.Generator | None) -> Saying:
+    """What is said, with a margin: of faint noise, or where there is no `draw` of what is there."""
     start, end = phones[0][0], phones[-1][1]
+    if draw is None:
+        first = max(0, round((start - MARGIN_S) * RATE))
+        moved = [(a - first / RATE, b - first / RATE, phone) for a, b, phone in phones]
+        return Saying(samples[first : round((end + MARGIN_S) * RATE)], moved)
     body = samples[round(start * RATE) : round(end * RATE)]
     rests = [draw.normal(0, 2e-4, round(MARGIN_S * RATE)) for _ in range(2)]
     shift = MARGIN_S - start
@@ -80,7 +85,7 @@ def speak_all(
         for voice in voices:
             path = room / f"{voice.style}.wav"
             if not path.with_suffix(".json").exists():
-                _save(path, speaker.say(voice, word))
+                save(path, speaker.say(voice, word))
         if report:
             report((done + 1) / len(words))
 
@@ -102,7 +107,7 @@ def speak_sentences(
                 alone = speaker.say(voice, word)
                 span = found_span(said.phones, [p[2] for p in alone.phones])
                 if span:
-                    _save(path, said, span)
+                    save(path, said, span)
         if report:
             report((done + 1) / len(words))
 
@@ -116,7 +121,8 @@ def found_span(phones: Phones, word: list[str]) -> tuple[float, float] | None:
     return None
 
 
-def _save(path: Path, said: Saying, span: tuple[float, float] | None = None) -> None:
+def save(path: Path, said: Saying, span: tuple[float, float] | None = None) -> None:
+    """Sound and phones beside it."""
     soundfile.write(path, said.samples, RATE, subtype="PCM_16")
     record = {"phones": said.phones} | ({"word": span} if span else {})
     path.with_suffix(".json").write_text(json.dumps(record) + "\n", encoding="utf-8")

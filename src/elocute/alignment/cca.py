@@ -67,16 +67,15 @@ def principal(views: Sequence[NDArray[np.floating]], share: float) -> Projection
 
 
 def correlation(first: NDArray[np.floating], second: NDArray[np.floating]) -> float:
-    """Mean over features of the correlation of two (frame, feature) arrays, 0 to 1.
+    """Correlation of two (frame, feature) arrays, all features together, 0 to 1.
 
-    Features that do not move in one of them say nothing; where none moves, views that are equal
-    correlate fully and others not at all.
+    Each feature is taken about its own mean, and counts by how much it moves. Where one of them
+    does not move at all, views that are equal correlate fully and others not at all.
     """
     a, b = (
         np.asarray(x, np.float64) - np.mean(x, axis=0, dtype=np.float64) for x in (first, second)
     )
-    power = np.sqrt((a * a).sum(axis=0) * (b * b).sum(axis=0))
-    moving = power > 1e-9 * max(1.0, float(power.max(initial=0)))
-    if not moving.any():
+    power = float(np.sqrt((a * a).sum() * (b * b).sum()))
+    if power < 1e-9:
         return float(np.allclose(first, second, rtol=1e-5, atol=1e-6))
-    return float(np.clip(((a * b).sum(axis=0)[moving] / power[moving]).mean(), 0, 1))
+    return float(np.clip((a * b).sum() / power, 0, 1))

@@ -24,9 +24,11 @@ from elocute.alignment.types import Group
 
 @dataclass(frozen=True)
 class DctwConfig(DeepConfig):
-    """rounds: how often paths are found anew, `steps` divided among them."""
+    """rounds: how often paths are found anew, `steps` divided among them. With DCAW's rate it
+    learns the noise of single pairs: the rate is the best of those tried on the tuning words."""
 
     rounds: int = 4
+    learning_rate: float = 1e-3
 
 
 def fit_dctw(groups: Sequence[Group], config: DctwConfig, seed: int) -> DeepAligner:

@@ -7,7 +7,7 @@ each of them. Words are what the paired test counts, since pairs of one word sha
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -82,9 +82,8 @@ def pairs_to_find(sentences: Sequence[Take], words: Sequence[Take], each: int = 
 
 
 def judge_word(
-    word: str, pairs: Sequence[Pair], methods: Sequence[str], seed: int = 0,
-    configs: dict[str, Any] | None = None,
-) -> list[Row]:  # fmt: skip
+    word: str, pairs: Sequence[Pair], methods: Sequence[str], seed: int = 0
+) -> list[Row]:
     """One row per method. Open ends where the pairs are words to be found in sentences."""
     views = [(pair.source.view, pair.target.view) for pair in pairs]
     rows = []
@@ -92,8 +91,7 @@ def judge_word(
         if method == DIAGONAL:
             paths = [diagonal_path(len(source), len(target)) for source, target in views]
         else:
-            config = (configs or {}).get(method) or resolve_method(method).config()()
-            config = replace(config, open_source=not pairs[0].whole)
+            config = resolve_method(method).config()(open_source=not pairs[0].whole)
             fitted = fit_aligner(views, method, config, seed)
             paths = [each.path for each in fitted.align_all(views)]
         scores = np.array([_scores(p, path) for p, path in zip(pairs, paths, strict=True)])
@@ -147,40 +145,50 @@ def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str
 
 def judge_folder(
     folder: Path, methods: Sequence[str], *, sentences: Path | None = None,
-    encoder: str = DEFAULT, noise_db: float | None = None, words: int | None = None, seed: int = 0,
-    progress: Callable[[float], None] | None = None, configs: dict[str, Any] | None = None,
+    encoder: str = DEFAULT, noise_db: float | None = None, words: Sequence[str] | None = None,
+    seed: int = 0, done: Callable[[float, list[Row]], None] | None = None,
 ) -> tuple[list[Row], list[str]]:  # fmt: skip
-    """Every word of a folder, or the first so many: rows, and what could not be used.
+    """Every word of a folder, or those named: rows, and what could not be used.
 
     sentences: a folder of the same words in sentences, in which they are to be found; noise is
-    then in the sentences alone. Raises AlignmentError where nothing can be judged.
+    then in the sentences alone. `done` hears the share and the rows of each word as it is judged.
+    Raises AlignmentError where nothing can be judged.
     """
     for method in methods:
         if method != DIAGONAL:
             resolve_method(method)
-    names = sorted(p.name for p in folder.iterdir() if p.is_dir()) if folder.is_dir() else []
-    if sentences is not None:
-        names = [name for name in names if (sentences / name).is_dir()]
-    names = names[:words]
+    names = word_names(folder, sentences) if words is None else words
     rows, broken = [], []
-    for done, name in enumerate(names):
-        takes, wrong = read_takes(folder / name, encoder, None if sentences else noise_db)
+    for place, name in enumerate(names):
+        pairs, wrong = _pairs(folder, name, sentences, encoder, noise_db)
         broken += wrong
-        if sentences is not None:
-            spoken, wrong = read_takes(sentences / name, encoder, noise_db)
-            broken += wrong
-            pairs = pairs_to_find([take for take in spoken if take.word], takes)
-        else:
-            pairs = pairs_of_words(takes)
+        own: list[Row] = []
         if len(pairs) < 2:
             broken.append(f"{name}: {len(pairs)} pairs whose phones agree; allowed: two or more")
         else:
-            rows += judge_word(name, pairs, methods, seed, configs)
-        if progress:
-            progress((done + 1) / len(names))
+            own = judge_word(name, pairs, methods, seed)
+        rows += own
+        if done:
+            done((place + 1) / len(names), own)
     if not rows:
         raise AlignmentError.about(
             folder, found=broken[0] if broken else "no folder of recordings of a word",
             allowed="WORD/NAME.wav with NAME.json, two recordings of a word or more",
         )  # fmt: skip
     return rows, broken
+
+
+def word_names(folder: Path, sentences: Path | None = None) -> list[str]:
+    """The words that a folder holds, and the sentences too where they are given."""
+    names = sorted(p.name for p in folder.iterdir() if p.is_dir()) if folder.is_dir() else []
+    return [name for name in names if sentences is None or (sentences / name).is_dir()]
+
+
+def _pairs(
+    folder: Path, name: str, sentences: Path | None, encoder: str, noise_db: float | None
+) -> tuple[list[Pair], list[str]]:
+    takes, broken = read_takes(folder / name, encoder, None if sentences else noise_db)
+    if sentences is None:
+        return pairs_of_words(takes), broken
+    spoken, wrong = read_takes(sentences / name, encoder, noise_db)
+    return pairs_to_find([take for take in spoken if take.word], takes), broken + wrong

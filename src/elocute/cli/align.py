@@ -53,7 +53,7 @@ def align_command(
         from elocute.export.alignment_plot import plot_alignment
 
         matrix = found.attention
-        title = f"{source.name} → {target.name}: {method}, score {found.score:.3f}"
+        title = f"{source.name} onto {target.name}: {method}, score {found.score:.3f}"
         if matrix is None:
             from elocute.alignment.dtw import squared_distances
 

@@ -51,8 +51,9 @@ def alignment_command(
     resolve_encoder(encoder)
     with progress_bar("aligning", as_json) as progress:
         rows, broken = judge.judge_folder(
-            folder, names, sentences=sentences, encoder=encoder, noise_db=noise_db, words=words,
-            seed=seed, progress=progress,
+            folder, names, sentences=sentences, encoder=encoder, noise_db=noise_db,
+            words=judge.word_names(folder, sentences)[:words], seed=seed,
+            done=lambda share, _rows: progress(share) if progress else None,
         )  # fmt: skip
     table = judge.summarise(rows)
     if as_json:

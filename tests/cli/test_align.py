@@ -1,0 +1,87 @@
+"""`elocute align` and `elocute evaluate alignment`, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+pytest.importorskip("numba", reason="needs the extra `wild`")
+
+
+@pytest.fixture(scope="module")
+def words(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) -> Path:
+    """A folder of one word by three takes: real speech at three paces, cut in the same parts."""
+    folder = tmp_path_factory.mktemp("words") / "first"
+    folder.mkdir()
+    samples, rate = soundfile.read(speech_wav, dtype="float32")
+    samples = samples[: int(1.6 * rate)]
+    edges = np.array([0.1, 0.45, 0.8, 1.2, 1.5])
+    for name, pace in (("a", 1.0), ("b", 0.9), ("c", 1.1)):
+        soundfile.write(folder / f"{name}.wav", samples, round(rate * pace))
+        times = (edges / pace).tolist()
+        parts = [[a, b, p] for a, b, p in zip(times, times[1:], "WXYZ", strict=False)]
+        (folder / f"{name}.json").write_text(json.dumps({"phones": parts}))
+    return folder.parent
+
+
+def test_two_recordings_are_aligned_and_drawn(
+    words: Path, tmp_path: Path, cli: Callable[..., object]
+) -> None:
+    pair, plot = (words / "first" / "a.wav", words / "first" / "b.wav"), tmp_path / "plot.png"
+    done = cli("align", *pair, "--method", "softdtw", "--plot", plot, "--json")
+    record = json.loads(done.stdout)  # pyright: ignore[reportAttributeAccessIssue]
+    path = np.array(record["path"])
+    assert record["frames"] == (path[-1] + 1).tolist() and 0 < record["score"] <= 1
+    assert np.abs(path[:, 0] / 0.9 - path[:, 1]).mean() < 1.5
+    assert plot.read_bytes().startswith(b"\x89PNG") and plot.stat().st_size > 10_000
+    text = cli("align", *pair, "--method", "dtw").stdout  # pyright: ignore[reportAttributeAccessIssue]
+    assert "score" in text and "shift" in text
+
+
+def test_bad_input_of_align_is_one_line(
+    words: Path, tmp_path: Path, refused: Callable[..., None]
+) -> None:
+    sound = words / "first" / "a.wav"
+    silent, short = tmp_path / "silent.wav", tmp_path / "short.wav"
+    soundfile.write(silent, np.zeros(16000, np.float32), 16000)
+    soundfile.write(short, np.zeros(1, np.float32), 16000)
+    refused("align", sound, tmp_path / "none.wav", says="no such file")
+    refused("align", sound, silent, "--method", "dtw", says="nothing changes")
+    refused("align", sound, short, "--method", "dtw", says="short.wav")
+    refused("align", sound, sound, "--method", "magic", says="dtw, softdtw, ctw")
+    refused("align", sound, sound, "--method", "dtw", "--band", "-3", says="band")
+    refused("align", sound, sound, "--method", "dtw", "--band", "3", "--find", says="open ends")
+    refused("align", sound, sound, "--encoder", "ears", says="phones")
+    refused("align", sound, sound, "--plot", tmp_path / "plot.jpg", says=".png")
+    refused("align", sound, sound, "--plot", tmp_path / "no" / "plot.png", says="mkdir")
+
+
+def test_methods_are_judged_by_known_times(words: Path, cli: Callable[..., object]) -> None:
+    arguments = ("evaluate", "alignment", words, "--methods", "diagonal,dtw,ctw", "--json")
+    record = json.loads(cli(*arguments, "--per-word").stdout)  # pyright: ignore
+    methods = record["methods"]
+    assert list(methods) == ["diagonal", "dtw", "ctw"] and len(record["words"]) == 3
+    # Takes differ in pace alone, so proportion is the truth but for the ends of the features.
+    assert methods["diagonal"]["error_frames"] < 0.5 and methods["diagonal"]["overlap"] > 0.9
+    assert methods["dtw"]["error_frames"] < 1.5 and methods["dtw"]["overlap"] > 0.75
+
+
+def test_bad_input_of_the_judgement(
+    words: Path, tmp_path: Path, refused: Callable[..., None]
+) -> None:
+    command = ("evaluate", "alignment")
+    refused(*command, tmp_path / "none", says="no folder")
+    refused(*command, tmp_path, says="no folder of recordings")
+    refused(*command, words, "--methods", "dtw,magic", says="magic")
+    refused(*command, words, "--methods", ",", says="none")
+    refused(*command, words, "--noise-db", "90", says="60")
+    (tmp_path / "word").mkdir()
+    for name in ("a", "b"):
+        soundfile.write(tmp_path / "word" / f"{name}.wav", np.ones(8000, np.float32) / 9, 16000)
+        (tmp_path / "word" / f"{name}.json").write_text('{"phones": [[1, 0, "A"]]}')
+    refused(*command, tmp_path, says="out of order")
