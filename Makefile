@@ -16,7 +16,7 @@ demo: .venv/ready-demo
 	@echo "Look at out/talk.mp4, open out/talk.html in a browser, load out/talk.glb anywhere."
 
 demo-wild: .venv/ready-dev
-	mkdir -p out
+	rm -rf out/wild
 	$(BIN)/python recipes/demo_wild.py out/wild
 
 test: .venv/ready-dev

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import shutil
 import subprocess
 import sys
 import time
@@ -107,7 +106,8 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     choice = parser.parse_args()
     started, folder = time.monotonic(), choice.folder
-    shutil.rmtree(folder, ignore_errors=True)
+    if folder.exists():
+        sys.exit(f"{folder}: exists already; allowed: a new folder")
     folder.mkdir(parents=True)
     words = folder / "words"
     build = Path(__file__).with_name("build_words.py")

@@ -45,9 +45,7 @@ def eat(task: Task) -> int:
         try:
             np.ones(2**31, np.float64)
         finally:
-            resource.setrlimit(
-                resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
-            )
+            resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     return double(task)
 
 
