@@ -133,7 +133,8 @@ def test_propagate_on_the_cluster_and_a_killed_driver(node, wild: Path, tmp_path
     """A driver killed half-way, then again: every clip once, the same bytes as without Ray."""
     address, environment = node
     common = ["propagate", wild / "captured", wild / "recordings", "--words",
-              wild / "captured_words", "--root", wild, "--method", "dtw", "--json", "-o"]  # fmt: skip
+              wild / "captured_words", "--root", wild, "--method", "dtw", "--json",
+              "-o"]  # fmt: skip
 
     def call(*arguments: object) -> list[str]:
         code = "from elocute.cli import main; main()"
