@@ -140,8 +140,6 @@ def _result(worker: _Worker) -> tuple[bool, Any]:
     try:
         if worker.pipe.poll():
             kind, value = worker.pipe.recv()
-            if kind == "raised":
-                raise value
             return kind == "done", value
     except (EOFError, ConnectionError):
         pass
@@ -176,7 +174,7 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
 
 
 def attempt(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
-    """("done", result), ("failed", Failed) of memory, or ("raised", the error)."""
+    """("done", result or GivenUp), or ("failed", Failed) where memory ran out."""
     try:
         return "done", work(task)
     except MemoryError:
@@ -184,7 +182,7 @@ def attempt(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
     except ElocuteError as error:
         return "done", GivenUp(str(error))
     except Exception as error:
-        return "raised", RuntimeError(f"{type(error).__name__}: {error}")
+        return "done", GivenUp(f"{type(error).__name__}: {error}")
 
 
 class GivenUp(Failed):

@@ -7,6 +7,7 @@ task tried again; a task that takes down too many is given up with the reason.
 
 from __future__ import annotations
 
+import importlib.util
 import logging
 import os
 import re
@@ -123,8 +124,6 @@ def _result(reference: Any, tried: int) -> tuple[bool, Any]:
         return False, Failed(f"its worker {told}, {tried} times")
     except RayError as error:
         raise ClusterError(f"ray: {_line(str(error))}") from error
-    if kind == "raised":
-        raise value
     return kind == "done", value
 
 
@@ -132,15 +131,8 @@ def _prepare(local: bool) -> None:
     """Token authentication before Ray is loaded; a token of its own for a node of its own."""
     os.environ["RAY_AUTH_MODE"] = "token"
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    try:
-        import importlib.util
-
-        if importlib.util.find_spec("ray") is None:
-            raise ImportError("ray")
-    except ImportError as error:
-        raise MachineError(
-            "--ray needs ray; install it: pip install 'elocute[wild,cluster,train]'"
-        ) from error
+    if importlib.util.find_spec("ray") is None:
+        raise MachineError("--ray needs ray; install it: pip install 'elocute[wild,cluster,train]'")
     if _has_token():
         return
     if not local:

@@ -59,14 +59,14 @@ class Recordings:
         skipped: list[tuple[str, str]] = []
         for path, part in _files(self.folder / self.words[word]):
             name = path.relative_to(self.folder).as_posix()
-            clip = f"{word}.{path.stem}"
+            clip = f"{word}.{path.stem}".replace("'", "-")
             if not NAME.fullmatch(clip):
                 skipped.append((name, "no plain name: letters, digits, _ . - up to 120"))
                 continue
             if any(clip == other.clip for other in found[-1:]):
                 skipped.append((name, "there already with another suffix"))
                 continue
-            speaker = _speaker(path.stem)
+            speaker = _speaker(path.stem.replace("'", "-"))
             timing = path.with_suffix(".txt")
             found.append(
                 Recording(

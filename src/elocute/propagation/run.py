@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from elocute.corpus.shard_file import sha256_of
 from elocute.corpus.shards import ShardEntry, write_manifest
-from elocute.errors import CorpusError, OutputError
+from elocute.errors import CorpusError, ElocuteError, OutputError
 from elocute.motion.atomic import write_atomically
 from elocute.motion.store import load_motion
 from elocute.propagation.captured import CapturedWord
@@ -55,7 +55,11 @@ def one_after_another(
 ) -> Iterator[Outcome]:
     """The Pool of this process alone."""
     for task in tasks:
-        yield task, work(task)
+        try:
+            outcome = work(task)
+        except ElocuteError as error:
+            outcome = Failed(str(error))
+        yield task, outcome
 
 
 @dataclass
@@ -87,6 +91,8 @@ def propagate(
             recordings.folder, found=f"none of the captured words ({_some(captured)})",
             allowed="recordings of words that a captured speaker says",
         )  # fmt: skip
+    digests = sha256_of(Path(settings.corpus) / "corpus.json"), sha256_of(Path(settings.basis))
+    settings = replace(settings, inputs=" ".join(digests))
     (folder / RECORDS).mkdir(exist_ok=True)
     with _alone(folder):
         summary = _run(settings, captured, recordings, pool, progress)

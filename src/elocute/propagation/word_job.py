@@ -51,6 +51,7 @@ class JobSettings:
     confidence      below which a recording is rejected
     fps             of the parameters
     truth           whether captured words become rows too
+    inputs          checksums of corpus and basis, filled in by `propagate`
     """
 
     corpus: str
@@ -65,6 +66,7 @@ class JobSettings:
     confidence: float = 0.3
     fps: float = 30.0
     truth: bool = True
+    inputs: str = ""
 
     def __post_init__(self) -> None:
         if not 1 <= self.fit_pairs <= 10_000:
@@ -89,8 +91,11 @@ class WordTask:
 
     @property
     def digest(self) -> str:
-        """Of all that decides about the result."""
-        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+        """Of all that decides about the result; where it goes does not."""
+        record = asdict(self)
+        record["settings"].pop("folder")
+        record["settings"].pop("basis")
+        return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
