@@ -63,7 +63,7 @@ class Recordings:
             if not NAME.fullmatch(clip):
                 skipped.append((name, "no plain name: letters, digits, _ . - up to 120"))
                 continue
-            if any(clip == other.clip for other in found[-1:]):
+            if found and found[-1].clip == clip and _folder(found[-1].audio) == _folder(name):
                 skipped.append((name, "there already with another suffix"))
                 continue
             speaker = _speaker(path.stem.replace("'", "-"))
@@ -149,6 +149,10 @@ def _files(folder: Path) -> Iterator[tuple[Path, str]]:
                     yield path / inner, FOLDERS[name]
         elif path.suffix.lower() in SUFFIXES:
             yield path, ""
+
+
+def _folder(name: str) -> str:
+    return name.rpartition("/")[0]
 
 
 def _speaker(stem: str) -> str:
