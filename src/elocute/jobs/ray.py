@@ -46,6 +46,8 @@ def ray_pool(address: str, jobs: int) -> Pool:
     within CONNECT_S + JOIN_S seconds.
     """
     jobs = checked_jobs(jobs)
+    if address != LOCAL:
+        _host_and_port(address)
     _prepare(address == LOCAL)
     if address == LOCAL:
         count = jobs or os.cpu_count() or 1
@@ -151,16 +153,21 @@ def _has_token() -> bool:
     return path.is_file() and path.stat().st_size > 0
 
 
-def _reach(address: str) -> int:
-    """Processors of the cluster, found in a process of its own: Ray may end the one it fails in."""
+def _host_and_port(address: str) -> tuple[str, int]:
     match = ADDRESS.fullmatch(address)
     if not match or not 0 < int(match[2]) < 65536:
         raise InputError.about(
             f"--ray {address[:80]}", found="no address",
             allowed="HOST:PORT of a cluster (6379 by default), or local",
         )  # fmt: skip
+    return match[1], int(match[2])
+
+
+def _reach(address: str) -> int:
+    """Processors of the cluster, found in a process of its own: Ray may end the one it fails in."""
+    host, port = _host_and_port(address)
     try:
-        socket.create_connection((match[1], int(match[2])), CONNECT_S).close()
+        socket.create_connection((host, port), CONNECT_S).close()
     except OSError as error:
         raise _unreachable(address, CONNECT_S, error.strerror or str(error)) from error
     try:
