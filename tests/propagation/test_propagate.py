@@ -137,7 +137,7 @@ def test_a_killed_driver_goes_on_with_every_clip_once(wild: Path, whole: Path, t
     wait_for(lambda: list((output / "records").glob("*.json")) or driver.poll() is not None)
     workers = children(driver.pid)
     driver.send_signal(signal.SIGKILL)
-    driver.wait()
+    driver.communicate()
     wait_for(lambda: not any(Path(f"/proc/{worker}/exe").exists() for worker in workers))
     assert not (output / "manifest.json").exists()
     result = CliRunner().invoke(app, command(wild, output))
