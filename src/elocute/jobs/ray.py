@@ -7,6 +7,7 @@ task tried again; a task that takes down too many is given up with the reason.
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import logging
 import os
@@ -83,7 +84,9 @@ def run_ray(
         worker = worker or actor.remote()
         running[worker.run.remote(work, task)] = worker, task, tried + 1
 
+    quiet = contextlib.redirect_stdout(sys.stderr)  # the cluster's notices are no result
     try:
+        quiet.__enter__()
         for _ in range(jobs):
             give(None)
         while running:
@@ -98,6 +101,7 @@ def run_ray(
                 ray.kill(worker)
             give(worker if alive else None)
     finally:
+        quiet.__exit__(None, None, None)
         ray.shutdown()
 
 
