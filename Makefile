@@ -1,4 +1,5 @@
 # make demo   a talking head from a shipped speech clip, in out/
+# make demo-wild   the second paper's chain, small: capture to recurrent model, in out/wild
 # make test   everything that is tested
 # Both set up their own .venv from a fresh clone; nothing else is needed but Python and make.
 
@@ -6,13 +7,17 @@ PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -name '*.pyc' 2>/dev/null)
 
-.PHONY: demo test check clean
+.PHONY: demo demo-wild test check clean
 
 demo: .venv/ready-demo
 	mkdir -p out
 	$(BIN)/elocute animate src/elocute/assets/example.flac \
 		-o out/talk.mp4 -o out/talk.glb -o out/talk.html
 	@echo "Look at out/talk.mp4, open out/talk.html in a browser, load out/talk.glb anywhere."
+
+demo-wild: .venv/ready-dev
+	rm -rf out/wild
+	$(BIN)/python recipes/demo_wild.py out/wild
 
 test: .venv/ready-dev
 	$(BIN)/python -m pytest -n auto --dist loadscope

@@ -49,13 +49,15 @@ NOTE = (
 )
 
 
-def simulate(phones: list[tuple[float, float, str]], duration_s: float, style: str) -> np.ndarray:
+def simulate(
+    phones: list[tuple[float, float, str]], duration_s: float, style: str, fps: float = FPS
+) -> np.ndarray:
     """(frame, component) weights of the built-in head for phones with known times."""
     head = load_builtin_head()
     quiet = replace(STYLES[style], blink_per_min=0.0)  # blinks cannot be heard
     curves = articulate(
         posteriors_from_phones(phones, duration_s, PHONE_RATE), PHONE_RATE,
-        frame_count=round(duration_s * FPS), fps=FPS, style=quiet,
+        frame_count=round(duration_s * fps), fps=fps, style=quiet,
     )  # fmt: skip
     return curves.select(head.expression_names).values
 

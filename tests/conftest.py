@@ -276,3 +276,20 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
             writer.add(clip)
             first, number = first + frames, number + 1
     return open_shards(root / "shards", root / "sounds")
+
+
+@pytest.fixture(scope="session")
+def wild(tmp_path_factory: pytest.TempPathFactory, need: Callable[[object, str], None]) -> Path:
+    """What recipes/build_words.py makes: 4 words, three captured speakers, 24 recordings."""
+    import shutil
+    import subprocess
+    import sys
+
+    for name in ("flite", "festival", "espeak-ng"):
+        need(shutil.which(name), name)
+    pytest.importorskip("pocketsphinx", reason="needs the extra `wild`")
+    folder = tmp_path_factory.mktemp("wild") / "words"
+    command = [sys.executable, ROOT / "recipes" / "build_words.py", folder, "--words", "4",
+               "--speakers", "3"]  # fmt: skip
+    subprocess.run([str(part) for part in command], check=True, capture_output=True, cwd=ROOT)
+    return folder

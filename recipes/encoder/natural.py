@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,11 +11,9 @@ import numpy as np
 import soundfile
 import soxr
 
-from elocute.audio.phones import PHONES
+from elocute.alignment.forced import PAD_S, EnglishAligner
 from encoder.store import HOP, RATE, ShardWriter, labels_from_times
 
-Phones = list[tuple[float, float, str]]
-PAD_S = 0.15  # of faint noise around clips that begin and end in the middle of a breath
 # Whole speakers for testing. The German and the Dutch corpus have one speaker each: of kerstin
 # an eighth of the sentences is held out (said so in the card); ljspeech tests as a whole.
 TEST_SPEAKERS = {"theo", "lucas"}
@@ -91,55 +88,6 @@ def read(path: Path) -> np.ndarray:
         samples = soxr.resample(samples, rate, RATE)
     pad = np.random.default_rng(len(samples)).normal(0, 1e-5, round(PAD_S * RATE))
     return np.concatenate([pad, samples, pad[::-1]]).astype(np.float32)
-
-
-def words_in(text: str) -> list[str]:
-    text = text.lower().replace("’", "'").replace("-", " ")
-    return re.sub(r"[^a-z' ]", " ", text).split()
-
-
-class EnglishAligner:
-    """pocketsphinx with wide beams; words it does not know are refused, never guessed."""
-
-    def __init__(self) -> None:
-        from pocketsphinx import Decoder
-
-        self.decoder = Decoder(
-            lm=None, loglevel="FATAL", bestpath=False, beam=1e-80, pbeam=1e-80, wbeam=1e-60
-        )
-
-    def knows(self, text: str) -> bool:
-        """Whether every word is in the dictionary."""
-        words = words_in(text)
-        return bool(words) and all(self.decoder.lookup_word(w) is not None for w in words)
-
-    def align(self, samples: np.ndarray, text: str) -> Phones | None:
-        """Phones with times, or None where the text does not fit the sound."""
-        if not self.knows(text):
-            return None
-        words = words_in(text)
-        loud = np.clip(samples / (np.abs(samples).max() + 1e-6) * 0.7, -1, 1)
-        data = (loud * 32767).astype(np.int16).tobytes()
-        try:
-            self.decoder.set_align_text(" ".join(words))
-            self._pass(data)
-            if self.decoder.hyp() is None:
-                return None
-            self.decoder.set_alignment()
-            self._pass(data)
-        except RuntimeError:
-            return None
-        phones: Phones = []
-        for word in self.decoder.get_alignment():
-            for phone in word:
-                name = phone.name if phone.name in PHONES else "SIL"
-                phones.append((phone.start / 100, (phone.start + phone.duration) / 100, name))
-        return phones
-
-    def _pass(self, data: bytes) -> None:
-        self.decoder.start_utt()
-        self.decoder.process_raw(data, no_search=False, full_utt=True)
-        self.decoder.end_utt()
 
 
 def aligned_shard(recordings: list[Recording], folder: Path, name: str) -> int:

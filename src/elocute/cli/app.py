@@ -18,10 +18,12 @@ from elocute.cli import (
     evaluate,
     heads,
     inspect,
+    propagate,
     render,
     solve,
     style,
     train,
+    words,
 )
 from elocute.errors import ElocuteError, InputError
 
@@ -50,6 +52,8 @@ app.add_typer(capture.app, name="capture")
 app.add_typer(blendshapes.app, name="blendshapes")
 app.add_typer(style.app, name="style")
 app.add_typer(train.app, name="train")
+app.command("propagate")(propagate.propagate_command)
+app.add_typer(words.app, name="words")
 
 
 def _version(wanted: bool) -> None:

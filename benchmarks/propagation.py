@@ -1,0 +1,135 @@
+"""How fast parameters are carried over, on one core, and how much memory that takes.
+
+    python recipes/build_words.py build/words --words 20
+    python benchmarks/propagation.py build/words [--methods dtw,dcaw]
+
+Times are CPU seconds of one thread, network and files included. `align` is what a further
+recording of a known word costs; `fit` what a word costs once. Memory is the peak of a whole run
+over all words in one process, with so many copies of every recording.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[variable] = "1"
+
+from elocute.capture.blendshapes.learn import learn_blendshapes
+from elocute.capture.blendshapes.sweep import sweep
+from elocute.corpus.store import open_corpus
+from elocute.motion.store import save_motion
+from elocute.propagation import word_job
+from elocute.propagation.captured import captured_words
+from elocute.propagation.readers import Recordings, find_recordings
+from elocute.propagation.run import all_tasks, propagate
+
+COPIES = (1, 8)
+
+
+def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> word_job.JobSettings:
+    return word_job.JobSettings(
+        str(folder / "captured"), str(room / "basis.npz"), str(recordings), str(recordings.parent),
+        str(room), method, truth=False,
+    )  # fmt: skip
+
+
+def speed(folder: Path, room: Path, method: str, words: int) -> dict[str, float]:
+    """Of the first words: seconds to fit one, and pairs aligned in a second."""
+    captured = captured_words(open_corpus(folder / "captured"), folder / "captured_words")
+    recordings = find_recordings(folder / "recordings")
+    settings = settings_of(folder, folder / "recordings", room, method)
+    (room / word_job.RECORDS).mkdir(exist_ok=True)
+    capture = word_job._capture(settings.corpus, settings.basis)
+    fitted = aligned = pairs = clips = 0.0
+    for number, task in enumerate(all_tasks(settings, captured, recordings)):
+        if number > words:
+            break
+        sources = word_job._sources(task, capture, [])
+        started = time.process_time()
+        aligner = word_job._fitted(task, sources)
+        middle = time.process_time()
+        assert aligner is not None
+        for recording in task.recordings:
+            word_job._aligned(task, recording, sources, aligner)
+        if number:  # the first word loads and compiles
+            fitted += middle - started
+            aligned += time.process_time() - middle
+            pairs += len(task.recordings) * len(sources)
+            clips += len(task.recordings)
+    return {
+        "fit_s_per_word": round(fitted / words, 3), "fit_recordings": round(clips / words, 1),
+        "pairs_per_s": round(pairs / aligned, 1), "clips_per_s": round(clips / aligned, 1),
+    }  # fmt: skip
+
+
+def copied(folder: Path, room: Path, copies: int) -> Recordings:
+    """Every recording so many times, as links, by speakers of other names."""
+    for path in sorted((folder / "recordings").glob("*/*/*.wav")):
+        place = room / path.parent.relative_to(folder / "recordings")
+        place.mkdir(parents=True, exist_ok=True)
+        for copy in range(copies):
+            os.link(path, place / f"c{copy}-{path.name}")
+    return find_recordings(room)
+
+
+def run_once(folder: Path, room: Path) -> None:
+    """In a process of its own: carry over and print its peak memory."""
+    import resource
+
+    captured = captured_words(open_corpus(folder / "captured"), folder / "captured_words")
+    recordings = find_recordings(room / "recordings")
+    summary = propagate(
+        settings_of(folder, room / "recordings", room / "out", "dtw"), captured, recordings
+    )
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(json.dumps({"recordings": summary.aligned + summary.rejected, "peak_mb": round(peak, 1)}))
+
+
+def memory(folder: Path, basis: Path) -> list[dict[str, float]]:
+    found = []
+    for copies in COPIES:
+        with tempfile.TemporaryDirectory(dir=folder) as name:
+            room = Path(name)
+            copied(folder, room / "recordings", copies)
+            (room / "out").mkdir()
+            (room / "out" / "basis.npz").write_bytes(basis.read_bytes())
+            call = [sys.executable, __file__, str(folder), "--once", str(room)]
+            done = subprocess.run(call, check=True, capture_output=True, text=True)
+            found.append(json.loads(done.stdout.splitlines()[-1]))
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="what recipes/build_words.py made")
+    parser.add_argument("--methods", default="dtw,dcaw")
+    parser.add_argument("--words", type=int, default=3, help="to measure speed on")
+    parser.add_argument("--once", type=Path, help=argparse.SUPPRESS)
+    choice = parser.parse_args()
+    folder = choice.folder.resolve()
+    if choice.once:
+        run_once(folder, choice.once)
+        return
+    with tempfile.TemporaryDirectory() as name:
+        room = Path(name)
+        corpus = open_corpus(folder / "captured")
+        learned = learn_blendshapes(corpus, corpus.split().train)
+        save_motion(sweep(learned.head), room / "basis.npz")
+        record = {"components": len(learned.head.expression_names)}
+        for method in choice.methods.split(","):
+            record[method] = speed(folder, room, method, choice.words)
+            print(json.dumps({method: record[method]}), file=sys.stderr, flush=True)
+        record["memory"] = memory(folder, room / "basis.npz")
+    print(json.dumps(record))
+
+
+if __name__ == "__main__":
+    main()

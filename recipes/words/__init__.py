@@ -1,0 +1,1 @@
+"""An LRW-like corpus of our own: words, voices, captured readings."""

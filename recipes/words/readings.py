@@ -1,0 +1,55 @@
+"""Captured readings: a speaker reads ten words after another, with exact times and motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from corpus.subjects import Subject
+from elocute.alignment.words import Word, Words, write_words
+from elocute.audio.waveform import Waveform
+from elocute.corpus.clip import Clip
+from encoder.store import RATE
+from encoder.synthesise import Phones
+from words.voices import Voices
+
+IN_A_READING = 10
+LEAD_S, BETWEEN_S = 0.3, 0.3
+Simulate = Callable[[Phones, float, str, float], np.ndarray]
+
+
+def readings(
+    voices: Voices, subject: Subject, texts: Sequence[str], simulate: Simulate, fps: float,
+    folder: Path, seed: int,
+) -> Iterator[Clip]:  # fmt: skip
+    """Clips of one subject; the times of their words go to FOLDER/SUBJECT.SENTENCE.json."""
+    for number, start in enumerate(range(0, len(texts), IN_A_READING)):
+        spoken = texts[start : start + IN_A_READING]
+        samples, phones, words = _read(voices, subject, spoken, (seed, number))
+        duration = len(samples) / RATE
+        name = f"r{number:03}"
+        write_words(Words(tuple(words), duration), folder / f"{subject.style}.{name}.json")
+        weights = simulate(phones, duration, subject.style, fps)
+        yield Clip(subject.style, name, " ".join(spoken), Waveform(samples, RATE), weights)
+
+
+def _read(
+    voices: Voices, subject: Subject, texts: Sequence[str], seed: tuple[int, int]
+) -> tuple[np.ndarray, Phones, list[Word]]:
+    noise = np.random.default_rng(seed)
+
+    def rest(seconds: float) -> np.ndarray:
+        return noise.normal(0, 2e-4, round(seconds * RATE)).astype(np.float32)
+
+    parts, phones, words = [rest(LEAD_S)], [], []
+    at = len(parts[0])
+    for text in texts:
+        samples, said = voices.say_as(subject, text)
+        start = at / RATE
+        phones += [(a + start, b + start, phone) for a, b, phone in said]
+        words.append(Word(text, start, start + len(samples) / RATE))
+        parts += [samples, rest(BETWEEN_S)]
+        at += len(samples) + len(parts[-1])
+    return np.concatenate(parts), phones, words

@@ -1,0 +1,87 @@
+"""Recordings of single words as WORD/{train,val,test}/SPEAKER__TAKE.wav."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import soundfile
+
+from encoder.augment import stretch
+from encoder.natural import EnglishAligner, list_recordings, read, split_of
+from encoder.store import RATE
+from words.voices import PARTS, Voices, speaker_name, varied
+
+MARGIN_S = 0.06
+SHORTEST_S, LONGEST_S = 0.15, 1.5  # of a natural word worth keeping
+NATURAL_PARTS = {"train": "train", "test": "test"}
+
+
+def speak_takes(
+    voices: Voices, folder: Path, words: Sequence[str], takes: dict[str, int], seed: int
+) -> Iterator[Path]:
+    """Every word by so many speakers of each part, drawn by the word's name."""
+    for word in words:
+        for part, count in takes.items():
+            speakers = sorted(PARTS[part])
+            chosen = random.Random(f"{seed} {word} {part}").sample(
+                speakers, min(count, len(speakers))
+            )
+            for engine, voice in chosen:
+                samples = _take(voices, engine, voice, word, seed)
+                if samples is not None:
+                    path = folder / word / part / f"{speaker_name(engine, voice)}__0.wav"
+                    yield _written(path, samples)
+
+
+def _take(voices: Voices, engine: str, voice: str, word: str, seed: int) -> np.ndarray | None:
+    """(sample,) with tempo, pitch and noise of its own; None where the voice fails at the word."""
+    tempo, pitch, rate, noise_db = varied(speaker_name(engine, voice), word, 0, seed)
+    try:
+        samples, _ = voices.say(engine, voice, word, tempo, pitch)
+    except LookupError:
+        return None
+    count = int(len(samples) / rate)
+    played, _ = stretch(samples, np.zeros(1, np.uint8), rate)
+    rest = np.zeros(round(MARGIN_S * RATE), np.float32)
+    clean = np.concatenate([rest, played[:count], rest])
+    level = np.sqrt(np.mean(samples**2)) * 10 ** (-noise_db / 20)
+    draw = np.random.default_rng([ord(c) for c in f"{seed} {engine} {voice} {word}"])
+    return (clean + draw.normal(0, level, len(clean))).astype(np.float32)
+
+
+def cut_natural(data: Path, folder: Path, words: Sequence[str], limit: int) -> Iterator[Path]:
+    """Words cut from natural English by forced alignment; speakers as the encoder's split."""
+    aligner, wanted, taken = EnglishAligner(), set(words), 0
+    english = [
+        one for one in list_recordings(data)
+        if one.language == "en" and wanted & set(one.text.lower().split())
+    ]  # fmt: skip
+    random.Random("natural").shuffle(english)
+    for recording in english:
+        if taken >= limit:
+            return
+        samples = read(recording.path)
+        spoken = aligner.spoken(samples, recording.text) or []
+        speaker = f"{recording.source}-{recording.speaker or recording.path.stem}"
+        for place, word in enumerate(spoken):
+            if word.text not in wanted or not SHORTEST_S <= word.end_s - word.start_s <= LONGEST_S:
+                continue
+            name = f"{_plain(speaker)}__{_plain(recording.path.stem)[-60:]}-{place}.wav"
+            part = NATURAL_PARTS[split_of(recording)]
+            first = max(0, round((word.start_s - MARGIN_S) * RATE))
+            last = round((word.end_s + MARGIN_S) * RATE)
+            taken += 1
+            yield _written(folder / word.text / part / name, samples[first:last])
+
+
+def _plain(text: str) -> str:
+    return "".join(c if c.isascii() and c.isalnum() else "-" for c in text).strip("-") or "x"
+
+
+def _written(path: Path, samples: np.ndarray) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    soundfile.write(path, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
+    return path

@@ -1,0 +1,75 @@
+"""Who says the words: captured speakers, and others, whose takes differ in tempo and pitch."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from corpus.subjects import SUBJECTS, Subject
+from encoder.store import RATE
+from encoder.synthesise import Espeak, Phones, festival_utterance, flite_utterance
+
+WORDS_PER_MINUTE = 150
+LEAST, MOST = 0.12, 2.0  # s that a word may last
+CAPTURED = tuple(s for s in SUBJECTS if s.style in ("plain", "calm", "crisp", "pouting"))
+CAPTURED_TEST = "pouting"
+# Voices that no captured speaker has; whole speakers in each part.
+TRAIN = (
+    ("flite", "awb"), ("flite", "kal16"), ("festival", "ked_diphone"), ("espeak", "en-us+Andy"),
+    ("espeak", "en-us+adam"), ("espeak", "en-us+linda"), ("espeak", "en-us+f3"),
+    ("espeak", "en+antonio"), ("espeak", "en+belinda"), ("espeak", "en+m3"),
+    ("espeak", "en-gb-x-rp+iven"), ("espeak", "en-gb-x-rp+steph"), ("espeak", "en-gb-scotland+f4"),
+    ("espeak", "en-029+john"), ("espeak", "en-gb-x-gbclan+m7"),
+)  # fmt: skip
+VALIDATION = (("espeak", "en-us+michael"), ("espeak", "en-gb-x-rp+f5"), ("espeak", "en+aunty"))
+TEST = (("espeak", "en-us+steph2"), ("espeak", "en+victor"), ("espeak", "en-gb-scotland+m8"))
+PARTS = {"train": TRAIN, "val": VALIDATION, "test": TEST}
+
+
+def speaker_name(engine: str, voice: str) -> str:
+    return f"{engine}-{voice.replace('+', '-')}"
+
+
+class Voices:
+    """Says a word as anybody; espeak-ng is loaded once."""
+
+    def __init__(self) -> None:
+        self.espeak = Espeak()
+
+    def say(
+        self, engine: str, voice: str, text: str, tempo: float, pitch: int
+    ) -> tuple[np.ndarray, Phones]:
+        """Samples at 16 kHz from the first phone to the last, and the phones."""
+        if engine == "espeak":
+            speed = round(WORDS_PER_MINUTE * tempo)
+            return trimmed(*self.espeak.speak(text, voice, speed, pitch, 50))
+        with tempfile.TemporaryDirectory() as room:
+            if engine == "flite":
+                hertz = 70 + 2.0 * pitch
+                return trimmed(*flite_utterance(voice, text, 1 / tempo, Path(room), hertz))
+            return trimmed(*festival_utterance(voice, text, 1 / tempo, Path(room)))
+
+    def say_as(self, subject: Subject, text: str) -> tuple[np.ndarray, Phones]:
+        return self.say(subject.engine, subject.voice, text, subject.tempo, subject.pitch)
+
+
+def trimmed(samples: np.ndarray, phones: Phones) -> tuple[np.ndarray, Phones]:
+    """Without the rests at both ends. Raises LookupError where no word is left."""
+    spoken = [phone for phone in phones if phone[2] != "SIL"]
+    if not spoken or not LEAST <= spoken[-1][1] - spoken[0][0] <= MOST:
+        raise LookupError("nothing was said, or not one word")
+    start, end = spoken[0][0], spoken[-1][1]
+    shifted = [(a - start, b - start, phone) for a, b, phone in spoken]
+    return samples[round(start * RATE) : round(end * RATE)].astype(np.float32), shifted
+
+
+def varied(speaker: str, word: str, take: int, seed: int) -> tuple[float, int, float, float]:
+    """Tempo, pitch, playing rate and signal to noise in dB of a take: by its name alone."""
+    draw = random.Random(f"{seed} {speaker} {word} {take}")
+    return (
+        draw.uniform(0.75, 1.3), draw.randint(25, 75), draw.uniform(0.92, 1.09),
+        draw.uniform(15.0, 40.0),
+    )  # fmt: skip

@@ -1,0 +1,153 @@
+"""Praat's TextGrid: one tier of intervals, long and short text form, UTF-8 and UTF-16.
+
+Both forms hold the same numbers, quoted texts and flags in the same order; the long one has words
+for people between them, which are passed over here.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from elocute.errors import AlignmentError
+
+ITEMS_MAX = 1_000_000
+# What stands free in a TextGrid: "text" with doubled quotes, a flag, a number. Names of fields,
+# "[1]:" and comments are none of these.
+TOKEN = re.compile(
+    r'"((?:[^"]|"")*)"|<(exists|absent)>|(?<![^\s])([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)(?!\S)'
+    r"|(![^\n]*)|\S+"
+)
+
+
+@dataclass(frozen=True)
+class Interval:
+    start_s: float
+    end_s: float
+    text: str
+
+
+def textgrid_of(spoken: Sequence[Interval], duration_s: float, tier: str) -> str:
+    """The long form; rests between intervals are empty intervals, as Praat wants them."""
+    rows = _gapless(spoken, duration_s)
+    lines = [
+        'File type = "ooTextFile"', 'Object class = "TextGrid"', "", "xmin = 0",
+        f"xmax = {duration_s!r}", "tiers? <exists>", "size = 1", "item []:", "    item [1]:",
+        '        class = "IntervalTier"', f'        name = "{tier}"', "        xmin = 0",
+        f"        xmax = {duration_s!r}", f"        intervals: size = {len(rows)}",
+    ]  # fmt: skip
+    for number, row in enumerate(rows, 1):
+        quoted = row.text.replace('"', '""')
+        lines += [
+            f"        intervals [{number}]:", f"            xmin = {row.start_s!r}",
+            f"            xmax = {row.end_s!r}", f'            text = "{quoted}"',
+        ]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def _gapless(spoken: Sequence[Interval], duration_s: float) -> list[Interval]:
+    rows: list[Interval] = []
+    at = 0.0
+    for each in spoken:
+        start = max(each.start_s, at)
+        if start > at:
+            rows.append(Interval(at, start, ""))
+        rows.append(Interval(start, min(each.end_s, duration_s), each.text))
+        at = rows[-1].end_s
+    if at < duration_s:
+        rows.append(Interval(at, duration_s, ""))
+    return rows
+
+
+def intervals_of(data: bytes, tier: str) -> tuple[list[Interval], float]:
+    """Intervals that have a text, of the tier of that name or the only one; and the duration in s.
+
+    Raises AlignmentError for anything else.
+    """
+    tokens = _Tokens(_decoded(data))
+    if tokens.text() != "ooTextFile" or tokens.text() != "TextGrid":
+        raise _fault("another kind of file")
+    tokens.number()
+    duration = tokens.number()
+    if tokens.flag() != "exists":
+        raise _fault("no tiers")
+    tiers = [_tier(tokens) for _ in range(tokens.count())]
+    intervals = [(name, rows) for name, rows in tiers if rows is not None]
+    chosen = [rows for name, rows in intervals if name == tier]
+    if not chosen and len(intervals) == 1:
+        chosen = [intervals[0][1]]
+    if len(chosen) != 1:
+        names = ", ".join(repr(name) for name, _ in tiers) or "none"
+        raise _fault(f"tiers {names}", f"one interval tier called {tier!r}")
+    return [row for row in chosen[0] if row.text.strip()], duration
+
+
+def _tier(tokens: _Tokens) -> tuple[str, list[Interval] | None]:
+    kind, name = tokens.text(), tokens.text()
+    tokens.skip_numbers(2)
+    if kind == "IntervalTier":
+        rows = [
+            Interval(tokens.number(), tokens.number(), tokens.text().strip())
+            for _ in range(tokens.count())
+        ]
+        return name, rows
+    if kind == "TextTier":  # points: passed over
+        for _ in range(tokens.count()):
+            tokens.skip_numbers(1)
+            tokens.text()
+        return name, None
+    raise _fault(f"a tier of class {kind[:40]!r}", "IntervalTier, TextTier")
+
+
+class _Tokens:
+    """Numbers, texts and flags in the order in which they stand."""
+
+    def __init__(self, text: str) -> None:
+        self._found = TOKEN.finditer(text)
+
+    def _next(self, group: int) -> str:
+        for match in self._found:
+            if match.group(1) is None and match.group(2) is None and match.group(3) is None:
+                continue
+            value = match.group(group)
+            if value is None:
+                raise _fault(f"{match.group(0)[:40]!r} out of place")
+            return value
+        raise _fault("an early end")
+
+    def text(self) -> str:
+        return self._next(1).replace('""', '"')
+
+    def flag(self) -> str:
+        return self._next(2)
+
+    def number(self) -> float:
+        value = float(self._next(3))
+        if not math.isfinite(value):
+            raise _fault(f"number {value}")
+        return value
+
+    def skip_numbers(self, count: int) -> None:
+        for _ in range(count):
+            self.number()
+
+    def count(self) -> int:
+        value = self.number()
+        if value != int(value) or not 0 <= value <= ITEMS_MAX:
+            raise _fault(f"{value:g} items", f"0 to {ITEMS_MAX}")
+        return int(value)
+
+
+def _decoded(data: bytes) -> str:
+    """Praat writes UTF-16 with a mark where a text is not ASCII, else UTF-8 or ASCII."""
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        return data.decode(encoding)
+    except UnicodeDecodeError as error:
+        raise _fault("bytes that are no text", "UTF-8 or UTF-16") from error
+
+
+def _fault(found: str, allowed: str = "a TextGrid as Praat saves it as text") -> AlignmentError:
+    return AlignmentError(f"found {found}; allowed: {allowed}")

@@ -1,0 +1,147 @@
+"""`elocute propagate`: motion of captured speakers, carried to recordings of the same words."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import CorpusError, OutputError
+
+if TYPE_CHECKING:
+    from elocute.corpus.store import Corpus
+    from elocute.propagation.run import Pool, Summary
+
+DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
+
+
+def propagate_command(
+    corpus: Path = typer.Argument(..., help="A corpus folder of captured speakers."),
+    recordings: Path = typer.Argument(
+        ..., help="WORD/{train,val,test}/*.wav, WORD/*.wav, or LRW as it is distributed."
+    ),
+    output: Path = typer.Option(..., "-o", "--output", help="A new folder of shards (Parquet)."),
+    words: Path | None = typer.Option(
+        None, help="Folder of SUBJECT.SENTENCE.json: words of the captured clips, with times."
+    ),
+    basis: Path | None = typer.Option(
+        None, help="Speech blendshapes (.npz); learned from the training clips by default."
+    ),
+    root: Path | None = typer.Option(
+        None, help="Folder above both that sounds are named from; RECORDINGS by default."
+    ),
+    method: str = typer.Option("dcaw", help="dtw, softdtw, ctw, dctw or dcaw."),
+    split: str = typer.Option("default", help="Which split of the corpus; train is carried over."),
+    fit_pairs: int = typer.Option(50, help="Recordings that a word's network is fitted to."),
+    confidence: float = typer.Option(0.3, help="Least confidence of what is kept, 0 to 1."),
+    seed: int = typer.Option(0, help="Of everything random."),
+    jobs: int = typer.Option(1, help="Processes; 0 takes all processors."),
+    ray: str | None = typer.Option(
+        None, "--ray", help="HOST:PORT of a Ray cluster, or local; jobs is its number of actors."
+    ),
+    resume: bool = typer.Option(False, help="Go on in the output folder."),
+    as_json: bool = options.Json,
+) -> None:
+    """Align every recording with the captured speakers and carry their parameters over.
+
+    Leaves a Parquet shard for each word, manifest.json, basis.npz and rejects.csv. Exit 1 where a
+    word failed after the others were finished.
+    """
+    from elocute.alignment.methods import resolve_method
+    from elocute.corpus.store import open_corpus
+    from elocute.propagation.captured import captured_words
+    from elocute.propagation.readers import find_recordings
+    from elocute.propagation.run import propagate
+    from elocute.propagation.word_job import JobSettings
+
+    resolve_method(method)
+    opened, found = open_corpus(corpus), find_recordings(recordings)
+    captured = captured_words(opened, words, split)
+    top = (root or recordings).resolve()
+    if not found.folder.resolve().is_relative_to(top):
+        raise CorpusError.about(recordings, found="not below --root", allowed=f"a folder in {top}")
+    _check_folder(output, resume)
+    pool = _pool(jobs, ray, method)
+    output.mkdir(exist_ok=True)
+    settings = JobSettings(
+        str(corpus.resolve()), str(_basis(opened, basis, split, output)),
+        str(recordings.resolve()), str(top), str(output.resolve()), method, seed=seed,
+        fit_pairs=fit_pairs, confidence=confidence,
+        truth=corpus.resolve().is_relative_to(top),
+    )  # fmt: skip
+    with progress_bar(f"carrying over to {recordings.name}", as_json) as progress:
+        summary = propagate(settings, captured, found, pool, progress)
+    _tell(summary, output, as_json)
+
+
+def _check_folder(output: Path, resume: bool) -> None:
+    from elocute.motion.atomic import check_output
+
+    check_output(output)
+    if output.exists() and not output.is_dir():
+        raise OutputError.about(output, found="a file", allowed="a folder")
+    if output.is_dir() and any(output.iterdir()) and not resume:
+        raise OutputError.about(
+            output, found="a folder with files in it", allowed="a new or empty folder",
+            remedy="add --resume to go on in it",
+        )  # fmt: skip
+
+
+def _pool(jobs: int, address: str | None, method: str) -> Pool:
+    if address is not None:
+        from elocute.jobs.ray import ray_pool
+
+        return ray_pool(address, jobs)
+    if jobs == 1 and method not in DEEP:
+        from elocute.propagation.run import one_after_another
+
+        return one_after_another
+    from elocute.jobs.local import local_pool
+
+    return local_pool(jobs)
+
+
+def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path:
+    """The basis as it lies in the output folder: copied, learned, or from an earlier run."""
+    from elocute.capture.blendshapes.learn import learn_blendshapes
+    from elocute.capture.blendshapes.sweep import sweep
+    from elocute.corpus.shard_writer import BASIS
+    from elocute.motion.store import load_motion, save_motion
+    from elocute.propagation.captured import Capture
+
+    path = (output / BASIS).resolve()
+    if given is not None:
+        motion = load_motion(given)
+        Capture(corpus, motion)
+        save_motion(motion, path)
+    elif not path.is_file():
+        parts = corpus.splits
+        names = corpus.split(split).train if split in parts else tuple(corpus.by_name)
+        if not names:
+            raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
+        save_motion(sweep(learn_blendshapes(corpus, names).head), path)
+    return path
+
+
+def _tell(summary: Summary, output: Path, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps({"output": str(output), **asdict(summary)}))
+    else:
+        print(
+            f"{summary.words} words: {summary.aligned} recordings carried over, "
+            f"{summary.captured} captured, {summary.rejected} rejected (rejects.csv)"
+        )
+        if summary.kept:
+            print(f"{summary.kept} words kept from an earlier run")
+        if summary.unheard:
+            print(f"without recordings: {', '.join(summary.unheard)}")
+        print(output)
+    for word, reason in summary.failed:
+        typer.echo(f"elocute: word {word}: {reason}", err=True)
+    if summary.failed:
+        raise typer.Exit(1)

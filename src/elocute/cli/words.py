@@ -1,0 +1,120 @@
+"""`elocute words`: a reading cut into its words, looked through, and taken back."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.errors import AlignmentError, InputError
+
+if TYPE_CHECKING:
+    from elocute.alignment.words import Words
+
+app = typer.Typer(help="Find the words of a reading, and check them.", no_args_is_help=True)
+
+TEXT_MAX_BYTES = 1_000_000
+Output = typer.Option(..., "-o", "--output", help="Words with times: .json or .TextGrid.")
+
+
+@app.callback()
+def _group() -> None:
+    """Find the words of a reading, and check them."""
+
+
+@app.command("segment")
+def segment_command(
+    sound: Path = typer.Argument(..., help="A sound file in which English is read."),
+    text: str | None = typer.Option(None, help="What is read."),
+    text_file: Path | None = typer.Option(None, help="A text file that holds what is read."),
+    output: Path = Output,
+    as_json: bool = options.Json,
+) -> None:
+    """Find when each word of a text is said, by forced alignment."""
+    from elocute.alignment.forced import segment
+    from elocute.alignment.words import write_words
+    from elocute.audio.read import read_audio
+    from elocute.motion.atomic import check_output
+
+    spoken = _text(text, text_file)
+    check_output(output)
+    words = segment(read_audio(sound), spoken)
+    write_words(words, output)
+    _tell(words, output, as_json)
+
+
+@app.command("check")
+def check_command(
+    words: Path = typer.Argument(..., help="What `segment` wrote (.json), or a .TextGrid."),
+    sound: Path = typer.Argument(..., help="The sound they are of."),
+    output: Path = typer.Option(..., "-o", "--output", help="A page to look at (.html)."),
+    textgrid: Path | None = typer.Option(None, help="Also a .TextGrid, to be edited in Praat."),
+    as_json: bool = options.Json,
+) -> None:
+    """Draw waveform, spectrogram and boundaries as one page, doubtful words marked."""
+    from elocute.alignment.word_page import check_length, write_word_page
+    from elocute.alignment.words import read_words, write_words
+    from elocute.audio.read import read_audio
+    from elocute.motion.atomic import check_output
+
+    if textgrid is not None and textgrid.suffix.lower() != ".textgrid":
+        raise InputError.about(textgrid, found=f"suffix {textgrid.suffix!r}", allowed=".TextGrid")
+    check_output(output)
+    found, heard = read_words(words), read_audio(sound)
+    check_length(found, heard)
+    if textgrid is not None:
+        write_words(found, textgrid)
+    marked = write_word_page(found, heard, output, title=f"{words.name}, {sound.name}")
+    record = {"output": str(output), "words": len(found.words), "marked": marked}
+    print(json.dumps(record) if as_json else f"{output}: {marked} of {len(found.words)} marked")
+
+
+@app.command("take")
+def take_command(
+    edited: Path = typer.Argument(..., help="An edited .TextGrid or .json."),
+    output: Path = Output,
+    before: Path | None = typer.Option(
+        None, help="The words before: what was not changed keeps its confidence."
+    ),
+    as_json: bool = options.Json,
+) -> None:
+    """Take back words that a person edited, checked."""
+    from elocute.alignment.words import read_words, take_edits, write_words
+
+    words = take_edits(read_words(edited), None if before is None else read_words(before))
+    write_words(words, output)
+    _tell(words, output, as_json)
+
+
+def _text(text: str | None, file: Path | None) -> str:
+    if (text is None) == (file is None):
+        raise InputError("words: found both or none; allowed: one of --text and --text-file")
+    if text is not None:
+        return text
+    assert file is not None
+    try:
+        if file.stat().st_size > TEXT_MAX_BYTES:
+            raise AlignmentError.about(file, found="more than 1 MB", allowed="the text of a sound")
+        return file.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise AlignmentError.about(
+            file, found="cannot be read", allowed="a text file, UTF-8"
+        ) from error
+
+
+def _tell(words: Words, output: Path, as_json: bool) -> None:
+    from elocute.alignment.word_page import doubts
+
+    doubtful = [w.text for w in words.words if doubts(w)]
+    if as_json:
+        record = {"output": str(output), "words": len(words.words), "doubtful": doubtful}
+        print(json.dumps(record))
+        return
+    for word in words.words:
+        why = doubts(word)
+        told = f"  look at it: {why}" if why else ""
+        print(f"{word.start_s:8.3f} {word.end_s:8.3f}  {word.text}{told}")
+    print(output)

@@ -1,0 +1,191 @@
+"""Recordings of single words by many speakers, as folders hold them.
+
+    lipread_mp4/WORD/{train,val,test}/WORD_00001.mp4   LRW, with a .txt that says how long the word
+                                                        in the middle of the clip is
+    WORD/{train,val,test}/SPEAKER__TAKE.wav            split by the folder
+    WORD/SPEAKER__TAKE.wav                             split by a hash of the speaker
+
+LRW does not say who speaks: each of its clips counts as a speaker of its own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from elocute.corpus.clip import NAME
+from elocute.errors import CorpusError
+
+SUFFIXES = {".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a", ".mp4"}
+FOLDERS = {"train": "train", "val": "validation", "validation": "validation", "test": "test"}
+LRW_NAME = re.compile(r"(.+)_\d{5}")
+DURATION = re.compile(r"^Duration:\s*([0-9]+(?:\.[0-9]+)?)\s*seconds?\s*$", re.MULTILINE)
+TXT_MAX_BYTES = 100_000
+VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One recording of one word; audio and timing are relative to the folder of recordings.
+
+    timing  a .txt as LRW has them, or "" where the whole sound is the word
+    """
+
+    clip: str
+    word: str
+    speaker: str
+    split: str
+    audio: str
+    timing: str = ""
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """A folder of words; `of` lists one word, so that no more need be in memory.
+
+    words  spelling in small letters to the name of its folder
+    """
+
+    folder: Path
+    words: dict[str, str] = field(default_factory=dict)
+
+    def of(self, word: str) -> tuple[list[Recording], list[tuple[str, str]]]:
+        """Recordings of a word in order of their names; files that cannot be named, and why."""
+        found: list[Recording] = []
+        skipped: list[tuple[str, str]] = []
+        for path, part in _files(self.folder / self.words[word]):
+            name = path.relative_to(self.folder).as_posix()
+            clip = f"{word}.{path.stem}".replace("'", "-")
+            if not NAME.fullmatch(clip):
+                skipped.append((name, "no plain name: letters, digits, _ . - up to 120"))
+                continue
+            if found and found[-1].clip == clip and _folder(found[-1].audio) == _folder(name):
+                skipped.append((name, "there already with another suffix"))
+                continue
+            speaker = _speaker(path.stem.replace("'", "-"))
+            timing = path.with_suffix(".txt")
+            found.append(
+                Recording(
+                    clip, word, speaker, part or _hashed(speaker), name,
+                    timing.relative_to(self.folder).as_posix() if timing.is_file() else "",
+                )
+            )  # fmt: skip
+        repeated = _repeated(found)
+        if repeated:
+            raise CorpusError.about(
+                self.folder / self.words[word], found=f"{repeated} in two splits",
+                allowed="each recording once",
+            )  # fmt: skip
+        return found, skipped
+
+
+def find_recordings(folder: str | Path) -> Recordings:
+    """The words of a folder; the recordings are listed when they are asked for.
+
+    Raises CorpusError for no folder, no word in it, a word whose name cannot be a file's, or a
+    speaker on both sides of a split.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise CorpusError.about(folder, found="no folder", allowed="a folder WORD/*.wav, or LRW")
+    inner = folder / "lipread_mp4"
+    top = inner if inner.is_dir() else folder
+    words: dict[str, str] = {}
+    for entry in sorted(os.scandir(top), key=lambda entry: entry.name):
+        if (
+            not entry.is_dir()
+            or entry.name.startswith(".")
+            or next(_files(Path(entry)), None) is None
+        ):
+            continue
+        word = entry.name.casefold()
+        if not NAME.fullmatch(word.replace("'", "_")) or word in words:
+            raise CorpusError.about(
+                entry.path, found="no name of a word", allowed="letters, digits, ' _ . -, once"
+            )
+        words[word] = Path(entry).relative_to(folder).as_posix()
+    if not words:
+        raise CorpusError.about(
+            folder, found="no recordings of words", allowed="WORD/*.wav, WORD/train/*.wav or LRW"
+        )
+    recordings = Recordings(folder, words)
+    _check_apart(recordings)
+    return recordings
+
+
+def word_span(recordings: Path, recording: Recording, duration_s: float) -> tuple[float, float]:
+    """Start and end in s of the word in its sound. Raises CorpusError for a .txt that says none."""
+    if not recording.timing:
+        return 0.0, duration_s
+    path = recordings / recording.timing
+    try:
+        if path.stat().st_size > TXT_MAX_BYTES:
+            raise ValueError("more than 100 kB")
+        match = DURATION.search(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise CorpusError.about(path, found=f"cannot be read ({error})") from error
+    seconds = float(match.group(1)) if match else 0.0
+    if not 0 < seconds <= duration_s + 0.1:
+        raise CorpusError.about(
+            path, found=f"a word of {seconds:g} s" if match else "no line Duration",
+            allowed=f"Duration: above 0, up to {duration_s:.2f} seconds",
+        )  # fmt: skip
+    middle = duration_s / 2
+    return max(0.0, middle - seconds / 2), min(duration_s, middle + seconds / 2)
+
+
+def _files(folder: Path) -> Iterator[tuple[Path, str]]:
+    """Sounds of a word with their split ("" where no folder names it), in order of names."""
+    names = sorted(entry.name for entry in os.scandir(folder) if not entry.name.startswith("."))
+    for name in names:
+        path = folder / name
+        if name in FOLDERS and path.is_dir():
+            for inner in sorted(entry.name for entry in os.scandir(path)):
+                if Path(inner).suffix.lower() in SUFFIXES and not inner.startswith("."):
+                    yield path / inner, FOLDERS[name]
+        elif path.suffix.lower() in SUFFIXES:
+            yield path, ""
+
+
+def _folder(name: str) -> str:
+    return name.rpartition("/")[0]
+
+
+def _speaker(stem: str) -> str:
+    return stem.split("__")[0] or stem
+
+
+def _hashed(speaker: str) -> str:
+    share = int(hashlib.sha256(speaker.encode()).hexdigest()[:8], 16) / 0xFFFFFFFF
+    if share < TEST_SHARE:
+        return "test"
+    return "validation" if share < TEST_SHARE + VALIDATION_SHARE else "train"
+
+
+def _repeated(found: list[Recording]) -> str:
+    clips: set[str] = set()
+    for recording in found:
+        if recording.clip in clips:
+            return recording.clip
+        clips.add(recording.clip)
+    return ""
+
+
+def _check_apart(recordings: Recordings) -> None:
+    """Refuse a speaker in two splits; clips that are speakers of their own need no memory."""
+    parts: dict[str, str] = {}
+    for word in recordings.words:
+        for recording in recordings.of(word)[0]:
+            if LRW_NAME.fullmatch(recording.speaker):
+                continue
+            if parts.setdefault(recording.speaker, recording.split) != recording.split:
+                raise CorpusError.about(
+                    recordings.folder,
+                    found=f"speaker {recording.speaker} in {parts[recording.speaker]} and in "
+                    f"{recording.split} ({recording.audio})",
+                    allowed="each speaker in one split",
+                )

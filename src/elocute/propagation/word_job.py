@@ -1,0 +1,312 @@
+"""One word: a network fitted to its recordings, each of them aligned, one shard (section 4.2)."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import time
+import zlib
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.alignment.aligner import Aligner
+from elocute.alignment.methods import fit_aligner
+from elocute.alignment.speech import speech_view
+from elocute.audio.read import read_audio
+from elocute.audio.waveform import Waveform
+from elocute.corpus.shards import ShardEntry, WordClip, write_shard
+from elocute.corpus.store import open_corpus
+from elocute.errors import AlignmentError, InputError
+from elocute.motion.atomic import write_atomically
+from elocute.motion.store import load_motion
+from elocute.propagation.captured import MARGIN_S, Capture, CapturedWord, cut
+from elocute.propagation.readers import Recording, word_span
+from elocute.propagation.transfer import carried, resampled
+
+Array = NDArray[np.float32]
+VIEW_RATE = 50.0  # Hz, of `speech_view`
+SHORTEST_FRAMES = 4  # of a view: 80 ms; nothing shorter is a word
+LONGEST_S = 10.0
+SOURCES_MAX = 8  # takes of captured speakers that a recording is compared with
+RECORDS = "records"
+
+
+@dataclass(frozen=True)
+class JobSettings:
+    """What is the same for all words; paths are absolute, since workers may stand elsewhere.
+
+    corpus, basis   folder of the captured speakers; the blendshapes (.npz)
+    recordings      their folder; root is the folder that sounds are named from
+    folder          where shards go
+    method, encoder, seed   of the alignment
+    fit_pairs       recordings that a word's network is fitted to, drawn by the seed (the paper's
+                    batch size by default)
+    confidence      below which a recording is rejected
+    fps             of the parameters
+    truth           whether captured words become rows too
+    inputs          checksums of corpus and basis, filled in by `propagate`
+    """
+
+    corpus: str
+    basis: str
+    recordings: str
+    root: str
+    folder: str
+    method: str = "dcaw"
+    encoder: str = "fbank"
+    seed: int = 0
+    fit_pairs: int = 50
+    confidence: float = 0.3
+    fps: float = 30.0
+    truth: bool = True
+    inputs: str = ""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.fit_pairs <= 10_000:
+            raise InputError.about("--fit-pairs", found=str(self.fit_pairs), allowed="1 to 10000")
+        if not 0 <= self.confidence <= 1:
+            raise InputError.about("--confidence", found=str(self.confidence), allowed="0 to 1")
+
+
+@dataclass(frozen=True)
+class WordTask:
+    word: str
+    captured: tuple[CapturedWord, ...]
+    recordings: tuple[Recording, ...]
+    skipped: tuple[tuple[str, str], ...]
+    settings: JobSettings
+
+    @property
+    def name(self) -> str:
+        """Of the word's files, whatever its letters."""
+        plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.word)
+        return plain if plain == self.word else f"{plain}-{zlib.crc32(self.word.encode()):08x}"
+
+    @property
+    def digest(self) -> str:
+        """Of all that decides about the result; where it goes does not."""
+        record = asdict(self)
+        record["settings"].pop("folder")
+        record["settings"].pop("basis")
+        return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Reject:
+    word: str
+    audio: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class WordRecord:
+    """What came of a word: stored beside its shard, and the sign that the shard is whole."""
+
+    word: str
+    digest: str
+    shard: ShardEntry | None
+    aligned: int
+    captured: int
+    pairs: int
+    rejects: tuple[Reject, ...]
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A captured word ready to be aligned with: view (frame, feature), parameters (frame, n)."""
+
+    word: CapturedWord
+    view: Array
+    parameters: Array
+
+
+def run_word(task: WordTask) -> WordRecord:
+    """Fit, align and write one word; the same task gives the same bytes.
+
+    Its shard and its record appear whole or not at all, the record last.
+    """
+    started = time.monotonic()
+    capture = _capture(task.settings.corpus, task.settings.basis)
+    rejects = [Reject(task.word, audio, why) for audio, why in task.skipped]
+    clips = list(_truth(task, capture))
+    truths = len(clips)
+    sources = _sources(task, capture, rejects)
+    pairs = 0
+    if sources:
+        aligner = _fitted(task, sources)
+        for recording in task.recordings:
+            try:
+                if aligner is None:
+                    raise AlignmentError("no recording of this word can be used")
+                clips.append(_aligned(task, recording, sources, aligner))
+                pairs += len(sources)
+            except InputError as error:
+                rejects.append(Reject(task.word, recording.audio, str(error)))
+    else:
+        why = "no captured speaker of the training part says this word"
+        rejects += [Reject(task.word, recording.audio, why) for recording in task.recordings]
+    shard = _write(task, clips, len(capture.basis.names)) if clips else None
+    record = WordRecord(
+        task.word, task.digest, shard, len(clips) - truths, truths, pairs, tuple(rejects),
+        time.monotonic() - started,
+    )  # fmt: skip
+    save_record(record, Path(task.settings.folder) / RECORDS / f"{task.name}.json")
+    return record
+
+
+@lru_cache(1)
+def _capture(corpus: str, basis: str) -> Capture:
+    """Kept by a worker from word to word."""
+    return Capture(open_corpus(corpus), load_motion(basis))
+
+
+def _sources(task: WordTask, capture: Capture, rejects: list[Reject]) -> list[Source]:
+    found: list[Source] = []
+    teaching = [word for word in task.captured if word.split == "train"]
+    for word in _spread(teaching)[:SOURCES_MAX]:
+        try:
+            view = _view(capture.sound(word), task.settings.encoder)
+        except InputError as error:
+            rejects.append(Reject(task.word, f"captured clip {word.clip}", str(error)))
+            continue
+        times = word.start_s + np.arange(len(view)) / VIEW_RATE
+        found.append(Source(word, view, capture.parameters(word, times)))
+    return found
+
+
+def _spread(words: list[CapturedWord]) -> list[CapturedWord]:
+    """First one take of everybody, then a second: no speaker crowds out another."""
+    seen: dict[str, int] = {}
+    ranked = []
+    for word in words:
+        ranked.append((seen.get(word.subject, 0), len(ranked), word))
+        seen[word.subject] = seen.get(word.subject, 0) + 1
+    return [word for _, _, word in sorted(ranked, key=lambda each: each[:2])]
+
+
+def _fitted(task: WordTask, sources: list[Source]) -> Aligner | None:
+    """The word's network; None where no recording can be read."""
+    settings = task.settings
+    seed = zlib.crc32(f"{settings.seed} {task.word}".encode())
+    order = np.random.default_rng(seed).permutation(len(task.recordings))
+    pairs: list[tuple[Array, Array]] = []
+    for place in order:
+        if len(pairs) >= settings.fit_pairs:
+            break
+        try:
+            heard, _ = _heard(task, task.recordings[int(place)])
+            target = _view(heard, settings.encoder)
+        except InputError:
+            continue  # named when it is aligned
+        pairs.append((sources[len(pairs) % len(sources)].view, target))
+    return fit_aligner(pairs, settings.method, seed=seed) if pairs else None
+
+
+def _aligned(
+    task: WordTask, recording: Recording, sources: list[Source], aligner: Aligner
+) -> WordClip:
+    """Parameters of the captured take that explains the recording best. Raises InputError."""
+    settings = task.settings
+    heard, start = _heard(task, recording)
+    target = _view(heard, settings.encoder)
+    found = [aligner.align(source.view, target) for source in sources]
+    best = int(np.argmax([alignment.score for alignment in found]))
+    score = found[best].score
+    if score < settings.confidence:
+        raise AlignmentError.about(
+            "confidence", found=f"{score:.2f}", allowed=f"{settings.confidence:g} or more"
+        )
+    values = carried(sources[best].parameters, found[best].path, len(target))
+    frames = max(1, round(heard.duration_s * settings.fps))
+    return WordClip(
+        clip=recording.clip, word=task.word, speaker=recording.speaker,
+        source=sources[best].word.subject, split=recording.split,
+        audio=_from_root(settings, Path(settings.recordings) / recording.audio),
+        start_s=start, end_s=start + heard.duration_s, fps=settings.fps,
+        parameters=resampled(values, VIEW_RATE, np.arange(frames) / settings.fps),
+        confidence=score,
+    )  # fmt: skip
+
+
+def _heard(task: WordTask, recording: Recording) -> tuple[Waveform, float]:
+    """The word in its recording, a margin around it, and where that starts in s."""
+    folder = Path(task.settings.recordings)
+    path = folder / recording.audio
+    if not path.resolve().is_relative_to(Path(task.settings.root).resolve()):
+        raise AlignmentError("a link out of the folder of sounds")
+    whole = read_audio(path)
+    if whole.duration_s > LONGEST_S:
+        raise AlignmentError.about(
+            "sound", found=f"{whole.duration_s:.1f} s", allowed=f"one word, up to {LONGEST_S:g} s"
+        )
+    start, end = word_span(folder, recording, whole.duration_s)
+    start = max(0.0, start - MARGIN_S)
+    return cut(whole, start, min(end + MARGIN_S, whole.duration_s)), start
+
+
+def _view(sound: Waveform, encoder: str) -> Array:
+    view = speech_view(sound, encoder)
+    if len(view) < SHORTEST_FRAMES:
+        raise AlignmentError.about(
+            "sound", found=f"{sound.duration_s * 1000:.0f} ms",
+            allowed=f"{1000 * SHORTEST_FRAMES / VIEW_RATE:.0f} ms or more",
+        )  # fmt: skip
+    return view
+
+
+def _truth(task: WordTask, capture: Capture) -> Iterator[WordClip]:
+    """Captured words as rows of their own, where their sounds lie below the root."""
+    settings = task.settings
+    if not settings.truth:
+        return
+    for word in task.captured:
+        frames = max(1, round((word.end_s - word.start_s) * settings.fps))
+        times = word.start_s + np.arange(frames) / settings.fps
+        yield WordClip(
+            clip=word.name, word=task.word, speaker=word.subject, source=word.subject,
+            split=word.split, audio=_from_root(settings, capture.corpus.sound_path(word.clip)),
+            start_s=word.start_s, end_s=word.end_s, fps=settings.fps,
+            parameters=capture.parameters(word, times), confidence=1.0,
+        )  # fmt: skip
+
+
+def _from_root(settings: JobSettings, path: Path) -> str:
+    return path.relative_to(settings.root).as_posix()
+
+
+def _write(task: WordTask, clips: list[WordClip], components: int) -> ShardEntry:
+    return write_shard(Path(task.settings.folder) / f"{task.name}.parquet", clips, components)
+
+
+def save_record(record: WordRecord, path: Path) -> None:
+    with write_atomically(path) as draft:
+        draft.write_text(json.dumps(asdict(record)) + "\n", encoding="utf-8")
+
+
+def load_record(path: Path) -> WordRecord | None:
+    """What `save_record` wrote, or None where it is missing or broken."""
+    try:
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        stored["shard"] = stored["shard"] and ShardEntry(**stored["shard"])
+        stored["rejects"] = tuple(Reject(**each) for each in stored["rejects"])
+        return WordRecord(**stored)
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+        return None
+
+
+def reject_lines(rejects: tuple[Reject, ...]) -> str:
+    """Rows of rejects.csv. A leading = + - @ would be a formula to a spreadsheet."""
+    rows = io.StringIO()
+    writer = csv.writer(rows, lineterminator="\n")
+    for each in rejects:
+        texts = (each.word, each.audio, each.reason)
+        writer.writerow([f"'{text}" if text[:1] in "=+-@" else text for text in texts])
+    return rows.getvalue()

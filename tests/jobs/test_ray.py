@@ -1,0 +1,166 @@
+"""A real Ray node with a token: the same bytes as without it, workers and drivers killed."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import json
+import os
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytestmark = [
+    pytest.mark.cluster,
+    pytest.mark.skipif(not importlib.util.find_spec("ray"), reason="needs the extra `cluster`"),
+    pytest.mark.skipif(not Path("/proc/self").exists(), reason="finds workers in Linux's /proc"),
+]
+HERE = Path(__file__).parent
+DRIVER = """
+import json, sys
+sys.path.insert(0, {here!r})
+import works
+from elocute.jobs.ray import ray_pool
+tasks = [({folder!r}, number) for number in range(6)]
+pool = ray_pool({address!r}, 2)
+print(json.dumps([(t[1], r if isinstance(r, int) else r.reason)
+                  for t, r in pool(getattr(works, {name!r}), tasks)]))
+"""
+
+
+def free_port() -> int:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, dict[str, str]]]:
+    """Address of a node with two processors, and the environment with its token."""
+    room = tmp_path_factory.mktemp("r")
+    environment = os.environ | {
+        "RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "HOME": str(room),
+        "RAY_USAGE_STATS_ENABLED": "0", "OMP_NUM_THREADS": "1",
+        "PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")]),
+    }  # fmt: skip
+    port = free_port()
+    call = [Path(sys.executable).with_name("ray"), "start", "--head", "--block", "--port", port,
+            "--num-cpus", 2, "--object-store-memory", 80_000_000, "--include-dashboard=false",
+            "--disable-usage-stats"]  # fmt: skip
+    process = subprocess.Popen(
+        [str(part) for part in call], env=environment, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "Ray runtime started" in line:
+            break
+    else:
+        pytest.fail("the node did not start")
+    threading.Thread(target=process.stdout.read, daemon=True).start()
+    yield f"127.0.0.1:{port}", environment
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)  # nothing of this node is to be kept
+    process.wait()
+    process.stdout.close()
+
+
+def drive(node: tuple[str, dict[str, str]], name: str, folder: Path, **more: str):
+    address, environment = node
+    code = DRIVER.format(here=str(HERE), folder=str(folder), address=address, name=name)
+    return subprocess.run(
+        [sys.executable, "-c", code], env=environment | more, capture_output=True, text=True,
+        timeout=240, check=False,
+    )  # fmt: skip
+
+
+def outcome(result: subprocess.CompletedProcess[str]) -> dict:
+    """Number to what came of it: the driver's last line, after what Ray says."""
+    assert result.returncode == 0, result.stderr
+    return dict(json.loads(result.stdout.splitlines()[-1]))
+
+
+def once(folder: Path) -> list[int]:
+    notes = sorted(folder.glob("*.done"))
+    assert all(note.read_text() == "once\n" for note in notes)
+    return [int(note.stem) for note in notes]
+
+
+def test_an_actor_that_dies_is_replaced(node, tmp_path: Path):
+    result = drive(node, "die_at_first", tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert outcome(result) == {n: 2 * n for n in range(6)}
+    assert once(tmp_path) == list(range(6))
+
+
+def test_a_task_that_kills_every_actor_is_given_up(node, tmp_path: Path):
+    result = drive(node, "die_always", tmp_path)
+    found = outcome(result)
+    assert "died, 3 times" in found.pop(3) and once(tmp_path) == sorted(found) == [0, 1, 2, 4, 5]
+
+
+def test_out_of_memory(node, tmp_path: Path):
+    found = outcome(drive(node, "eat", tmp_path))
+    assert "out of memory" in found.pop(3) and once(tmp_path) == sorted(found)
+
+
+def test_another_token_is_refused(node, tmp_path: Path):
+    result = drive(node, "double", tmp_path, RAY_AUTH_TOKEN=secrets.token_hex(32))
+    assert "ClusterError" in result.stderr and "token was refused" in result.stderr
+    assert once(tmp_path) == []
+
+
+def test_no_cluster_there(tmp_path: Path):
+    from elocute.errors import MachineError
+    from elocute.jobs.ray import CONNECT_S, ray_pool
+
+    kept = {name: os.environ.get(name) for name in ("RAY_AUTH_MODE", "RAY_AUTH_TOKEN")}
+    os.environ["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
+    started = time.monotonic()
+    try:
+        with pytest.raises(MachineError, match="cannot be reached within 5 s"):
+            ray_pool(f"127.0.0.1:{free_port()}", 1)
+    finally:
+        for name, value in kept.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value
+    assert time.monotonic() - started < CONNECT_S + 10
+
+
+def test_propagate_on_the_cluster_and_a_killed_driver(node, wild: Path, tmp_path: Path):
+    """A driver killed half-way, then again: every clip once, the same bytes as without Ray."""
+    address, environment = node
+    common = ["propagate", wild / "captured", wild / "recordings", "--words",
+              wild / "captured_words", "--root", wild, "--method", "dtw", "--json",
+              "-o"]  # fmt: skip
+
+    def call(*arguments: object) -> list[str]:
+        code = "from elocute.cli import main; main()"
+        return [sys.executable, "-c", code, *map(str, arguments)]
+
+    output, plain = tmp_path / "ray", tmp_path / "plain"
+    with subprocess.Popen(call(*common, output, "--ray", address), env=environment) as driver:
+        until = time.monotonic() + 240
+        while not list((output / "records").glob("*.json")) and driver.poll() is None:
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        driver.kill()
+    assert not (output / "manifest.json").exists()
+    again = subprocess.run(
+        call(*common, output, "--ray", address, "--resume"), env=environment, capture_output=True,
+        text=True, timeout=240, check=False,
+    )  # fmt: skip
+    assert again.returncode == 0, again.stderr
+    assert json.loads(again.stdout)["kept"] >= 1
+    subprocess.run(call(*common, plain), check=True, capture_output=True)
+    for path in [*plain.glob("*.parquet"), plain / "manifest.json"]:
+        assert (output / path.name).read_bytes() == path.read_bytes(), path.name

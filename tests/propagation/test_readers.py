@@ -1,0 +1,106 @@
+"""LRW's folders and plain ones; speakers on both sides of a split."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from elocute.audio.read import read_audio
+from elocute.errors import CorpusError
+from elocute.propagation.readers import find_recordings, word_span
+
+
+def write_mp4(path: Path, seconds: float) -> None:
+    """A clip as LRW's: AAC in mp4."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with av.open(str(path), "w") as file:
+        stream = file.add_stream("aac", rate=16000, layout="mono")
+        samples = np.random.default_rng(0).normal(0, 0.1, (1, round(seconds * 16000)))
+        for start in range(0, samples.shape[1] - 1023, 1024):
+            block = np.ascontiguousarray(samples[:, start : start + 1024], np.float32)
+            frame = av.AudioFrame.from_ndarray(block, "fltp", "mono")
+            frame.sample_rate = 16000
+            file.mux(stream.encode(frame))
+        file.mux(stream.encode(None))
+
+
+def test_lrw(tmp_path: Path):
+    for part in ("train", "val", "test"):
+        clip = tmp_path / "lipread_mp4" / "ABOUT" / part / "ABOUT_00001.mp4"
+        if part != "train":
+            clip = clip.with_stem(f"ABOUT_0000{2 + (part == 'test')}")
+        write_mp4(clip, 1.16)
+        text = "Disk reference: 12345\nChannel: ANY\nDuration: 0.30 seconds\n"
+        clip.with_suffix(".txt").write_text(text)
+    found = find_recordings(tmp_path)
+    assert list(found.words) == ["about"]
+    clips, skipped = found.of("about")
+    assert not skipped and [(c.clip, c.split) for c in clips] == [
+        ("about.ABOUT_00003", "test"), ("about.ABOUT_00001", "train"),
+        ("about.ABOUT_00002", "validation"),
+    ]  # fmt: skip
+    assert len({c.speaker for c in clips}) == 3
+    duration = read_audio(tmp_path / clips[0].audio).duration_s
+    start, end = word_span(tmp_path, clips[0], duration)
+    assert abs(end - start - 0.3) < 1e-9 and abs((start + end) / 2 - duration / 2) < 1e-9
+
+
+@pytest.mark.parametrize("text", ["", "Duration: none", "Duration: 0 seconds", "Duration: 9 s"])
+def test_a_txt_that_says_no_duration(tmp_path: Path, text: str):
+    wav = tmp_path / "one" / "a__1.wav"
+    wav.parent.mkdir()
+    wav.touch()
+    wav.with_suffix(".txt").write_text(text)
+    recording = find_recordings(tmp_path).of("one")[0][0]
+    with pytest.raises(CorpusError, match=r"a__1\.txt"):
+        word_span(tmp_path, recording, 1.0)
+
+
+def touched(folder: Path, *names: str) -> Path:
+    for name in names:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    return folder
+
+
+def test_plain_folders_are_split_by_speaker(tmp_path: Path):
+    names = [f"{word}/{speaker:03}__{take}.wav" for word in ("one", "Two") for speaker in range(40)
+             for take in range(2)]  # fmt: skip
+    found = find_recordings(touched(tmp_path, *names))
+    clips = [clip for word in found.words for clip in found.of(word)[0]]
+    assert len(clips) == 160 and list(found.words) == ["two", "one"]
+    parts: dict[str, set[str]] = {}
+    for clip in clips:
+        parts.setdefault(clip.speaker, set()).add(clip.split)
+    assert all(len(part) == 1 for part in parts.values())
+    assert {p for part in parts.values() for p in part} == {"train", "validation", "test"}
+
+
+def test_a_speaker_on_both_sides_is_refused(tmp_path: Path):
+    touched(tmp_path, "one/train/ann__1.wav", "two/test/ann__2.wav")
+    with pytest.raises(CorpusError, match=r"speaker ann in train and in test"):
+        find_recordings(tmp_path)
+
+
+def test_a_recording_in_two_splits_is_refused(tmp_path: Path):
+    touched(tmp_path, "ONE/train/ONE_00001.mp4", "ONE/val/ONE_00001.mp4")
+    with pytest.raises(CorpusError, match=r"one\.ONE_00001 in two splits"):
+        find_recordings(tmp_path)
+
+
+def test_folders_that_hold_no_words(tmp_path: Path):
+    with pytest.raises(CorpusError, match="no recordings of words"):
+        find_recordings(tmp_path)
+    with pytest.raises(CorpusError, match="no folder"):
+        find_recordings(tmp_path / "none")
+
+
+def test_names_that_cannot_be(tmp_path: Path):
+    touched(tmp_path, "one/a b.wav", "one/ann.wav", "one/ann.flac", "one/.hidden.wav")
+    clips, skipped = find_recordings(tmp_path).of("one")
+    assert [c.audio for c in clips] == ["one/ann.flac"]
+    assert [name for name, _ in skipped] == ["one/a b.wav", "one/ann.wav"]
