@@ -36,19 +36,8 @@ def add_natural(writer: ShardWriter, basis: Motion, sounds: Path, work: Path) ->
         name = f"{speaker}/{number:06}.flac"
         (sounds / speaker).mkdir(parents=True, exist_ok=True)
         soundfile.write(sounds / name, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
-        writer.add(
-            WordClip(
-                f"n{number:06}",
-                SENTENCE,
-                speaker,
-                speaker,
-                part,
-                name,
-                0.0,
-                len(parameters) / FPS,
-                FPS,
-                parameters,
-                1.0,
-            )  # fmt: skip
-        )
+        end_s = len(parameters) / FPS
+        writer.add(WordClip(
+            f"n{number:06}", SENTENCE, speaker, speaker, part, name, 0.0, end_s, FPS, parameters,
+        ))  # fmt: skip
     print(f"natural speech: {len(chosen)} clips", flush=True)

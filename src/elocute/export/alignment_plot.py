@@ -87,7 +87,7 @@ def _spectrum(sound: Waveform) -> NDArray[np.float64]:
     return np.clip((values - values.max()) / DEPTH + 1, 0, 1)
 
 
-def _spread(matrix: NDArray[np.floating]) -> NDArray[np.float64]:
+def _spread(matrix: NDArray[np.floating]) -> NDArray[np.floating]:
     """0 to 1, brightened so that faint attention is seen."""
     low, high = float(matrix.min()), float(np.quantile(matrix, 0.998))
     return np.clip((matrix - low) / max(high - low, 1e-12), 0, 1) ** 0.6

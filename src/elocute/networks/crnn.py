@@ -95,8 +95,8 @@ class Crnn(nn.Module):
 
     def head(self, x: Tensor, state: State | None = None) -> tuple[Tensor, State]:
         """(batch, frame, 64) to (batch, frame, output), going on from a state."""
-        hidden, state = self.recurrent(functional.relu(self.dense(x)), state)
-        return self.output(hidden), state
+        hidden, after = self.recurrent(functional.relu(self.dense(x)), state)
+        return self.output(hidden), after
 
     def forward(self, windows: Tensor, state: State | None = None) -> tuple[Tensor, State]:
         batch, frames = windows.shape[:2]
