@@ -138,7 +138,7 @@ def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str
         if measure != "error_frames":
             gains = -gains
         moved = np.abs(gains) > 0
-        p = float(wilcoxon(gains)[1]) if moved.sum() >= 5 else 1.0
+        p = float(np.asarray(wilcoxon(gains))[1]) if moved.sum() >= 5 else 1.0
         tests[measure] = {"gain": float(gains.mean()), "better": int((gains > 0).sum()), "p": p}
     return tests
 

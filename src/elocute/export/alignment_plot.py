@@ -93,7 +93,7 @@ def _spread(matrix: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.clip((matrix - low) / max(high - low, 1e-12), 0, 1) ** 0.6
 
 
-def _shaded(values: NDArray[np.float64]) -> NDArray[np.uint8]:
+def _shaded(values: NDArray[np.floating]) -> NDArray[np.uint8]:
     return (LIGHT + values[..., None] * (DARK - LIGHT)).astype(np.uint8)
 
 
