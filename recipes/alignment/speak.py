@@ -6,7 +6,6 @@ The .json holds `phones`, [[start_s, end_s, phone], …], and in sentences `word
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +15,8 @@ import soundfile
 
 from corpus.subjects import SUBJECTS, Subject
 from encoder.store import RATE
-from encoder.synthesise import Espeak, Phones, festival_utterance, flite_utterance
+from encoder.synthesise import Espeak, Phones, utterance
 
-WORDS_PER_MINUTE = 165
 MARGIN_S = 0.06  # of faint noise around what is said
 VOICES = SUBJECTS[:6] + SUBJECTS[6:7] + SUBJECTS[8:11]
 TUNING_VOICES = (
@@ -46,17 +44,10 @@ class Speaker:
     def say(self, voice: Subject, text: str) -> Saying:
         draw = np.random.default_rng([ord(letter) for letter in voice.style + text])
         tempo = voice.tempo * draw.uniform(0.85, 1.2)
-        samples, phones = self._say(voice, text, tempo)
+        samples, phones = utterance(
+            self.espeak, voice.engine, voice.voice, text, tempo, voice.pitch
+        )
         return trimmed(samples, [p for p in phones if p[2] != "SIL"], draw)
-
-    def _say(self, voice: Subject, text: str, tempo: float) -> tuple[np.ndarray, Phones]:
-        if voice.engine == "espeak":
-            speed = round(WORDS_PER_MINUTE * tempo)
-            return self.espeak.speak(text, voice.voice, speed, voice.pitch, 50)
-        with tempfile.TemporaryDirectory() as room:
-            if voice.engine == "flite":
-                return flite_utterance(voice.voice, text, 1 / tempo, Path(room))
-            return festival_utterance(voice.voice, text, 1 / tempo, Path(room))
 
 
 def trimmed(samples: np.ndarray, phones: Phones, draw: np.random.Generator | None) -> Saying:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 
 from corpus.subjects import Subject
 from encoder.store import RATE
-from encoder.synthesise import Espeak, Phones, festival_utterance, flite_utterance
+from encoder.synthesise import Espeak, Phones, utterance
 
 LEAD_S, TAIL_S = 0.25, 0.35  # of faint noise around the words, so that mouths rest too
 SHORTEST_S, LONGEST_S = 3.0, 5.0
-WORDS_PER_MINUTE = 165
 
 
 class Speaker:
@@ -26,22 +22,15 @@ class Speaker:
         """Samples at 16 kHz and phones, 3 to 5 s long: what is not gets said again faster."""
         tempo = subject.tempo
         for _ in range(4):
-            samples, phones = self._say(subject, text, tempo)
+            samples, phones = utterance(
+                self.espeak, subject.engine, subject.voice, text, tempo, subject.pitch
+            )
             length = len(samples) / RATE + LEAD_S + TAIL_S
             if SHORTEST_S <= length <= LONGEST_S:
                 break
             wanted = min(max(length, SHORTEST_S * 1.03), LONGEST_S * 0.97)
             tempo *= length / wanted
         return _padded(samples, phones, seed)
-
-    def _say(self, subject: Subject, text: str, tempo: float) -> tuple[np.ndarray, Phones]:
-        if subject.engine == "espeak":
-            speed = round(WORDS_PER_MINUTE * tempo)
-            return self.espeak.speak(text, subject.voice, speed, subject.pitch, 50)
-        with tempfile.TemporaryDirectory() as room:
-            if subject.engine == "flite":
-                return flite_utterance(subject.voice, text, 1 / tempo, Path(room))
-            return festival_utterance(subject.voice, text, 1 / tempo, Path(room))
 
 
 def _padded(samples: np.ndarray, phones: Phones, seed: int) -> tuple[np.ndarray, Phones]:

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import random
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -17,8 +15,7 @@ from encoder.synthesise import (
     FLITE_VOICES,
     Espeak,
     Phones,
-    festival_utterance,
-    flite_utterance,
+    utterance,
 )
 
 ACCENTS = "en-us en en-gb-scotland en-gb-x-rp en-029 en-gb-x-gbclan".split()
@@ -80,13 +77,10 @@ class Speaker:
         """Samples at 16 kHz with rests around, and phones with their times."""
         draw = random.Random(seed)
         tempo = voice.tempo * draw.uniform(0.9, 1.1)
+        pitch = voice.pitch
         if voice.engine == "espeak":
-            speed, pitch = round(165 * tempo), min(99, max(1, voice.pitch + draw.randint(-8, 8)))
-            samples, phones = self.espeak.speak(text, voice.name, speed, pitch, 50)
-        else:
-            utter = flite_utterance if voice.engine == "flite" else festival_utterance
-            with tempfile.TemporaryDirectory() as room:
-                samples, phones = utter(voice.name, text, 1 / tempo, Path(room))
+            pitch = min(99, max(1, pitch + draw.randint(-8, 8)))
+        samples, phones = utterance(self.espeak, voice.engine, voice.name, text, tempo, pitch)
         noise = np.random.default_rng(seed)
         around = [noise.normal(0, 2e-4, round(s * RATE)) for s in (LEAD_S, TAIL_S)]
         whole = np.concatenate([around[0], samples, around[1]]).astype(np.float32)

@@ -19,6 +19,7 @@ from encoder.symbols import from_festival, from_ipa
 from encoder.texts import sentence, words_of
 
 PHONEME_EVENT = 7
+WORDS_PER_MINUTE = 165  # of espeak-ng at tempo 1
 RATE_PARAMETER, PITCH_PARAMETER, RANGE_PARAMETER = 1, 3, 4
 Phones = list[tuple[float, float, str]]
 
@@ -184,6 +185,17 @@ def festival_utterance(
     for _, samples, phones in _festival(voice, [text], room, lambda _low, _high: slower):
         return samples, phones
     raise LookupError(f"festival said nothing: {voice}")
+
+
+def utterance(
+    espeak: Espeak, engine: str, voice: str, text: str, tempo: float = 1.0, pitch: int = 50
+) -> tuple[np.ndarray, Phones]:
+    """By espeak, flite or festival; tempo 1 is the voice's own, pitch counts for espeak alone."""
+    if engine == "espeak":
+        return espeak.speak(text, voice, round(WORDS_PER_MINUTE * tempo), pitch, 50)
+    speak = flite_utterance if engine == "flite" else festival_utterance
+    with tempfile.TemporaryDirectory() as room:
+        return speak(voice, text, 1 / tempo, Path(room))
 
 
 def festival_shard(folder: Path, minutes: float, seed: int = 3) -> None:

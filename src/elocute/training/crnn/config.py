@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 
 from elocute.errors import ModelError
+from elocute.training.ranges import check_ranges
 
 RANGES: dict[str, tuple[float, float]] = {
     "epochs": (1, 100_000),
@@ -57,18 +58,7 @@ class CrnnTrainConfig:
     def __post_init__(self) -> None:
         if self.loss not in LOSSES:
             raise ModelError.about("training loss", found=self.loss, allowed=", ".join(LOSSES))
-        for field in fields(self):
-            if field.name not in RANGES:
-                continue
-            low, high = RANGES[field.name]
-            value = getattr(self, field.name)
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                value = float("nan")
-            if not low <= value <= high:
-                raise ModelError.about(
-                    f"training {field.name}", found=repr(getattr(self, field.name)),
-                    allowed=f"{low:g} to {high:g}",
-                )  # fmt: skip
+        check_ranges(self, RANGES)
 
     def record(self) -> dict[str, object]:
         """For checkpoints."""
