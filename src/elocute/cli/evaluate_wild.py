@@ -28,6 +28,7 @@ def wild_command(
     clips: int = typer.Option(50, min=1, help="Sentences measured, evenly taken."),
     epochs: int = typer.Option(50, help="Of every training."),
     learning_rate: float = typer.Option(5e-4, help="Of Adam."),
+    last_rate: float = typer.Option(1.0, help="Share of it left in the last epoch."),
     augment: float = typer.Option(0.0, help="Share of clips made worse in training."),
     highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
     trainings: str = typer.Option("speaker,word,mse", help="Which trainings, for trials."),
@@ -59,8 +60,8 @@ def wild_command(
             allowed=", ".join(wild.TRAININGS),
         )  # fmt: skip
     config = CrnnTrainConfig(
-        epochs=epochs, learning_rate=learning_rate, augment=augment, highest_hz=highest_hz,
-        seed=seed,
+        epochs=epochs, learning_rate=learning_rate, last_rate=last_rate, augment=augment,
+        highest_hz=highest_hz, seed=seed,
     )  # fmt: skip
     opened = open_shards(shards, sounds)
     corpus = _sentences(sentences, opened)
