@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.report import save_report
 from elocute.errors import CorpusError, InputError, MachineError
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ def features_command(
     """
     from elocute.cli.evaluate_corpus import cell, measure_of
     from elocute.corpus.store import open_corpus
-    from elocute.motion.atomic import write_atomically
 
     names = list(dict.fromkeys(name.strip() for name in encoders.split(",") if name.strip()))
     if not names:
@@ -53,9 +52,7 @@ def features_command(
         "corpus": corpus.name, "epochs": epochs, "clips": len(clips), "confidence": 0.95,
         "encoders": {name: row.record() for name, row in rows.items()},
     }  # fmt: skip
-    text = json.dumps(report, allow_nan=False)
-    with write_atomically(output / "report.json") as draft:
-        draft.write_text(text + "\n", encoding="utf-8")
+    text = save_report(output / "report.json", report)
     if as_json:
         print(text)
         return

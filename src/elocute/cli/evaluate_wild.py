@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from elocute.cli import options
+from elocute.cli.report import save_report
 from elocute.errors import InputError, MachineError
 
 if TYPE_CHECKING:
@@ -43,7 +43,6 @@ def wild_command(
     """
     from elocute.cli.train import Lines, name_broken, prepare_folder
     from elocute.corpus.shards import open_shards
-    from elocute.motion.atomic import write_atomically
 
     try:
         from elocute.training.crnn import wild
@@ -92,9 +91,7 @@ def wild_command(
         "concordance": {name: found.record() for name, found in table.items()},
         "bases_mm": bases, "talker": _talker(real, names, model) if real else {},
     }  # fmt: skip
-    text = json.dumps(report, allow_nan=False)
-    with write_atomically(output / "report.json") as draft:
-        draft.write_text(text + "\n", encoding="utf-8")
+    text = save_report(output / "report.json", report)
     if as_json:
         print(text)
     else:
