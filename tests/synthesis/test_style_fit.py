@@ -53,15 +53,27 @@ def test_a_known_mix_is_found_again(model: VocaModel, take: Observed) -> None:
     assert style_of(model, fit.text) == pytest.approx(model.style_vector(fit.mix), abs=1e-3)
 
 
-def test_people_are_known_by_a_sentence_nobody_taught(learned: Any, model: VocaModel) -> None:
-    """Those at the ends: the small network takes `plain`, in the middle, for either."""
-    hear = resolve_encoder("phones")
-    for name in ("broad.own1", "tense.own2"):
-        assert name in learned.corpus.split().test
-        motion = true_track(learned.corpus, name)
-        fit = fit_style(model, [Observed(hear(learned.corpus.sound(name)), motion)])
-        subject = learned.corpus.entry(name).subject
-        assert fit.best_style == next(iter(fit.mix)) == subject
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            "plain.own0",
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="this small network takes plain for broad; the loss before this one did not",
+            ),
+        ),
+        "broad.own1",
+        "tense.own2",
+    ],
+)
+def test_everybody_is_known_by_a_sentence_nobody_taught(
+    learned: Any, model: VocaModel, name: str
+) -> None:
+    assert name in learned.corpus.split().test
+    heard = resolve_encoder("phones")(learned.corpus.sound(name))
+    fit = fit_style(model, [Observed(heard, true_track(learned.corpus, name))])
+    assert fit.best_style == next(iter(fit.mix)) == learned.corpus.entry(name).subject
 
 
 def test_the_error_is_the_distance_of_vertices(
