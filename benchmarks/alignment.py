@@ -95,7 +95,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--part", default="report", choices=("report", "tuning"))
     parser.add_argument("--noise-db", type=float)
     parser.add_argument("--encoder", default="fbank")
-    parser.add_argument("--methods", default=DEFAULT_METHODS)
+    parser.add_argument("--methods", default=f"{DEFAULT_METHODS},ctw/expected,dctw/expected")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--table", action="store_true", help="print what is there, judge nothing")
     given = parser.parse_args()

@@ -44,6 +44,7 @@ def main() -> None:
     parser.add_argument("--epochs", type=int, default=20)
     parser.add_argument("--learning-rate", type=float, default=1e-3)
     parser.add_argument("--augment", type=float, default=0.9)
+    parser.add_argument("--weight-power", type=float, default=0.25)
     parser.add_argument("--no-asset", action="store_true", help="leave the package alone")
     choice = parser.parse_args()
     choice.folder.mkdir(parents=True, exist_ok=True)
@@ -61,7 +62,7 @@ def main() -> None:
         sys.exit("--shards needs --sounds")
     config = CrnnTrainConfig(
         epochs=choice.epochs, learning_rate=choice.learning_rate, last_rate=0.05,
-        augment=choice.augment, highest_hz=8000.0,
+        augment=choice.augment, highest_hz=8000.0, weight_power=choice.weight_power,
     )  # fmt: skip
     training = choice.folder / "training"
     training.mkdir(exist_ok=True)
@@ -72,7 +73,7 @@ def main() -> None:
 
     opened = open_shards(shards, sounds)
     trained, missing = train_crnn(opened, config, training, resume=True, report=report, note=NOTE)
-    best = max(trained.log, key=lambda row: row["validation_weighted"])
+    best = min(trained.log, key=lambda row: row["validation_loss"])
     print(json.dumps({"clips": len(opened), "missing": len(missing), "best": best}))
     if not choice.no_asset:
         ASSET.parent.mkdir(exist_ok=True)

@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
 from elocute.alignment import METHODS, Alignment, align, fit_aligner
+from elocute.alignment.judge import read_softly
 from elocute.alignment.types import check_path
 from elocute.alignment.warp import (
     attention_path,
@@ -124,6 +125,21 @@ def test_one_frame_and_constant_views(method: str) -> None:
     assert align([view[:1], view[:1]], method, brief(method)).path.tolist() == [[0, 0]]
     still = np.zeros((9, 6), np.float32)
     assert align([still, view], method, brief(method)).score == 0
+
+
+def test_any_features_can_be_read_along_the_expected_alignment(method: str) -> None:
+    view = walk()
+    other, places = warped(view, 60, 1.5)
+    fitted = fit_aligner([(view, other)], method, brief(method))
+    if method == "softdtw":
+        with pytest.raises(AlignmentError, match="SoftDtwAligner"):
+            read_softly(fitted)
+        return
+    found = read_softly(fitted).align(view, other)
+    check_path(found.path, (45, 60))
+    assert np.abs(found.source_frames() - places).mean() <= 1.5
+    assert found.attention is not None
+    np.testing.assert_allclose(found.attention.sum(axis=0), 1, atol=1e-5)
 
 
 @pytest.mark.parametrize("name", ["ctw", "dctw", "dcaw"])

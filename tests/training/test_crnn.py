@@ -27,7 +27,12 @@ from elocute.training.crnn.config import CrnnTrainConfig  # noqa: E402
 from elocute.training.crnn.data import hear_shards  # noqa: E402
 from elocute.training.crnn.figures import figures  # noqa: E402
 from elocute.training.crnn.fit import audible_bands, fit, lesson_of  # noqa: E402
-from elocute.training.crnn.loss import concordance, concordance_loss, explained_shares  # noqa: E402
+from elocute.training.crnn.loss import (  # noqa: E402
+    concordance,
+    concordance_loss,
+    explained_shares,
+    tempered,
+)
 from elocute.training.crnn.run import MODEL, train_crnn  # noqa: E402
 
 FPS = 30.0
@@ -80,7 +85,12 @@ def test_padding_weighs_nothing() -> None:
 def test_shares_are_those_of_the_variance() -> None:
     shapes = torch.zeros(3, 5, 3)
     shapes[0, 0, 0], shapes[1, 1, 1] = 2.0, 1.0
-    assert torch.allclose(explained_shares(shapes), torch.tensor([0.8, 0.2, 0.0]))
+    shares = explained_shares(shapes)
+    assert torch.allclose(shares, torch.tensor([0.8, 0.2, 0.0]))
+    assert torch.allclose(tempered(shares, 1.0), shares, atol=1e-6)
+    half = tempered(shares, 0.5)[:2]
+    assert half[0] / half[1] == pytest.approx(2.0)
+    assert torch.allclose(tempered(shares, 0.0), torch.full((3,), 1 / 3))
 
 
 def test_segments_keep_half() -> None:
@@ -253,7 +263,7 @@ def test_sounds_that_are_missing_are_named(shards: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "changed",
     [{"epochs": 0}, {"loss": "mae"}, {"keep": 0.0}, {"learning_rate": float("nan")},
-     {"augment": 2.0}, {"highest_hz": 10.0}, {"fps": True}],
+     {"augment": 2.0}, {"highest_hz": 10.0}, {"fps": True}, {"weight_power": 1.5}],
 )  # fmt: skip
 def test_settings_outside_are_refused(changed: dict[str, Any]) -> None:
     with pytest.raises(ModelError, match=next(iter(changed))):

@@ -12,11 +12,11 @@ from elocute.alignment.cca import correlation
 from elocute.alignment.dtw import Matrix, dtw, squared_distances
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
 from elocute.alignment.types import Alignment, Array, Group, Path, checked_group
-from elocute.alignment.warp import merged
+from elocute.alignment.warp import expected_path, merged
 from elocute.errors import AlignmentError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AlignConfig:
     """Settings of every method.
 
@@ -131,40 +131,67 @@ def score(features: Sequence[Array], path: Path) -> float:
     return float(np.mean(pairs))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PlainConfig(AlignConfig):
-    """Settings of DTW."""
+    """Settings of DTW, and of methods that differ from it in what they compare.
+
+    softness: None reads the cheapest path; a number reads along the alignment expected at that
+    softness, a share of the mean cost of a pair of frames.
+    """
+
+    softness: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.softness is not None and not self.softness > 0:
+            raise AlignmentError.about("softness", found=f"{self.softness}", allowed="above 0")
 
 
 class DtwAligner(Aligner):
-    """Nothing is fitted: features as they are, the cheapest path."""
+    """Nothing is fitted: features as they are."""
 
-    def __init__(self, config: AlignConfig) -> None:
+    config: PlainConfig
+
+    def __init__(self, config: PlainConfig) -> None:
         self.config = config
 
     def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
-        path, _ = dtw(
-            self.cost(source.features, target.features), self.config.band, self.config.open_source
-        )
-        return Match(path)
+        return self.read(self.cost(source.features, target.features))
+
+    def read(self, cost: Matrix) -> Match:
+        """The path through costs (source frame, target frame), as the settings say."""
+        settings = self.config
+        if settings.softness is None:
+            return Match(dtw(cost, settings.band, settings.open_source)[0])
+        gamma = settings.softness * max(float(cost.mean()), 1e-9)
+        expected = soft_dtw(cost, gamma, settings.open_source)[1]
+        path = expected_path(expected, settings.band, settings.open_source)
+        return Match(path, attention_of(expected))
 
 
-@dataclass(frozen=True)
+def attention_of(expected: Matrix) -> Array:
+    """(source, target) expected alignment with columns over the source that sum to one."""
+    return (expected / np.maximum(expected.sum(axis=0), 1e-30)).astype(np.float32)
+
+
+@dataclass(frozen=True, kw_only=True)
 class SoftConfig(AlignConfig):
     """gamma: softness, as a share of the mean cost of a pair of frames."""
 
     gamma: float = 0.05
 
 
-class SoftDtwAligner(DtwAligner):
+class SoftDtwAligner(Aligner):
     """Soft-DTW: the path that follows the expected alignment."""
 
     config: SoftConfig
+
+    def __init__(self, config: SoftConfig) -> None:
+        self.config = config
 
     def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
         cost, settings = self.cost(source.features, target.features), self.config
         gamma = settings.gamma * max(float(cost.mean()), 1e-9)
         _, expected = soft_dtw(cost, gamma, settings.open_source)
         path = soft_path(expected, settings.band, settings.open_source)
-        attention = expected / np.maximum(expected.sum(axis=0), 1e-30)
-        return Match(path, attention.astype(np.float32))
+        return Match(path, attention_of(expected))

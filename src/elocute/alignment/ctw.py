@@ -10,15 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elocute.alignment.aligner import AlignConfig, DtwAligner, Embedded
+from elocute.alignment.aligner import DtwAligner, Embedded, PlainConfig
 from elocute.alignment.cca import Projection, canonical, principal
 from elocute.alignment.types import Array, Group, Path
 from elocute.alignment.warp import diagonal_path
 from elocute.errors import AlignmentError
 
 
-@dataclass(frozen=True)
-class CtwConfig(AlignConfig):
+@dataclass(frozen=True, kw_only=True)
+class CtwConfig(PlainConfig):
     """energy: share of variance that is kept before CCA; shared: one projection for all views,
     where they are of one kind (None: where feature counts are equal)."""
 
@@ -39,7 +39,7 @@ class CtwConfig(AlignConfig):
 class CtwAligner(DtwAligner):
     """DTW of projections learned over all pairs."""
 
-    def __init__(self, config: AlignConfig, projections: Sequence[Projection], widths) -> None:
+    def __init__(self, config: PlainConfig, projections: Sequence[Projection], widths) -> None:
         super().__init__(config)
         self.projections = tuple(projections)
         self.widths = tuple(widths)
@@ -84,7 +84,7 @@ def side_bases(groups: Sequence[Group], energy: float, shared: bool) -> list[Pro
     return [principal(side, energy) for side in sides]
 
 
-def first_paths(groups: Sequence[Group], config: AlignConfig) -> list[Path]:
+def first_paths(groups: Sequence[Group], config: PlainConfig) -> list[Path]:
     """DTW where views are of one kind; in proportion where they cannot be compared."""
     if len({view.shape[1] for view in groups[0]}) == 1:
         return [each.path for each in DtwAligner(config).align_all(groups)]

@@ -21,23 +21,21 @@ from elocute.alignment.deep import (
     projected,
     start,
 )
-from elocute.alignment.soft_dtw import soft_dtw
 from elocute.alignment.types import Array, Group, Path
-from elocute.alignment.warp import expected_path
 from elocute.networks.dcaw import DcawNetwork, frame_mask, monotonic_attention, soft_attention
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DcawConfig(DeepConfig):
     """prior: how strongly the score favours the diagonal, which two readings of a word keep near.
     guide: weight of following CTW's paths while training, which falls to nought halfway.
     sharpness: weight of -log attention beside the distance of canonical features at use.
-    softness: how soft the monotone reading of both is, as a share of the mean cost."""
+    softness: of the monotone reading of both."""
 
     prior: float = 20.0
     guide: float = 1.0
     sharpness: float = 0.3
-    softness: float = 0.1
+    softness: float | None = 0.1
 
 
 class DcawAligner(DeepAligner):
@@ -63,11 +61,7 @@ class DcawAligner(DeepAligner):
         scores = self.scores(source.hidden, target.hidden)
         surprise = -torch.log_softmax(scores, dim=0).numpy().astype(np.float64)
         cost = self.cost(source.features, target.features) + self.config.sharpness * surprise
-        gamma = self.config.softness * max(float(cost.mean()), 1e-9)
-        expected = soft_dtw(cost, gamma, self.config.open_source)[1]
-        attention = expected / np.maximum(expected.sum(axis=0), 1e-30)
-        path = expected_path(expected, self.config.band, self.config.open_source)
-        return Match(path, attention.astype(np.float32))
+        return self.read(cost)
 
 
 def diagonal_prior(sources: int, targets: int) -> Tensor:

@@ -22,7 +22,7 @@ from elocute.alignment.deep import (
 from elocute.alignment.types import Group
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DctwConfig(DeepConfig):
     """rounds: how often paths are found anew, `steps` divided among them. With DCAW's rate it
     learns the noise of single pairs: the rate is the best of those tried on the tuning words."""

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from elocute.alignment.aligner import AlignConfig, DtwAligner, Embedded
+from elocute.alignment.aligner import DtwAligner, Embedded, PlainConfig
 from elocute.alignment.cca import Projection
 from elocute.alignment.ctw import CtwAligner, CtwConfig, canonical_of, fit_ctw
 from elocute.alignment.objective import RIDGE, whitened
@@ -20,8 +20,8 @@ from elocute.errors import AlignmentError
 from elocute.networks.dcaw import DcawNetwork, EncoderConfig
 
 
-@dataclass(frozen=True)
-class DeepConfig(AlignConfig):
+@dataclass(frozen=True, kw_only=True)
+class DeepConfig(PlainConfig):
     """Adam's first rate is the paper's ten times (a word has few steps to learn in), its betas
     the paper's (section 6.1); `pairs` of the groups are drawn for each step."""
 
@@ -112,7 +112,8 @@ def start(
 ) -> tuple[DcawNetwork, CtwAligner]:
     """A network whose linear half is what CTW finds in the same groups, and that CTW."""
     linear = fit_ctw(groups, CtwConfig(
-        config.band, config.open_source, config.dimensions, ridge=config.ridge, shared=shared,
+        band=config.band, open_source=config.open_source, dimensions=config.dimensions,
+        ridge=config.ridge, shared=shared,
     ))  # fmt: skip
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)

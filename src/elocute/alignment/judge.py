@@ -7,12 +7,14 @@ each of them. Words are what the paired test counts, since pairs of one word sha
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from elocute.alignment.aligner import Aligner, PlainConfig
 from elocute.alignment.measures import carried_overlap, path_error
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.speech import DEFAULT, speech_view
@@ -23,6 +25,9 @@ from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
 from elocute.errors import AlignmentError, ElocuteError
 
+EXPECTED = "/expected"
+"""After a method's name: its features, with the path read along the expected alignment."""
+SOFTNESS = 0.1
 DIAGONAL = "diagonal"
 """No method: frames matched in proportion. What others are worth is what they add to it."""
 MEASURES = ("error_frames", "overlap", "found")
@@ -86,18 +91,33 @@ def judge_word(
 ) -> list[Row]:
     """One row per method. Open ends where the pairs are words to be found in sentences."""
     views = [(pair.source.view, pair.target.view) for pair in pairs]
-    rows = []
+    rows, known = [], {}
     for method in methods:
-        if method == DIAGONAL:
+        name = method.removesuffix(EXPECTED)
+        if name == DIAGONAL:
             paths = [diagonal_path(len(source), len(target)) for source, target in views]
         else:
-            config = resolve_method(method).config()(open_source=not pairs[0].whole)
-            fitted = fit_aligner(views, method, config, seed)
+            if name not in known:
+                config = resolve_method(name).config()(open_source=not pairs[0].whole)
+                known[name] = fit_aligner(views, name, config, seed)
+            fitted = known[name] if name == method else read_softly(known[name])
             paths = [each.path for each in fitted.align_all(views)]
         scores = np.array([_scores(p, path) for p, path in zip(pairs, paths, strict=True)])
         error, overlap, found = scores.mean(axis=0)
         rows.append(Row(word, method, len(pairs), float(error), float(overlap), float(found)))
     return rows
+
+
+def read_softly(fitted: Aligner) -> Aligner:
+    """The same features, paths read along the expected alignment. Raises AlignmentError for a
+    method that reads its paths in its own way."""
+    if not isinstance(fitted.config, PlainConfig):
+        raise AlignmentError.about(
+            f"method {EXPECTED}", found=type(fitted).__name__, allowed="dtw, ctw, dctw, dcaw"
+        )
+    changed = copy(fitted)
+    changed.config = replace(fitted.config, softness=SOFTNESS)
+    return changed
 
 
 def _scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
@@ -156,7 +176,7 @@ def judge_folder(
     """
     for method in methods:
         if method != DIAGONAL:
-            resolve_method(method)
+            resolve_method(method.removesuffix(EXPECTED))
     names = word_names(folder, sentences) if words is None else words
     rows, broken = [], []
     for place, name in enumerate(names):

@@ -29,6 +29,9 @@ def wild_command(
     epochs: int = typer.Option(50, help="Of every training."),
     learning_rate: float = typer.Option(5e-4, help="Of Adam."),
     last_rate: float = typer.Option(1.0, help="Share of it left in the last epoch."),
+    weight_power: float = typer.Option(
+        1.0, help="Parameters weigh as their variance to this power; 0: all the same."
+    ),
     augment: float = typer.Option(0.0, help="Share of clips made worse in training."),
     highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
     trainings: str = typer.Option("speaker,word,mse", help="Which trainings, for trials."),
@@ -59,8 +62,8 @@ def wild_command(
             allowed=", ".join(wild.TRAININGS),
         )  # fmt: skip
     config = CrnnTrainConfig(
-        epochs=epochs, learning_rate=learning_rate, last_rate=last_rate, augment=augment,
-        highest_hz=highest_hz, seed=seed,
+        epochs=epochs, learning_rate=learning_rate, last_rate=last_rate,
+        weight_power=weight_power, augment=augment, highest_hz=highest_hz, seed=seed,
     )  # fmt: skip
     opened = open_shards(shards, sounds)
     corpus = _sentences(sentences, opened)

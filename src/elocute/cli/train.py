@@ -75,6 +75,9 @@ def crnn_command(
     learning_rate: float = typer.Option(5e-4, help="Of Adam."),
     last_rate: float = typer.Option(1.0, help="Share of it that the last epoch has left."),
     loss: str = typer.Option("concordance", help="concordance, or mse."),
+    weight_power: float = typer.Option(
+        1.0, help="Parameters weigh as their variance to this power; 0: all the same."
+    ),
     keep: float = typer.Option(0.5, help="Share of a clip kept when it is cut at random."),
     augment: float = typer.Option(
         0.0, help="Share of clips made worse: noise, room, voice, tempo."
@@ -99,7 +102,8 @@ def crnn_command(
         ) from error
     config = CrnnTrainConfig(
         epochs=epochs, batch_clips=batch, learning_rate=learning_rate, last_rate=last_rate,
-        loss=loss, keep=keep, augment=augment, highest_hz=highest_hz, seed=seed,
+        loss=loss, weight_power=weight_power, keep=keep, augment=augment, highest_hz=highest_hz,
+        seed=seed,
     )  # fmt: skip
     opened = open_shards(shards, sounds)
     prepare_folder(output, resume)

@@ -12,6 +12,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "batch_clips": (1, 4096),
     "learning_rate": (1e-8, 1.0),
     "last_rate": (1e-4, 1.0),
+    "weight_power": (0.0, 1.0),
     "keep": (0.01, 1.0),
     "augment": (0.0, 1.0),
     "highest_hz": (1000.0, 22050.0),
@@ -33,6 +34,8 @@ class CrnnTrainConfig:
     last_rate     share of the learning rate that the last epoch has left, on half a cosine; 1 is
                   the paper's constant rate
     loss          concordance (Eq. 10), or mse for the comparison
+    weight_power  parameters weigh as their shares of the variance to this power: 1 is the paper's,
+                  0 lets all weigh the same
     keep          a clip is cut at both ends at random; this share of it is always kept
     augment       share of clips whose spectrum is made worse: noise, loudness, equalisation,
                   vocal tract, tempo (`augment.py`); 0 is the paper's
@@ -48,6 +51,7 @@ class CrnnTrainConfig:
     learning_rate: float = 5e-4
     last_rate: float = 1.0
     loss: str = "concordance"
+    weight_power: float = 1.0
     keep: float = 0.5
     augment: float = 0.0
     highest_hz: float = 22050.0

@@ -20,7 +20,7 @@ from elocute.training.board import Board
 from elocute.training.crnn.batch import answer, random_batch, whole_batch
 from elocute.training.crnn.config import BETAS, CrnnTrainConfig
 from elocute.training.crnn.data import Heard, Row, batches, standard
-from elocute.training.crnn.loss import LOSSES, concordance, explained_shares
+from elocute.training.crnn.loss import LOSSES, concordance, explained_shares, tempered
 from elocute.training.voca.checkpoint import (
     load_checkpoint,
     network_tensors,
@@ -31,7 +31,8 @@ from elocute.training.voca.checkpoint import (
 
 CHECKPOINT = "checkpoint.safetensors"
 LOG_FIELDS = (
-    "epoch", "train_loss", "validation_mean", "validation_weighted", "best", "seconds",
+    "epoch", "train_loss", "validation_mean", "validation_weighted", "validation_loss", "best",
+    "seconds",
 )  # fmt: skip
 GRADIENT_MOST = 5.0
 Report = Callable[[float, str], None]
@@ -95,10 +96,9 @@ def fit(
             "epoch": epoch + 1.0,
             "train_loss": _epoch(network, optimiser, lesson, config, epoch),
         }
-        row |= validate(network, lesson)
-        # A higher concordance of what weighs most decides, as the loss does.
-        reached = [r["validation_weighted"] for r in log]
-        row["best"] = float(not reached or not row["validation_weighted"] <= max(reached))
+        row |= validate(network, lesson, config)
+        reached = [r["validation_loss"] for r in log]
+        row["best"] = float(not reached or not row["validation_loss"] >= min(reached))
         if row["best"]:
             best = {name: value.clone() for name, value in network.state_dict().items()}
         row["seconds"] = time.perf_counter() - begun
@@ -146,14 +146,14 @@ def _epoch(
     """One pass over all clips in a new order; mean loss."""
     network.train()
     shared, device = SharedCrnn(network), next(network.parameters()).device
-    loss_of, shares = LOSSES[config.loss], lesson.shares.to(device)
+    loss_of, weights = LOSSES[config.loss], tempered(lesson.shares, config.weight_power).to(device)
     order = np.random.default_rng([config.seed, epoch]).permutation(len(lesson.train))
     total, count = 0.0, 0
     for number, rows in enumerate(batches(lesson.train, config.batch_clips, order)):
         draw = np.random.default_rng([config.seed, epoch, number, 1])
         batch = random_batch(lesson.heard, rows, config, draw).to(device)
         predicted = answer(shared, batch)
-        loss = loss_of(predicted, batch.targets, batch.mask, shares)
+        loss = loss_of(predicted, batch.targets, batch.mask, weights)
         optimiser.zero_grad(set_to_none=True)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(network.parameters(), GRADIENT_MOST)
@@ -168,17 +168,18 @@ def _epoch(
 
 
 @torch.no_grad()
-def validate(network: Crnn, lesson: Lesson) -> dict[str, float]:
-    """ρc over all validation frames: mean of the parameters, and weighted as the loss is."""
+def validate(network: Crnn, lesson: Lesson, config: CrnnTrainConfig) -> dict[str, float]:
+    """ρc over all validation frames: mean of the parameters, weighted by explained variance,
+    and 1 - ρc weighted as the loss is, which chooses the epoch whatever the loss."""
+    names = ("validation_mean", "validation_weighted", "validation_loss")
     if not lesson.validation:
-        return {"validation_mean": math.nan, "validation_weighted": math.nan}
+        return dict.fromkeys(names, math.nan)
     predicted, true = predict_rows(network, lesson.heard, lesson.validation)
     x, y = (torch.from_numpy(np.concatenate(part))[None] for part in (true, predicted))
     found = concordance(y, x, torch.ones(x.shape[:2]))
-    return {
-        "validation_mean": float(found.mean()),
-        "validation_weighted": float((found * lesson.shares).sum()),
-    }
+    weights = tempered(lesson.shares, config.weight_power)
+    values = (found.mean(), (found * lesson.shares).sum(), ((1 - found) * weights).sum())
+    return dict(zip(names, map(float, values), strict=True))
 
 
 @torch.no_grad()

@@ -21,15 +21,15 @@ def concordance(predicted: Tensor, true: Tensor, mask: Tensor) -> Tensor:
     return 2 * (weight * x * y).sum((0, 1)) / (var_x + var_y + (mean_x - mean_y) ** 2 + TINY)
 
 
-def concordance_loss(predicted: Tensor, true: Tensor, mask: Tensor, shares: Tensor) -> Tensor:
-    """Σ wᵢ (1 - ρc); shares (parameter,) of the variance that each explains."""
-    return (shares * (1 - concordance(predicted, true, mask))).sum()
+def concordance_loss(predicted: Tensor, true: Tensor, mask: Tensor, weights: Tensor) -> Tensor:
+    """Σ wᵢ (1 - ρc); weights (parameter,) sum to one, in the paper shares of the variance."""
+    return (weights * (1 - concordance(predicted, true, mask))).sum()
 
 
-def squared_loss(predicted: Tensor, true: Tensor, mask: Tensor, shares: Tensor) -> Tensor:
+def squared_loss(predicted: Tensor, true: Tensor, mask: Tensor, weights: Tensor) -> Tensor:
     """Σ wᵢ of the mean squared error, what the paper compares with, over the same frames."""
     error = (predicted - true).square() * mask.unsqueeze(2)
-    return (shares * error.sum((0, 1)) / mask.sum()).sum()
+    return (weights * error.sum((0, 1)) / mask.sum()).sum()
 
 
 LOSSES = {"concordance": concordance_loss, "mse": squared_loss}
@@ -43,3 +43,9 @@ def explained_shares(basis: Tensor) -> Tensor:
     """
     energy = basis.flatten(1).square().sum(1).double()
     return (energy / energy.sum()).float() if energy.sum() > 0 else torch.ones_like(energy).float()
+
+
+def tempered(shares: Tensor, power: float) -> Tensor:
+    """(parameter,) shares to a power, summing to one: below 1, what moves little weighs more."""
+    raised = shares.clamp(min=TINY) ** power
+    return raised / raised.sum()
