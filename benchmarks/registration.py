@@ -1,6 +1,7 @@
 """Registration of simulated scans: this package against trimesh's non-rigid ICP, in one run.
 
     python benchmarks/registration.py [--frames 6] [--points 120000] [--skip-trimesh]
+    python benchmarks/registration.py --detected     landmarks found in pictures (extra `video`)
 
 Needs trimesh's own extra `rtree`. CPU seconds of one thread, without reading files and measuring.
 The same scans, landmarks, template and rigid start go to everybody; trimesh runs with the settings
@@ -146,6 +147,25 @@ def _nonrigid(template: Template, cases: list[Case], adapted: bool, again: bool 
     return column
 
 
+def detected(head: HeadModel, neutral: Case, cases: list[Case]) -> Column:
+    """The model fit with landmarks that a detector found, for the neutral face too."""
+    from elocute.capture.detect import detect_landmarks
+    from elocute.capture.video.marks import mediapipe_landmarks
+
+    column, off = Column("elocute model, landmarks found"), []
+    with mediapipe_landmarks() as detector:
+        template, _ = register_neutral(head, neutral.scan, detect_landmarks(neutral.scan, detector))
+        for case in cases:
+            marks = detect_landmarks(case.scan, detector)
+            apart = np.linalg.norm(marks.points - case.truth[head.landmarks], axis=1)
+            off += list(1000 * apart[marks.good])
+            found = register_scan(template, case.scan, marks)
+            column.add(template, case, found.vertices, found.seconds)
+    print(f"landmarks found: {len(off) / len(cases):.0f} of 68 good, {np.median(off):.2f} mm off "
+          f"in the median, {np.mean(off):.2f} mm in the mean")  # fmt: skip
+    return column
+
+
 def theirs(template: Template, cases: list[Case]) -> list[Column]:
     """trimesh's two methods from the neutral face, laid over the scan by the landmarks."""
     import trimesh
@@ -184,6 +204,7 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=120_000)
     parser.add_argument("--noise-mm", type=float, default=0.1)
     parser.add_argument("--skip-trimesh", action="store_true")
+    parser.add_argument("--detected", action="store_true", help="only that")
     arguments = parser.parse_args()
     head = load_builtin_head()
     speech = Path(elocute.__file__).parent / "assets" / "example.flac"
@@ -200,6 +221,9 @@ def main() -> None:
         f"{'':34}{'CPU s':>9}{'median':>9}{'mean':>9}{'p95':>9}{'landmark':>9}"
         + "".join(f"{name[:8]:>9}" for name in REGIONS) + f"{'open lip':>9}{'steps':>7}"
     )  # fmt: skip
+    if arguments.detected:
+        print(detected(head, neutral, cases).row())
+        return
     for column in ours(head, template, cases):
         print(column.row(), flush=True)
     if not arguments.skip_trimesh:

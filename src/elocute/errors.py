@@ -17,6 +17,8 @@ A message says what was found, what is allowed and what to do, in one line.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
@@ -73,3 +75,17 @@ class OutputError(InputError):
 
 class MachineError(ElocuteError):
     """This machine lacks something that the request needs."""
+
+
+@contextmanager
+def needs_extra(what: str, extra: str) -> Iterator[None]:
+    """Around imports of packages that an extra installs: says which extra `what` needs.
+
+    Raises MachineError.
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise MachineError(
+            f"{what} needs {error.name}; install it: pip install 'elocute[{extra}]'"
+        ) from error

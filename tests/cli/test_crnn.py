@@ -58,12 +58,18 @@ def test_bad_input_is_one_line(
 
 
 def test_the_experiments_small(
-    folders: tuple[Path, Path], cli: Callable[..., Any], tmp_path: Path
-) -> None:
-    given = ("evaluate", "wild", *folders, "-o", tmp_path / "w", "--epochs", 1, "--json")
+    folders: tuple[Path, Path], cli: Callable[..., Any], refused: Callable[..., None],
+    make_corpus: Callable[..., Any], tmp_path: Path,
+) -> None:  # fmt: skip
+    corpus = make_corpus(tmp_path / "sentences")
+    spoken = ("--sentences", corpus.folder, "--subject")
+    given = ("evaluate", "wild", *folders, "-o", tmp_path / "w", "--epochs", 1, *spoken)
+    refused(*given, "eve", says="plain, broad, tense")
+    given = (*given, "broad", "--json")
     first = json.loads(cli(*given, "--trainings", "speaker,mse").stdout)
     names = set(first["concordance"])
     assert {"speaker test", "speaker validation", "mse test", "white 0 dB", "babble 20 dB"} <= names
+    assert first["concordance"]["sentences state"]["clips"] == 3
     for row in first["concordance"].values():
         assert row["mean"]["low"] <= row["mean"]["value"] <= row["mean"]["high"]
     # Trainings that are whole are not done again.

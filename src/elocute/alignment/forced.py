@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from elocute.alignment.words import Word, Words
 from elocute.audio.phones import PHONES
 from elocute.audio.waveform import Waveform
-from elocute.errors import AlignmentError, MachineError
+from elocute.errors import AlignmentError, needs_extra
 
 Phones = list[tuple[float, float, str]]
 RATE = 16000
@@ -51,12 +51,8 @@ class EnglishAligner:
     """
 
     def __init__(self) -> None:
-        try:
+        with needs_extra("forced alignment", "wild"):
             from pocketsphinx import Decoder
-        except ImportError as error:
-            raise MachineError(
-                "forced alignment needs pocketsphinx; install it: pip install 'elocute[wild]'"
-            ) from error
         self.decoder = Decoder(
             lm=None, loglevel="FATAL", bestpath=False, beam=1e-80, pbeam=1e-80, wbeam=1e-60
         )

@@ -17,7 +17,7 @@ from elocute.alignment.aligner import (
 )
 from elocute.alignment.ctw import CtwConfig, fit_ctw
 from elocute.alignment.types import Alignment, Array, Group, checked_group
-from elocute.errors import AlignmentError, MachineError
+from elocute.errors import AlignmentError, needs_extra
 
 Fit = Callable[[Sequence[Group], Any, int], Aligner]
 
@@ -33,12 +33,8 @@ class Method:
 
 
 def _deep(module: str, name: str) -> Any:
-    try:
+    with needs_extra("deep alignment", "train,wild"):
         return getattr(importlib.import_module(f"elocute.alignment.{module}"), name)
-    except ImportError as error:
-        raise MachineError(
-            f"deep alignment needs {error.name}; install it: pip install 'elocute[train,wild]'"
-        ) from error
 
 
 METHODS: dict[str, Method] = {

@@ -16,6 +16,7 @@ Floats = NDArray[np.float64]
 
 REACH_M = 0.02
 """Points of the scan further away than this are no part of the head."""
+FACE_REACH_M = 0.01
 
 
 @dataclass(frozen=True)
@@ -23,12 +24,14 @@ class SurfaceError:
     """Distance from scan points to the registered surface in mm (VOCA 2019, section 6).
 
     covered  share of the scan's points within 20 mm of the surface; the rest is not counted
+    face     share of the face that has a point of the scan within 10 mm
     """
 
     median: float
     mean: float
     p95: float
     covered: float
+    face: float = 1.0
 
     def record(self) -> dict[str, float]:
         return {name: round(value, 5) for name, value in asdict(self).items()}
@@ -39,6 +42,17 @@ def scan_distances(template: Template, vertices: Floats, scan: Scan) -> Floats:
     surface = template.surface(vertices)
     squared = surface.closest(scan.points, REACH_M, near=3).squared
     return 1000 * np.sqrt(squared)
+
+
+def face_seen(head: HeadModel, vertices: Floats, points: Floats) -> float:
+    """Share of the face's vertices with a point (point, 3) m near; 1 for a head without places."""
+    from scipy.spatial import KDTree
+
+    face = vertices[head.regions["face"]] if "face" in head.regions else vertices[:0]
+    if not len(face):
+        return 1.0
+    apart, _ = KDTree(points).query(face, distance_upper_bound=FACE_REACH_M)
+    return float(np.isfinite(apart).mean())
 
 
 def surface_error(distances_mm: Floats) -> SurfaceError:

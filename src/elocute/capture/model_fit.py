@@ -53,6 +53,8 @@ class Round:
     reach_m     furthest match
     facing      smallest cosine between the normals of a match
     landmarks   weight of the mean squared landmark distance against the surface's
+    believed_m  landmarks that are further off than this, root mean square, weigh less by its
+                fourth power: once the surface is near, it knows better than a detector
     identity, expression  cost of a squared coefficient in mm² of mean squared distance
     """
 
@@ -62,16 +64,21 @@ class Round:
     landmarks: float
     identity: float = 2e-3
     expression: float = 2e-3
+    believed_m: float = np.inf
 
 
+BELIEVED_M = 0.0015
 COLD = (
     Round(3, 0.03, 0.3, 1.0, 0.2, 0.2),
     Round(4, 0.015, 0.4, 0.1, 0.02, 0.02),
-    Round(4, 0.006, 0.5, 0.01),
-    Round(3, 0.003, 0.6, 0.003, 5e-4, 5e-4),
+    Round(4, 0.006, 0.5, 0.01, believed_m=BELIEVED_M),
+    Round(3, 0.003, 0.6, 0.003, 5e-4, 5e-4, BELIEVED_M),
 )
 """From landmarks alone."""
-WARM = (Round(3, 0.006, 0.5, 0.01), Round(2, 0.003, 0.6, 0.003, 5e-4, 5e-4))
+WARM = (
+    Round(3, 0.006, 0.5, 0.01, believed_m=BELIEVED_M),
+    Round(2, 0.003, 0.6, 0.003, 5e-4, 5e-4, BELIEVED_M),
+)
 """From the frame before."""
 BOUNDS = (-0.25, 1.25)
 """Of a weight of a shape that is drawn to go from 0 to 1 (ARKit's); others are free."""
@@ -145,7 +152,7 @@ class ModelFit:
         left = MM * matched.gap * np.sqrt(weights / total)
         gram, side = scaled.T @ scaled, scaled.T @ left
         if turn.landmarks:
-            self._add_landmarks(gram, side, landmarks, shape, posed, basis, turn.landmarks)
+            self._add_landmarks(gram, side, landmarks, shape, posed, basis, turn)
         return self._solved(gram, side, shape, turn)
 
     def _surface_slopes(self, matched: Matches, shape: Shape, basis: Floats) -> Floats:
@@ -179,13 +186,16 @@ class ModelFit:
 
     def _add_landmarks(
         self, gram: Floats, side: Floats, landmarks: Landmarks, shape: Shape, posed: Floats,
-        basis: Floats, weight: float,
+        basis: Floats, turn: Round,
     ) -> None:  # fmt: skip
         vertices, places, shares = self.template.landmark_weights(landmarks)
         if not len(vertices):
             return
-        shares = MM * np.sqrt(weight * shares / shares.sum())
-        left = (places - posed[vertices]) * shares[:, None]
+        apart, shares = places - posed[vertices], shares / shares.sum()
+        off_m = float(np.sqrt(shares @ np.square(apart).sum(axis=1)))
+        belief = min(1.0, turn.believed_m / max(off_m, 1e-9)) ** 4
+        shares = MM * np.sqrt(turn.landmarks * belief * shares)
+        left = apart * shares[:, None]
         for axis in range(3):
             along = np.zeros((len(vertices), 3))
             along[:, axis] = shares

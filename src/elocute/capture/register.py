@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from elocute.capture import model_fit, nicp, offsets
 from elocute.capture.errors_mm import (
     SurfaceError,
+    face_seen,
     landmark_error_mm,
     scan_distances,
     surface_error,
@@ -40,6 +41,7 @@ SURFACE_POINTS = 40_000
 LOST_MEDIAN_MM = 0.6
 LOST_LANDMARK_MM = 6.0
 LOST_COVERED = 0.4
+LOST_FACE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +72,8 @@ class Registration:
         """Why this is no registration to be used, or ""."""
         if self.surface.covered < LOST_COVERED:
             return f"only {100 * self.surface.covered:.0f} % of the scan is near the head"
+        if self.surface.face < LOST_FACE:
+            return f"only {100 * self.surface.face:.0f} % of the face is in the scan"
         if not self.surface.median <= LOST_MEDIAN_MM:
             return f"the surface is {self.surface.median:.2f} mm off"
         if self.landmark_mm is not None and self.landmark_mm > LOST_LANDMARK_MM:
@@ -105,9 +109,14 @@ def register_scan(
     """A scan of a person whose template is known; from the frame before, or from scratch.
 
     A frame that is lost from the one before is tried once more from scratch, and the better of
-    the two is taken: ask `lost` of the result. Raises CaptureError for a scan without a head.
+    the two is taken: ask `lost` of the result. Raises CaptureError for a scan without a head, and
+    where the frame before is of a template with an identity, as a neutral face is.
     """
     fit = ModelFit(template, False)
+    if before is not None and len(before.shape.identity):
+        raise CaptureError.about(
+            "the frame before", found="a fit of an identity", allowed="a result of register_scan"
+        )
     scan, notes = checked_scan(scan)
     if before is not None and not before.lost:
         found = _register(template, fit, scan, landmarks, before, notes)
@@ -141,7 +150,7 @@ def register_nonrigid(
     zero = unposed(template.head, vertices, shape.pose)
     found = Registration(
         vertices, zero, shape, zero - fit.zero(shape),
-        surface_error(scan_distances(template, vertices, scan)),
+        _surface(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks), seconds, notes,
     )  # fmt: skip
     return found, steps
@@ -170,10 +179,14 @@ def _register(
     head = _with_joints(template.head, shape)
     zero = unposed(head, vertices, shape.pose)
     return Registration(
-        vertices, zero, shape, zero - fit.zero(shape),
-        surface_error(scan_distances(template, vertices, scan)),
+        vertices, zero, shape, zero - fit.zero(shape), _surface(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks), seconds, notes,
     )  # fmt: skip
+
+
+def _surface(template: Template, vertices: Floats, scan: Scan) -> SurfaceError:
+    found = surface_error(scan_distances(template, vertices, scan))
+    return replace(found, face=face_seen(template.head, vertices, scan.points))
 
 
 def _cold_shape(template: Template, fit: ModelFit, samples: Samples, landmarks: Landmarks) -> Shape:

@@ -23,7 +23,7 @@ from elocute.capture.template import Template
 from elocute.errors import CaptureError
 from elocute.head.model import HeadModel
 
-SETTINGS_VERSION = 1
+SETTINGS_VERSION = 2
 """To be raised where registration itself changes: frames made before are then made again."""
 
 

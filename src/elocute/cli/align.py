@@ -10,7 +10,7 @@ from typing import Any
 import typer
 
 from elocute.cli import options
-from elocute.errors import InputError, MachineError, OutputError
+from elocute.errors import InputError, OutputError, needs_extra
 
 METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
 
@@ -78,9 +78,5 @@ def align_command(
 
 def alignment_module(name: str) -> Any:
     """A module of elocute.alignment. Raises MachineError where its packages are missing."""
-    try:
+    with needs_extra("alignment", "wild"):
         return importlib.import_module(f"elocute.alignment.{name}")
-    except ImportError as error:
-        raise MachineError(
-            f"alignment needs {error.name}; install it: pip install 'elocute[wild]'"
-        ) from error

@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.report import save_report
-from elocute.errors import CorpusError, InputError, MachineError
+from elocute.errors import CorpusError, InputError, needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
@@ -67,16 +67,13 @@ def _train(
     quiet: bool,
 ) -> dict[str, Path]:  # fmt: skip
     """Encoder to its model; all settings are checked before the first hour is spent."""
-    from elocute.cli.train import Lines, prepare_folder
+    from elocute.cli.train import Lines
+    from elocute.cli.work_folder import prepare_folder
     from elocute.encoders.registry import resolve_encoder
 
-    try:
+    with needs_extra("training", "train"):
         from elocute.training.voca.config import TrainConfig
         from elocute.training.voca.run import MODEL, train_voca
-    except ImportError as error:
-        raise MachineError(
-            f"training needs {error.name}; install it: pip install 'elocute[train]'"
-        ) from error
     configs = {name: TrainConfig(epochs=epochs, encoder=name) for name in encoders}
     for name in encoders:
         resolve_encoder(name)

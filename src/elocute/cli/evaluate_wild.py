@@ -9,7 +9,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.report import save_report
-from elocute.errors import InputError, MachineError
+from elocute.errors import InputError, needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.shards import Shards
@@ -23,6 +23,7 @@ def wild_command(
     sounds: Path = typer.Argument(..., help="The folder that their sounds are in."),
     output: Path = typer.Option(..., "-o", "--output", help="Folder for trainings and report."),
     sentences: Path | None = typer.Option(None, help="A corpus of sentences: continuous speech."),
+    subject: str | None = typer.Option(None, help="Only sentences by this subject of the corpus."),
     real: Path | None = typer.Option(None, help="Tracked talker (grid_s1/clips): the mouth."),
     names: Path | None = typer.Option(None, help="A text file of the talker's clips; else all."),
     clips: int = typer.Option(50, min=1, help="Sentences measured, evenly taken."),
@@ -44,17 +45,14 @@ def wild_command(
     ρc is over all frames of the clips together, with 95 % by drawing clips again. Trainings go on
     where they were left; report.json is written last.
     """
-    from elocute.cli.train import Lines, name_broken, prepare_folder
+    from elocute.cli.train import Lines, name_broken
+    from elocute.cli.work_folder import prepare_folder
     from elocute.corpus.shards import open_shards
 
-    try:
+    with needs_extra("training", "train"):
         from elocute.training.crnn import wild
         from elocute.training.crnn.config import CrnnTrainConfig
         from elocute.training.crnn.data import hear_shards
-    except ImportError as error:
-        raise MachineError(
-            f"training needs {error.name}; install it: pip install 'elocute[train]'"
-        ) from error
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
     if "speaker" not in chosen or not set(chosen) <= set(wild.TRAININGS):
         raise InputError.about(
@@ -66,7 +64,7 @@ def wild_command(
         weight_power=weight_power, augment=augment, highest_hz=highest_hz, seed=seed,
     )  # fmt: skip
     opened = open_shards(shards, sounds)
-    corpus = _sentences(sentences, opened)
+    corpus, taken = _sentences(sentences, opened, subject, clips)
     prepare_folder(output, resume)
     heard = hear_shards(opened, output, config.fps)
     for name in chosen:
@@ -85,7 +83,6 @@ def wild_command(
     model = output / "speaker" / wild.MODEL
     bases: dict[str, Any] = {}
     if corpus is not None:
-        taken = _evenly([entry.name for entry in corpus.entries], clips)
         table |= _continuous(corpus, taken, model, opened, shares)
         bases = _bases(corpus, taken, opened)
     report = {
@@ -102,9 +99,12 @@ def wild_command(
     name_broken([*opened.broken, *heard.missing], len(opened))
 
 
-def _sentences(path: Path | None, shards: Shards) -> Any:
+def _sentences(
+    path: Path | None, shards: Shards, subject: str | None, count: int
+) -> tuple[Any, list[str]]:
+    """The corpus of sentences and the names of those that are judged."""
     if path is None:
-        return None
+        return None, []
     from elocute.corpus.store import open_corpus
     from elocute.errors import CorpusError
 
@@ -114,12 +114,12 @@ def _sentences(path: Path | None, shards: Shards) -> Any:
         raise CorpusError.about(
             path, found=f"{corpus.vertex_count} vertices", allowed=f"{vertices}, as the basis has"
         )
-    return corpus
-
-
-def _evenly(names: list[str], count: int) -> list[str]:
-    step = max(1, len(names) // count)
-    return names[::step][:count]
+    if subject is not None and subject not in corpus.subjects:
+        raise CorpusError.about(
+            path, found=f"no subject {subject}", allowed=", ".join(corpus.subjects)
+        )
+    names = [entry.name for entry in corpus.entries if subject in (None, entry.subject)]
+    return corpus, names[:: max(1, len(names) // count)][:count]
 
 
 def _continuous(

@@ -11,7 +11,8 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.progress import progress_bar
-from elocute.errors import CorpusError, OutputError
+from elocute.cli.work_folder import prepare_folder
+from elocute.errors import CorpusError
 
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
@@ -65,9 +66,8 @@ def propagate_command(
     top = (root or recordings).resolve()
     if not found.folder.resolve().is_relative_to(top):
         raise CorpusError.about(recordings, found="not below --root", allowed=f"a folder in {top}")
-    _check_folder(output, resume)
     pool = _pool(jobs, ray, method)
-    output.mkdir(exist_ok=True)
+    prepare_folder(output, resume)
     settings = JobSettings(
         str(corpus.resolve()), str(_basis(opened, basis, split, output)),
         str(recordings.resolve()), str(top), str(output.resolve()), method, seed=seed,
@@ -77,19 +77,6 @@ def propagate_command(
     with progress_bar(f"carrying over to {recordings.name}", as_json) as progress:
         summary = propagate(settings, captured, found, pool, progress)
     _tell(summary, output, as_json)
-
-
-def _check_folder(output: Path, resume: bool) -> None:
-    from elocute.motion.atomic import check_output
-
-    check_output(output)
-    if output.exists() and not output.is_dir():
-        raise OutputError.about(output, found="a file", allowed="a folder")
-    if output.is_dir() and any(output.iterdir()) and not resume:
-        raise OutputError.about(
-            output, found="a folder with files in it", allowed="a new or empty folder",
-            remedy="add --resume to go on in it",
-        )  # fmt: skip
 
 
 def _pool(jobs: int, address: str | None, method: str) -> Pool:

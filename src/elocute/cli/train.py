@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.errors import MachineError, OutputError
+from elocute.cli.work_folder import prepare_folder
+from elocute.errors import needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
@@ -43,13 +44,9 @@ def voca_command(
     from elocute.corpus.store import open_corpus
 
     opened = open_corpus(corpus)
-    try:
+    with needs_extra("training", "train"):
         from elocute.training.voca.config import TrainConfig
         from elocute.training.voca.run import MODEL, train_voca
-    except ImportError as error:
-        raise MachineError(
-            f"training needs {error.name}; install it: pip install 'elocute[train]'"
-        ) from error
     config = TrainConfig(
         epochs=epochs, batch_pairs=batch, learning_rate=learning_rate, velocity_weight=velocity,
         seed=seed, reduced=not full_decoder, encoder=encoder,
@@ -93,13 +90,9 @@ def crnn_command(
     """
     from elocute.corpus.shards import open_shards
 
-    try:
+    with needs_extra("training", "train"):
         from elocute.training.crnn.config import CrnnTrainConfig
         from elocute.training.crnn.run import MODEL, train_crnn
-    except ImportError as error:
-        raise MachineError(
-            f"training needs {error.name}; install it: pip install 'elocute[train]'"
-        ) from error
     config = CrnnTrainConfig(
         epochs=epochs, batch_clips=batch, learning_rate=learning_rate, last_rate=last_rate,
         loss=loss, weight_power=weight_power, keep=keep, augment=augment, highest_hz=highest_hz,
@@ -137,21 +130,6 @@ class Lines:
         if not self.quiet and line != self.last:
             typer.echo(f"{share:4.0%} {line}", err=True)
         self.last = line
-
-
-def prepare_folder(folder: Path, resume: bool) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise OutputError.about(folder, found="a file", allowed="a folder")
-    if folder.exists() and any(folder.iterdir()) and not resume:
-        raise OutputError.about(
-            folder, found="a folder with files in it", allowed="a new or empty folder",
-            remedy="add --resume to go on with its training",
-        )  # fmt: skip
-    if not folder.parent.is_dir():
-        raise OutputError.about(
-            folder, found=f"no folder {folder.parent}", remedy=f"mkdir -p {folder.parent}"
-        )
-    folder.mkdir(exist_ok=True)
 
 
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from elocute.corpus.word_clip import WordClip
-from elocute.errors import CorpusError, MachineError
+from elocute.errors import CorpusError, needs_extra
 from elocute.motion.atomic import write_atomically
 
 FILE_MAX_BYTES = 4_000_000_000
@@ -31,12 +31,8 @@ class ShardEntry:
 
 def parquet() -> Any:
     """pyarrow.parquet. Raises MachineError with what to install."""
-    try:
+    with needs_extra("reading shards", "wild"):
         import pyarrow.parquet
-    except ImportError as error:
-        raise MachineError(
-            "shards need pyarrow; install it: pip install 'elocute[wild]'"
-        ) from error
     return pyarrow.parquet
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elocute.capture.errors_mm import correspondence_mm, surface_error
-from elocute.capture.landmarks import Landmarks
+from elocute.capture.landmarks import Landmarks, no_landmarks
 from elocute.capture.nicp import Nicp
 from elocute.capture.pose import Pose, posed, unposed
 from elocute.capture.register import (
@@ -64,6 +64,32 @@ def test_a_lost_frame_is_found_again(
     wrong = replace(good, shape=replace(good.shape, pose=away))
     found = register_scan(neutral[0], scans[2], stage.frame(2).landmarks, wrong)
     assert not found.lost and found.surface.median < 0.1
+
+
+def test_rough_landmarks_lead_to_the_place_and_not_away_from_it(
+    head: HeadModel, stage: Stage, scans: list[Scan], neutral: tuple[Template, Registration]
+):
+    """As far off as a detector's: 2.5 mm in every coordinate."""
+    noise = np.random.default_rng(0).normal(0, 0.0025, (68, 3))
+    rough = Landmarks(stage.frame(3).landmarks.points + noise, np.ones(68))
+    found = register_scan(neutral[0], scans[3], rough)
+    assert not found.lost
+    assert apart_mm(head, found.vertices, stage.truth(3).posed) < 1.5
+    assert correspondence_mm(head, found.vertices, stage.truth(3).posed)["lips"] < 2.0
+
+
+def test_a_scan_that_shows_no_face_is_lost(
+    stage: Stage, scans: list[Scan], neutral: tuple[Template, Registration]
+):
+    good = register_scan(neutral[0], scans[1], stage.frame(1).landmarks)
+    assert good.surface.face > 0.8
+    behind = scans[1].points[:, 2] < scans[1].points[:, 2].mean() - 0.02
+    back = replace(scans[1], triangles=scans[1].triangles[behind[scans[1].triangles].all(axis=1)])
+    for before in (good, None):
+        found = register_scan(neutral[0], back, no_landmarks(), before)
+        assert "of the face is in the scan" in found.lost
+    with pytest.raises(CaptureError, match="identity"):
+        register_scan(neutral[0], scans[1], no_landmarks(), neutral[1])
 
 
 def test_without_landmarks(head: HeadModel, stage: Stage, unaided: Registration):
