@@ -26,7 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import elocute
-from elocute.capture import nicp
 from elocute.capture.errors_mm import correspondence_mm, scan_distances, surface_error
 from elocute.capture.landmarks import Landmarks
 from elocute.capture.matching import samples_of
@@ -134,14 +133,15 @@ def ours(head: HeadModel, template: Template, cases: list[Case]) -> list[Column]
 
 def _nonrigid(template: Template, cases: list[Case], adapted: bool, again: bool = False) -> Column:
     told = f"elocute NICP, {'adaptive' if adapted else 'fixed'}{', warm' if again else ''}"
-    column, icp = Column(told), Nicp(template)
+    column, icp, before = Column(told), Nicp(template), None
     if again:
-        register_nonrigid(template, cases[0].scan, cases[0].landmarks, icp=icp)
+        before, _ = register_nonrigid(template, cases[0].scan, cases[0].landmarks, icp=icp)
     for case in cases[1:] if again else cases:
         found, steps = register_nonrigid(
             template, case.scan, case.landmarks, adapted=adapted, icp=icp if again else None,
-            levels=nicp.WARM if again else nicp.COLD,
+            before=before,
         )  # fmt: skip
+        before = found if again else None
         column.add(template, case, found.vertices, found.seconds)
         column.steps.append(steps)
     return column

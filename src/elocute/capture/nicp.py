@@ -28,8 +28,8 @@ from elocute.export.surface import vertex_normals
 
 Floats = NDArray[np.float64]
 
-SOLVED = 1e-2  # share of the first residual at which conjugate gradients stop
-ENOUGH = 0.1  # share at which a solution may be used where that takes too long
+SOLVED = 5e-2  # share of the first residual at which conjugate gradients stop
+ENOUGH = 0.3  # share at which a solution may be used where that takes too long
 ROUNDS_MAX = 12
 """Steps of conjugate gradients after which a new factor is cheaper."""
 
@@ -60,8 +60,8 @@ COLD = (
 )  # fmt: skip
 """From a template that stands roughly where the scan does."""
 WARM = (
-    Stiffness(0.3, 0.1, 2, reach_m=0.01), Stiffness(0.03, 0.0, 2, reach_m=0.006),
-    Stiffness(0.003, 0.0, 3, reach_m=0.004),
+    Stiffness(0.3, 0.1, 1, reach_m=0.01), Stiffness(0.03, 0.0, 1, reach_m=0.006),
+    Stiffness(0.003, 0.0, 2, reach_m=0.004),
 )  # fmt: skip
 """From the shape of the frame before."""
 

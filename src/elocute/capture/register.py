@@ -8,7 +8,6 @@ that are free but smooth.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +24,7 @@ from elocute.capture.errors_mm import (
 from elocute.capture.landmarks import Landmarks
 from elocute.capture.matching import Samples, samples_of
 from elocute.capture.model_fit import ModelFit, Shape
-from elocute.capture.nicp import Nicp, Stiffness
+from elocute.capture.nicp import Nicp
 from elocute.capture.pose import Pose, posed, unposed
 from elocute.capture.scan import Scan, checked_scan
 from elocute.capture.start_pose import start_pose
@@ -129,12 +128,13 @@ def register_scan(
 
 def register_nonrigid(
     template: Template, scan: Scan, landmarks: Landmarks, *, adapted: bool = True,
-    icp: Nicp | None = None, levels: Sequence[Stiffness] = nicp.COLD,
+    icp: Nicp | None = None, before: Registration | None = None,
 ) -> tuple[Registration, int]:  # fmt: skip
     """A scan by non-rigid ICP ("Speech in the wild" 2019, 3.2), and its steps.
 
     adapted  start from the adaptive template of Eq. 1; else from the neutral face, as usual
     icp      of the same template, to use its factors again
+    before   the frame before: what it had beyond its template is kept, and fewer steps do
 
     Raises CaptureError for a scan without a head.
     """
@@ -145,6 +145,9 @@ def register_nonrigid(
     if adapted and landmarks.enough and len(template.head.landmarks):
         shape = replace(shape, expression=_adapted(template, landmarks, shape.pose))
     start = fit.posed(shape)
+    if before is not None:
+        start = start + _turned(template, before.offsets, shape.pose)
+    levels = nicp.COLD if before is None else nicp.WARM
     vertices, steps = (icp or Nicp(template)).register(start, scan, landmarks, levels)
     seconds = time.thread_time() - started
     zero = unposed(template.head, vertices, shape.pose)

@@ -134,6 +134,10 @@ def test_nonrigid_icp_wins_by_the_adaptive_template(
         assert found.surface.median < 0.25 and 3 <= steps <= 20
         lips[adapted] = correspondence_mm(head, found.vertices, truth)["lips"]
     assert lips[True] < 1.5 and lips[True] < lips[False]
+    first, _ = register_nonrigid(neutral[0], scans[3], stage.frame(3).landmarks, icp=icp)
+    after, steps = register_nonrigid(neutral[0], scans[5], marks, icp=icp, before=first)
+    assert steps <= 4 and not after.lost and after.surface.median < 0.2
+    assert correspondence_mm(head, after.vertices, truth)["lips"] < 1.5
 
 
 def test_unposing_undoes_posing(head: HeadModel):
