@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument(
         "--natural", type=Path, help="work folder of train_encoder.py: adds natural speech"
     )
-    parser.add_argument("--epochs", type=int, default=20)
+    parser.add_argument("--epochs", type=int, default=18)
     parser.add_argument("--learning-rate", type=float, default=1e-3)
     parser.add_argument("--augment", type=float, default=0.9)
     parser.add_argument("--weight-power", type=float, default=0.25)
