@@ -129,7 +129,7 @@ def main() -> None:
             words / "captured_words", "--root", words, "--basis", folder / "blendshapes.npz",
             "--jobs", choice.jobs)  # fmt: skip
     elocute("train", "crnn", folder / "shards", words, "-o", folder / "model", "--epochs",
-            choice.epochs, "--highest-hz", 8000)  # fmt: skip
+            choice.epochs, "--highest-hz", 8000, "--weight-power", 0.25)  # fmt: skip
     elocute("animate", choice.speech, "--model", folder / "model" / "model.onnx", "-o",
             folder / "talk.npz", "-o", folder / "talk.glb")  # fmt: skip
     print(f"\n{folder}: talk.glb, talk.npz; {time.monotonic() - started:.0f} s in all")

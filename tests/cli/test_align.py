@@ -71,6 +71,17 @@ def test_methods_are_judged_by_known_times(words: Path, cli: Callable[..., objec
     assert methods["dtw"]["error_frames"] < 1.5 and methods["dtw"]["overlap"] > 0.75
 
 
+def test_learned_methods_are_judged_beside_them(words: Path, cli: Callable[..., object]) -> None:
+    pytest.importorskip("torch", reason="needs the extra `train`")
+    names = ["dtw", "dctw", "dcaw", "dctw/expected"]
+    done = cli("evaluate", "alignment", words, "--methods", ",".join(names), "--json")
+    methods = json.loads(done.stdout)["methods"]  # pyright: ignore
+    assert list(methods) == names
+    # Three takes that differ in pace alone teach little, and should spoil as little.
+    assert all(methods[name]["error_frames"] < 1.5 for name in names)
+    assert methods["dctw/expected"]["error_frames"] != methods["dctw"]["error_frames"]
+
+
 def test_bad_input_of_the_judgement(
     words: Path, tmp_path: Path, refused: Callable[..., None]
 ) -> None:
@@ -79,6 +90,7 @@ def test_bad_input_of_the_judgement(
     refused(*command, tmp_path, says="no folder of recordings")
     refused(*command, words, "--methods", "dtw,magic", says="magic")
     refused(*command, words, "--methods", ",", says="none")
+    refused(*command, words, "--methods", "softdtw/expected", says="dtw, ctw, dctw, dcaw")
     refused(*command, words, "--noise-db", "90", says="60")
     (tmp_path / "word").mkdir()
     for name in ("a", "b"):

@@ -23,7 +23,9 @@ def alignment_command(
     sentences: Path | None = typer.Option(
         None, help="The same words in sentences, in which they are to be found."
     ),
-    methods: str = typer.Option(DEFAULT_METHODS, help="Methods to compare, commas between."),
+    methods: str = typer.Option(
+        DEFAULT_METHODS, help="Methods to compare, commas between; ctw/expected: its soft reading."
+    ),
     encoder: str = typer.Option("fbank", help="What hears the sound: fbank, phones, …"),
     noise_db: float | None = typer.Option(None, help="Speech over babble, in decibels."),
     words: int | None = typer.Option(None, min=1, help="Only the first so many words."),
