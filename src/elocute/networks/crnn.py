@@ -78,7 +78,9 @@ class Crnn(nn.Module):
 
     def columns(self, values: Tensor) -> Tensor:
         """(batch, column, 128, 3) to (batch, column, 64): every column on its own."""
-        x = ((values - self.shift) / self.scale * self.audible).permute(0, 3, 1, 2)
+        # As one product and one sum over whole rows, which is what runs fast.
+        gain = self.audible / self.scale
+        x = (values * gain - self.shift * gain).permute(0, 3, 1, 2)
         for layer in self.frequency:
             x = functional.relu(layer(x))
         return x.squeeze(3).transpose(1, 2)
