@@ -2,10 +2,12 @@
 
     python recipes/build_words.py build/words --words 20
     python benchmarks/propagation.py build/words [--methods dtw,dcaw]
+    python benchmarks/propagation.py build/words --workers 1,2      on a machine that is idle
 
 Times are CPU seconds of one thread, network and files included. `align` is what a further
-recording of a known word costs; `fit` what a word costs once. Memory is the peak of a whole run
-over all words in one process, with so many copies of every recording.
+recording of a known word costs; `fit` what a word costs once, and with every recording eight times.
+Memory is the peak of a whole run over all words in one process, with so many copies of every
+recording. --workers runs the whole job by DCAW with so many processes: seconds of the clock.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -48,7 +51,7 @@ def speed(folder: Path, room: Path, method: str, words: int) -> dict[str, float]
     settings = settings_of(folder, folder / "recordings", room, method)
     (room / word_job.RECORDS).mkdir(exist_ok=True)
     capture = word_job._capture(settings.corpus, settings.basis)
-    fitted = aligned = pairs = clips = 0.0
+    fitted = many = aligned = pairs = clips = 0.0
     for number, task in enumerate(all_tasks(settings, captured, recordings)):
         if number > words:
             break
@@ -59,13 +62,17 @@ def speed(folder: Path, room: Path, method: str, words: int) -> dict[str, float]
         assert aligner is not None
         for recording in task.recordings:
             word_job._aligned(task, recording, sources, aligner)
+        done = time.process_time()
+        word_job._fitted(replace(task, recordings=task.recordings * COPIES[-1]), sources)
         if number:  # the first word loads and compiles
             fitted += middle - started
-            aligned += time.process_time() - middle
+            aligned += done - middle
+            many += time.process_time() - done
             pairs += len(task.recordings) * len(sources)
             clips += len(task.recordings)
     return {
         "fit_s_per_word": round(fitted / words, 3), "fit_recordings": round(clips / words, 1),
+        "fit_s_per_word_of_8_times_as_many": round(many / words, 3),
         "pairs_per_s": round(pairs / aligned, 1), "clips_per_s": round(clips / aligned, 1),
     }  # fmt: skip
 
@@ -107,11 +114,31 @@ def memory(folder: Path, basis: Path) -> list[dict[str, float]]:
     return found
 
 
+def workers(folder: Path, basis: Path, counts: list[int]) -> dict[str, float]:
+    """Seconds of the clock that the whole job takes by so many processes."""
+    from elocute.jobs.local import local_pool
+
+    captured = captured_words(open_corpus(folder / "captured"), folder / "captured_words")
+    found = {}
+    for count in counts:
+        with tempfile.TemporaryDirectory(dir=folder) as name:
+            room = Path(name)
+            (room / "basis.npz").write_bytes(basis.read_bytes())
+            recordings = find_recordings(folder / "recordings")
+            settings = settings_of(folder, folder / "recordings", room, "dcaw")
+            started = time.perf_counter()
+            propagate(settings, captured, recordings, local_pool(count))
+            found[str(count)] = round(time.perf_counter() - started, 1)
+            print(json.dumps({"workers": found}), file=sys.stderr, flush=True)
+    return found
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="what recipes/build_words.py made")
     parser.add_argument("--methods", default="dtw,dcaw")
     parser.add_argument("--words", type=int, default=3, help="to measure speed on")
+    parser.add_argument("--workers", help="numbers of processes, commas between: only that")
     parser.add_argument("--once", type=Path, help=argparse.SUPPRESS)
     choice = parser.parse_args()
     folder = choice.folder.resolve()
@@ -123,6 +150,9 @@ def main() -> None:
         corpus = open_corpus(folder / "captured")
         learned = learn_blendshapes(corpus, corpus.split().train)
         save_motion(sweep(learned.head), room / "basis.npz")
+        if choice.workers:
+            print(workers(folder, room / "basis.npz", [int(n) for n in choice.workers.split(",")]))
+            return
         record = {"components": len(learned.head.expression_names)}
         for method in choice.methods.split(","):
             record[method] = speed(folder, room, method, choice.words)
