@@ -69,7 +69,7 @@ def cut_natural(data: Path, folder: Path, words: Sequence[str], limit: int) -> I
         for place, word in enumerate(spoken):
             if word.text not in wanted or not SHORTEST_S <= word.end_s - word.start_s <= LONGEST_S:
                 continue
-            name = f"{_plain(speaker)}__{_plain(recording.path.stem)[-60:]}-{place}.wav"
+            name = f"{_short(speaker)}__{_short(recording.path.stem)}-{place}.wav"
             part = NATURAL_PARTS[split_of(recording)]
             first = max(0, round((word.start_s - MARGIN_S) * RATE))
             last = round((word.end_s + MARGIN_S) * RATE)
@@ -77,8 +77,10 @@ def cut_natural(data: Path, folder: Path, words: Sequence[str], limit: int) -> I
             yield _written(folder / word.text / part / name, samples[first:last])
 
 
-def _plain(text: str) -> str:
-    return "".join(c if c.isascii() and c.isalnum() else "-" for c in text).strip("-") or "x"
+def _short(text: str) -> str:
+    """The end of a name, which tells it from others, in characters that a clip's name may have."""
+    plain = "".join(c if c.isascii() and c.isalnum() else "-" for c in text)
+    return plain[-40:].strip("-") or "x"
 
 
 def _written(path: Path, samples: np.ndarray) -> Path:
