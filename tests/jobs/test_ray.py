@@ -24,6 +24,7 @@ pytestmark = [
     pytest.mark.skipif(not Path("/proc/self").exists(), reason="finds workers in Linux's /proc"),
 ]
 HERE = Path(__file__).parent
+STARTS = 4
 DRIVER = """
 import json, sys
 sys.path.insert(0, {here!r})
@@ -51,6 +52,19 @@ def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, dict[s
         "RAY_USAGE_STATS_ENABLED": "0", "OMP_NUM_THREADS": "1",
         "PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")]),
     }  # fmt: skip
+    # Ray gives its own agent 15 s to load, which a busy machine needs for that alone.
+    for _ in range(STARTS):
+        process, address, told = started(environment)
+        if address:
+            break
+    else:
+        pytest.fail(f"the node did not start: {told}")
+    yield address, environment
+    end(process)
+
+
+def started(environment: dict[str, str]) -> tuple[subprocess.Popen[str], str, str]:
+    """A process, the address of its node or "", and the last that it said."""
     port = free_port()
     call = [Path(sys.executable).with_name("ray"), "start", "--head", "--block", "--port", port,
             "--num-cpus", 2, "--object-store-memory", 80_000_000, "--include-dashboard=false",
@@ -60,16 +74,22 @@ def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, dict[s
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     assert process.stdout is not None
+    told = []
     for line in process.stdout:
+        told.append(line)
         if "Ray runtime started" in line:
-            break
-    else:
-        pytest.fail("the node did not start")
-    threading.Thread(target=process.stdout.read, daemon=True).start()
-    yield f"127.0.0.1:{port}", environment
+            threading.Thread(target=process.stdout.read, daemon=True).start()
+            return process, f"127.0.0.1:{port}", ""
+    end(process)
+    return process, "", "".join(told[-5:])
+
+
+def end(process: subprocess.Popen[str]) -> None:
+    """Nothing of this node is to be kept."""
     with contextlib.suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)  # nothing of this node is to be kept
+        os.killpg(process.pid, signal.SIGKILL)
     process.wait()
+    assert process.stdout is not None
     process.stdout.close()
 
 
