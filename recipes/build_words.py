@@ -31,9 +31,9 @@ from build_corpus import simulate
 from corpus.speech import voices_missing
 from elocute.corpus.split import Split
 from elocute.corpus.writer import corpus_writer
+from elocute.files.atomic import write_folder_atomically
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
-from elocute.motion.atomic import write_folder_atomically
 from words.readings import readings
 from words.takes import cut_natural, speak_takes
 from words.texts import WORDS, held_out

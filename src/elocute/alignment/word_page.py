@@ -16,7 +16,7 @@ from elocute.alignment.words import Word, Words
 from elocute.audio.mel import log_mel
 from elocute.audio.waveform import Waveform
 from elocute.errors import AlignmentError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 DOUBTFUL = 0.2  # confidence below which a word is marked
 SHORTEST_S, LONGEST_S = 0.06, 1.5

@@ -10,7 +10,7 @@ from typing import Any
 
 from elocute.alignment.textgrid import Interval, intervals_of, textgrid_of
 from elocute.errors import AlignmentError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 FORMAT, VERSION = "elocute-words", 1
 FILE_MAX_BYTES = 32_000_000

@@ -33,9 +33,9 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.importers.common import even_split
 from elocute.corpus.writer import CorpusWriter, corpus_writer
 from elocute.errors import AudioError, CaptureError, OutputError
+from elocute.files.atomic import write_atomically
 from elocute.head.choice import open_head
 from elocute.head.model import HeadModel
-from elocute.motion.atomic import write_atomically
 
 CHUNK = 30
 """Frames that one worker takes at a time; the first of them starts from scratch."""

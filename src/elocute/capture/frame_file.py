@@ -15,7 +15,7 @@ from elocute.capture.errors_mm import SurfaceError
 from elocute.capture.model_fit import Shape
 from elocute.capture.pose import Pose
 from elocute.capture.register import Registration
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 VERSION = 1
 TEXT_MAX_BYTES = 100_000

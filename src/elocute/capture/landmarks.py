@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import CaptureError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 Floats = NDArray[np.float64]
 

@@ -20,10 +20,10 @@ from elocute.capture.scan import Scan, checked_scan
 from elocute.capture.track import Track, frame_landmarks
 from elocute.errors import CaptureError, MachineError
 from elocute.export.render import Camera, open_renderer, portrait
+from elocute.files.atomic import write_atomically
 from elocute.head.bare import bare_head
 from elocute.head.model import HeadModel
 from elocute.head.skinning import rotation_matrices
-from elocute.motion.atomic import write_atomically
 
 Picture = NDArray[np.uint8]
 

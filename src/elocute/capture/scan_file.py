@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from elocute.capture.scan import Scan
 from elocute.corpus.units import UNITS
 from elocute.errors import CaptureError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 SUFFIXES = (".ply", ".obj")
 FILE_MAX_BYTES = 1_000_000_000

@@ -19,7 +19,7 @@ from elocute.capture.scan import Scan
 from elocute.capture.scan_file import SUFFIXES, read_scan, unit_m
 from elocute.corpus.clip import check_name
 from elocute.errors import CaptureError, CorpusError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 MANIFEST = "capture.json"
 FORMAT, VERSION = "elocute-scans", 1

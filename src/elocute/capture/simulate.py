@@ -22,9 +22,9 @@ from elocute.capture.scan_file import write_scan
 from elocute.capture.sequence import SequenceFacts, write_facts
 from elocute.capture.smooth_surface import Refinement, refinement_of, smooth_points
 from elocute.errors import CaptureError
+from elocute.files.atomic import write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms
-from elocute.motion.atomic import write_folder_atomically
 from elocute.motion.motion import Motion
 from elocute.motion.quaternions import from_axis_angle, no_turn
 

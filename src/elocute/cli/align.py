@@ -34,7 +34,7 @@ def align_command(
     are better (`elocute.alignment.fit_aligner`).
     """
     from elocute.audio.read import read_audio
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     if plot is not None and check_output(plot).suffix.lower() != ".png":
         raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")

@@ -137,7 +137,7 @@ def _outputs(file: Path, outputs: list[Path], formats: list[str], single: bool) 
 
 
 def _check_output(file: Path, target: Path) -> None:
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     check_output(target)
     if target.exists() and file.exists() and target.samefile(file):

@@ -48,7 +48,7 @@ def learn_command(
     from elocute.capture.blendshapes.sweep import sweep
     from elocute.corpus.store import open_corpus
     from elocute.export.registry import check_suffix, write
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     check_suffix(check_output(output))
     if components is not None and variance is not None:
@@ -83,7 +83,7 @@ def show_command(
     from elocute.errors import OutputError
     from elocute.export.png import contact_sheet
     from elocute.export.render import open_renderer, portrait
-    from elocute.motion.atomic import check_output, write_atomically
+    from elocute.files.atomic import check_output, write_atomically
     from elocute.motion.store import load_motion
 
     if output.suffix.lower() != ".png":
@@ -118,7 +118,7 @@ def compare_command(
     """
     from elocute.capture.blendshapes.compare import Basis, project, strongest_shapes
     from elocute.corpus.store import open_corpus
-    from elocute.motion.atomic import check_output, write_atomically
+    from elocute.files.atomic import check_output, write_atomically
     from elocute.motion.store import load_motion
 
     for path, suffix in ((output, ".json"), (plot, ".png")):

@@ -62,8 +62,8 @@ def scan_command(
     _need_scipy()
     from elocute.capture.landmarks import no_landmarks, read_landmarks
     from elocute.capture.scan_file import read_scan, unit_m
+    from elocute.files.atomic import check_output, write_atomically
     from elocute.head.choice import open_head
-    from elocute.motion.atomic import check_output, write_atomically
 
     if output.suffix.lower() not in (".ply", ".obj"):
         raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".ply .obj")

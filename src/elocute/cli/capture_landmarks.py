@@ -58,7 +58,7 @@ def landmarks_command(
 
 def _of_file(scan: Path, output: Path, unit: str, detector: Detector) -> tuple[int, list[str]]:
     from elocute.capture.scan_file import read_scan
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     check_output(output)
     told = _written(read_scan(scan, unit), unit, output, detector)

@@ -67,7 +67,7 @@ def _check_outputs(
 ) -> None:  # fmt: skip
     """Before any work. Raises InputError."""
     from elocute.export.registry import check_suffix
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     if files and len(videos) > 1:
         raise OutputError.about(

@@ -59,7 +59,7 @@ def edit_command(
 ) -> None:
     """Pose, blinks, gaze, shapes and faces of a stored motion. All seconds are the input's."""
     from elocute.export.registry import check_suffix, write
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
     from elocute.motion.store import load_motion
 
     for target in output:

@@ -44,7 +44,7 @@ def corpus_command(
 ) -> None:
     """Predicted motion against recorded: lips, whole face, dynamics, closures."""
     from elocute.corpus.store import open_corpus
-    from elocute.motion.atomic import check_output, write_atomically
+    from elocute.files.atomic import check_output, write_atomically
     from elocute.synthesis.predict import clip_predictor, open_predictor
     from elocute.training.corpus_scores import best_rows, rows, score_clips
 

@@ -148,7 +148,7 @@ def identities_command(
 
 
 def _check_plot(plot: Path | None) -> None:
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     if plot is not None:
         if plot.suffix.lower() != ".png":

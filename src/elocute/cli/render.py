@@ -23,7 +23,7 @@ def render_command(
 ) -> None:
     """Write a stored motion as video, glTF, HTML, meshes, curves or pictures."""
     from elocute.export.registry import check_suffix, write
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
     from elocute.motion.store import load_motion
 
     for target in output:
@@ -52,7 +52,7 @@ def measure_command(
 ) -> None:
     """Measure the mouth per frame: opening, width, protrusion and jaw, in millimetres."""
     from elocute.errors import OutputError
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
     from elocute.motion.measures import measure_mouth, write_measures
     from elocute.motion.store import load_motion
 

@@ -10,7 +10,7 @@ from typing import Any
 
 def save_report(path: Path, report: Mapping[str, Any]) -> str:
     """Write the record whole or not at all, and give its text. Raises OutputError."""
-    from elocute.motion.atomic import write_atomically
+    from elocute.files.atomic import write_atomically
 
     text = json.dumps(report, allow_nan=False)
     with write_atomically(path) as draft:

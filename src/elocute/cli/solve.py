@@ -37,7 +37,7 @@ def solve_command(
 ) -> None:
     """Find the shapes' weights and joint rotations behind moving vertices."""
     from elocute.export.registry import check_suffix, write
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
     from elocute.motion.solve import solve_weights
 
     check_suffix(output)

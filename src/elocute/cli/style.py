@@ -39,7 +39,7 @@ def fit_command(
     as_json: bool = options.Json,
 ) -> None:
     """Find the mix of a model's styles that best explains a few seconds of motion."""
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
     from elocute.synthesis.rules import open_styled
     from elocute.synthesis.style_file import write_mix
     from elocute.synthesis.style_fit import fit_style

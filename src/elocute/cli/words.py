@@ -37,7 +37,7 @@ def segment_command(
     from elocute.alignment.forced import segment
     from elocute.alignment.words import write_words
     from elocute.audio.read import read_audio
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     spoken = _text(text, text_file)
     check_output(output)
@@ -58,7 +58,7 @@ def check_command(
     from elocute.alignment.word_page import check_length, write_word_page
     from elocute.alignment.words import read_words, write_words
     from elocute.audio.read import read_audio
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     if textgrid is not None and textgrid.suffix.lower() != ".textgrid":
         raise InputError.about(textgrid, found=f"suffix {textgrid.suffix!r}", allowed=".TextGrid")

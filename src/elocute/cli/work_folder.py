@@ -9,7 +9,7 @@ from elocute.errors import OutputError
 
 def prepare_folder(folder: Path, resume: bool) -> None:
     """Make the folder, or take the one that is there. Raises OutputError."""
-    from elocute.motion.atomic import check_output
+    from elocute.files.atomic import check_output
 
     check_output(folder)
     if folder.exists() and not folder.is_dir():

@@ -12,7 +12,7 @@ import numpy as np
 
 from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 FILE_MAX_BYTES = 4_000_000_000
 BATCH_ROWS = 64  # rows in memory at once while reading

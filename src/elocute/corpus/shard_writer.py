@@ -11,7 +11,7 @@ from pathlib import Path
 from elocute.corpus.shard_file import ShardEntry, write_shard
 from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError
-from elocute.motion.atomic import write_atomically, write_folder_atomically
+from elocute.files.atomic import write_atomically, write_folder_atomically
 from elocute.motion.motion import Motion
 from elocute.motion.store import save_motion
 

@@ -14,7 +14,7 @@ from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import Entry, Split
 from elocute.corpus.store import Corpus, manifest_of, open_corpus, write_manifest
 from elocute.errors import CorpusError
-from elocute.motion.atomic import write_folder_atomically
+from elocute.files.atomic import write_folder_atomically
 
 HEADER_BYTES = 256  # of motion.npy, filled in when the number of frames is known
 
@@ -119,7 +119,7 @@ def corpus_writer(
 
 def set_split(corpus: Corpus, name: str, split: Split) -> None:
     """Store a split under a name in the manifest of a corpus on disk."""
-    from elocute.motion.atomic import write_atomically
+    from elocute.files.atomic import write_atomically
 
     record = manifest_of(corpus)
     record["splits"][name] = split.parts()

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.encoders.wire import BYTES, Value, read_fields, read_varints
 from elocute.errors import InputError
+from elocute.files.protobuf import BYTES, Value, read_fields, read_varints
 
 FILE_MAX_BYTES = 2**31 - 1  # the limit of protocol buffers themselves
 NODES_MAX = 20_000  # DeepSpeech has some hundreds

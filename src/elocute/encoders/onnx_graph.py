@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.encoders.wire import write_message
+from elocute.files.protobuf import write_message
 
 IR_VERSION = 8  # July 2021; its operator sets go up to 15
 OPERATOR_SET = 14

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.mel import log_mel
 from elocute.audio.waveform import Waveform
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 SIDE, STRIP, GAP, MARGIN, TOP = 720, 170, 12, 64, 56
 SCALE = 2  # drawn larger, then reduced: smooth lines

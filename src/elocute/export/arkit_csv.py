@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from elocute.errors import MotionError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion
 from elocute.motion.motion import Motion
 

@@ -13,8 +13,8 @@ from elocute.errors import OutputError
 from elocute.export.meshes import MeshBytes, obj_of, ply_of
 from elocute.export.png import COLUMNS, contact_sheet
 from elocute.export.render import Renderer, open_renderer, portrait
+from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
-from elocute.motion.atomic import check_output, write_atomically, write_folder_atomically
 
 MESHES: dict[str, Callable[[HeadModel], MeshBytes]] = {".obj": obj_of, ".ply": ply_of}
 SHEET_MAX = 200  # faces on one picture

@@ -22,8 +22,8 @@ from elocute.export.surface import (
     moved_vertices,
     vertex_normals,
 )
+from elocute.files.atomic import write_atomically
 from elocute.head.model import HeadModel
-from elocute.motion.atomic import write_atomically
 from elocute.motion.motion import Motion
 
 FLOAT, USHORT, UBYTE, UINT = 5126, 5123, 5121, 5125

@@ -11,7 +11,7 @@ from typing import Any
 from elocute.errors import MachineError
 from elocute.export.gltf import glb_bytes
 from elocute.export.sound import Sound, pack_sound
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
 ASSETS = Path(__file__).parent / "assets"

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
+from elocute.files.atomic import write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
-from elocute.motion.atomic import write_atomically, write_folder_atomically
 from elocute.motion.motion import Motion
 
 BLOCK = 120

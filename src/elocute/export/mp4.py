@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from elocute.errors import OutputError
 from elocute.export.render import open_renderer, portrait
 from elocute.export.sound import RATE, Sound, sound_blocks
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
 CRF = 18  # visually lossless for a face on a plain ground

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.curves import Curves
 
 WIDTH, HEIGHT = 1400, 560

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.curves import Curves
 
 WIDTH, PANEL, MARGIN, GAP = 1400, 170, 90, 26

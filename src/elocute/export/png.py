@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.render import open_renderer, portrait
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
 TILES = 20

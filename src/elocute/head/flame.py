@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import HeadError
-from elocute.head.closed_pickle import SparseMatrix, read_pickle
+from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
 from elocute.head.skinning import blended, chained
 
 Floats = NDArray[np.float64]

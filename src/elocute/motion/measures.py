@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
+from elocute.files.atomic import write_atomically
 from elocute.head.model import HeadModel
-from elocute.motion.atomic import write_atomically
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion
 

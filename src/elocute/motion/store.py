@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError, MotionError
+from elocute.files.atomic import write_atomically
 from elocute.head.model import HeadModel
-from elocute.motion.atomic import write_atomically
 from elocute.motion.motion import Motion
 
 VERSION = 1

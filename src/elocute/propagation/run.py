@@ -20,7 +20,7 @@ from pathlib import Path
 from elocute.corpus.shard_file import sha256_of
 from elocute.corpus.shards import ShardEntry, write_manifest
 from elocute.errors import CorpusError, ElocuteError, OutputError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.store import load_motion
 from elocute.propagation.captured import CapturedWord
 from elocute.propagation.readers import Recordings

@@ -24,7 +24,7 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import ShardEntry, WordClip, write_shard
 from elocute.corpus.store import open_corpus
 from elocute.errors import AlignmentError, InputError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.store import load_motion
 from elocute.propagation.captured import MARGIN_S, Capture, CapturedWord, cut
 from elocute.propagation.readers import Recording, word_span

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from elocute.errors import ModelError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 FILE_MAX_BYTES = 65_536
 SHARE_MOST = 1e9

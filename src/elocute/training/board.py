@@ -6,7 +6,7 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 
 class Board:

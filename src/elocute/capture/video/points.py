@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.capture.video.topology import POINT_COUNT
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 TABLE_PATH = Path(__file__).parent / "assets" / "face_points.npz"
 

@@ -30,7 +30,7 @@ from elocute.corpus.importers.vocaset import (
 )
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
-from elocute.head.closed_pickle import read_pickle
+from elocute.files.pickles.closed_pickle import read_pickle
 
 FPS = 30.0
 FOLDERS = ("vertices_npy", "wav")

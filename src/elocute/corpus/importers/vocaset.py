@@ -29,7 +29,7 @@ from elocute.corpus.importers.common import (
 from elocute.corpus.split import Entry, Split
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
-from elocute.head.closed_pickle import read_pickle
+from elocute.files.pickles.closed_pickle import read_pickle
 
 FPS = 60.0
 VERTICES = 5023  # FLAME's mesh

@@ -19,7 +19,7 @@ from elocute.audio.mel3 import BANDS, CONTEXT, HOP, MARGIN, RATE, column_starts,
 from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
 from elocute.errors import AudioError, CorpusError
-from elocute.motion.atomic import write_folder_atomically
+from elocute.files.atomic import write_folder_atomically
 
 Array = NDArray[np.float32]
 Progress = Callable[[float], None]

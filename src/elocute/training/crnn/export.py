@@ -10,7 +10,7 @@ import torch
 from torch import Tensor, nn
 
 from elocute.audio.mel3 import BANDS, CONTEXT, MARGIN
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 from elocute.networks.crnn import HIDDEN, SharedCrnn
 from elocute.training.crnn.fit import TrainedCrnn

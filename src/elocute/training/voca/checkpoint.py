@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from elocute.errors import ModelError
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 
 FILE_MAX_BYTES = 4_000_000_000
 

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor, nn
 
 from elocute.corpus.store import Corpus
-from elocute.motion.atomic import write_atomically
+from elocute.files.atomic import write_atomically
 from elocute.networks.voca import SharedVoca, Voca
 from elocute.training.onnx_file import attach_constant, attach_record
 from elocute.training.voca.fit import Trained

@@ -12,8 +12,8 @@ import pytest
 from scipy.sparse import csc_matrix, csr_matrix
 
 from elocute.errors import InputError
-from elocute.head.closed_pickle import SparseMatrix, read_pickle
-from elocute.head.pickle_cursor import Cursor
+from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
+from elocute.files.pickles.pickle_cursor import Cursor
 
 PROTOCOLS = range(pickle.HIGHEST_PROTOCOL + 1)
 

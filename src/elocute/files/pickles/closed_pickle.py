@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from elocute.errors import InputError
-from elocute.head.pickle_arrays import Purse, SparseMatrix
-from elocute.head.pickle_cursor import WHOLE, Cursor, RefusedError
-from elocute.head.pickle_objects import (
+from elocute.files.pickles.pickle_arrays import Purse, SparseMatrix
+from elocute.files.pickles.pickle_cursor import WHOLE, Cursor, RefusedError
+from elocute.files.pickles.pickle_objects import (
     call,
     fill,
     find_global,

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.head.pickle_arrays import (
+from elocute.files.pickles.pickle_arrays import (
     DTYPES,
     ENTRY_BYTES,
     Purse,
@@ -24,7 +24,7 @@ from elocute.head.pickle_arrays import (
     shaped,
     sparse_of_state,
 )
-from elocute.head.pickle_cursor import Raw, RefusedError, shown
+from elocute.files.pickles.pickle_cursor import Raw, RefusedError, shown
 
 _NUMPY_CORES = ("numpy.core", "numpy._core")
 _BUILTINS = ("__builtin__", "builtins")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.head.pickle_cursor import Raw, RefusedError
+from elocute.files.pickles.pickle_cursor import Raw, RefusedError
 
 DTYPES = ("b1", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f2", "f4", "f8")
 AXES_MAX = 32

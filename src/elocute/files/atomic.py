@@ -1,0 +1,166 @@
+"""Files are written beside their name, made durable, and renamed when whole.
+
+What is under way lies in a hidden folder `.NAME.HOST-PID-….part` beside the place it is for. A run
+that was killed leaves it there; the next one that writes into the folder removes it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import platform
+import re
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from elocute.errors import OutputError
+
+STALE_DAYS = 7.0
+"""Drafts of other machines, whose processes cannot be asked for, are left alone for this long."""
+_DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", re.ASCII)
+
+
+def check_output(path: str | Path) -> Path:
+    """Return `path` as a Path whose folder exists and can be written.
+
+    Raises OutputError where the folder is missing, is no folder, or denies writing; call it
+    before long work so that nothing is computed for a place that cannot take it.
+    """
+    path = Path(path)
+    folder = path.parent
+    try:
+        if not folder.is_dir():
+            raise OutputError.about(
+                path,
+                found=f"folder {folder} does not exist",
+                allowed="an existing folder",
+                remedy=f"create it first: mkdir -p {folder}",
+            )
+        if not os.access(folder, os.W_OK):
+            raise OutputError.about(
+                path, found=f"folder {folder} cannot be written", remedy="choose another folder"
+            )
+        with contextlib.suppress(FileNotFoundError):
+            os.lstat(path)  # asks the system whether it can have such a name at all
+    except (OSError, ValueError) as error:
+        if isinstance(error, OutputError):
+            raise
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise OutputError.about(path, found=f"no possible name ({reason})") from None
+    return path
+
+
+@contextlib.contextmanager
+def write_atomically(path: str | Path) -> Iterator[Path]:
+    """Give a temporary path beside `path`; rename it there when the block ends without error.
+
+    The temporary name keeps the suffix, since writers choose formats by it. The file is on the
+    disk before it takes its name. Whatever the block left behind is removed when it fails or is
+    interrupted. Raises OutputError as `check_output`, and where the disk refuses or is full.
+    """
+    path = check_output(path)
+    if path.is_dir():
+        raise OutputError.about(path, found="a folder", allowed="a file name")
+    with _draft_folder(path) as room:
+        yield room / path.name
+        _sync(room / path.name)
+        (room / path.name).replace(path)
+
+
+@contextlib.contextmanager
+def write_folder_atomically(path: str | Path) -> Iterator[Path]:
+    """Give a temporary folder beside `path`; rename it there when the block ends without error.
+
+    An existing folder is refused, never emptied. Raises OutputError.
+    """
+    path = check_output(path)
+    if path.exists():
+        raise OutputError.about(
+            path, found="exists already", allowed="a new folder", remedy="remove it or rename"
+        )
+    with _draft_folder(path) as room:
+        yield room
+        for folder, _, names in os.walk(room):
+            for name in names:
+                _sync(Path(folder, name))
+            _sync(Path(folder))
+        room.chmod(0o755)
+        room.replace(path)
+
+
+@contextlib.contextmanager
+def _draft_folder(path: Path) -> Iterator[Path]:
+    """A folder for the draft of `path`; gone at the end, its errors told as those of `path`."""
+    remove_stale_drafts(path.parent)
+    room = None
+    try:
+        # The whole name may be as long as a name can be: its start tells enough.
+        start = f".{path.name[:32]}.{_host()}-{os.getpid()}-"
+        room = Path(tempfile.mkdtemp(prefix=start, suffix=".part", dir=path.parent))
+        yield room
+        _sync(path.parent)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError.about(path, found=f"cannot be written ({reason})") from error
+    finally:
+        if room is not None:
+            shutil.rmtree(room, ignore_errors=True)
+
+
+def remove_stale_drafts(folder: Path) -> list[Path]:
+    """Remove what runs that were killed left in `folder`; gives what was removed.
+
+    A draft is stale when its process, on this machine, has ended, or after `STALE_DAYS`.
+    """
+    removed = []
+    with contextlib.suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            found = _DRAFT.search(entry.name)
+            if found and entry.name.startswith(".") and _is_stale(entry, found):
+                shutil.rmtree(entry.path, ignore_errors=True)
+                removed.append(Path(entry.path))
+    return removed
+
+
+def _is_stale(entry: os.DirEntry[str], name: re.Match[str]) -> bool:
+    if entry.is_symlink() or not entry.is_dir(follow_symlinks=False):
+        return False
+    if time.time() - entry.stat(follow_symlinks=False).st_mtime > STALE_DAYS * 86400:
+        return True
+    # Windows has no signal that only asks whether a process lives.
+    return os.name == "posix" and name["host"] == _host() and not _lives(int(name["pid"]))
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True  # somebody else's
+    return True
+
+
+@cache
+def _host() -> str:
+    return hashlib.sha256(platform.node().encode("utf-8", "replace")).hexdigest()[:8]
+
+
+def _sync(path: Path) -> None:
+    """Make a file or folder durable. File systems that cannot do it for folders do not matter."""
+    is_folder = path.is_dir()
+    if is_folder and os.name != "posix":
+        return
+    descriptor = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    except OSError:
+        if not is_folder:
+            raise
+    finally:
+        os.close(descriptor)

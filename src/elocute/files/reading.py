@@ -1,0 +1,109 @@
+"""Bytes of a regular file, once its size is known to be allowed.
+
+A name may lead to a pipe, a device or a folder; none is ever waited for or read.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from elocute.errors import InputError
+
+_WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+
+
+@contextmanager
+def open_regular(
+    path: str | Path,
+    *,
+    max_bytes: int,
+    allowed: str,
+    error: type[InputError] = InputError,
+    remedy: str = "",
+) -> Iterator[BinaryIO]:
+    """Open a regular file of at most `max_bytes` for reading; its size is that of the open file.
+
+    `allowed` says what kind of file is wanted, `remedy` how to get one. Raises `error`, in one
+    line, for a file that is missing, larger, a folder, a pipe or a device, or cannot be read;
+    so does an error of the operating system inside the block.
+    """
+    path = Path(path)
+    try:
+        descriptor = os.open(path, os.O_RDONLY | _WITHOUT_WAITING)
+    except (OSError, ValueError) as problem:
+        raise error.about(path, found=_why(path, problem), allowed=allowed, remedy=remedy) from None
+    with os.fdopen(descriptor, "rb") as file:
+        facts = os.fstat(descriptor)
+        if not stat.S_ISREG(facts.st_mode):
+            found = "a folder" if stat.S_ISDIR(facts.st_mode) else "no regular file"
+            raise error.about(path, found=found, allowed=allowed, remedy=remedy)
+        if facts.st_size > max_bytes:
+            raise error.about(
+                path,
+                found=bytes_text(facts.st_size),
+                allowed=f"{allowed} of up to {bytes_text(max_bytes)}",
+            )
+        try:
+            yield file
+        except OSError as problem:
+            raise error.about(path, found=_why(path, problem), allowed=allowed) from problem
+
+
+def read_bytes(
+    path: str | Path,
+    *,
+    max_bytes: int,
+    allowed: str,
+    error: type[InputError] = InputError,
+    remedy: str = "",
+) -> bytes:
+    """All bytes of a regular file of at most `max_bytes`. Raises as `open_regular`."""
+    with open_regular(
+        path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
+    ) as file:
+        data = file.read(max_bytes + 1)  # a file may grow after its size was asked for
+    if len(data) > max_bytes:
+        raise error.about(
+            path, found="a growing file", allowed=f"{allowed} of up to {bytes_text(max_bytes)}"
+        )
+    return data
+
+
+def read_text(
+    path: str | Path,
+    *,
+    max_bytes: int,
+    allowed: str,
+    error: type[InputError] = InputError,
+    remedy: str = "",
+) -> str:
+    """UTF-8 text, with or without a byte-order mark. Raises as `open_regular`."""
+    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        raise error.about(
+            path, found=f"byte {problem.start} is not UTF-8", allowed=allowed, remedy=remedy
+        ) from None
+
+
+def bytes_text(count: int) -> str:
+    """A number of bytes as a person reads it."""
+    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= size:
+            return f"{count / size:.4g} {unit}"
+    return f"{count} bytes"
+
+
+def _why(path: Path, problem: OSError | ValueError) -> str:
+    if isinstance(problem, FileNotFoundError):
+        return "no such file"
+    if isinstance(problem, IsADirectoryError) or path.is_dir():  # Windows denies opening a folder
+        return "a folder"
+    reason = problem.strerror if isinstance(problem, OSError) else str(problem)
+    return f"cannot be read ({reason or 'unknown reason'})"

@@ -1,0 +1,100 @@
+"""JSON of limited size whose numbers are numbers: no NaN, no Infinity, nothing beyond a float."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NoReturn
+
+from elocute.errors import InputError
+from elocute.files.atomic import write_atomically
+from elocute.files.reading import read_bytes
+
+INTEGER_MAX_DIGITS = 18
+"""Whole numbers fit into 64 bits, so that no later step meets one that it cannot hold."""
+
+
+def read_record(
+    path: str | Path,
+    *,
+    max_bytes: int,
+    allowed: str,
+    error: type[InputError] = InputError,
+    remedy: str = "",
+) -> dict[str, Any]:
+    """The JSON object that a file holds.
+
+    Raises `error`, in one line, for a file that is missing, too large, no regular file, no JSON,
+    or JSON of another kind than an object.
+    """
+    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
+    return as_record(parse_json(data, path, allowed=allowed, error=error), path, allowed, error)
+
+
+def as_record(
+    value: Any, subject: str | Path, allowed: str, error: type[InputError] = InputError
+) -> dict[str, Any]:
+    """`value`, if it is a JSON object. Raises `error`."""
+    if isinstance(value, dict):
+        return value
+    raise error.about(subject, found=f"JSON of a {type(value).__name__}", allowed=allowed)
+
+
+def parse_json(
+    data: bytes | str,
+    subject: str | Path,
+    *,
+    allowed: str,
+    error: type[InputError] = InputError,
+) -> Any:
+    """The value of a JSON text, UTF-8 with or without a byte-order mark.
+
+    Numbers are whole ones of at most `INTEGER_MAX_DIGITS` digits or finite fractions. Raises
+    `error` about `subject` for anything else.
+    """
+    try:
+        text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+        return json.loads(
+            text, parse_constant=_refuse_constant, parse_int=_integer, parse_float=_fraction
+        )
+    except (ValueError, RecursionError) as problem:
+        reason = "nested too deeply" if isinstance(problem, RecursionError) else str(problem)
+        raise error.about(subject, found=f"no JSON ({reason[:120]})", allowed=allowed) from None
+
+
+def write_record(path: str | Path, record: Mapping[str, Any], *, indent: int | None = None) -> str:
+    """Write a JSON object, whole or not at all, and give its text. Raises OutputError."""
+    text = json.dumps(record, allow_nan=False, indent=indent)
+    with write_atomically(path) as draft:
+        draft.write_text(text + "\n", encoding="utf-8")
+    return text
+
+
+def finite_number(value: Any) -> float | None:
+    """`value` as a float where it is a finite number (no truth value), else None."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _integer(digits: str) -> int:
+    if len(digits) - digits.startswith("-") > INTEGER_MAX_DIGITS:
+        raise ValueError(f"a whole number of {len(digits)} digits")
+    return int(digits)
+
+
+def _fraction(digits: str) -> float:
+    number = float(digits)
+    if not math.isfinite(number):
+        raise ValueError(f"{digits[:40]} is beyond what a number holds")
+    return number

@@ -1,0 +1,118 @@
+"""Arrays of others: what is promised is held against what is there."""
+
+import io
+import os
+import struct
+import threading
+import zipfile
+
+import numpy as np
+import pytest
+
+from elocute.errors import CorpusError, InputError, MotionError
+from elocute.files.arrays import ArrayFile, read_npy, read_npz, write_npz
+
+LIMITS = {"max_bytes": 10_000_000, "allowed": "numbers (.npz)"}
+
+
+def npy_bytes(array):
+    packed = io.BytesIO()
+    np.save(packed, array)
+    return packed.getvalue()
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_arrays_come_back_as_they_were(tmp_path, compressed):
+    arrays = {
+        "columns": np.asfortranarray(np.arange(6.0).reshape(2, 3)),
+        "big": np.arange(4, dtype=">i4"),
+        "truth": np.array([True, False]),
+        "text": np.array("a word"),
+        "empty": np.zeros((0, 3), np.float32),
+        "one": np.float64(0.25),
+    }
+    write_npz(tmp_path / "a.npz", arrays, compressed=compressed)
+    found = read_npz(tmp_path / "a.npz", **LIMITS)
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(found[name], array)
+    found["columns"][0, 0] = 9  # they are the caller's own
+    assert set(read_npz(tmp_path / "a.npz", only=frozenset({"big"}), **LIMITS)) == {"big"}
+
+
+@pytest.mark.parametrize(
+    ("entry", "found"),
+    [
+        (npy_bytes(np.zeros(4))[:-8], "end early"),
+        (npy_bytes(np.array([{"a": 1}], object)), "type '|O'"),
+        (npy_bytes(np.zeros(2, [("a", "f4")])), "no plain type"),
+        (npy_bytes(np.zeros(4)).replace(b"(4,)", b"(-4,)"), "a shape that is none"),
+        (npy_bytes(np.zeros(4)).replace(b"'shape': (4,)", b"'shape': f(4)"), "header"),
+        (b"\x93NUMPY\x01\x00" + struct.pack("<H", 60_000) + b" " * 60_000, "a header of 60000"),
+        (b"PK", "no NumPy array"),
+    ],
+)
+def test_an_entry_that_is_none_is_one_line(tmp_path, entry, found):
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("weights.npy", entry)
+    with pytest.raises(MotionError, match="weights") as caught:
+        read_npz(tmp_path / "a.npz", error=MotionError, **LIMITS)
+    assert found in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_archive_that_unpacks_to_far_more_than_its_size_is_refused(tmp_path):
+    with zipfile.ZipFile(tmp_path / "bomb.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("zeros.npy", npy_bytes(np.zeros(20_000_000)))
+    assert (tmp_path / "bomb.npz").stat().st_size < 200_000
+    with pytest.raises(InputError, match="160 MB inside"):
+        read_npz(tmp_path / "bomb.npz", **LIMITS)
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("this system has no named pipes")
+    os.mkfifo(tmp_path / "pipe.npz")
+    result = []
+
+    def read():
+        with pytest.raises(InputError, match="no regular file"):
+            read_npz(tmp_path / "pipe.npz", **LIMITS)
+        result.append("told")
+
+    thread = threading.Thread(target=read, daemon=True)
+    thread.start()
+    thread.join(10)
+    assert result == ["told"]
+
+
+def test_a_larger_file_than_allowed_is_refused(tmp_path):
+    np.save(tmp_path / "a.npy", np.zeros(1000))
+    with pytest.raises(InputError, match=r"8.128 kB; allowed: numbers of up to 1 kB"):
+        read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers")
+
+
+def test_rows_of_a_file_are_read_as_a_memory_map_gives_them(tmp_path):
+    array = np.random.default_rng(0).normal(size=(10, 4, 3)).astype(np.float32)
+    np.save(tmp_path / "a.npy", array)
+    rows = ArrayFile(tmp_path / "a.npy", allowed="numbers")
+    assert (rows.shape, rows.dtype, len(rows), rows.nbytes) == ((10, 4, 3), array.dtype, 10, 480)
+    mask = np.arange(10) % 3 == 0
+    for index in (
+        3, -1, slice(2, 5), slice(None, None, 3), [7, 1], mask, (slice(1, 4), 2), (5, slice(1)),
+        (2, 1, 0),
+    ):  # fmt: skip
+        np.testing.assert_array_equal(rows[index], array[index])
+    np.testing.assert_array_equal(np.asarray(rows), array)
+    with pytest.raises(IndexError):
+        rows[10]
+
+
+def test_a_file_cut_short_while_it_is_open_is_an_error_that_can_be_told(tmp_path):
+    path = tmp_path / "frames.npy"
+    np.save(path, np.zeros((1000, 300), np.float32))
+    rows = ArrayFile(path, allowed="frames", error=CorpusError)
+    rows[999]
+    with path.open("r+b") as file:
+        file.truncate(5000)
+    with pytest.raises(CorpusError, match="cut short while it was read"):
+        rows[999]

@@ -1,0 +1,84 @@
+"""Nothing half-written, nothing lost."""
+
+import subprocess
+import sys
+
+import pytest
+
+from elocute.errors import OutputError
+from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
+
+
+def test_a_file_appears_when_it_is_whole(tmp_path):
+    with write_atomically(tmp_path / "a.txt") as draft:
+        draft.write_text("whole")
+        assert not (tmp_path / "a.txt").exists()
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_a_failure_keeps_what_was_there(tmp_path):
+    (tmp_path / "a.txt").write_text("before")
+    with pytest.raises(ZeroDivisionError), write_atomically(tmp_path / "a.txt") as draft:
+        draft.write_text("half")
+        raise ZeroDivisionError
+    assert (tmp_path / "a.txt").read_text() == "before"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_a_folder_in_the_way_is_refused(tmp_path):
+    (tmp_path / "a.txt").mkdir()
+    with pytest.raises(OutputError, match="folder"), write_atomically(tmp_path / "a.txt"):
+        pass
+
+
+def test_folders_appear_whole_too(tmp_path):
+    with write_folder_atomically(tmp_path / "frames") as room:
+        (room / "1").write_text("x")
+    assert (tmp_path / "frames" / "1").read_text() == "x"
+
+
+def test_the_next_run_removes_what_a_killed_one_left(tmp_path):
+    """A process is killed while it writes; its draft is gone when the next one writes there."""
+    killed = (
+        "import os, signal, sys; from elocute.files.atomic import write_atomically\n"
+        "with write_atomically(sys.argv[1]) as draft:\n"
+        "    draft.write_text('half'); os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    subprocess.run([sys.executable, "-c", killed, str(tmp_path / "talk.mp4")], check=False)
+    (left,) = tmp_path.iterdir()
+    assert left.name.startswith(".talk.mp4.")
+    with write_atomically(tmp_path / "other.glb") as draft:
+        draft.write_text("whole")
+    assert [p.name for p in tmp_path.iterdir()] == ["other.glb"]
+
+
+def test_the_draft_of_a_process_that_lives_is_left_alone(tmp_path):
+    with write_atomically(tmp_path / "a.txt") as slow:
+        slow.write_text("slow")
+        with write_atomically(tmp_path / "b.txt") as quick:
+            quick.write_text("quick")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.txt", "b.txt"]
+
+
+def test_a_full_disk_is_one_line(tmp_path):
+    """A limit on the size of files stands for a disk that takes no more."""
+    full = (
+        "import resource, sys; from elocute.files.atomic import write_atomically\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
+        "from elocute.errors import OutputError\n"
+        "try:\n"
+        "    with write_atomically(sys.argv[1]) as draft: draft.write_bytes(b'x' * 5000)\n"
+        "except OutputError as error: print(error)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", full, str(tmp_path / "a.bin")],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "a.bin: cannot be written (File too large)" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_that_no_file_can_have_is_one_line(tmp_path):
+    for name in ("a" * 300 + ".mp4", "a\0b.mp4"):
+        with pytest.raises(OutputError, match="no possible name"):
+            check_output(tmp_path / name)

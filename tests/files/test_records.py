@@ -1,0 +1,49 @@
+"""JSON whose numbers are numbers."""
+
+import pytest
+
+from elocute.errors import HeadError, InputError
+from elocute.files.records import finite_number, parse_json, read_record, write_record
+
+LIMITS = {"max_bytes": 100_000, "allowed": "a record"}
+
+
+def test_a_record_comes_back(tmp_path):
+    write_record(tmp_path / "a.json", {"name": "hana", "numbers": [1, -2.5, 3e4]})
+    assert read_record(tmp_path / "a.json", **LIMITS) == {"name": "hana", "numbers": [1, -2.5, 3e4]}
+    (tmp_path / "b.json").write_bytes(b"\xef\xbb\xbf{}")  # as Windows editors save it
+    assert read_record(tmp_path / "b.json", **LIMITS) == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('{"a": NaN}', "NaN"),
+        ('{"a": -Infinity}', "Infinity"),
+        ('{"a": 1e999}', "beyond what a number holds"),
+        ('{"a": ' + "9" * 400 + "}", "400 digits"),
+        ('{"a": ' + "9" * 9000 + "}", "9000 digits"),
+        ("[" * 50_000, "nested too deeply"),
+        ("[1, 2]", "JSON of a list"),
+        ("{", "no JSON"),
+        ("", "no JSON"),
+    ],
+)
+def test_what_no_step_could_use_is_one_line(tmp_path, text, found):
+    (tmp_path / "a.json").write_text(text)
+    with pytest.raises(HeadError) as caught:
+        read_record(tmp_path / "a.json", error=HeadError, **LIMITS)
+    assert found in str(caught.value)
+    assert len(str(caught.value)) < 500
+    assert "\n" not in str(caught.value)
+
+
+def test_bytes_that_are_no_text_are_one_line():
+    with pytest.raises(InputError, match="no JSON"):
+        parse_json(b"\xff\xfe{}", "sent", allowed="a record")
+
+
+def test_only_finite_numbers_are_numbers():
+    assert [finite_number(v) for v in (1, 2.5, True, "3", None, float("inf"), 10**400)] == [
+        1.0, 2.5, None, None, None, None, None,
+    ]  # fmt: skip
