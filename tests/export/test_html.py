@@ -8,8 +8,8 @@ import time
 import numpy as np
 import pytest
 
+from elocute.animation import animate
 from elocute.export.html import ASSETS, write_html
-from elocute.synthesis.animate import animate
 
 
 @pytest.fixture(scope="module")

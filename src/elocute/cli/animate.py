@@ -73,7 +73,7 @@ def _animate_one(
     file: Path, targets: list[Path], settings: dict[str, Any], size: str, backend: str,
     embed_audio: bool, quiet: bool,
 ) -> dict[str, Any]:  # fmt: skip
-    from elocute.synthesis.animate import animate
+    from elocute.animation import animate
 
     started = time.perf_counter()
     with progress_bar(f"listening to {file.name}", quiet) as progress:

@@ -214,11 +214,11 @@ def simulate_command(
 ) -> None:
     """Scan the built-in head while it speaks, in software, with known truth."""
     _need_scipy()
+    from elocute.animation import animate
     from elocute.audio.read import read_audio
     from elocute.capture.sequence import SequenceFacts
     from elocute.capture.simulate import Scanner, simulate_scans
     from elocute.motion.edits import cut
-    from elocute.synthesis.animate import animate
 
     scanner = Scanner(points=points, noise_mm=noise_mm, seed=seed)
     motion = animate(speech, fps=fps, identity=identity).motion

@@ -49,9 +49,9 @@ def real_command(
     as_json: bool = options.Json,
 ) -> None:
     """Predicted lips against those of a real talker: correlation and closures."""
+    from elocute.animation import animate
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.measures import measure_mouth
-    from elocute.synthesis.animate import animate
     from elocute.training.real_talker import evaluate_real
 
     wanted = read_names(names)

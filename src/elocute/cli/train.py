@@ -134,8 +134,8 @@ class Lines:
 
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:
     """A contact sheet of the new model saying a sentence that it was not trained on."""
+    from elocute.animation import animate
     from elocute.head.builtin import load_builtin_head
-    from elocute.synthesis.animate import animate
 
     parts = corpus.split(split)
     names = parts.validation or parts.test
