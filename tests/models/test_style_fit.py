@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from elocute.synthesis import style_fit
 
 from elocute.audio.features import Features
 from elocute.audio.read import read_audio
@@ -17,6 +16,7 @@ from elocute.corpus.track import Track, true_track
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
+from elocute.models import style_fit
 from elocute.models.hearing import hear
 from elocute.models.protocol import Heard, Span
 from elocute.models.style_file import read_mix, write_mix
