@@ -75,8 +75,8 @@ def test_what_cannot_be_fitted_is_one_line(
     refused(*fit, tmp_path / "no.npz", *sound, *model, *output, says="no such file")
     refused(*fit, talk, "--sound", tmp_path / "no.wav", *model, *output, says="no.wav")
     refused(*fit, talk, *sound, "--model", words, *output, says="allowed: articulation, voca, crnn")
-    (tmp_path / "words.onnx").write_bytes(words.read_bytes())
-    broken = "--model", tmp_path / "words.onnx"
+    (words.parent / "words.onnx").write_bytes(words.read_bytes())
+    broken = "--model", words.parent / "words.onnx"
     refused(*fit, talk, *sound, *broken, *output, says="no ONNX network")
     refused(*fit, talk, *sound, "--model", "crnn", *output, says="no styles")
     refused(*fit, talk, *sound, "--model", "no.onnx", *output, says="elocute train voca")
