@@ -252,7 +252,7 @@ def _dict(purse: Purse, pairs: Any = ()) -> dict[Any, Any]:
     for pair in pairs:
         if not isinstance(pair, list | tuple) or len(pair) != 2:
             raise RefusedError("a dict of something else", "a list of pairs")
-        add_to_dict(result, *pair, purse)
+        add_to_dict(result, pair[0], pair[1], purse)
     return result
 
 
