@@ -54,7 +54,7 @@ def unit_m(unit: str) -> float:
     """Metres in a unit. Raises CaptureError for one that is not known."""
     known = {"m": 1.0, **UNITS}
     if unit not in known:
-        raise CaptureError.about(f"unit {unit!r}", found="unknown", allowed=", ".join(known))
+        raise CaptureError.about(f"unit {unit[:60]!r}", found="unknown", allowed=", ".join(known))
     return known[unit]
 
 
