@@ -25,7 +25,7 @@ FORMAT, VERSION = "elocute-scans", 1
 MANIFEST_MAX_BYTES = 1_000_000
 NUMBER_MAX = 1_000_000
 FPS_MAX = 1000.0
-TEXT_MAX = 10_000
+TEXT_MAX, NAME_MAX = 10_000, 200
 LANDMARK_SUFFIXES = (".ljson", ".json", ".pts")
 
 
@@ -59,6 +59,10 @@ class SequenceFacts:
             check_name(self.sentence, "sentence")
         except CorpusError as error:
             raise CaptureError(str(error)) from error
+        if len(self.sound) > NAME_MAX:
+            raise CaptureError(
+                f"sound: found a name of {len(self.sound)} characters; allowed: {NAME_MAX}"
+            )
         if self.sound and (Path(self.sound).name != self.sound or self.sound.startswith(".")):
             raise CaptureError(
                 f"sound: found {self.sound[:60]!r}; allowed: a file name in the folder"
