@@ -36,7 +36,7 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str]) -> float:
 
 def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Array:
     """(vertex, 3). Raises CorpusError for another shape or count, and what is no array."""
-    template = value if isinstance(value, np.ndarray) else np.zeros(0)
+    template: NDArray[Any] = value if isinstance(value, np.ndarray) else np.zeros(0)
     fits = template.dtype.kind in "fiu" and template.ndim == 2 and template.shape[1] == 3
     if not fits or not len(template):
         raise CorpusError.about(
