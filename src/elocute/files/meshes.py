@@ -56,7 +56,7 @@ def read_mesh_file(
         data = _checked_text(data, path, error)
     folder = _Folder(path, error)
     try:
-        parts = _parts(data, kind, folder if coloured else _Nothing())
+        parts = _parts(data, kind, folder if coloured else None)
     except Exception as problem:  # trimesh raises whatever its parsers meet
         if folder.refused is not None:
             raise folder.refused from None
@@ -91,6 +91,9 @@ def check_picture(
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(io.BytesIO(data), formats=PICTURE_FORMATS) as picture:
                 width, height = picture.size
+    except Image.DecompressionBombError as problem:
+        found = f"a picture of far too many pixels in {bytes_text(len(data))}"
+        raise error.about(subject, found=found, allowed=allowed) from problem
     except Exception as problem:  # PIL's parsers raise of every kind
         raise error.about(subject, found="no picture", allowed=allowed) from problem
     limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * len(data))
@@ -116,16 +119,16 @@ def _checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
         return data.decode("latin-1").encode("utf-8")
 
 
-def _parts(data: bytes, kind: str, resolver: Any) -> MeshParts:
+def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:
     import trimesh
 
     mesh: Any = trimesh.load(
-        io.BytesIO(data), file_type=kind, resolver=resolver, process=False, maintain_order=True,
-        force="mesh", skip_materials=isinstance(resolver, _Nothing),
+        io.BytesIO(data), file_type=kind, resolver=folder or _Nothing(), process=False,
+        maintain_order=True, force="mesh", skip_materials=folder is None,
     )  # fmt: skip
     points = np.asarray(mesh.vertices, np.float64).reshape(-1, 3)
     faces = np.asarray(mesh.faces, np.int64).reshape(-1, 3)
-    colors = None if isinstance(resolver, _Nothing) else _colors(mesh, len(points))
+    colors = None if folder is None else _colors(mesh, len(points))
     return MeshParts(points, faces, colors)
 
 
