@@ -43,7 +43,7 @@ def mixed(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> A
     for name, share in shares.items():
         if name not in styles:
             raise ModelError.about(
-                f"style {name!r}", found=f"not in {model}",
+                f"style {name[:60]!r}", found=f"not in {model}",
                 allowed=", ".join(styles) + ", or a mix (a:0.7,b:0.3)",
             )  # fmt: skip
         vector[styles.index(name)] = share
