@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import InputError
 
 
@@ -20,6 +21,8 @@ class Features:
     values: NDArray[np.float32]
     rate: float
     encoder: str
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         values = np.ascontiguousarray(self.values, np.float32)

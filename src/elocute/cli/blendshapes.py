@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.progress import progress_bar
 from elocute.errors import CorpusError, InputError
 
@@ -20,14 +21,9 @@ if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
     from elocute.motion.motion import Motion
 
-app = typer.Typer(help="Learn, compare and show speech blendshapes.", no_args_is_help=True)
+app = Commands("Learn, compare and show speech blendshapes.")
 PARTS = ("train", "validation", "test", "all")
 ARKIT = "arkit"
-
-
-@app.callback()
-def _group() -> None:
-    """Learn, compare and show speech blendshapes."""
 
 
 @app.command("learn")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MachineError, OutputError
 
@@ -19,17 +20,12 @@ if TYPE_CHECKING:
     from elocute.capture.result import SequenceResult
     from elocute.head.model import HeadModel
 
-app = typer.Typer(help="Turn raw scans into motion of one topology.", no_args_is_help=True)
+app = Commands("Turn raw scans into motion of one topology.")
 
 HeadChoice = typer.Option(
     "builtin", "--head", help="The topology to register: builtin, a FLAME model or a head file."
 )
 Unit = typer.Option(None, "--unit", help="Of the coordinates: m, mm, cm, dm or inch.")
-
-
-@app.callback()
-def _group() -> None:
-    """Turn raw scans into motion of one topology."""
 
 
 def _need_scipy() -> None:

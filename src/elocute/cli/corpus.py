@@ -10,21 +10,17 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.corpus.check import Finding
 
-app = typer.Typer(help="Look at, check and convert corpora of talking faces.", no_args_is_help=True)
+app = Commands("Look at, check and convert corpora of talking faces.")
 
 Folder = typer.Argument(..., help="A corpus folder, as `corpus convert` writes it.")
 NAMES_MAX_BYTES = 16_000_000
-
-
-@app.callback()
-def _group() -> None:
-    """Look at, check and convert corpora of talking faces."""
 
 
 @app.command("info")

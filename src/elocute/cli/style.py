@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,12 +17,7 @@ if TYPE_CHECKING:
     from elocute.synthesis.rules import Styled
     from elocute.synthesis.style_fit import Observed, StyleFit
 
-app = typer.Typer(help="Find speaking styles.", no_args_is_help=True)
-
-
-@app.callback()
-def _group() -> None:
-    """Find speaking styles."""
+app = Commands("Find speaking styles.")
 
 
 @app.command("fit")

@@ -9,18 +9,14 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.work_folder import prepare_folder
 from elocute.errors import needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
 
-app = typer.Typer(help="Train models on a corpus.", no_args_is_help=True)
-
-
-@app.callback()
-def _group() -> None:
-    """Train models on a corpus."""
+app = Commands("Train models on a corpus.")
 
 
 @app.command("voca")

@@ -9,20 +9,16 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.errors import AlignmentError, InputError
 
 if TYPE_CHECKING:
     from elocute.alignment.words import Words
 
-app = typer.Typer(help="Find the words of a reading, and check them.", no_args_is_help=True)
+app = Commands("Find the words of a reading, and check them.")
 
 TEXT_MAX_BYTES = 1_000_000
 Output = typer.Option(..., "-o", "--output", help="Words with times: .json or .TextGrid.")
-
-
-@app.callback()
-def _group() -> None:
-    """Find the words of a reading, and check them."""
 
 
 @app.command("segment")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
@@ -27,6 +28,8 @@ class VertexList:
 
     name: str
     indices: NDArray[np.int64]
+
+    __repr__ = one_line
 
     @property
     def digest(self) -> str:

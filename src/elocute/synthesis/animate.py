@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from elocute.articulation.driver import articulate, posteriors_from_phones
 from elocute.articulation.style import Style, resolve_style
 from elocute.audio.features import Features
+from elocute.audio.given import Speech, sound_of
 from elocute.audio.waveform import Waveform
 from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
 from elocute.encoders.registry import resolve_encoder
@@ -59,6 +60,19 @@ class Animation:
     curves: Curves
     sound: Path | Waveform
 
+    def __repr__(self) -> str:
+        sound = self.sound if isinstance(self.sound, Waveform) else self.sound.name
+        return (
+            f"Animation({self.motion.frame_count} frames at {self.motion.fps:g} fps, "
+            f"{self.motion.duration_s:.2f} s, sound {sound!r})"
+        )
+
+    def _repr_html_(self) -> str:
+        """The viewer with its sound, for notebooks."""
+        from elocute.export.notebook import viewer_frame
+
+        return viewer_frame(self.motion, self.sound, repr(self))
+
     def write(self, path: str | Path, **options: Any) -> Animation:
         """Write to the format that the suffix names; returns itself, so that calls chain.
 
@@ -71,8 +85,9 @@ class Animation:
 
 
 def animate(
-    speech: str | Path | Waveform,
+    speech: Speech,
     *,
+    rate: float | None = None,
     fps: float = 60.0,
     identity: str | int | Path = "mean",
     head: str | Path = "builtin",
@@ -85,7 +100,9 @@ def animate(
 ) -> Animation:
     """Animate a head with speech.
 
-    speech    a sound or video file, or a Waveform
+    speech    a sound or video file, or a Waveform; or the bytes of such a file, a binary file
+              object, or an array of samples (see `elocute.audio.given`)
+    rate      Hz, of an array
     fps       frames per second of the motion, 1…240
     identity  a face of the built-in head: a name, a seed, or a JSON file of 50 coefficients
     head      "builtin", or a head or mesh file in the topology that the model moves
@@ -97,7 +114,7 @@ def animate(
     Raises InputError (AudioError, HeadError, ModelError) for anything that cannot be used.
     """
     _check(fps, strength)
-    sound = speech if isinstance(speech, Waveform) else Path(speech)
+    speech = sound = sound_of(speech, rate, channel)
     if str(model) == ARTICULATION:
         resolved, rig = resolve_style(style), _rig(head, identity)
         heard, duration_s = listen(speech, channel=channel, phones=phones, progress=progress)

@@ -14,6 +14,7 @@ from elocute.articulation.driver import articulate, make_contacts
 from elocute.articulation.style import STYLES, mix_styles, resolve_style
 from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.corpus.store import Corpus
 from elocute.corpus.track import Track
 from elocute.encoders.registry import resolve_encoder
@@ -47,6 +48,8 @@ class Predictor:
     weights: Callable[[Features, str, int, float], Array]
     components: tuple[str, ...]
     basis: Array | None
+
+    __repr__ = one_line
 
 
 def open_predictor(model: str | Path, *, contacts: bool = False) -> Predictor:

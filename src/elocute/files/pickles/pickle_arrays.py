@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.files.pickles.pickle_cursor import Raw, RefusedError
 
 DTYPES = ("b1", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f2", "f4", "f8")
@@ -46,6 +47,8 @@ class SparseMatrix:
     indices: NDArray[Any]
     indptr: NDArray[Any]
     shape: tuple[int, int]
+
+    __repr__ = one_line
 
     def dense(self) -> NDArray[np.float64]:
         """(row, column); entries that occur twice are added. Mind the size: see `shape`."""
