@@ -6,7 +6,7 @@ import os
 import shutil
 import tempfile
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,14 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 from elocute.files.reading import bytes_text
 
-Speech = str | os.PathLike[str] | Waveform | bytes | BinaryIO | ArrayLike
+
+class BinaryFile(Protocol):
+    """What is asked of a file object."""
+
+    def read(self, size: int, /) -> bytes: ...
+
+
+Speech = str | os.PathLike[str] | Waveform | bytes | BinaryFile | ArrayLike
 """What `sound_of` takes."""
 
 BYTES_MAX = 1_000_000_000
@@ -27,7 +34,7 @@ CHUNK = 1 << 20
 
 
 def sound_of(
-    speech: Speech, rate: float | None = None, channel: int | None = None
+    speech: Speech, rate: int | None = None, channel: int | None = None
 ) -> Path | Waveform:
     """The sound meant, for functions that take a path or a Waveform.
 
@@ -39,24 +46,22 @@ def sound_of(
 
     Raises AudioError.
     """
-    is_file = hasattr(speech, "read")
-    if is_file or isinstance(speech, str | os.PathLike | Waveform | bytes | bytearray | memoryview):
-        if rate is not None:
-            raise AudioError.about(
-                "rate", found=f"{rate} with a sound that has its own",
-                allowed="a rate with an array of samples",
-            )  # fmt: skip
-        if isinstance(speech, Waveform):
-            return speech
-        if isinstance(speech, str | os.PathLike):
-            return Path(speech)
-        return _decoded(speech, channel)
-    return _waveform(speech, rate, channel)
+    has_rate = isinstance(speech, str | os.PathLike | Waveform | bytes | bytearray | memoryview)
+    if not has_rate and not hasattr(speech, "read"):
+        return _waveform(speech, rate, channel)
+    if rate is not None:
+        raise AudioError.about(
+            "rate", found=f"{rate} with a sound that has its own",
+            allowed="a rate with an array of samples",
+        )  # fmt: skip
+    if isinstance(speech, Waveform):
+        return speech
+    return Path(speech) if isinstance(speech, str | os.PathLike) else _decoded(speech, channel)
 
 
-def _waveform(samples: ArrayLike, rate: float | None, channel: int | None) -> Waveform:
+def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
     try:
-        given = np.asarray(samples)
+        given: NDArray[Any] = np.asarray(samples)
     except ValueError:  # lists of unequal length
         given = np.zeros((), object)
     if given.dtype.kind not in "fiu" or given.dtype in (np.int64, np.uint32, np.uint64, np.uint16):
@@ -99,7 +104,7 @@ def _floats(samples: NDArray) -> NDArray:
     return (samples.astype(np.float32) - middle) / scale
 
 
-def _decoded(given: bytes | bytearray | memoryview | BinaryIO, channel: int | None) -> Waveform:
+def _decoded(given: Any, channel: int | None) -> Waveform:
     """Through a temporary file, so that bytes are read and checked as files are."""
     subject = "sound" if not hasattr(given, "read") else str(getattr(given, "name", "file object"))
     with tempfile.TemporaryDirectory(prefix="elocute-") as folder:
@@ -111,7 +116,7 @@ def _decoded(given: bytes | bytearray | memoryview | BinaryIO, channel: int | No
             raise AudioError(str(error).replace(str(path), subject)) from None
 
 
-def _spool(given: bytes | bytearray | memoryview | BinaryIO, path: Path, subject: str) -> None:
+def _spool(given: Any, path: Path, subject: str) -> None:
     try:
         with path.open("wb") as file:
             if isinstance(given, bytes | bytearray | memoryview):

@@ -6,6 +6,8 @@ is one line on stderr.
 
 from __future__ import annotations
 
+import errno
+import io
 import os
 import signal
 import sys
@@ -25,6 +27,7 @@ PATIENCE_S = 2.0
 def run() -> int:
     """Run the command line that the process was given; returns its exit code."""
     _open_closed_streams()
+    _mind_stdout()
     interrupts = _Interrupts()
     try:
         code = _leave(interrupts)
@@ -43,11 +46,13 @@ def _leave(interrupts: _Interrupts) -> int:
             # Compiled modules make other errors of an interruption of their loading.
             return _tell_interrupted(error)
         if isinstance(error, SystemExit):
-            unread = isinstance(error.__context__, BrokenPipeError)
-            return UNREAD if unread else _number(error.code)
-        if isinstance(error, OSError) and _output_fails():
+            # The option parser leaves so where nobody reads what it prints.
+            error = error.__context__ if _is_unread(error.__context__) else error
+        if isinstance(error, SystemExit):
+            return _number(error.code)
+        if isinstance(error, StdoutError):
             _drop_output()
-            if isinstance(error, BrokenPipeError):
+            if _is_unread(error):
                 return UNREAD
             return _say(f"standard output: cannot be written ({error.strerror})", 2)
         if isinstance(error, ElocuteError):
@@ -90,27 +95,35 @@ def _number(code: object) -> int:
     return code if isinstance(code, int) else 0
 
 
-def _output_fails() -> bool:
-    """Whether it is standard output that cannot be written: what is buffered still waits there."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        return True
-    return False
+class StdoutError(OSError):
+    """Standard output cannot be written."""
+
+
+class _Stdout(io.FileIO):
+    """Standard output whose errors are told from those of any other file."""
+
+    def write(self, data: Any) -> int | None:
+        try:
+            return super().write(data)
+        except OSError as error:
+            raise StdoutError(error.errno, error.strerror) from None
+
+
+def _is_unread(error: object) -> bool:
+    return isinstance(error, StdoutError) and error.errno == errno.EPIPE
 
 
 def _drop_output() -> None:
     """The interpreter would try again on its way out, and complain."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
+    os.dup2(nowhere, 1)
     os.close(nowhere)
 
 
 def _open_closed_streams() -> None:
     """Give a process without stdin, stdout or stderr the null device in their place.
 
-    A file opened later would take their number, and what is printed would go into it. Names that
-    the encoding of standard output cannot say are escaped.
+    A file opened later would take their number, and what is printed would go into it.
     """
     for number in range(3):
         try:
@@ -121,9 +134,19 @@ def _open_closed_streams() -> None:
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     if sys.stderr is None:
         sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115
-    reconfigure = getattr(sys.stdout, "reconfigure", None)
-    if reconfigure:
-        reconfigure(errors="backslashreplace")
+
+
+def _mind_stdout() -> None:
+    """Tell its errors from others, and escape names that its encoding cannot say."""
+    stream = sys.stdout
+    buffer = getattr(stream, "buffer", None)
+    raw = getattr(buffer, "raw", buffer)  # unbuffered (python -u) there is none between
+    if type(raw) is io.FileIO:
+        stream.flush()
+        sys.stdout = io.TextIOWrapper(
+            io.BufferedWriter(_Stdout(1, "w", closefd=False)), encoding=stream.encoding,
+            errors="backslashreplace", line_buffering=bool(stream.line_buffering) or raw is buffer,
+        )  # fmt: skip
 
 
 class _Interrupts:
