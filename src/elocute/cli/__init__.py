@@ -10,6 +10,6 @@ def main() -> None:
 
         code = run()
     except KeyboardInterrupt:  # in these first moments only; then `run` minds it
-        sys.stderr.write("elocute: interrupted\n")
+        sys.stderr.write("elocute: interrupted; nothing was left half-written\n")
         code = 130
     sys.exit(code)

@@ -12,7 +12,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.commands import Commands
-from elocute.cli.progress import progress_bar
+from elocute.cli.progress import progress_bar, resumable
 from elocute.errors import InputError, MachineError, OutputError
 
 if TYPE_CHECKING:
@@ -141,7 +141,10 @@ def scans_command(
     from elocute.capture.batch import BatchSettings, capture_scans
 
     settings = BatchSettings(head, fps, unit, jobs, eyes_ms / 1000)
-    with progress_bar(f"registering {folder.name}", as_json) as progress:
+    with (
+        resumable("run it again to go on"),
+        progress_bar(f"registering {folder.name}", as_json) as progress,
+    ):
         results = capture_scans(folder, output, settings, progress)
     _tell_results(output, results, as_json)
 

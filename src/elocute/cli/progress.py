@@ -43,6 +43,15 @@ def counted(total: int, what: str = "done") -> Iterator[Callable[[], None]]:
 
 
 @contextlib.contextmanager
+def resumable(how: str) -> Iterator[None]:
+    """Around work that keeps what is done: Interrupted tells how to go on."""
+    try:
+        yield
+    except Interrupted as stop:
+        raise Interrupted(f"{stop}; {how}" if str(stop) else how) from None
+
+
+@contextlib.contextmanager
 def _bar(label: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
     if quiet or not sys.stderr.isatty():
         yield None

@@ -29,19 +29,18 @@ def run() -> int:
     _open_closed_streams()
     _mind_stdout()
     interrupts = _Interrupts()
-    try:
-        code = _leave(interrupts)
-    finally:
-        interrupts.over()
-    return code
+    return _leave(interrupts)
 
 
 def _leave(interrupts: _Interrupts) -> int:
+    """What is caught here has left all blocks, so that clearing up is done."""
     try:
         code = _run_app()
         sys.stdout.flush()
+        interrupts.over()
         return code
     except BaseException as error:
+        interrupts.over()
         if interrupts.came:
             # Compiled modules make other errors of an interruption of their loading.
             return _tell_interrupted(error)
