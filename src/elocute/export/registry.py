@@ -21,6 +21,8 @@ WRITERS: dict[str, tuple[str, str]] = {
     ".ply": ("elocute.export.meshes", "write_ply"),
     ".png": ("elocute.export.png", "write_png"),
 }
+MORE_THAN_A_FILE = (".glb", ".obj", ".ply")
+WITH_SOUND = (".mp4", ".glb", ".html")
 
 
 def check_suffix(path: str | Path) -> str:
@@ -34,10 +36,27 @@ def check_suffix(path: str | Path) -> str:
     return suffix
 
 
-def write(motion: Motion, path: str | Path, *, sound: Any = None, **options: Any) -> None:
+def write(
+    motion: Motion, path: str | Path, *, sound: Any = None, overwrite: bool = False, **options: Any
+) -> None:
     """Write a motion in the format that the suffix names.
 
-    `sound` is a path or a Waveform; options are those of the writer. Raises OutputError.
+    `sound` is a path or a Waveform; options are those of the writer. A file of that name is
+    replaced. What is more than that file is replaced only with `overwrite`: a folder of meshes,
+    and a NAME.wav beside NAME.glb, unless it was made of this very sound. Raises OutputError.
     """
-    module, function = WRITERS[check_suffix(path)]
+    suffix = check_suffix(path)
+    if suffix in MORE_THAN_A_FILE:
+        options["overwrite"] = overwrite
+    module, function = WRITERS[suffix]
     getattr(importlib.import_module(module), function)(motion, Path(path), sound=sound, **options)
+
+
+def side_files(path: Path, sound: Any, *, embed_audio: bool = False) -> list[Path]:
+    """What `write` makes beside `path`."""
+    if path.suffix.lower() != ".glb" or sound is None or embed_audio:
+        return []
+    from elocute.export.gltf import wav_beside
+
+    beside = wav_beside(path, sound)
+    return [] if beside is None else [beside]

@@ -73,13 +73,14 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def write_folder_atomically(path: str | Path) -> Iterator[Path]:
+def write_folder_atomically(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
     """Give a temporary folder beside `path`; rename it there when the block ends without error.
 
-    An existing folder is refused, never emptied. Raises OutputError.
+    An existing folder is refused, never emptied; with `overwrite` it is replaced once the new one
+    is whole. Raises OutputError.
     """
     path = check_output(path)
-    if path.exists():
+    if os.path.lexists(path) and not (overwrite and path.is_dir() and not path.is_symlink()):
         raise OutputError.about(
             path, found="exists already", allowed="a new folder", remedy="remove it or rename"
         )
@@ -90,7 +91,23 @@ def write_folder_atomically(path: str | Path) -> Iterator[Path]:
                 _sync(Path(folder, name))
             _sync(Path(folder))
         room.chmod(0o755)
-        room.replace(path)
+        with _moved_aside(path):
+            room.replace(path)
+
+
+@contextlib.contextmanager
+def _moved_aside(path: Path) -> Iterator[None]:
+    """Take an existing folder out of the way; it comes back where the block fails."""
+    if not path.exists():
+        yield
+        return
+    with _draft_folder(path) as room:
+        path.replace(room / "before")
+        try:
+            yield
+        except BaseException:
+            (room / "before").replace(path)
+            raise
 
 
 @contextlib.contextmanager
