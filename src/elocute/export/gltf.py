@@ -57,13 +57,12 @@ def write_glb(
         with write_atomically(path) as draft:
             draft.write_bytes(glb_bytes(motion, sound if embed_audio else None))
         return
-    plan = OutputPlan()
+    plan = OutputPlan(remedy="overwrite=True replaces it")
     plan.add(beside, sound_source(sound), beside=path)
     plan.check(overwrite=overwrite)
-    with write_atomically(path) as draft:
+    with plan.writing(beside), write_atomically(beside) as wav, write_atomically(path) as draft:
+        write_wav(sound, wav)
         draft.write_bytes(glb_bytes(motion))
-    with plan.writing(beside), write_atomically(beside) as draft:
-        write_wav(sound, draft)
 
 
 def wav_beside(path: Path, sound: Sound) -> Path | None:

@@ -20,33 +20,23 @@ MeshBytes = Callable[[NDArray[np.float32]], bytes]
 
 
 def write_obj(
-    motion: Motion,
-    path: str | Path,
-    *,
-    sound: object = None,
-    overwrite: bool = False,
-    progress: Any = None,
+    motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
 ) -> None:
     """A folder `path` (say `talk.obj`) of 00000.obj, 00001.obj, … in metres.
 
-    Raises OutputError where the folder is there already, unless `overwrite`.
+    Raises OutputError where the folder is there already.
     """
-    _write_sequence(motion, Path(path), ".obj", obj_of(motion.head), overwrite, progress)
+    _write_sequence(motion, Path(path), ".obj", obj_of(motion.head), progress)
 
 
 def write_ply(
-    motion: Motion,
-    path: str | Path,
-    *,
-    sound: object = None,
-    overwrite: bool = False,
-    progress: Any = None,
+    motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
 ) -> None:
     """A folder `path` (say `talk.ply`) of binary 00000.ply, … with vertex colours, in metres.
 
-    Raises OutputError where the folder is there already, unless `overwrite`.
+    Raises OutputError where the folder is there already.
     """
-    _write_sequence(motion, Path(path), ".ply", ply_of(motion.head), overwrite, progress)
+    _write_sequence(motion, Path(path), ".ply", ply_of(motion.head), progress)
 
 
 def obj_of(head: HeadModel) -> MeshBytes:
@@ -102,11 +92,11 @@ def write_npy(
 
 
 def _write_sequence(
-    motion: Motion, path: Path, suffix: str, mesh: MeshBytes, overwrite: bool, progress: Any
+    motion: Motion, path: Path, suffix: str, mesh: MeshBytes, progress: Any
 ) -> None:
     digits = max(5, len(str(motion.frame_count - 1)))
     number = 0
-    with write_folder_atomically(path, overwrite=overwrite) as folder:
+    with write_folder_atomically(path) as folder:
         for block in motion.blocks(BLOCK):
             for points in block:
                 (folder / f"{number:0{digits}d}{suffix}").write_bytes(mesh(points))

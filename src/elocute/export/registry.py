@@ -21,7 +21,6 @@ WRITERS: dict[str, tuple[str, str]] = {
     ".ply": ("elocute.export.meshes", "write_ply"),
     ".png": ("elocute.export.png", "write_png"),
 }
-MORE_THAN_A_FILE = (".glb", ".obj", ".ply")
 WITH_SOUND = (".mp4", ".glb", ".html")
 
 
@@ -42,21 +41,23 @@ def write(
     """Write a motion in the format that the suffix names.
 
     `sound` is a path or a Waveform; options are those of the writer. A file of that name is
-    replaced. What is more than that file is replaced only with `overwrite`: a folder of meshes,
-    and a NAME.wav beside NAME.glb, unless it was made of this very sound. Raises OutputError.
+    replaced, a folder of meshes never; a NAME.wav beside NAME.glb with `overwrite`, or where it
+    was made of this very sound. Raises OutputError.
     """
     suffix = check_suffix(path)
-    if suffix in MORE_THAN_A_FILE:
+    if suffix == ".glb":
         options["overwrite"] = overwrite
     module, function = WRITERS[suffix]
     getattr(importlib.import_module(module), function)(motion, Path(path), sound=sound, **options)
 
 
-def side_files(path: Path, sound: Any, *, embed_audio: bool = False) -> list[Path]:
-    """What `write` makes beside `path`."""
+def side_files(
+    path: Path, sound: Any, *, embed_audio: bool = False, cut: bool = False
+) -> list[Path]:
+    """What `write` makes beside `path`; `cut` says that a part of the sound file is meant."""
     if path.suffix.lower() != ".glb" or sound is None or embed_audio:
         return []
     from elocute.export.gltf import wav_beside
 
-    beside = wav_beside(path, sound)
+    beside = path.with_suffix(".wav") if cut else wav_beside(path, sound)
     return [] if beside is None else [beside]

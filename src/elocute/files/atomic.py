@@ -22,6 +22,7 @@ from elocute.errors import OutputError
 
 STALE_DAYS = 7.0
 """Drafts of other machines, whose processes cannot be asked for, are left alone for this long."""
+BEFORE = "before"
 _DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", re.ASCII)
 
 
@@ -73,14 +74,13 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def write_folder_atomically(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
+def write_folder_atomically(path: str | Path) -> Iterator[Path]:
     """Give a temporary folder beside `path`; rename it there when the block ends without error.
 
-    An existing folder is refused, never emptied; with `overwrite` it is replaced once the new one
-    is whole. Raises OutputError.
+    An existing folder is refused, never emptied. Raises OutputError.
     """
     path = check_output(path)
-    if os.path.lexists(path) and not (overwrite and path.is_dir() and not path.is_symlink()):
+    if os.path.lexists(path):
         raise OutputError.about(
             path, found="exists already", allowed="a new folder", remedy="remove it or rename"
         )
@@ -91,22 +91,23 @@ def write_folder_atomically(path: str | Path, *, overwrite: bool = False) -> Ite
                 _sync(Path(folder, name))
             _sync(Path(folder))
         room.chmod(0o755)
-        with _moved_aside(path):
-            room.replace(path)
+        room.replace(path)
 
 
 @contextlib.contextmanager
-def _moved_aside(path: Path) -> Iterator[None]:
-    """Take an existing folder out of the way; it comes back where the block fails."""
-    if not path.exists():
-        yield
-        return
+def moved_aside(path: Path) -> Iterator[None]:
+    """Take a folder out of the way until the block has written another in its place.
+
+    It comes back where the block fails, and with the next run where this one is killed.
+    """
     with _draft_folder(path) as room:
-        path.replace(room / "before")
+        before = room / BEFORE / path.name
+        before.parent.mkdir()
+        path.replace(before)
         try:
             yield
         except BaseException:
-            (room / "before").replace(path)
+            before.replace(path)
             raise
 
 
@@ -139,9 +140,18 @@ def remove_stale_drafts(folder: Path) -> list[Path]:
         for entry in entries:
             found = _DRAFT.search(entry.name)
             if found and entry.name.startswith(".") and _is_stale(entry, found):
+                _bring_back(Path(entry.path), folder)
                 shutil.rmtree(entry.path, ignore_errors=True)
                 removed.append(Path(entry.path))
     return removed
+
+
+def _bring_back(draft: Path, folder: Path) -> None:
+    """What a killed run had taken out of the way, where nothing took its place."""
+    with contextlib.suppress(OSError):
+        for before in (draft / BEFORE).iterdir():
+            if not os.path.lexists(folder / before.name):
+                before.replace(folder / before.name)
 
 
 def _is_stale(entry: os.DirEntry[str], name: re.Match[str]) -> bool:

@@ -7,17 +7,17 @@ input and nobody changed it since (`files.ledger`), or the user said what is to 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import stat
 import tempfile
 import unicodedata
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from elocute.errors import InputError, OutputError
-from elocute.files.atomic import check_output
+from elocute.files.atomic import check_output, moved_aside
 from elocute.files.ledger import Source, fingerprint, recall, remember, source_text
 
 FLAGS = "--overwrite replaces it, --no-clobber keeps it"
@@ -44,8 +44,9 @@ class Planned:
 class OutputPlan:
     """What a run reads and will write: `add` everything, `check` once, then write."""
 
-    def __init__(self, inputs: Iterable[Source] = ()) -> None:
+    def __init__(self, inputs: Iterable[Source] = (), *, remedy: str = FLAGS) -> None:
         self._inputs, self._planned = list(inputs), list[Planned]()
+        self._remedy, self._folders = remedy, set[Path]()
         self._seen: dict[Path, str | None] = {}
         self.kept: list[Path] = []
         """Files that are there and stay as they are, since the user said so."""
@@ -54,6 +55,10 @@ class OutputPlan:
         """Plan an output made from `sources`, which count as inputs of the run."""
         self._planned.append(Planned(path, sources, beside))
         self._inputs += sources
+
+    def make_folder(self, folder: Path) -> None:
+        """Plan a folder, with those above it, that is made when a file in it is written."""
+        self._folders.add(folder)
 
     def check(self, *, overwrite: bool = False, no_clobber: bool = False) -> OutputPlan:
         """Raise OutputError for the first output that would lose something; gives the plan.
@@ -64,7 +69,7 @@ class OutputPlan:
         if overwrite and no_clobber:
             raise InputError.about("--overwrite", found="--no-clobber too", allowed="one of them")
         for planned in self._planned:
-            check_output(planned.path)
+            check_output(self._room(planned.path))
             self._seen[planned.path] = fingerprint(planned.path)
         _refuse_collisions(self._planned)
         inputs = _by_identity(self._inputs)
@@ -75,8 +80,15 @@ class OutputPlan:
             if no_clobber:
                 self.kept.append(planned.path)
             else:
-                check_replaceable(planned, overwrite)
+                _refuse_strangers(planned, overwrite, self._remedy)
         return self
+
+    def _room(self, path: Path) -> Path:
+        """Itself, or the outermost folder that is to be made for it."""
+        if path.parent in self._folders:
+            while not path.parent.exists():
+                path = path.parent
+        return path
 
     def wants(self, path: Path) -> bool:
         """Whether this output is to be written."""
@@ -90,7 +102,7 @@ class OutputPlan:
         """Whether there is nothing to be written at all."""
         return not any(self.wants(one.path) for one in self._planned if one.beside is None)
 
-    @contextmanager
+    @contextlib.contextmanager
     def writing(self, path: Path) -> Iterator[None]:
         """Around the writing of an output and of its side files; remembers them as made.
 
@@ -104,14 +116,25 @@ class OutputPlan:
                     one.path, found="it was written by something else in the meantime",
                     remedy="choose another name",
                 )  # fmt: skip
-        yield
+        try:
+            if path.parent in self._folders:
+                path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError.about(
+                path.parent, found=f"cannot be made ({error.strerror})"
+            ) from error
+        with contextlib.ExitStack() as aside:
+            for one in written:
+                if one.path.is_dir() and not one.path.is_symlink():
+                    aside.enter_context(moved_aside(one.path))
+            yield
         for one in written:
             remember(one.path, one.sources)
             self._seen[one.path] = fingerprint(one.path)
 
 
-def check_replaceable(planned: Planned, overwrite: bool = False) -> None:
-    """Raise OutputError where something exists that is not ours to replace."""
+def _refuse_strangers(planned: Planned, overwrite: bool, remedy: str) -> None:
+    """Raise OutputError where what exists is not ours to replace."""
     path = planned.path
     known = recall(path)
     if known is not None and known[1] and (overwrite or known[0] == source_text(planned.sources)):
@@ -128,7 +151,8 @@ def check_replaceable(planned: Planned, overwrite: bool = False) -> None:
         found = f"{what} that was changed since it was made"
     else:
         found = f"{what} made from {' and '.join(known[0].splitlines())}, not {planned.origin}"
-    remedy = "remove it or choose another name" if is_folder else FLAGS
+    if is_folder:
+        remedy = "remove it or choose another name"
     raise OutputError.about(path, found=found, remedy=remedy)
 
 
