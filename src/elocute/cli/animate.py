@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from elocute.cli import options
-from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, to_stdout
+from elocute.cli.outputs import plan_motion, settled, write_motion
+from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source, to_stdout
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import ElocuteError, InputError, OutputError, printable
+from elocute.files.outputs import OutputPlan
 
 SOUND_SUFFIXES = (
     ".wav", ".flac", ".mp3", ".ogg", ".oga", ".opus", ".m4a", ".aac", ".mp4", ".mov", ".mkv",
@@ -45,32 +47,38 @@ def animate_command(
     size: str = options.Size,
     backend: str = options.Backend,
     embed_audio: bool = options.EmbedAudio,
+    recursive: bool = typer.Option(
+        False, "-r", "--recursive", help="Take subfolders of folders along, and mirror them."
+    ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Animate the built-in head with speech.
 
-    An output folder that does not exist is made.
+    Output folders that do not exist are made.
     """
     check_pipes(speech, output, format, as_json)
-    files, single = _files(speech)
-    jobs = [(file, _outputs(file, output, format, single)) for file in files]
+    takes, single = _takes(speech, recursive)
+    plan = OutputPlan([head, identity, style, model, *([phones] if phones else [])])
+    jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
+    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
     for file, targets in jobs:
+        source = stdin_source() if file == PIPE else file
         for target in targets:
             if target != PIPE:
-                _check_output(file, target, target.parent in output)
-            options.writer_options(target, size, backend, embed_audio)
+                plan_motion(plan, target, source, sound=file, **drawing)
     settings: dict[str, Any] = {
         "fps": fps, "identity": identity, "head": head, "style": style, "strength": strength,
         "model": model, "channel": channel, "phones": _read_phones(phones),
     }  # fmt: skip
-    quiet = as_json or PIPE in output
+    if settled(plan, overwrite, no_clobber, as_json) and PIPE not in output:
+        return
     failures = 0
     with counted(len(jobs)) as one_done:
         for file, targets in jobs:
             try:
-                record = _animate_one(
-                    file, targets, settings, size, backend, embed_audio, quiet, format
-                )
+                record = _animate_one(file, targets, settings, drawing, plan, as_json, format)
             except ElocuteError as error:
                 if single:
                     raise
@@ -86,34 +94,41 @@ def animate_command(
 
 
 def _animate_one(
-    file: Path, targets: list[Path], settings: dict[str, Any], size: str, backend: str,
-    embed_audio: bool, quiet: bool, formats: list[str],
+    file: Path, targets: list[Path], settings: dict[str, Any], drawing: dict[str, Any],
+    plan: OutputPlan, as_json: bool, formats: list[str],
 ) -> dict[str, Any]:  # fmt: skip
     from elocute.synthesis.animate import animate
 
+    kept = [str(target) for target in targets if not plan.wants(target)]
+    if len(kept) == len(targets):
+        return {"input": str(file), "outputs": [], "kept": kept}
+    quiet = as_json or PIPE in targets
     started = time.perf_counter()
     with progress_bar(f"listening to {STDIN if file == PIPE else file.name}", quiet) as progress:
         heard = piped_sound() if file == PIPE else file
         animation = animate(heard, progress=progress, **settings)
     listened = time.perf_counter()
     with counted(len(targets), "outputs written") as one_written:
-        for target in targets:
-            with contextlib.ExitStack() as stack:
-                place, inside = target, embed_audio
-                if target == PIPE:  # there is no place beside it
-                    place, inside = stack.enter_context(to_stdout(formats[0].lstrip("."))), True
+        for target in plan.wanted(targets):
+            with progress_bar(f"writing {target.name}", quiet) as progress:
+                if target == PIPE:
+                    with to_stdout(formats[0]) as place:
+                        # There is no place beside it for the sound.
+                        extra = options.writer_options(place, **{**drawing, "embed_audio": True})
+                        animation.write(place, progress=progress, **extra)
                 else:
-                    _make_folder(target.parent)
-                extra = options.writer_options(place, size, backend, inside)
-                progress = stack.enter_context(progress_bar(f"writing {target.name}", quiet))
-                animation.write(place, progress=progress, **extra)
+                    write_motion(
+                        plan, animation.motion, target, sound=animation.sound, progress=progress,
+                        extra=options.writer_options(target, **drawing),
+                    )  # fmt: skip
             if not quiet:
                 print(printable(target))
             one_written()
     motion = animation.motion
     return {
         "input": str(file),
-        "outputs": [str(target) for target in targets],
+        "outputs": [str(target) for target in plan.wanted(targets)],
+        **({"kept": kept} if kept else {}),
         "frames": motion.frame_count,
         "fps": motion.fps,
         "duration_s": round(motion.duration_s, 4),
@@ -122,31 +137,58 @@ def _animate_one(
     }
 
 
-def _files(given: list[Path]) -> tuple[list[Path], bool]:
-    """Every sound file meant, and whether it was just one named file."""
-    files: list[Path] = []
+@dataclass(frozen=True)
+class _Take:
+    """A recording, and the folder it lies in below the one that was given."""
+
+    file: Path
+    below: Path = Path()
+
+
+def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
+    """Every recording meant, and whether it was just one named file."""
+    takes: list[_Take] = []
     for path in given:
-        if path.is_dir():
-            found = sorted(p for p in path.iterdir() if p.suffix.lower() in SOUND_SUFFIXES)
-            if not found:
-                raise InputError.about(
-                    path, found="no sound in this folder", allowed=" ".join(SOUND_SUFFIXES)
-                )
-            files += found
-        else:
-            files.append(path)
-    return files, len(given) == 1 and not given[0].is_dir()
+        if not path.is_dir():
+            takes.append(_Take(path))
+            continue
+        sounds = path.rglob("*") if recursive else path.iterdir()
+        found = sorted(p for p in sounds if p.suffix.lower() in SOUND_SUFFIXES and not p.is_dir())
+        skipped = [] if recursive else _folders_with_sound(path)
+        remedy = "--recursive takes subfolders along" if skipped else ""
+        if not found:
+            raise InputError.about(
+                path, found="no sound in this folder", allowed=" ".join(SOUND_SUFFIXES),
+                remedy=remedy,
+            )  # fmt: skip
+        if skipped:
+            told = f"{len(skipped)} subfolders with sound left out"
+            print(f"elocute: {path}: {told}; {remedy}", file=sys.stderr)
+        takes += [_Take(p, p.parent.relative_to(path)) for p in found]
+    return takes, len(given) == 1 and not given[0].is_dir()
 
 
-def _outputs(file: Path, outputs: list[Path], formats: list[str], single: bool) -> list[Path]:
-    from elocute.export.registry import check_suffix
+def _folders_with_sound(folder: Path) -> list[Path]:
+    """Subfolders in which, or below which, there is something to be heard."""
+    return [
+        sub
+        for sub in sorted(folder.iterdir())
+        if sub.is_dir() and any(p.suffix.lower() in SOUND_SUFFIXES for p in sub.rglob("*"))
+    ]
 
+
+def _outputs(
+    take: _Take, outputs: list[Path], formats: list[str], single: bool, plan: OutputPlan
+) -> list[Path]:
     targets = []
     for output in outputs:
         if output == PIPE:
             targets.append(output)
         elif output.is_dir() or (not output.suffix and (formats or not single)):
-            targets += [output / f"{file.stem}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
+            folder = output / take.below
+            plan.make_folder(folder)
+            name = "stdin" if take.file == PIPE else take.file.stem
+            targets += [folder / f"{name}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
         elif single:
             targets.append(output)
         else:
@@ -154,27 +196,7 @@ def _outputs(file: Path, outputs: list[Path], formats: list[str], single: bool) 
                 output, found="one file for several recordings", allowed="a folder",
                 remedy="use -o FOLDER --format glb",
             )  # fmt: skip
-    for target in targets:
-        check_suffix(f"-.{formats[0].lstrip('.')}" if target == PIPE else target)
     return targets
-
-
-def _make_folder(path: Path) -> None:
-    """Only once there is something to be put into it."""
-    try:
-        path.mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError.about(path, found=f"cannot be made ({error.strerror})") from error
-
-
-def _check_output(file: Path, target: Path, in_folder: bool) -> None:
-    from elocute.files.atomic import check_output
-
-    check_output(target.parent if in_folder and not target.parent.exists() else target)
-    if target.exists() and file.exists() and target.samefile(file):
-        raise OutputError.about(
-            target, found="the recording itself", remedy="choose another output name"
-        )
 
 
 def _read_phones(path: Path | None) -> list[tuple[float, float, str]] | None:

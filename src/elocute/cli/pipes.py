@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +23,8 @@ FOLDERS = ("obj", "ply")
 
 def check_pipes(speech: list[Path], output: list[Path], formats: list[str], as_json: bool) -> None:
     """Raise InputError where `-` stands for more than one thing, or does not say for what."""
+    from elocute.export.registry import check_suffix
+
     if speech.count(PIPE) > 1 or output.count(PIPE) > 1:
         raise InputError.about("-", found="given twice", allowed=f"once: {STDIN} or {STDOUT}")
     if PIPE in speech and sys.stdin.isatty():
@@ -38,6 +41,7 @@ def check_pipes(speech: list[Path], output: list[Path], formats: list[str], as_j
             "-o -", found=found, allowed="one format that is one file: csv, json, npz, glb, …",
             remedy="add --format csv",
         )  # fmt: skip
+    check_suffix(f"-o - --format .{formats[0].lstrip('.')}")
     if as_json:
         raise OutputError.about(
             "--json", found=f"two things for {STDOUT}", allowed="one of -o - and --json"
@@ -49,11 +53,16 @@ def piped_sound() -> BinaryFile:
     return _Named(sys.stdin.buffer)
 
 
+def stdin_source() -> str:
+    """What outputs of standard input are made from: something else every time."""
+    return f"{STDIN} at {time.time_ns()}"
+
+
 @contextmanager
-def to_stdout(suffix: str) -> Iterator[Path]:
+def to_stdout(format: str) -> Iterator[Path]:
     """A place to write to, whose bytes go to standard output when the block ends."""
     with tempfile.TemporaryDirectory(prefix="elocute-") as folder:
-        place = Path(folder) / f"talk.{suffix}"
+        place = Path(folder) / f"talk.{format.lstrip('.')}"
         yield place
         with place.open("rb") as file:
             shutil.copyfileobj(file, sys.stdout.buffer)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,14 @@ from elocute.audio.waveform import Waveform
 Sound = str | Path | Waveform
 RATE = 48000
 WAV_LONGEST_S = 60.0  # longer sound is packed as MP3
+
+
+def sound_source(sound: Sound) -> str | Path:
+    """What says which sound it is: its file, or a digest of what is in memory."""
+    if isinstance(sound, Waveform):
+        inside = hashlib.sha256(np.ascontiguousarray(sound.samples).data)
+        return f"sound {inside.hexdigest()} at {sound.sample_rate} Hz"
+    return Path(sound)
 
 
 def sound_blocks(sound: Sound, rate: int = RATE) -> Iterator[NDArray[np.float32]]:

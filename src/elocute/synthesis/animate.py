@@ -76,7 +76,10 @@ class Animation:
     def write(self, path: str | Path, **options: Any) -> Animation:
         """Write to the format that the suffix names; returns itself, so that calls chain.
 
-        Raises OutputError for an unknown suffix or a place that cannot be written.
+        A file of that name is replaced. A side file (NAME.wav beside NAME.glb) is replaced only
+        where it was made of this very sound, and a folder of meshes never, but for
+        `overwrite=True`. Raises OutputError for an unknown suffix or a place that cannot be
+        written.
         """
         from elocute.export.registry import write
 
