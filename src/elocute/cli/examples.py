@@ -71,5 +71,5 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "words": ("words segment reading.wav --text-file reading.txt -o words.json",),
     "words segment": ("words segment reading.wav --text-file reading.txt -o words.json",),
     "words check": ("words check words.json reading.wav -o look.html --textgrid edit.TextGrid",),
-    "words take": ("words take edit.TextGrid --before words.json -o words.json",),
+    "words take": ("words take edit.TextGrid --before words.json -o checked.json",),
 }

@@ -14,7 +14,9 @@ from elocute.files.outputs import OutputPlan
 
 
 def render_command(
-    motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` wrote."),
+    motion: Path = typer.Argument(
+        ..., help="A motion (.npz) or curves (.json) that `animate` wrote."
+    ),
     output: list[Path] = options.Output,
     audio: Path | None = typer.Option(None, help="The sound it belongs to."),
     fps: float | None = typer.Option(None, help="Sample at another frame rate."),
@@ -49,6 +51,18 @@ def render_command(
     if as_json:
         record = {"input": str(motion), "outputs": [str(target) for target in targets]}
         print(json.dumps(record | {"frames": loaded.frame_count, "fps": loaded.fps}))
+
+
+def _load(path: Path) -> Motion:
+    """A motion; curves move the built-in head. Raises MotionError."""
+    from elocute.export.curves_json import read_json_curves
+    from elocute.head.builtin import load_builtin_head
+    from elocute.motion.curves import motion_from_curves
+    from elocute.motion.store import load_motion
+
+    if path.suffix.lower() != ".json":
+        return load_motion(path)
+    return motion_from_curves(load_builtin_head(), read_json_curves(path))
 
 
 def measure_command(
