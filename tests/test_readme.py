@@ -111,10 +111,10 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
         elif name == "trained/model.onnx":
             shutil.copy(request.getfixturevalue("learned").model, place)
         elif name == "of_flame/model.onnx":
-            run("corpus", "convert", one("VOCASET"), "-o", made[""] / "of_flame" / "corpus")
-            run("train", "voca", made[""] / "of_flame" / "corpus", "-o", made[""] / "of_flame" / "run",
-                "--epochs", 1)  # fmt: skip
-            shutil.copy(made[""] / "of_flame" / "run" / "model.onnx", place)
+            corpus, trained = place.with_name("corpus"), place.with_name("trained")
+            run("corpus", "convert", one("VOCASET"), "-o", corpus)
+            run("train", "voca", corpus, "-o", trained, "--epochs", 1)
+            shutil.copy(trained / "model.onnx", place)
         elif name == "captured/corpus":
             shutil.copytree(one("corpus"), place)
         elif name == "mine.json":

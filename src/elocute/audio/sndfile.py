@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import cast
@@ -20,7 +21,7 @@ class SoundFileSource:
     def __init__(self, path: Path) -> None:
         import soundfile
 
-        self._file = soundfile.SoundFile(path)
+        self._file = soundfile.SoundFile(os.fspath(path) if os.name == "nt" else os.fsencode(path))
         self._path = path
         rate, frames = self._file.samplerate, self._file.frames
         known = 0 <= frames < 2**62 and rate > 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -11,6 +12,9 @@ from elocute.cli import options
 from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.motion.motion import Motion
 
 
 def render_command(
@@ -28,7 +32,6 @@ def render_command(
     as_json: bool = options.Json,
 ) -> None:
     """Write a stored motion as video, glTF, HTML, meshes, curves or pictures."""
-    from elocute.motion.store import load_motion
 
     plan = OutputPlan()
     drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
@@ -37,7 +40,7 @@ def render_command(
     if settled(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)
-    loaded = load_motion(motion)
+    loaded = _load(motion)
     if audio is None:
         tell_silent(targets, "--audio FILE adds it")
     if fps is not None:
