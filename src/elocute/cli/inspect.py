@@ -49,9 +49,7 @@ def _curve_facts(file: Path) -> dict[str, Any]:
     from elocute.export.curves_json import read_json_curves
 
     curves = read_json_curves(file)
-    moving = [
-        name for name, moves in zip(curves.names, curves.values.any(axis=0), strict=True) if moves
-    ]
+    moving = [name for name in curves.names if curves[name].any()]
     return {
         "file": str(file), "kind": "curves", "frames": len(curves.values), "fps": curves.fps,
         "duration_s": round(len(curves.values) / curves.fps, 4), "curves": len(curves.names),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import io
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.audio.source import system_name
 from elocute.audio.waveform import Waveform
 
 Sound = str | Path | Waveform
@@ -49,8 +49,7 @@ def write_wav(sound: Sound, path: Path, rate: int = RATE) -> None:
     """Mono 16-bit .wav, block by block."""
     import soundfile
 
-    name = os.fspath(path) if os.name == "nt" else os.fsencode(path)  # not every name is UTF-8
-    with soundfile.SoundFile(name, "w", rate, 1, "PCM_16", format="WAV") as file:
+    with soundfile.SoundFile(system_name(path), "w", rate, 1, "PCM_16", format="WAV") as file:
         for block in sound_blocks(sound, rate):
             file.write(np.clip(block, -1, 1))
 

@@ -90,7 +90,7 @@ class Animation:
 def animate(
     speech: Speech,
     *,
-    rate: float | None = None,
+    rate: int | None = None,
     fps: float = 60.0,
     identity: str | int | Path = "mean",
     head: str | Path = "builtin",
