@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.style import Style
+from elocute.audio.given import Speech, sound_of
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
@@ -42,10 +43,26 @@ class Animation:
     curves: Curves
     sound: Path | Waveform
 
+    def __repr__(self) -> str:
+        sound = self.sound if isinstance(self.sound, Waveform) else self.sound.name
+        return (
+            f"Animation({self.motion.frame_count} frames at {self.motion.fps:g} fps, "
+            f"{self.motion.duration_s:.2f} s, sound {sound!r})"
+        )
+
+    def _repr_html_(self) -> str:
+        """The viewer with its sound, for notebooks."""
+        from elocute.export.notebook import viewer_frame
+
+        return viewer_frame(self.motion, self.sound, repr(self))
+
     def write(self, path: str | Path, **options: Any) -> Animation:
         """Write to the format that the suffix names; returns itself, so that calls chain.
 
-        Raises OutputError for an unknown suffix or a place that cannot be written.
+        A file of that name is replaced. A side file (NAME.wav beside NAME.glb) is replaced only
+        where it was made of this very sound, and a folder of meshes never, but for
+        `overwrite=True`. Raises OutputError for an unknown suffix or a place that cannot be
+        written.
         """
         from elocute.export.registry import write
 
@@ -54,8 +71,9 @@ class Animation:
 
 
 def animate(
-    speech: str | Path | Waveform,
+    speech: Speech,
     *,
+    rate: int | None = None,
     fps: float = 60.0,
     identity: str | int | Path = "mean",
     head: str | Path = "builtin",
@@ -68,7 +86,9 @@ def animate(
 ) -> Animation:
     """Animate a head with speech.
 
-    speech    a sound or video file, or a Waveform
+    speech    a sound or video file, or a Waveform; or the bytes of such a file, a binary file
+              object, or an array of samples (see `elocute.audio.given`)
+    rate      Hz, of an array
     fps       frames per second of the motion, 1…240
     identity  a face of the built-in head: a name, a seed, or a JSON file of 50 coefficients
     head      "builtin", or a head or mesh file in the topology that the model moves
@@ -81,7 +101,7 @@ def animate(
     """
     check_range("fps", fps, FPS_RANGE)
     check_range("strength", strength, STRENGTH_RANGE)
-    sound = speech if isinstance(speech, Waveform) else Path(speech)
+    sound = sound_of(speech, rate, channel)
     chosen = open_model(model)
     resolved, rig = chosen.style(style), chosen.rig(_rig(head, identity))
     with _opened(sound, channel) as blocks:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import InputError
 from elocute.numerics.sampling import frame_places, read_rows
 
@@ -24,6 +25,8 @@ class Features:
     rate: float
     encoder: str
     first: int = 0
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         values = np.ascontiguousarray(self.values, np.float32)

@@ -9,18 +9,15 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
+from elocute.cli.outputs import plan_files
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.models.protocol import SpeechModel
     from elocute.models.style_fit import Observed, StyleFit
 
-app = typer.Typer(help="Find speaking styles.", no_args_is_help=True)
-
-
-@app.callback()
-def _group() -> None:
-    """Find speaking styles."""
+app = Commands("Find speaking styles.")
 
 
 @app.command("fit")
@@ -35,23 +32,24 @@ def fit_command(
     output: Path | None = typer.Option(
         None, "-o", "--output", help="Write the mix as .json, for --style."
     ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Find the mix of a model's styles that best explains a few seconds of motion."""
-    from elocute.files.atomic import check_output
     from elocute.models.registry import open_model
     from elocute.models.style_file import write_mix
     from elocute.models.style_fit import fit_style
 
-    if output is not None:
-        if output.suffix.lower() != ".json":
-            raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
-        check_output(output)
+    if output is not None and output.suffix.lower() != ".json":
+        raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+    plan = plan_files([*motion, *sound, model], [output], overwrite, no_clobber)
     learned = open_model(model)
     fit = fit_style(learned, _takes(motion, sound, learned))
     record = {"model": Path(model).name, **fit.record()}
-    if output is not None:
-        write_mix(output, fit.mix, record)
+    if output is not None and plan.wants(output):
+        with plan.writing(output):
+            write_mix(output, fit.mix, record)
     if as_json:
         print(json.dumps({"mix": fit.mix, "style": fit.text, **record}))
     else:

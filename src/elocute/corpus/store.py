@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import Entry, Split
 from elocute.errors import CorpusError
@@ -59,6 +60,8 @@ class Corpus:
     entries: tuple[Entry, ...]
     splits: dict[str, Split] = field(default_factory=dict)
     note: str = ""
+
+    __repr__ = one_line
 
     @cached_property
     def motion(self) -> ArrayFile:
