@@ -84,11 +84,11 @@ class Environment:
 ENVIRONMENTS = {
     "lowest": Environment(RUN_TIME, "capture", lowest=True),
     "newest": Environment(RUN_TIME, "capture", newest_python=True),
-    # Its metadata wants NumPy 1 and brings JAX; these are what the face mesh really loads.
+    # Its metadata wants NumPy 1 and JAX; these are what the face mesh really loads.
     "mediapipe": Environment(
         MEDIAPIPE, "capture", before=(("--no-deps", "mediapipe==0.10.21"),),
-        beside=("absl-py", "attrs", "flatbuffers", "protobuf>=4.25.3,<5", "matplotlib", "numpy<2",
-                "opencv-contrib-python-headless<4.12", "sounddevice"),
+        beside=("absl-py", "attrs", "flatbuffers", "protobuf>=4.25.3,<5", "matplotlib",
+                "opencv-contrib-python-headless", "sounddevice"),
     ),
     "extras": Environment(
         EXTRAS, "train,encoders,wild,cluster,capture", lowest=True, before=((TORCH,),),
