@@ -153,7 +153,7 @@ def try_environment(name: str, python: str, wheel: Path, room: Path) -> tuple[bo
     print(f"\n== {name}: {python} ({version_of(python)})", flush=True)
     run([python, "-m", "venv", "--clear", str(room)])
     inside = str(room / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
-    install = [inside, "-m", "pip", "install", "--quiet"]
+    install = [inside, "-m", "pip", "install", "-qq"]
     for arguments in wanted.before:
         run([*install, *arguments])
     limits = room / "limits.txt"
