@@ -54,6 +54,7 @@ RUN_TIME = [
     "--ignore=tests/audio/test_mel3.py",
     # Judged by the clock, which tells little here: two workers, other versions.
     "--deselect=tests/head/test_model.py::test_loads_in_a_fraction_of_a_second",
+    "--deselect=tests/cli/test_cli.py::test_help_names_every_command_and_is_quick",
 ]
 """What needs neither torch nor another library of the extras but SciPy."""
 MEDIAPIPE = ["tests/capture/video/test_command.py", "tests/capture/scans/test_found_landmarks.py"]
@@ -171,11 +172,9 @@ def try_environment(name: str, python: str, wheel: Path, room: Path) -> tuple[bo
     )  # fmt: skip
     print("\n".join(tests.stdout.splitlines()[-60:]), flush=True)
     count = re.findall(r"\d+ (?:passed|failed|errors?)", tests.stdout.splitlines()[-1])
+    row = f"{version_of(inside)} | {versions(inside)} | {', '.join(count)}"
     used = try_commands(inside, room) if wanted.tests is RUN_TIME else True
-    return tests.returncode == 0 and used, (
-        f"{version_of(inside)} | {versions(inside)} | {', '.join(count)}"
-        f"{'' if used else ', COMMANDS FAILED'}"
-    )
+    return tests.returncode == 0 and used, row + ("" if used else ", COMMANDS FAILED")
 
 
 def try_commands(python: str, room: Path) -> bool:
