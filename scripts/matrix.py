@@ -49,7 +49,8 @@ RUN_TIME = [
     "tests/head",
     "tests/motion",
     "tests/package",
-    "tests/synthesis",
+    "tests/test_animation.py",
+    "tests/models",
     "--ignore=tests/audio/test_mel.py",
     "--ignore=tests/audio/test_mel3.py",
     # Judged by the clock, which tells little here: two workers, other versions.
