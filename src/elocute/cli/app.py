@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import sys
 
 import typer
@@ -73,16 +75,35 @@ def _options(
     """Speech in, 3D facial animation out."""
 
 
+DISK_ERRORS = {
+    errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EMFILE,
+    errno.ENFILE, getattr(errno, "EDQUOT", errno.ENOSPC),
+}  # fmt: skip
+
+
 def main() -> None:
     """Run the command line; never a traceback for bad input."""
     try:
-        sys.exit(app(standalone_mode=False) or 0)
+        code = app(standalone_mode=False) or 0
+        if sys.stdout is not None:  # closed from the start
+            sys.stdout.flush()  # what is printed may still lie in a buffer
+        sys.exit(code)
     except ElocuteError as error:
         print(f"elocute: {error}", file=sys.stderr)
         sys.exit(2 if isinstance(error, InputError) else 1)
     except KeyboardInterrupt:
         print("elocute: interrupted; nothing was left half-written", file=sys.stderr)
         sys.exit(130)
+    except BrokenPipeError:
+        _forget_stdout()  # who read it has seen enough
+        sys.exit(1)
+    except OSError as error:
+        if error.errno not in DISK_ERRORS:
+            raise
+        where = error.filename or "standard output"
+        _forget_stdout()
+        print(f"elocute: {where}: cannot be written ({error.strerror})", file=sys.stderr)
+        sys.exit(2)
     except Exception as error:
         # Usage errors and aborts of the option parser carry their own exit code and message.
         if not hasattr(error, "exit_code"):
@@ -92,3 +113,9 @@ def main() -> None:
         if message:
             print(f"elocute: {' '.join(message.split())}", file=sys.stderr)
         sys.exit(error.exit_code)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _forget_stdout() -> None:
+    """What could not be printed is not tried again when Python ends."""
+    if sys.stdout is not None and sys.stdout is sys.__stdout__:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -8,8 +8,8 @@
     faces.npy       (face, 3 or 4), where they are known
     sound/NAME.flac 16 bits
 
-Arrays are memory-mapped and uncompressed: a random frame costs some hundredths of a millisecond,
-however long the corpus.
+Frames are read as they are asked for, and uncompressed: a random frame costs some hundredths of a
+millisecond, however long the corpus. A file that is cut short meanwhile is an error.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import Entry, Split
 from elocute.errors import CorpusError
+from elocute.files.arrays import ArrayFile
 
 FORMAT, VERSION = "elocute-corpus", 1
 MANIFEST_MAX_BYTES = 256_000_000
@@ -55,25 +56,27 @@ class Corpus:
     note: str = ""
 
     @cached_property
-    def motion(self) -> Array:
-        """All frames, memory-mapped."""
-        return _mapped(self.folder / "motion.npy")
+    def motion(self) -> ArrayFile:
+        """All frames, left on disk."""
+        return _on_disk(self.folder / "motion.npy")
 
     @cached_property
     def templates(self) -> Array:
         """(subject, vertex, 3) m."""
-        return _mapped(self.folder / "templates.npy")
+        return np.asarray(_on_disk(self.folder / "templates.npy"))
 
     @cached_property
     def basis(self) -> Array | None:
         """(component, vertex, 3) m, or None where frames are vertices."""
-        return _mapped(self.folder / "basis.npy") if self.kind == "weights" else None
+        if self.kind != "weights":
+            return None
+        return np.asarray(_on_disk(self.folder / "basis.npy"))
 
     @cached_property
     def faces(self) -> NDArray[np.int32] | None:
         """(face, 3 or 4), or None where nobody wrote them."""
         path = self.folder / "faces.npy"
-        return np.asarray(_mapped(path), np.int32) if path.is_file() else None
+        return np.asarray(_on_disk(path), np.int32) if path.is_file() else None
 
     @cached_property
     def by_name(self) -> dict[str, Entry]:
@@ -111,14 +114,14 @@ class Corpus:
             )
         return self.templates[self.subjects.index(subject)]
 
-    def frames(self, name: str) -> Array:
-        """(frame, component) or (frame, vertex, 3) of one clip: a view, nothing is read yet."""
+    def frames(self, name: str) -> ArrayFile:
+        """(frame, component) or (frame, vertex, 3) of one clip: nothing is read yet."""
         entry = self.entry(name)
-        return self.motion[entry.start : entry.start + entry.frames]
+        return self.motion.part(entry.start, entry.start + entry.frames)
 
     def displacements(self, name: str, start: int = 0, stop: int | None = None) -> Array:
         """(frame, vertex, 3) m from the subject's template."""
-        frames = np.asarray(self.frames(name)[start:stop])
+        frames = self.frames(name)[start:stop]
         if self.basis is None:
             return frames - self.template(self.entry(name).subject)
         flat = frames @ self.basis.reshape(len(self.basis), -1)
@@ -127,7 +130,7 @@ class Corpus:
     def vertices(self, name: str, start: int = 0, stop: int | None = None) -> Array:
         """(frame, vertex, 3) m."""
         if self.basis is None:
-            return np.asarray(self.frames(name)[start:stop])
+            return self.frames(name)[start:stop]
         return self.displacements(name, start, stop) + self.template(self.entry(name).subject)
 
     def sound_path(self, name: str) -> Path:
@@ -282,12 +285,12 @@ def _check_arrays(corpus: Corpus) -> None:
             )
 
 
-def _mapped(path: Path) -> Array:
+def _on_disk(path: Path) -> ArrayFile:
     if not path.is_file():
         raise CorpusError.about(
             path.parent, found=f"no {path.name} in it", allowed="a whole corpus"
         )
-    return np.load(path, mmap_mode="r", allow_pickle=False)
+    return ArrayFile(path, allowed="what CorpusWriter wrote", error=CorpusError)
 
 
 def _some(names: list[str]) -> str:

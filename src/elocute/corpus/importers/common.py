@@ -14,6 +14,9 @@ from elocute.corpus.split import Entry, Split, split_by_subject
 from elocute.corpus.units import UNITS, fitting_unit, height, is_head_sized
 from elocute.corpus.writer import CorpusWriter
 from elocute.errors import AudioError, CorpusError
+from elocute.files.arrays import ArrayFile
+
+FLOATS = "a .npy of floats"
 
 Progress = Callable[[float], None] | None
 Array = NDArray[np.float32]
@@ -61,21 +64,11 @@ def templates_of(source: Path, given: Any, vertices: int | None = None) -> dict[
     return templates
 
 
-def mapped(path: Path) -> NDArray[Any]:
+def mapped(path: Path) -> ArrayFile:
     """A .npy left on disk. Raises CorpusError for object arrays, damage and what is missing."""
-    try:
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except OSError as error:
-        raise CorpusError.about(
-            path, found=f"cannot be read ({error.strerror or error})"
-        ) from error
-    except (ValueError, EOFError) as error:
-        objects = "Object arrays" in str(error) or "Python objects" in str(error)
-        found = "an array of Python objects" if objects else "no array, or a broken one"
-        raise CorpusError.about(path, found=found, allowed="a .npy of floats") from error
-    if not isinstance(array, np.ndarray) or array.dtype.kind != "f":
-        kind = getattr(array, "dtype", type(array).__name__)
-        raise CorpusError.about(path, found=f"{kind}", allowed="a .npy of floats")
+    array = ArrayFile(path, allowed=FLOATS, error=CorpusError)
+    if array.dtype.kind != "f":
+        raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
     return array
 
 

@@ -29,6 +29,7 @@ from elocute.corpus.importers.common import (
 from elocute.corpus.split import Entry, Split
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
+from elocute.files.arrays import ArrayFile
 from elocute.files.pickles.closed_pickle import read_pickle
 
 FPS = 60.0
@@ -166,7 +167,7 @@ def _rank(subject: str) -> int:
     return PUBLISHED.index(subject) if subject in PUBLISHED else len(PUBLISHED)
 
 
-def _shape_told(array: NDArray[Any]) -> str:
+def _shape_told(array: ArrayFile) -> str:
     count = f", {array.shape[1]} vertices" if array.ndim == 3 else ""
     return f"shape {array.shape}{count}"
 
