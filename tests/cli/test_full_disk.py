@@ -1,6 +1,6 @@
 """A disk that takes no more, closed and full outputs: one line, nothing half-written.
 
-Where this process may mount, a file system of 192 kB is filled; a limit on the size of files, which
+Where this process may mount, a file system of 32 kB is filled; a limit on the size of files, which
 every system has, stands for it elsewhere.
 """
 
@@ -8,6 +8,7 @@ import os
 import resource
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,11 +33,11 @@ def talk(tmp_path_factory):
 
 @pytest.fixture
 def small(tmp_path):
-    """A file system of 192 kB."""
+    """A file system of 32 kB."""
     folder = tmp_path / "small"
     folder.mkdir()
     mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=192k", "tmpfs", str(folder)],
+        ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", str(folder)],
         capture_output=True, check=False,
     )  # fmt: skip
     if mounted.returncode:
@@ -117,7 +118,7 @@ def test_a_full_folder_for_temporary_files_does_not_matter(talk, small, tmp_path
 
 def test_standard_output_that_is_full_or_closed():
     for command in (["head", "show", "builtin"], ["head", "show", "builtin", "--json"]):
-        with open("/dev/full", "w") as full:
+        with Path("/dev/full").open("w") as full:
             done = subprocess.run([*MAIN, *command], stdout=full, stderr=subprocess.PIPE, text=True)
         one_line(done, "standard output: cannot be written (No space left on device)")
         reader, writer = os.pipe()

@@ -23,7 +23,7 @@ from elocute.capture.scan_file import write_scan
 from elocute.capture.sequence import SequenceFacts, write_facts
 from elocute.capture.smooth_surface import Refinement, refinement_of, smooth_points
 from elocute.errors import CaptureError
-from elocute.files.arrays import RowWriter
+from elocute.files.arrays import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms
@@ -263,7 +263,7 @@ def simulate_scans(
         (draft / "landmarks").mkdir()
         (draft / "truth").mkdir()
         template = (motion.head.template + stage.bumps).astype(np.float32)
-        np.save(draft / "truth" / "template.npy", template)
+        save_npy(draft / "truth" / "template.npy", template)
         with (
             RowWriter(draft / "truth" / "vertices.npy", template.shape) as posed,
             RowWriter(draft / "truth" / "zero.npy", template.shape) as zero,

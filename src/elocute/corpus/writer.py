@@ -15,7 +15,7 @@ from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import Entry, Split
 from elocute.corpus.store import Corpus, manifest_of, open_corpus, write_manifest
 from elocute.errors import CorpusError
-from elocute.files.arrays import RowWriter
+from elocute.files.arrays import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
 
 BLOCK = 120  # frames of a clip that are in memory at once where the clip lies on disk
@@ -47,11 +47,11 @@ class CorpusWriter:
         stacked = np.stack(list(templates.values())).astype(np.float32)
         self._shape = stacked.shape[1:] if basis is None else (len(basis),)
         (folder / "sound").mkdir()
-        np.save(folder / "templates.npy", stacked)
+        save_npy(folder / "templates.npy", stacked)
         if basis is not None:
-            np.save(folder / "basis.npy", basis.astype(np.float32))
+            save_npy(folder / "basis.npy", basis.astype(np.float32))
         if faces is not None:
-            np.save(folder / "faces.npy", faces.astype(np.int32))
+            save_npy(folder / "faces.npy", faces.astype(np.int32))
         self._rows = RowWriter(folder / "motion.npy", self._shape)
         self._names: set[str] = set()
 

@@ -169,6 +169,12 @@ class RowWriter:
                 self._file.close()
 
 
+def save_npy(path: str | Path, array: NDArray[Any]) -> None:
+    """Write a .npy of rows where it is named. Raises OSError that says why, as NumPy's does not."""
+    with RowWriter(path, array.shape[1:], array.dtype.newbyteorder("<").str) as rows:
+        rows.add(array)
+
+
 class ArrayFile:
     """A .npy on disk whose rows are read when they are asked for, by `array[…]` as a memory map.
 
@@ -351,7 +357,7 @@ def _parsed(text: str) -> ArrayHeader:
     except (TypeError, ValueError):
         raise _UnusableError(f"numbers of type {described!r}") from None
     if dtype.kind == "O":
-        raise _UnusableError("an array of Python objects")
+        raise _UnusableError("an array of Python objects (type '|O')")
     text_like = dtype.kind in "SU" and dtype.itemsize <= TEXT_MAX_BYTES
     if not (dtype.kind in NUMBER_KINDS or text_like) or dtype.itemsize == 0:
         raise _UnusableError(f"numbers of type {described!r}")
