@@ -9,7 +9,6 @@ export to ONNX would need the same torch once, and a second file to keep true to
 from __future__ import annotations
 
 import importlib
-import json
 import math
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -23,6 +22,8 @@ from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
 from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
 from elocute.errors import InputError
+from elocute.files.records import read_record
+from elocute.files.tensors import read_tensor_header
 
 Array = NDArray[np.float32]
 
@@ -42,7 +43,9 @@ LARGEST = {
     "intermediate_size": 32768,
     "num_attention_heads": 128,
     "num_conv_pos_embeddings": 1024,
+    "num_conv_pos_embedding_groups": 1024,
     "num_buckets": 4096,
+    "adapter_attn_dim": 1024,
 }
 # transformers' own, where config.json is silent.
 CONVOLUTIONS = {
@@ -51,6 +54,7 @@ CONVOLUTIONS = {
     "conv_kernel": [10, 3, 3, 3, 3, 2, 2],
 }
 LAYERS, INNER = 12, 3072
+POSITIONS = {"num_conv_pos_embeddings": 128, "num_conv_pos_embedding_groups": 16}
 CONVERT = (
     "convert it where you trust it: transformers' "
     "AutoModel.from_pretrained(FOLDER).save_pretrained(OTHER, safe_serialization=True)"
@@ -135,6 +139,8 @@ def read_config(folder: Path, kind: str) -> dict[str, Any]:
         )
     for field, most in LARGEST.items():
         value = config.get(field, 1)
+        if value is None and field == "adapter_attn_dim":
+            continue  # as transformers writes it where there is none
         if type(value) is not int or not 0 < value <= most:
             raise InputError.about(path, found=f"{field} {value!r}", allowed=f"1 to {most}")
     if "hidden_size" not in config:
@@ -173,7 +179,10 @@ def least_bytes(config: dict[str, Any]) -> int:
     kernels = config.get("conv_kernel", CONVOLUTIONS["conv_kernel"])
     pairs = zip([1, *dims], dims, kernels, strict=False)  # the last width has no layer after it
     convolutions = sum(before * after * kernel for before, after, kernel in pairs)
-    return config.get("num_hidden_layers", LAYERS) * layer + convolutions
+    layer += 2 * width * (config.get("adapter_attn_dim") or 0)
+    kernel, groups = (config.get(field, default) for field, default in POSITIONS.items())
+    positions = width * (width // groups) * kernel
+    return config.get("num_hidden_layers", LAYERS) * layer + convolutions + positions
 
 
 def _normalises(folder: Path) -> bool:
@@ -192,8 +201,12 @@ def _normalises(folder: Path) -> bool:
 def _check_weights(folder: Path, least: int) -> None:
     path = folder / "model.safetensors"
     if path.is_file():
+        read_tensor_header(
+            path, max_bytes=WEIGHTS_MAX_BYTES, allowed="a whole safetensors file",
+            remedy="download or copy it again",
+        )  # fmt: skip
         size = path.stat().st_size
-        if not least <= size <= WEIGHTS_MAX_BYTES:
+        if size < least:
             raise InputError.about(
                 path, found=f"{size} bytes", allowed=f"{least} to {WEIGHTS_MAX_BYTES} bytes",
                 remedy="config.json and the weights must belong together",
@@ -208,14 +221,4 @@ def _check_weights(folder: Path, least: int) -> None:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    try:
-        if path.stat().st_size > JSON_MAX_BYTES:
-            raise ValueError("more than 1 MB")
-        content = json.loads(path.read_bytes())
-    except FileNotFoundError as error:
-        raise InputError.about(path, found="missing") from error
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError.about(path, found=f"no JSON: {error}") from error
-    if not isinstance(content, dict):
-        raise InputError.about(path, found=f"a {type(content).__name__}", allowed="a JSON object")
-    return content
+    return read_record(path, max_bytes=JSON_MAX_BYTES, allowed="transformers' settings, as JSON")
