@@ -267,8 +267,8 @@ def test_any_changed_byte_of_a_shard_is_read_or_refused(folder: Path, sounds: Pa
     for place in range(footer, len(data), 7):
         changed = bytearray(data)
         changed[place] ^= 1 << place % 8
-        shards = open_shards(forged(folder, bytes(changed)), sounds)
         try:
+            shards = open_shards(forged(folder, bytes(changed)), sounds)
             assert sum(1 for _ in shards.clips()) in (14, 20)
         except CorpusError as error:
             assert "words-00000.parquet" in str(error)

@@ -134,14 +134,16 @@ def read_config(folder: Path, kind: str) -> dict[str, Any]:
     config = _read_json(path)
     if config.get("model_type") != kind:
         raise InputError.about(
-            path, found=f"model_type {config.get('model_type')!r}", allowed=repr(kind)
+            path, found=f"model_type {str(config.get('model_type'))[:40]!r}", allowed=repr(kind)
         )
     for field, most in LARGEST.items():
         value = config.get(field, 1)
         if value is None and field == "adapter_attn_dim":
             continue  # as transformers writes it where there is none
         if type(value) is not int or not 0 < value <= most:
-            raise InputError.about(path, found=f"{field} {value!r}", allowed=f"1 to {most}")
+            raise InputError.about(
+                path, found=f"{field} {repr(value)[:40]}", allowed=f"1 to {most}"
+            )
     if "hidden_size" not in config:
         raise InputError.about(path, found="no hidden_size", allowed="a whole config.json")
     _check_frames(path, config)
@@ -193,7 +195,9 @@ def _normalises(folder: Path) -> bool:
     settings = _read_json(path)
     rate = settings.get("sampling_rate", SAMPLE_RATE)
     if rate != SAMPLE_RATE:
-        raise InputError.about(path, found=f"sampling_rate {rate!r}", allowed=str(SAMPLE_RATE))
+        raise InputError.about(
+            path, found=f"sampling_rate {repr(rate)[:40]}", allowed=str(SAMPLE_RATE)
+        )
     return bool(settings.get("do_normalize", True))
 
 

@@ -54,7 +54,10 @@ def read_tensor_header(
         text = file.read(size) if size <= min(HEADER_MAX_BYTES, total - 8) else b""
     if not text:
         raise error.about(
-            path, found="no header of tensors, or half of one", allowed=allowed, remedy=remedy
+            path,
+            found=f"no {allowed.removeprefix('a ')}: its header is missing or cut off",
+            allowed=allowed,
+            remedy=remedy,
         )
     record = as_record(parse_json(text, path, allowed=allowed, error=error), path, allowed, error)
     try:

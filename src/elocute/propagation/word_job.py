@@ -317,8 +317,8 @@ def _stored_shard(stored: dict[str, Any]) -> ShardEntry:
     return entry
 
 
-def _stored_reject(stored: dict[str, Any]) -> Reject:
-    if not all(isinstance(text, str) for text in stored.values()):
+def _stored_reject(stored: Any) -> Reject:
+    if not isinstance(stored, dict) or not all(isinstance(text, str) for text in stored.values()):
         raise ValueError("no reject")
     return Reject(**stored)
 
