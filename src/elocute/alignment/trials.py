@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from elocute.alignment.measures import Interval, true_path
 from elocute.alignment.types import Array
 from elocute.alignment.types import Path as Steps
+from elocute.brief import one_line
 from elocute.errors import AlignmentError
 from elocute.files.records import read_record
 
@@ -37,6 +38,8 @@ class Take:
     parts: tuple[tuple[float, float, str], ...]
     word: Interval | None = None
     rate: float = RATE
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)

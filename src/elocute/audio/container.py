@@ -20,12 +20,8 @@ from elocute.audio.source import (
     damaged,
 )
 from elocute.errors import AudioError
+from elocute.files.media import open_media
 
-# Only sound and video: FFmpeg would also follow playlists, which name other files.
-DEMUXERS = (
-    "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,ogg,mp3,aac,ac3,eac3,amr,wav,w64,aiff,flac,avi,flv,asf,"
-    "mpegts,mpeg,caf,au,wv,ape,tta,mxf,gsm,mpegvideo"
-)
 # FFmpeg decodes a picture or two to find where they start; 8K is 33 million.
 PIXELS_MAX = 40_000_000
 # Silence before the first sample: a few bytes can promise a day of it.
@@ -41,16 +37,9 @@ class ContainerSource:
     """
 
     def __init__(self, path: Path) -> None:
-        import av
-
         self._path = path
-        options = {
-            "format_whitelist": DEMUXERS,
-            "protocol_whitelist": "file",
-            "max_pixels": str(PIXELS_MAX),
-        }
         try:
-            self._file = av.open(f"file:{path}", metadata_errors="ignore", options=options)
+            self._file = open_media(path, pixels_max=PIXELS_MAX)
         except Exception as error:  # PyAV has no common base for what a file makes it raise
             raise _unreadable(path) from error
         try:
@@ -99,7 +88,7 @@ class ContainerSource:
         with contextlib.suppress(KeyError, ValueError):
             hours, minutes, rest = self._stream.metadata["DURATION"].split(":")
             told = float(hours) * 3600 + float(minutes) * 60 + float(rest)
-            if math.isfinite(told) and told >= 0:
+            if 0 <= told < 1e9:
                 return told
         return seconds if len(self._file.streams) == 1 else None
 
@@ -143,7 +132,11 @@ class ContainerSource:
         if frame.pts is None or not frame.time_base:
             return 0
         seconds = self._zero_s - float(frame.pts * frame.time_base)
-        return math.floor(seconds * self.info.sample_rate + 0.5)
+        early = math.floor(seconds * self.info.sample_rate + 0.5)
+        # Matroska's clock has milliseconds: what ends within one of time zero ends there.
+        tick = float(frame.time_base) * self.info.sample_rate
+        ends_at_zero = abs(early - frame.samples) <= tick < frame.samples / 2
+        return frame.samples if ends_at_zero else early
 
     def _silence(self, count: int, channels: int, size: int) -> Iterator[Array]:
         seconds = count / self.info.sample_rate

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import InputError
 from elocute.files.arrays import read_npz
 from elocute.files.records import parse_json
@@ -35,7 +36,7 @@ FIELDS = frozenset((*TRACKS, "words"))
 FIELDS_MAX_BYTES = 16_000_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Take:
     """One tracked recording."""
 
@@ -46,6 +47,8 @@ class Take:
     width: Array
     valid: NDArray[np.bool_]
     words: list[tuple[float, float, str]]
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True)
