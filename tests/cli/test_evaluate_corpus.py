@@ -149,6 +149,7 @@ def test_contacts_are_for_models_that_hear_phones(
         (["--style", "nobody"], "drawl"),
         (["--model", "nothing"], "no such file"),
         (["--limit", "-1"], "--limit"),
+        (["--table", "t.xlsx"], ".csv or .tex"),
         (["--seed", "-1"], "--seed"),
         (["--lips", "nothing.txt"], "nothing.txt"),
         (["-o", "{}/report.txt"], ".json"),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.corpus.topologies import Topology, published_indices
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
@@ -52,6 +53,15 @@ def builtin_list(which: str) -> VertexList:
             f"vertex list {which!r}", found="unknown", allowed=", ".join(BUILTIN_LISTS)
         )
     return VertexList(f"builtin:{which}", _places(load_builtin_head(), which))
+
+
+def published_list(topology: Topology, which: str) -> VertexList:
+    """The list of lips or upper_face that figures were published over, called `published:…`.
+
+    Raises CorpusError for another name.
+    """
+    indices = published_indices(topology, which)
+    return VertexList(f"published:{topology.published[which]}", indices)
 
 
 def _places(head: HeadModel, which: str) -> NDArray[np.int64]:
