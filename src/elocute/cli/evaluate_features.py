@@ -67,7 +67,7 @@ def _train(
     quiet: bool,
 ) -> dict[str, Path]:  # fmt: skip
     """Encoder to its model; all settings are checked before the first hour is spent."""
-    from elocute.cli.train import Lines
+    from elocute.cli.progress import Lines
     from elocute.cli.work_folder import prepare_folder
     from elocute.encoders.registry import resolve_encoder
 

@@ -45,7 +45,8 @@ def wild_command(
     ρc is over all frames of the clips together, with 95 % by drawing clips again. Trainings go on
     where they were left; report.json is written last.
     """
-    from elocute.cli.train import Lines, name_broken
+    from elocute.cli.progress import Lines
+    from elocute.cli.train import name_broken
     from elocute.cli.work_folder import prepare_folder
     from elocute.corpus.shards import open_shards
 

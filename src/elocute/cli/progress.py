@@ -1,9 +1,10 @@
-"""Progress bars on the terminal, and nothing anywhere else."""
+"""Progress: bars and lines on the terminal; in a log, a line per epoch and few others."""
 
 from __future__ import annotations
 
 import contextlib
 import sys
+import time
 from collections.abc import Callable, Iterator
 
 
@@ -23,3 +24,43 @@ def progress_bar(label: str, quiet: bool = False) -> Iterator[Callable[[float], 
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(label, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+QUIET_S = 30.0
+"""Steps on the way to the first epoch are told at most so often in a log."""
+REDRAWN_S = 0.1
+
+
+class Lines:
+    """A line for every epoch, none for machines; a report of trainings.
+
+    Called with the share of all epochs done and a text. Texts at a share of nought tell steps
+    before the first epoch ("hearing the corpus: 12%"), of which there are hundreds: a terminal
+    shows them in one line that is drawn anew, a log the first of each kind and then one every
+    QUIET_S.
+    """
+
+    def __init__(self, quiet: bool) -> None:
+        self.quiet, self.terminal = quiet, sys.stderr.isatty()
+        self._last, self._kind, self._told, self._open = "", "", float("-inf"), 0
+
+    def __call__(self, share: float, line: str) -> None:
+        if self.quiet or line == self._last:
+            return
+        self._last = line
+        if share > 0:
+            self._write(f"{share:4.0%} {line}", "\n")
+            return
+        kind, now = line.partition(":")[0], time.monotonic()
+        pause = REDRAWN_S if self.terminal else QUIET_S
+        if kind == self._kind and now - self._told < pause:
+            return
+        self._kind, self._told = kind, now
+        self._write(f"{share:4.0%} {line}", "" if self.terminal else "\n")
+
+    def _write(self, text: str, end: str) -> None:
+        """Over the line that is still open, if one is."""
+        start = f"\r{' ' * self._open}\r" if self._open else ""
+        sys.stderr.write(f"{start}{text}{end}")
+        sys.stderr.flush()
+        self._open = 0 if end else len(text)

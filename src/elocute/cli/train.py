@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.progress import Lines
 from elocute.cli.work_folder import prepare_folder
 from elocute.errors import needs_extra
 
@@ -37,6 +38,7 @@ def voca_command(
     velocity: float = typer.Option(10.0, help="Weight of the velocity term."),
     seed: int = typer.Option(0, help="Of everything random."),
     full_decoder: bool = typer.Option(False, help="Train vertex by vertex: same loss, far slower."),
+    device: str = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu."),
     resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
@@ -45,15 +47,18 @@ def voca_command(
 
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):
+        from elocute.training.device import resolve_device
         from elocute.training.voca.config import TrainConfig
         from elocute.training.voca.run import MODEL, train_voca
     config = TrainConfig(
         epochs=epochs, batch_pairs=batch, learning_rate=learning_rate, velocity_weight=velocity,
         seed=seed, reduced=not full_decoder, encoder=encoder,
     )  # fmt: skip
+    resolve_device(device)
     prepare_folder(output, resume)
-    report = Lines(as_json)
-    trained = train_voca(opened, config, output, split, resume=resume, report=report)
+    trained = train_voca(
+        opened, config, output, split, resume=resume, report=Lines(as_json), device=device
+    )
     sample = _sample(opened, split, output)
     record = {
         "model": str(output / MODEL), "styles": trained.styles, "sample": sample,
@@ -81,6 +86,7 @@ def crnn_command(
     ),
     highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
     seed: int = typer.Option(0, help="Of everything random."),
+    device: str = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu."),
     resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
@@ -93,14 +99,18 @@ def crnn_command(
     with needs_extra("training", "train"):
         from elocute.training.crnn.config import CrnnTrainConfig
         from elocute.training.crnn.run import MODEL, train_crnn
+        from elocute.training.device import resolve_device
     config = CrnnTrainConfig(
         epochs=epochs, batch_clips=batch, learning_rate=learning_rate, last_rate=last_rate,
         loss=loss, weight_power=weight_power, keep=keep, augment=augment, highest_hz=highest_hz,
         seed=seed,
     )  # fmt: skip
     opened = open_shards(shards, sounds)
+    resolve_device(device)
     prepare_folder(output, resume)
-    trained, missing = train_crnn(opened, config, output, resume=resume, report=Lines(as_json))
+    trained, missing = train_crnn(
+        opened, config, output, resume=resume, report=Lines(as_json), device=device
+    )
     broken = [*opened.broken, *missing]
     record = {
         "model": str(output / MODEL), "clips": len(opened),
@@ -118,18 +128,6 @@ def name_broken(broken: list[tuple[str, str]], clips: int) -> None:
     if broken:
         typer.echo(f"elocute: {len(broken)} left out; {clips} clips in sound shards", err=True)
         raise typer.Exit(1)
-
-
-class Lines:
-    """One line for every epoch, or none for machines."""
-
-    def __init__(self, quiet: bool) -> None:
-        self.quiet, self.last = quiet, ""
-
-    def __call__(self, share: float, line: str) -> None:
-        if not self.quiet and line != self.last:
-            typer.echo(f"{share:4.0%} {line}", err=True)
-        self.last = line
 
 
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:
