@@ -39,8 +39,27 @@ def test_two_recordings_are_aligned_and_drawn(
     assert record["frames"] == (path[-1] + 1).tolist() and 0 < record["score"] <= 1
     assert np.abs(path[:, 0] / 0.9 - path[:, 1]).mean() < 1.5
     assert plot.read_bytes().startswith(b"\x89PNG") and plot.stat().st_size > 10_000
+    plain = json.loads(cli("align", *pair, "--json").stdout)  # pyright: ignore
+    assert plain == record  # soft-DTW is what is taken where nothing is said
     text = cli("align", *pair, "--method", "dtw").stdout  # pyright: ignore[reportAttributeAccessIssue]
     assert "score" in text and "shift" in text
+
+
+def test_a_method_that_learns_says_how_far_it_is(words: Path) -> None:
+    pytest.importorskip("torch", reason="needs the extra `train`")
+    from elocute.alignment import speech_view
+    from elocute.alignment.dcaw import DcawConfig
+    from elocute.alignment.dctw import DctwConfig
+    from elocute.alignment.methods import align
+    from elocute.audio.read import read_audio
+
+    views = [speech_view(read_audio(words / "first" / f"{name}.wav")) for name in "ab"]
+    for method, config in (
+        ("dcaw", DcawConfig(steps=3)), ("dctw", DctwConfig(steps=5, rounds=2)),
+    ):  # fmt: skip
+        told: list[float] = []
+        align(views, method, config, done=told.append)
+        assert told == [(step + 1) / config.steps for step in range(config.steps)]
 
 
 def test_bad_input_of_align_is_one_line(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.capture.landmark_formats import COUNT, ljson_points, pts_points
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
 
 Floats = NDArray[np.float64]
 
-COUNT = 68
 GOOD_MIN = 20
 """Landmarks below which a scan is flagged."""
 CONFIDENT = 0.3
@@ -68,21 +67,23 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
     """68 points from a file, in the unit of its scan.
 
     .json    {"points": [[x, y, z], …], "confidence": [c, …]}; null for a point not known
-    .ljson   the Menpo project's, versions 2 and 3: {"landmarks": {"points": …}} or
-             {"groups": {name: {"landmarks": {"points": …}}}}
+    .ljson   the Menpo project's, versions 1 to 3, by its labels (`landmark_formats`)
     .pts     "version: 1, n_points: 68 { x y z … }"
 
     Raises CaptureError for another count, flat points and anything that cannot be read.
     """
     path = Path(path)
-    readers = {".json": _json_points, ".ljson": _json_points, ".pts": _pts_points}
+    readers = {".json": _json_points, ".ljson": ljson_points, ".pts": pts_points}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise CaptureError.about(path, found="no landmarks", allowed=" ".join(readers))
     try:
         if path.stat().st_size > FILE_MAX_BYTES:
             raise ValueError("more than 1 MB")
-        points, confidence = reader(path.read_text(encoding="utf-8"))
+        text, confidence = path.read_text(encoding="utf-8-sig"), None
+        points = reader(text, path)
+        if isinstance(points, tuple):
+            points, confidence = points
         points = [[math.nan] * 3 if p is None or None in p else p for p in points]
         array = np.array(points, np.float64)
         if array.shape != (COUNT, 3):
@@ -90,6 +91,8 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
         if confidence is None:
             confidence = np.isfinite(array).all(axis=1).astype(np.float64)
         return Landmarks(unit_m * array, np.array(confidence, np.float64))
+    except CaptureError:
+        raise
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise CaptureError.about(
             path, found=f"no landmarks that can be used ({error})",
@@ -108,19 +111,9 @@ def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
         draft.write_text(json.dumps(record) + "\n", encoding="utf-8")
 
 
-def _json_points(text: str) -> tuple[list[Any], Any]:
+def _json_points(text: str, path: Path) -> tuple[list[Any], Any]:
+    """Points and confidence of our own record; a .ljson under the name .json is read as one."""
     record = json.loads(text)
-    confidence = record.get("confidence")
-    if "groups" in record:
-        record = next(iter(record["groups"].values()))
-    if "landmarks" in record:
-        record = record["landmarks"]
-    return record["points"], confidence
-
-
-def _pts_points(text: str) -> tuple[list[Any], None]:
-    inside = re.search(r"\{(.*)\}", text, re.DOTALL)
-    if inside is None:
-        raise ValueError("no { … }")
-    lines = [line.split() for line in inside[1].split("\n")]
-    return [[float(x) for x in line] for line in lines if line], None
+    if "points" not in record:
+        return ljson_points(text, path), record.get("confidence")
+    return record["points"], record.get("confidence")

@@ -26,6 +26,18 @@ def progress_bar(label: str, quiet: bool = False) -> Iterator[Callable[[float], 
         yield lambda share: bar.update(task, completed=share)
 
 
+@contextlib.contextmanager
+def told_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None] | None]:
+    """As `progress_bar`, and in a log a line at first and then one every QUIET_S: for work of
+    which nobody knows beforehand whether it takes a second or minutes."""
+    if quiet or sys.stderr.isatty():
+        with progress_bar(label, quiet) as bar:
+            yield bar
+        return
+    lines = Lines(quiet)
+    yield lambda share: lines(0.0, f"{label}: {share:.0%}")
+
+
 QUIET_S = 30.0
 """Steps on the way to the first epoch are told at most so often in a log."""
 REDRAWN_S = 0.1
@@ -56,7 +68,7 @@ class Lines:
         if kind == self._kind and now - self._told < pause:
             return
         self._kind, self._told = kind, now
-        self._write(f"{share:4.0%} {line}", "" if self.terminal else "\n")
+        self._write(line, "" if self.terminal else "\n")
 
     def _write(self, text: str, end: str) -> None:
         """Over the line that is still open, if one is."""
