@@ -24,9 +24,7 @@ def trained(
 ) -> dict[str, Any]:
     """Two short epochs, by the command."""
     output = tmp_path_factory.mktemp("train") / "out"
-    made = cli(
-        "train", "crnn", *folders, "-o", output, "--epochs", 2, "--device", "cpu", "--json"
-    )
+    made = cli("train", "crnn", *folders, "-o", output, "--epochs", 2, "--device", "cpu", "--json")
     return json.loads(made.stdout)
 
 
@@ -69,7 +67,9 @@ def test_the_experiments_small(
     given = ("evaluate", "wild", *folders, "-o", tmp_path / "w", "--epochs", 1, *spoken)
     refused(*given, "eve", says="plain, broad, tense")
     given = (*given, "broad", "--json")
-    first = json.loads(cli(*given, "--trainings", "speaker,mse").stdout)
+    table = tmp_path / "wild.tex"
+    first = json.loads(cli(*given, "--trainings", "speaker,mse", "--table", table).stdout)
+    assert "speaker test & " in table.read_text() and "c5" in table.read_text()
     names = set(first["concordance"])
     assert {"speaker test", "speaker validation", "mse test", "white 0 dB", "babble 20 dB"} <= names
     assert first["concordance"]["sentences state"]["clips"] == 3

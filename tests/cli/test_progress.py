@@ -28,9 +28,11 @@ def train(lines: Lines, epochs: int = 3) -> None:
 def test_a_log_holds_a_line_per_epoch(capsys: pytest.CaptureFixture[str]) -> None:
     train(Lines(quiet=False))
     assert capsys.readouterr().err.splitlines() == [
-        "hearing the shards: 1%", " 33% epoch 1: loss 0.5", " 67% epoch 2: loss 0.5",
+        "hearing the shards: 1%",
+        " 33% epoch 1: loss 0.5",
+        " 67% epoch 2: loss 0.5",
         "100% epoch 3: loss 0.5",
-    ]  # fmt: skip
+    ]
 
 
 def test_long_hearing_is_told_now_and_then(

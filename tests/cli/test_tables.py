@@ -15,28 +15,39 @@ COLUMNS = ["name", "clips", "error mm²", "p"]
 ROWS = [
     ["50 %_a", 3, Interval(1.23456, 1.0, 2.5), 0.0125],
     ["b", 4, NOTHING, None],
-]  # fmt: skip
+    ["c", 5, NOTHING, float("nan")],
+]
 
 
 def test_an_interval_has_three_columns_in_a_csv(tmp_path: Path) -> None:
     write_tables([tmp_path / "t.csv"], COLUMNS, ROWS)
     with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
-        first, second = csv.DictReader(file)
+        first, second, third = csv.DictReader(file)
     assert first == {
-        "name": "50 %_a", "clips": "3", "error mm²": "1.23456", "error mm² low": "1.0",
-        "error mm² high": "2.5", "p": "0.0125",
-    }  # fmt: skip
-    assert second["error mm²"] == second["error mm² low"] == second["p"] == ""
+        "name": "50 %_a",
+        "clips": "3",
+        "error mm²": "1.23456",
+        "error mm² low": "1.0",
+        "error mm² high": "2.5",
+        "p": "0.0125",
+    }
+    assert second["error mm²"] == second["error mm² low"] == second["p"] == third["p"] == ""
 
 
 def test_latex_is_a_whole_tabular(tmp_path: Path) -> None:
     write_tables([tmp_path / "t.tex"], COLUMNS, ROWS)
     lines = (tmp_path / "t.tex").read_text(encoding="utf-8").splitlines()
     assert lines == [
-        r"\begin{tabular}{lrrr}", r"\toprule", r"name & clips & error mm$^2$ & p \\", r"\midrule",
-        r"50 \%\_a & 3 & $1.23$ [$1$, $2.5$] & $0.0125$ \\", r"b & 4 & -- & -- \\",
-        r"\bottomrule", r"\end{tabular}",
-    ]  # fmt: skip
+        r"\begin{tabular}{lrrr}",
+        r"\toprule",
+        r"name & clips & error mm$^2$ & p \\",
+        r"\midrule",
+        r"50 \%\_a & 3 & $1.23$ [$1$, $2.5$] & $0.0125$ \\",
+        r"b & 4 & -- & -- \\",
+        r"c & 5 & -- & -- \\",
+        r"\bottomrule",
+        r"\end{tabular}",
+    ]
 
 
 def test_other_suffixes_and_places_are_refused(tmp_path: Path) -> None:

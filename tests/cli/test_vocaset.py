@@ -57,15 +57,22 @@ def test_lips_and_dynamics_are_measured_without_naming_vertices(
     elocute(*train, "--encoder", "fbank")
     tables = tmp_path / "t.csv", tmp_path / "t.tex"
     measure = (
-        "evaluate", "corpus", tmp_path / "corpus", "--model", tmp_path / "trained" / "model.onnx",
-        "--style", "best",
-    )  # fmt: skip
+        "evaluate",
+        "corpus",
+        tmp_path / "corpus",
+        "--model",
+        tmp_path / "trained" / "model.onnx",
+        "--style",
+        "best",
+    )
     options = "-o", tmp_path / "report.json", "--table", tables[0], "--table", tables[1]
     shown = elocute(*measure, *options)
     report = json.loads((tmp_path / "report.json").read_text())
     assert report["lips"] == {
-        "name": "published:FaceDiffuser vocaset/lve", "vertices": 428, "sha256": "9b310f02be5d",
-    }  # fmt: skip
+        "name": "published:FaceDiffuser vocaset/lve",
+        "vertices": 428,
+        "sha256": "9b310f02be5d",
+    }
     assert report["upper_face"]["vertices"] == 1501
     assert "FDD mm (paper)" in shown and "FDD mm² (code)" in shown and "LVE mm²" in shown
     everybody = report["rows"][-1]

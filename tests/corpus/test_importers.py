@@ -153,10 +153,11 @@ def test_the_folder_convention_is_refused_by_name(tmp_path, sources):
 BIWI_CLIPS = tuple(
     f"{subject}_{sentence}"
     for subject, sentences in (
-        *((name, ("e01", "e33", "e37")) for name in splits.BIWI_SEEN), ("F1", ("e01", "e40"))
+        *((name, ("e01", "e33", "e37")) for name in splits.BIWI_SEEN),
+        ("F1", ("e01", "e40")),
     )
     for sentence in sentences
-)  # fmt: skip
+)
 
 
 @pytest.fixture(scope="module")
@@ -172,17 +173,22 @@ def test_a_prepared_biwi_folder_is_known_by_its_mesh(prepared_biwi, tmp_path):
     corpus = open_corpus(tmp_path / "out")
     assert (corpus.fps, corpus.topology, corpus.vertex_count) == (25.0, "biwi", 23370)
     assert np.ptp(corpus.template("F2"), axis=0).max() == pytest.approx(0.25, rel=1e-3)
-    assert {name: [len(part) for part in split.parts().values()]
-            for name, split in corpus.splits.items()} == {
-        "default": [6, 6, 6], "test-b": [6, 6, 1],
-    }  # fmt: skip
+    assert {
+        name: [len(part) for part in split.parts().values()]
+        for name, split in corpus.splits.items()
+    } == {
+        "default": [6, 6, 6],
+        "test-b": [6, 6, 1],
+    }
     assert corpus.splits["test-b"].test == ("F1.e40",)
     assert len(notes) == 4  # each says what was assumed, three of them what changes it
     assert notes[0].startswith("mesh: BIWI's B3D(AC)2, by its 23370 vertices")
     for note, start, option in zip(
-        notes[1:], ("lengths: ", "frames/s: 25", "split: "), ("--units", "--fps", "--split"),
+        notes[1:],
+        ("lengths: ", "frames/s: 25", "split: "),
+        ("--units", "--fps", "--split"),
         strict=True,
-    ):  # fmt: skip
+    ):
         assert note.startswith(start) and option in note
     findings = check_corpus(corpus)
     assert {f.what for f in findings if f.about.startswith("split")} == {
@@ -250,8 +256,11 @@ def test_biwi_sounds_under_other_names_are_asked_for(tmp_path, sources):
     sources.write_biwi(tmp_path / "b", ("F1", "M1"))
     for path in (tmp_path / "b" / "wav").iterdir():
         path.rename(path.with_name(path.name.replace("_", "-")))
-    refused(tmp_path / "b", r"no clip that can be used \(no sound: 4 clips .*"
-            r"SUBJECT_SENTENCE_cut\.wav, .* in audio/ or wav/; there is F1-02\.wav")  # fmt: skip
+    refused(
+        tmp_path / "b",
+        r"no clip that can be used \(no sound: 4 clips .*"
+        r"SUBJECT_SENTENCE_cut\.wav, .* in audio/ or wav/; there is F1-02\.wav",
+    )
     (tmp_path / "b" / "wav").rename(tmp_path / "b" / "audio")
     for path in (tmp_path / "b" / "audio").iterdir():
         path.rename(path.with_name(path.stem.replace("-", "_") + "_cut.wav"))

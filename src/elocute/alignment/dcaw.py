@@ -71,9 +71,11 @@ def diagonal_prior(sources: int, targets: int) -> Tensor:
 
 
 def fit_dcaw(
-    groups: Sequence[Group], config: DcawConfig, seed: int,
+    groups: Sequence[Group],
+    config: DcawConfig,
+    seed: int,
     done: Callable[[float], None] | None = None,
-) -> DcawAligner:  # fmt: skip
+) -> DcawAligner:
     """Gradient ascent on the correlation of the target with the source, warped by attention.
 
     `done` is told the share of the steps that is done.

@@ -32,9 +32,11 @@ class DctwConfig(DeepConfig):
 
 
 def fit_dctw(
-    groups: Sequence[Group], config: DctwConfig, seed: int,
+    groups: Sequence[Group],
+    config: DctwConfig,
+    seed: int,
     done: Callable[[float], None] | None = None,
-) -> DeepAligner:  # fmt: skip
+) -> DeepAligner:
     """Steps of gradient ascent on the correlation along paths, then paths by DTW, and again.
 
     `done` is told the share of the steps that is done.

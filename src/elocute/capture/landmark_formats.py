@@ -26,14 +26,24 @@ Row = list[float] | None
 """x, y, z; None for a point that is not seen."""
 
 PLACES: dict[str, range] = {
-    "jaw": range(17), "chin": range(17),
-    "left_eyebrow": range(17, 22), "right_eyebrow": range(22, 27),
-    "nose": range(27, 36), "nose_bridge": range(27, 31), "upper_nose": range(27, 31),
-    "nose_tip": range(31, 36), "lower_nose": range(31, 36), "nostrils": range(31, 36),
-    "left_eye": range(36, 42), "right_eye": range(42, 48),
-    "mouth": range(48, 68), "outer_mouth": range(48, 60), "outer_lips": range(48, 60),
-    "inner_mouth": range(60, 68), "inner_lips": range(60, 68),
-}  # fmt: skip
+    "jaw": range(17),
+    "chin": range(17),
+    "left_eyebrow": range(17, 22),
+    "right_eyebrow": range(22, 27),
+    "nose": range(27, 36),
+    "nose_bridge": range(27, 31),
+    "upper_nose": range(27, 31),
+    "nose_tip": range(31, 36),
+    "lower_nose": range(31, 36),
+    "nostrils": range(31, 36),
+    "left_eye": range(36, 42),
+    "right_eye": range(42, 48),
+    "mouth": range(48, 68),
+    "outer_mouth": range(48, 60),
+    "outer_lips": range(48, 60),
+    "inner_mouth": range(60, 68),
+    "inner_lips": range(60, 68),
+}
 """Where the points of a label lie in iBUG's order."""
 KNOWN_GROUPS = ("pts", "ibug68", "ibug_68", "face_ibug_68", "face_ibug_68_trimesh")
 NAMED_AT_MOST = 8
@@ -159,5 +169,6 @@ def _told(labels: Iterable[tuple[str, list[int]]]) -> str:
 
 
 def _refused(path: Path, found: str) -> CaptureError:
-    return CaptureError.about(path, found=f"no landmarks that can be used ({found})",
-                              allowed=ALLOWED)  # fmt: skip
+    return CaptureError.about(
+        path, found=f"no landmarks that can be used ({found})", allowed=ALLOWED
+    )

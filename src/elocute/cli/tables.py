@@ -12,13 +12,23 @@ from elocute.errors import InputError
 from elocute.files.atomic import check_output, write_atomically
 
 Cell = str | int | float | Interval | None
-"""None, and an interval without a value, stand for what is not available."""
+"""None, NaN and an interval without a value stand for what is not available."""
 SUFFIXES = (".csv", ".tex")
 LATEX = {
-    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
-    "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
-    "²": "$^2$", "³": "$^3$", "ρ": r"$\rho$",
-}  # fmt: skip
+    "\\": r"\textbackslash{}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "²": "$^2$",
+    "³": "$^3$",
+    "ρ": r"$\rho$",
+}
 
 
 def check_tables(paths: Sequence[Path]) -> None:
@@ -66,7 +76,7 @@ def _with_intervals(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> l
 
 def _values(cell: Cell, three: bool) -> tuple[object, ...]:
     if not three:
-        return ("" if cell is None else cell,)
+        return ("" if cell is None or cell != cell else cell,)
     if not isinstance(cell, Interval) or cell.record() is None:
         return ("", "", "")
     return (cell.value, cell.low, cell.high)
@@ -83,7 +93,8 @@ def _latex(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
 
 
 def _latex_cell(cell: Cell) -> str:
-    if cell is None or (isinstance(cell, Interval) and cell.record() is None):
+    lacking = cell.record() is None if isinstance(cell, Interval) else cell != cell
+    if cell is None or lacking:
         return "--"
     if isinstance(cell, Interval):
         return f"${cell.value:.3g}$ [${cell.low:.3g}$, ${cell.high:.3g}$]"

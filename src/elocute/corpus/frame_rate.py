@@ -33,9 +33,11 @@ def frame_rate(
         return told
     usual = topology.rates[0] if topology else USUAL
     if fitting is None:
-        why = "there are no sounds to tell it by" if measured is None else (
-            f"the lengths of the sounds fit no usual rate ({measured:.4g})"
-        )  # fmt: skip
+        why = (
+            "there are no sounds to tell it by"
+            if measured is None
+            else (f"the lengths of the sounds fit no usual rate ({measured:.4g})")
+        )
         notes.append(f"frames/s: {usual:g} assumed, {why}; --fps sets another")
         return usual
     notes.append(f"frames/s: {fitting:g}, by the lengths of the sounds; --fps sets another")

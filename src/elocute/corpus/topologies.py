@@ -40,13 +40,19 @@ class Topology:
 
 
 FLAME = Topology(
-    "flame", "FLAME, as in VOCASET", 5023, (60.0, 30.0),
+    "flame",
+    "FLAME, as in VOCASET",
+    5023,
+    (60.0, 30.0),
     {"lips": "FaceDiffuser vocaset/lve", "upper_face": "FaceDiffuser vocaset/fdd"},
-)  # fmt: skip
+)
 BIWI = Topology(
-    "biwi", "BIWI's B3D(AC)2", 23370, (25.0,),
+    "biwi",
+    "BIWI's B3D(AC)2",
+    23370,
+    (25.0,),
     {"lips": "CodeTalker BIWI/lve", "upper_face": "CodeTalker BIWI/fdd"},
-)  # fmt: skip
+)
 TOPOLOGIES = (FLAME, BIWI)
 
 

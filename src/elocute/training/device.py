@@ -26,9 +26,11 @@ def resolve_device(name: str = "auto") -> torch.device:
     wanted = {"auto": "cuda:0" if "cuda:0" in there else "cpu", "cuda": "cuda:0"}.get(name, name)
     if wanted not in there:
         raise ModelError.about(
-            f"--device {name}", found="no such device here", allowed=f"auto, {', '.join(there)}",
+            f"--device {name}",
+            found="no such device here",
+            allowed=f"auto, {', '.join(there)}",
             remedy=_remedy(wanted),
-        )  # fmt: skip
+        )
     return torch.device(wanted)
 
 
@@ -40,9 +42,11 @@ def available_devices() -> list[str]:
 
 
 def _remedy(wanted: str) -> str:
-    built = torch.version.cuda is not None if wanted.startswith("cuda") else (
-        torch.backends.mps.is_built()
-    )  # fmt: skip
+    built = (
+        torch.version.cuda is not None
+        if wanted.startswith("cuda")
+        else (torch.backends.mps.is_built())
+    )
     if built:
         return ""
     return f"torch {torch.__version__} is built without {wanted.split(':')[0]}"

@@ -14,10 +14,14 @@ from elocute.errors import CaptureError
 
 POINTS = np.random.default_rng(0).random((68, 3)).round(6)
 PARTS = {
-    "jaw": range(17), "left_eyebrow": range(17, 22), "right_eyebrow": range(22, 27),
-    "nose": range(27, 36), "left_eye": range(36, 42), "right_eye": range(42, 48),
+    "jaw": range(17),
+    "left_eyebrow": range(17, 22),
+    "right_eyebrow": range(22, 27),
+    "nose": range(27, 36),
+    "left_eye": range(36, 42),
+    "right_eye": range(42, 48),
     "mouth": range(48, 68),
-}  # fmt: skip
+}
 # As landmarker.io stores them: parts in the order of its template, here that of their names.
 ORDER = tuple(sorted(PARTS))
 
@@ -37,11 +41,12 @@ def second_version(order: tuple[str, ...] = ORDER) -> dict[str, Any]:
 def first_version() -> dict[str, Any]:
     groups = [
         {
-            "label": name, "connectivity": [[0, 1]],
+            "label": name,
+            "connectivity": [[0, 1]],
             "landmarks": [{"point": POINTS[place].tolist()} for place in PARTS[name]],
         }
         for name in ORDER
-    ]  # fmt: skip
+    ]
     return {"version": 1, "groups": groups}
 
 
@@ -78,8 +83,9 @@ def test_names_of_parts_vary(tmp_path: Path) -> None:
     halves = second_version(("mouth",))
     mask = halves["labels"][0]["mask"]
     halves["labels"] = [
-        {"label": "outer_mouth", "mask": mask[:12]}, {"label": "inner_mouth", "mask": mask[12:]}
-    ]  # fmt: skip
+        {"label": "outer_mouth", "mask": mask[:12]},
+        {"label": "inner_mouth", "mask": mask[12:]},
+    ]
     found = read(tmp_path, halves)
     assert np.allclose(found.points[48:], POINTS[48:]) and not found.good[:48].any()
 
@@ -116,18 +122,30 @@ def test_a_pts_may_miss_points_too(tmp_path: Path) -> None:
         ([], "JSON of a list"),
         ({}, "no points"),
         ({"groups": {}}, "groups none"),
-        (third_version(a=second_version(("jaw",)), b=second_version(("nose",))),
-         r"groups a \(17 points\), b \(9 points\)"),
+        (
+            third_version(a=second_version(("jaw",)), b=second_version(("nose",))),
+            r"groups a \(17 points\), b \(9 points\)",
+        ),
         ({"landmarks": {"points": [[1, 2]] * 68}}, "a point of 2 numbers"),
         ({"landmarks": {"points": [[1, 2, "x"]] * 68}}, "a point of"),
         ({"landmarks": {"points": [[0, 0, 1]] * 60}}, "60 points"),
-        ({"landmarks": {"points": [[0, 0, 1]] * 5}, "labels": [{"label": "jaw", "mask": [0, 5]}]},
-         "mask is no list"),
-        ({"landmarks": {"points": [[0, 0, 1]] * 5}, "labels": [{"label": "jaw", "mask": [0, 4]}]},
-         "2 points of jaw, which has 17"),
+        (
+            {
+                "landmarks": {"points": [[0, 0, 1]] * 5},
+                "labels": [{"label": "jaw", "mask": [0, 5]}],
+            },
+            "mask is no list",
+        ),
+        (
+            {
+                "landmarks": {"points": [[0, 0, 1]] * 5},
+                "labels": [{"label": "jaw", "mask": [0, 4]}],
+            },
+            "2 points of jaw, which has 17",
+        ),
         ({"groups": [{"label": "jaw"}]}, "without landmarks"),
     ],
-)  # fmt: skip
+)
 def test_what_is_none_is_one_line(tmp_path: Path, record: Any, told: str) -> None:
     with pytest.raises(CaptureError, match=told) as caught:
         read(tmp_path, record)

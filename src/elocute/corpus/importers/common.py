@@ -73,10 +73,11 @@ def metres_of(units: str) -> float:
         metres = float("nan")
     if not METRES_RANGE[0] <= metres <= METRES_RANGE[1]:
         raise CorpusError.about(
-            f"--units {units}", found="no unit of length",
+            f"--units {units}",
+            found="no unit of length",
             allowed=f"{', '.join(known)}, or metres a unit, {METRES_RANGE[0]:g} to "
             f"{METRES_RANGE[1]:g}",
-        )  # fmt: skip
+        )
     return metres
 
 

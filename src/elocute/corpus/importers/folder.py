@@ -103,9 +103,11 @@ def convert_folder(
             except (AudioError, CorpusError) as error:
                 skipped.add(str(error), array.stem)
         finish(
-            writer, source, skipped.notes(),
+            writer,
+            source,
+            skipped.notes(),
             "vertices_npy/SUBJECT_SENTENCE.npy, wav/SUBJECT_SENTENCE.wav, SUBJECT in templates.pkl",
-        )  # fmt: skip
+        )
         writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
     return [*notes, *skipped.notes()]
 

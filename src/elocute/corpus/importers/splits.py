@@ -11,10 +11,15 @@ from elocute.errors import CorpusError
 
 # In the order of the released code, which is the order of its model's styles.
 TRAIN = (
-    "FaceTalk_170728_03272_TA", "FaceTalk_170904_00128_TA", "FaceTalk_170725_00137_TA",
-    "FaceTalk_170915_00223_TA", "FaceTalk_170811_03274_TA", "FaceTalk_170913_03279_TA",
-    "FaceTalk_170904_03276_TA", "FaceTalk_170912_03278_TA",
-)  # fmt: skip
+    "FaceTalk_170728_03272_TA",
+    "FaceTalk_170904_00128_TA",
+    "FaceTalk_170725_00137_TA",
+    "FaceTalk_170915_00223_TA",
+    "FaceTalk_170811_03274_TA",
+    "FaceTalk_170913_03279_TA",
+    "FaceTalk_170904_03276_TA",
+    "FaceTalk_170912_03278_TA",
+)
 VALIDATION = ("FaceTalk_170811_03275_TA", "FaceTalk_170908_03277_TA")
 TEST = ("FaceTalk_170809_00138_TA", "FaceTalk_170731_00024_TA")
 PUBLISHED = (*TRAIN, *VALIDATION, *TEST)
@@ -57,9 +62,10 @@ def chosen_splits(
             return found
         if wanted:
             raise CorpusError.about(
-                "--split published", found="other subjects, or a part without clips",
+                "--split published",
+                found="other subjects, or a part without clips",
                 allowed="VOCASET's twelve subjects, or BIWI's with sentences e01 to e40",
-            )  # fmt: skip
+            )
     if wanted == "sentences":
         notes.append("split: by sentences; every subject may be in all parts")
         return {"default": split_by_sentence(entries)}
@@ -86,9 +92,10 @@ def _by_names(entries: Sequence[Entry], wanted: str, notes: list[str]) -> Split:
         split = split_by_both(entries, set(validation), set(test))
     if not split.test or (validation and not split.validation):
         raise CorpusError.about(
-            f"--split {wanted}", found="no sentence left that others do not train with",
+            f"--split {wanted}",
+            found="no sentence left that others do not train with",
             allowed=ALLOWED,
-        )  # fmt: skip
+        )
     notes.append(f"split: {told}; sentences are divided too, clips between are unused")
     return split
 
