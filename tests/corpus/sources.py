@@ -77,7 +77,8 @@ def write_prepared_biwi(folder: Path, clips: tuple[str, ...], fps: float = 25.0)
     for part in ("vertices_npy", "wav"):
         (folder / part).mkdir(parents=True)
     subjects = dict.fromkeys(clip.split("_")[0] for clip in clips)
-    templates = {name: 4.2 * head_points(23370, i) for i, name in enumerate(subjects)}
+    size = np.array([3.5, 4.2, 3.0], np.float32)
+    templates = {name: size * head_points(23370, i) for i, name in enumerate(subjects)}
     (folder / "templates.pkl").write_bytes(pickle.dumps(templates))
     for clip in clips:
         frames = talk(templates[clip.split("_")[0]], 5).reshape(5, -1)

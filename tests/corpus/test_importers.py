@@ -13,6 +13,7 @@ import soundfile
 from elocute.corpus.check import check_corpus
 from elocute.corpus.importers import splits
 from elocute.corpus.importers.biwi import convert_biwi
+from elocute.corpus.importers.common import metres_per_unit
 from elocute.corpus.importers.folder import convert_folder
 from elocute.corpus.importers.grid import SCALARS, grid_clips, read_track
 from elocute.corpus.importers.registry import convert, detect_format
@@ -195,6 +196,18 @@ def test_a_prepared_biwi_folder_is_known_by_its_mesh(prepared_biwi, tmp_path):
         "parts share subjects but no sentence: measures hold for these people alone"
     }
     assert not [f for f in findings if f.what.startswith(("length", "template"))]
+
+
+def test_a_biwi_scaled_to_a_box_is_told_from_one_scaled_to_a_surface(sources):
+    """FaceXHuBERT's preparation scales each axis, FaceFormer's the whole."""
+    points = sources.head_points(23370)
+    box = (points - points.min(axis=0)) / np.ptp(points, axis=0)
+    notes: list[str] = []
+    assert metres_per_unit(box, notes, None) == pytest.approx(0.25)
+    assert "each axis scaled to 1" in notes[0] and "proportions" in notes[0]
+    assert metres_per_unit(box * [0.8, 1.1, 0.7], notes, None) == pytest.approx(0.25 / 1.1)
+    assert "scaled to a surface of 1" in notes[1]
+    assert metres_per_unit(box, notes, "mm") == 0.001 and len(notes) == 2
 
 
 def test_a_wrong_frame_rate_is_one_line_that_names_the_option(prepared_biwi, tmp_path):

@@ -26,6 +26,7 @@ Progress = Callable[[float], None] | None
 Array = NDArray[np.float32]
 UNIT_AREA_HEIGHTS = (0.6, 2.0)
 """Longest side of a face whose surface is 1, generously."""
+BOX_TOLERANCE = 0.01
 METRES_RANGE = (1e-6, 1e3)
 NAMED_AT_MOST = 3
 
@@ -36,18 +37,22 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str
     units  a name in units.UNITS, `m`, or metres as a number
 
     A note says what was assumed where that is not 1. BIWI as FaceFormer's and CodeTalker's
-    preparation leaves it has been scaled to a surface of 1, which no unit undoes: a head of
-    TYPICAL_HEIGHT_M is assumed. Raises CorpusError for `units` that are none.
+    preparation leaves it has been scaled to a surface of 1 (FaceXHuBERT's and FaceDiffuser's:
+    each axis to 1), which no unit undoes: a head of TYPICAL_HEIGHT_M is assumed. Raises CorpusError
+    for `units` that are none.
     """
     if units is not None:
         return metres_of(units)
     size = height(template)
     if topology_of(len(template)) is BIWI and UNIT_AREA_HEIGHTS[0] <= size <= UNIT_AREA_HEIGHTS[1]:
         scale = TYPICAL_HEIGHT_M / size
+        boxed = bool(np.abs(np.ptp(template, axis=0) - 1).max() < BOX_TOLERANCE)
+        what = "each axis scaled to 1" if boxed else "scaled to a surface of 1"
+        lost = "its true size and proportions are" if boxed else "its true size is"
         notes.append(
-            f"lengths: {BIWI.title} scaled to a surface of 1 ({size:.3g} units high): its true "
-            f"size is lost; taken as {TYPICAL_HEIGHT_M:g} m high, {scale:.3g} m a unit; --units "
-            "sets another (1 keeps the papers' unit)"
+            f"lengths: {BIWI.title} {what} ({size:.3g} units high): {lost} lost; taken as "
+            f"{TYPICAL_HEIGHT_M:g} m high, {scale:.3g} m a unit; --units sets another (1 keeps "
+            "the papers' unit)"
         )
         return scale
     unit = "" if is_head_sized(size) else fitting_unit(size)
