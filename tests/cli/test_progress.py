@@ -51,7 +51,7 @@ def test_a_terminal_shows_one_line_drawn_anew(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(progress, "REDRAWN_S", 0.0)
     train(Lines(quiet=False), epochs=2)
     assert screen.getvalue().count("\n") == 2
-    shown = [line.rsplit("\r", 1)[-1] for line in screen.getvalue().splitlines()]
+    shown = [line.rsplit("\r", 1)[-1] for line in screen.getvalue().split("\n")[:-1]]
     assert shown == [" 50% epoch 1: loss 0.5", "100% epoch 2: loss 0.5"]
 
 
