@@ -7,7 +7,7 @@ import io
 import pytest
 
 from elocute.cli import progress
-from elocute.cli.progress import Lines, progress_bar
+from elocute.cli.progress import Lines, progress_bar, told_progress
 
 
 class Terminal(io.StringIO):
@@ -58,5 +58,15 @@ def test_a_terminal_shows_one_line_drawn_anew(monkeypatch: pytest.MonkeyPatch) -
 def test_machines_are_told_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     train(Lines(quiet=True))
     with progress_bar("measuring") as bar:
-        assert bar is None  # no terminal, no bar
+        bar(0.5)  # no terminal, no bar
+    assert capsys.readouterr().err == ""
+
+
+def test_work_of_unknown_length_is_told_in_a_log(capsys: pytest.CaptureFixture[str]) -> None:
+    with told_progress("fitting dcaw") as progress:
+        for step in range(1, 41):
+            progress(step / 40)
+    assert capsys.readouterr().err == "fitting dcaw: 2%\n"
+    with told_progress("fitting dcaw", quiet=True) as progress:
+        progress(0.5)
     assert capsys.readouterr().err == ""

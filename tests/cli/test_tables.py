@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from elocute.cli.outputs import plan_files
 from elocute.cli.tables import check_tables, write_tables
 from elocute.corpus.bootstrap import NOTHING, Interval
 from elocute.errors import InputError, OutputError
@@ -19,8 +20,14 @@ ROWS = [
 ]
 
 
+def write(path: Path) -> None:
+    """As a command does: planned from its inputs, then written."""
+    plan = plan_files([path.parent / "corpus"], [path], False, False)
+    write_tables(plan, check_tables([path]), COLUMNS, ROWS)
+
+
 def test_an_interval_has_three_columns_in_a_csv(tmp_path: Path) -> None:
-    write_tables([tmp_path / "t.csv"], COLUMNS, ROWS)
+    write(tmp_path / "t.csv")
     with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
         first, second, third = csv.DictReader(file)
     assert first == {
@@ -35,7 +42,7 @@ def test_an_interval_has_three_columns_in_a_csv(tmp_path: Path) -> None:
 
 
 def test_latex_is_a_whole_tabular(tmp_path: Path) -> None:
-    write_tables([tmp_path / "t.tex"], COLUMNS, ROWS)
+    write(tmp_path / "t.tex")
     lines = (tmp_path / "t.tex").read_text(encoding="utf-8").splitlines()
     assert lines == [
         r"\begin{tabular}{lrrr}",
@@ -50,8 +57,11 @@ def test_latex_is_a_whole_tabular(tmp_path: Path) -> None:
     ]
 
 
-def test_other_suffixes_and_places_are_refused(tmp_path: Path) -> None:
+def test_other_suffixes_are_refused_and_files_of_others_kept(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.csv or \.tex"):
         check_tables([tmp_path / "t.csv", tmp_path / "t.xlsx"])
-    with pytest.raises(OutputError):
-        check_tables([tmp_path / "none" / "t.csv"])
+    assert check_tables(None) == []
+    (tmp_path / "t.csv").write_text("mine")
+    with pytest.raises(OutputError, match="not made from"):
+        write(tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text() == "mine"

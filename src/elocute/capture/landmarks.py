@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from elocute.capture.landmark_formats import COUNT, ljson_points, pts_points
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
+from elocute.files.reading import read_text
+from elocute.files.records import parse_json
 
 Floats = NDArray[np.float64]
 
@@ -73,31 +75,29 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
     Raises CaptureError for another count, flat points and anything that cannot be read.
     """
     path = Path(path)
-    readers = {".json": _json_points, ".ljson": ljson_points, ".pts": pts_points}
+    readers = {".json": _json_points, ".ljson": _ljson_points, ".pts": _pts_points}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise CaptureError.about(path, found="no landmarks", allowed=" ".join(readers))
+    allowed = f"{COUNT} points of x, y, z in the unit of the scan"
+    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CaptureError)
     try:
-        if path.stat().st_size > FILE_MAX_BYTES:
-            raise ValueError("more than 1 MB")
-        text, confidence = path.read_text(encoding="utf-8-sig"), None
-        points = reader(text, path)
-        if isinstance(points, tuple):
-            points, confidence = points
+        points, confidence = reader(text, path)
         points = [[math.nan] * 3 if p is None or None in p else p for p in points]
         array = np.array(points, np.float64)
         if array.shape != (COUNT, 3):
             raise ValueError(f"shape {array.shape}")
         if confidence is None:
             confidence = np.isfinite(array).all(axis=1).astype(np.float64)
-        return Landmarks(unit_m * array, np.array(confidence, np.float64))
+        with np.errstate(over="ignore"):  # what is infinite then counts as not known
+            return Landmarks(unit_m * array, np.array(confidence, np.float64))
     except CaptureError:
         raise
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, TypeError, AttributeError, IndexError, OverflowError) as error:
+        reason = " ".join(str(error).split())[:80]
         raise CaptureError.about(
-            path, found=f"no landmarks that can be used ({error})",
-            allowed=f"{COUNT} points of x, y, z in the unit of the scan",
-        ) from error  # fmt: skip
+            path, found=f"no landmarks that can be used ({reason})", allowed=allowed
+        ) from error
 
 
 def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
@@ -113,7 +113,15 @@ def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
 
 def _json_points(text: str, path: Path) -> tuple[list[Any], Any]:
     """Points and confidence of our own record; a .ljson under the name .json is read as one."""
-    record = json.loads(text)
+    record = parse_json(text, path, allowed="landmarks", error=CaptureError)
     if "points" not in record:
         return ljson_points(text, path), record.get("confidence")
     return record["points"], record.get("confidence")
+
+
+def _ljson_points(text: str, path: Path) -> tuple[list[Any], None]:
+    return ljson_points(text, path), None
+
+
+def _pts_points(text: str, path: Path) -> tuple[list[Any], None]:
+    return pts_points(text, path), None

@@ -40,6 +40,7 @@ def alignment_command(
     NAME.json: {"phones": [[start_s, end_s, phone], …]}, and "word": [start_s, end_s] in sentences.
     """
     from elocute.cli.align import alignment_module
+    from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
     from elocute.encoders.registry import resolve_encoder
 
@@ -54,7 +55,8 @@ def alignment_command(
         if place is not None and not place.is_dir():
             raise InputError.about(place, found="no folder", allowed="a folder of words")
     resolve_encoder(encoder)
-    check_tables(table or [])
+    files = check_tables(table)
+    plan = plan_files([folder], files, False, False)
     with progress_bar("aligning", as_json) as progress:
         rows, broken = judge.judge_folder(
             folder, names, sentences=sentences, encoder=encoder, noise_db=noise_db,
@@ -62,7 +64,7 @@ def alignment_command(
             done=lambda share, _rows: progress(share) if progress else None,
         )  # fmt: skip
     found = judge.summarise(rows)
-    write_tables(table or [], COLUMNS, [_cells(name, cells) for name, cells in found.items()])
+    write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])
     if as_json:
         record: dict[str, Any] = {"methods": found, "encoder": encoder, "left_out": broken}
         print(json.dumps(record | ({"words": list(map(asdict, rows))} if per_word else {})))

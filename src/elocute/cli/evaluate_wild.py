@@ -46,6 +46,7 @@ def wild_command(
     ρc is over all frames of the clips together, with 95 % by drawing clips again. Trainings go on
     where they were left; report.json is written last.
     """
+    from elocute.cli.outputs import plan_files
     from elocute.cli.progress import Lines
     from elocute.cli.tables import check_tables, write_tables
     from elocute.cli.train import name_broken
@@ -66,7 +67,8 @@ def wild_command(
         epochs=epochs, learning_rate=learning_rate, last_rate=last_rate,
         weight_power=weight_power, augment=augment, highest_hz=highest_hz, seed=seed,
     )  # fmt: skip
-    check_tables(tables or [])
+    files = check_tables(tables)
+    plan = plan_files([shards], files, False, False)
     opened = open_shards(shards, sounds)
     corpus, taken = _sentences(sentences, opened, subject, clips)
     prepare_folder(output, resume)
@@ -98,7 +100,8 @@ def wild_command(
     text = save_report(output / "report.json", report)
     first = max((len(found.first) for found in table.values()), default=0)
     write_tables(
-        tables or [],
+        plan,
+        files,
         ["concordance", "clips", "mean", "weighted", *(f"c{k + 1}" for k in range(first))],
         [[name, f.clips, f.mean, f.weighted, *f.first] for name, f in table.items()],
     )
@@ -136,11 +139,11 @@ def _continuous(
     corpus: Any, names: list[str], model: Path, shards: Shards, shares: Any
 ) -> dict[str, Figures]:
     """With the state going on, and in pieces of 15 frames as the paper does."""
-    from elocute.synthesis.crnn import CrnnModel
-    from elocute.synthesis.crnn_stream import JOINS, stream_weights
+    from elocute.models.crnn_network import CrnnNetwork
+    from elocute.models.crnn_stream import JOINS, stream_weights
     from elocute.training.crnn.wild import judge_sentences
 
-    opened, basis = CrnnModel(model), shards.basis.head.expression_basis
+    opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
     return {
         f"sentences {joins}": judge_sentences(
             corpus, names, basis, opened.record.fps, shares,
@@ -169,10 +172,10 @@ def _talker(folder: Path, names: Path | None, model: Path) -> dict[str, Any]:
     """The real talker: the recurrent model beside VOCA and the rules."""
     from dataclasses import asdict
 
+    from elocute.animation import animate
     from elocute.cli.evaluate import read_names
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.measures import measure_mouth
-    from elocute.synthesis.animate import animate
     from elocute.training.real_talker import evaluate_real
 
     eye_mm, wanted = 1000 * load_builtin_head().eye_distance_m, read_names(names)

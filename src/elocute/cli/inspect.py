@@ -17,11 +17,12 @@ LIBRARIES = ("numpy", "onnxruntime", "soundfile", "soxr", "av", "pillow", "moder
 
 
 def info_command(
-    file: Path = typer.Argument(..., help="A sound, a video, or a motion (.npz)."),
+    file: Path = typer.Argument(..., help="A sound, a video, a motion (.npz) or curves (.json)."),
     as_json: bool = options.Json,
 ) -> None:
     """Say what a file holds."""
-    record = _motion_facts(file) if file.suffix.lower() == ".npz" else _sound_facts(file)
+    facts = {".npz": _motion_facts, ".json": _curve_facts}.get(file.suffix.lower(), _sound_facts)
+    record = facts(file)
     if as_json:
         print(json.dumps(record))
         return
@@ -41,6 +42,18 @@ def _motion_facts(file: Path) -> dict[str, Any]:
         "duration_s": round(motion.duration_s, 4), "vertices": motion.head.vertex_count,
         "components": len(motion.names), "moving": ", ".join(moving) or "none",
         "rotations": motion.rotations is not None,
+    }  # fmt: skip
+
+
+def _curve_facts(file: Path) -> dict[str, Any]:
+    from elocute.export.curves_json import read_json_curves
+
+    curves = read_json_curves(file)
+    moving = [name for name in curves.names if curves[name].any()]
+    return {
+        "file": str(file), "kind": "curves", "frames": len(curves.values), "fps": curves.fps,
+        "duration_s": round(len(curves.values) / curves.fps, 4), "curves": len(curves.names),
+        "moving": ", ".join(moving) or "none",
     }  # fmt: skip
 
 

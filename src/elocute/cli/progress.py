@@ -1,4 +1,5 @@
-"""Progress: bars and lines on the terminal; in a log, a line per epoch and few others."""
+"""Progress: bars and lines on the terminal; in a log, a line per epoch and few others; and how far
+an interrupted run got."""
 
 from __future__ import annotations
 
@@ -7,10 +8,53 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 
+from elocute.errors import Interrupted, printable
+
 
 @contextlib.contextmanager
-def progress_bar(label: str, quiet: bool = False) -> Iterator[Callable[[float], None] | None]:
-    """A function that takes the share done (0…1), or None where nobody watches."""
+def progress_bar(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
+    """A function that takes the share done (0…1); Interrupted tells the last one."""
+    done, draw = 0.0, None
+
+    def watch(share: float) -> None:
+        nonlocal done
+        done = share
+        if draw:
+            draw(share)
+
+    try:
+        with _bar(label, quiet) as draw:
+            yield watch
+    except Interrupted as stop:
+        raise Interrupted(str(stop) or f"{label}: {done:.0%} done") from None
+
+
+@contextlib.contextmanager
+def counted(total: int, what: str = "done") -> Iterator[Callable[[], None]]:
+    """A function to be called for each of `total` things done; Interrupted tells how many were."""
+    done = 0
+
+    def one() -> None:
+        nonlocal done
+        done += 1
+
+    try:
+        yield one
+    except Interrupted as stop:
+        raise Interrupted(str(stop) if total == 1 else f"{done} of {total} {what}") from None
+
+
+@contextlib.contextmanager
+def resumable(how: str) -> Iterator[None]:
+    """Around work that keeps what is done: Interrupted tells how to go on."""
+    try:
+        yield
+    except Interrupted as stop:
+        raise Interrupted(f"{stop}; {how}" if str(stop) else how) from None
+
+
+@contextlib.contextmanager
+def _bar(label: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
     if quiet or not sys.stderr.isatty():
         yield None
         return
@@ -18,24 +62,26 @@ def progress_bar(label: str, quiet: bool = False) -> Iterator[Callable[[float], 
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
-        TextColumn("{task.description}"), BarColumn(),
+        TextColumn("{task.description}", markup=False), BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=1.0)
+        task = bar.add_task(printable(label), total=1.0)
         yield lambda share: bar.update(task, completed=share)
 
 
 @contextlib.contextmanager
-def told_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None] | None]:
+def told_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
     """As `progress_bar`, and in a log a line at first and then one every QUIET_S: for work of
     which nobody knows beforehand whether it takes a second or minutes."""
-    if quiet or sys.stderr.isatty():
-        with progress_bar(label, quiet) as bar:
-            yield bar
-        return
-    lines = Lines(quiet)
-    yield lambda share: lines(0.0, f"{label}: {share:.0%}")
+    lines = Lines(quiet or sys.stderr.isatty())
+    with progress_bar(label, quiet) as bar:
+
+        def watch(share: float) -> None:
+            bar(share)
+            lines(0.0, f"{label}: {share:.0%}")
+
+        yield watch
 
 
 QUIET_S = 30.0
@@ -44,7 +90,7 @@ REDRAWN_S = 0.1
 
 
 class Lines:
-    """A line for every epoch, none for machines; a report of trainings.
+    """A line for every epoch, none for machines; around a training, tells how far it got.
 
     Called with the share of all epochs done and a text. Texts at a share of nought tell steps
     before the first epoch ("hearing the corpus: 12%"), of which there are hundreds: a terminal
@@ -69,6 +115,13 @@ class Lines:
             return
         self._kind, self._told = kind, now
         self._write(line, "" if self.terminal else "\n")
+
+    def __enter__(self) -> Lines:
+        return self
+
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        if isinstance(error, Interrupted):
+            raise Interrupted(f"{self._last or 'no epoch'} done; --resume goes on") from None
 
     def _write(self, text: str, end: str) -> None:
         """Over the line that is still open, if one is."""

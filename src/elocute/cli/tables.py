@@ -9,7 +9,8 @@ from pathlib import Path
 
 from elocute.corpus.bootstrap import Interval
 from elocute.errors import InputError
-from elocute.files.atomic import check_output, write_atomically
+from elocute.files.atomic import write_atomically
+from elocute.files.outputs import OutputPlan
 
 Cell = str | int | float | Interval | None
 """None, NaN and an interval without a value stand for what is not available."""
@@ -31,27 +32,32 @@ LATEX = {
 }
 
 
-def check_tables(paths: Sequence[Path]) -> None:
-    """Raise InputError for a suffix other than SUFFIXES, OutputError for a bad place."""
-    for path in paths:
+def check_tables(paths: Sequence[Path] | None) -> list[Path]:
+    """The paths, none for None. Raises InputError for a suffix other than SUFFIXES."""
+    for path in paths or ():
         if path.suffix.lower() not in SUFFIXES:
             raise InputError.about(
                 path, found=f"suffix {path.suffix!r}", allowed=" or ".join(SUFFIXES)
             )
-        check_output(path)
+    return list(paths or ())
 
 
 def write_tables(
-    paths: Sequence[Path], columns: Sequence[str], rows: Sequence[Sequence[Cell]]
+    plan: OutputPlan,
+    paths: Sequence[Path],
+    columns: Sequence[str],
+    rows: Sequence[Sequence[Cell]],
 ) -> None:
-    """Write one table to every path, in the format of its suffix.
+    """Write one table to every path that is planned, in the format of its suffix.
 
     An interval takes three columns of a CSV (value, low, high; all digits), and one of LaTeX
     (three digits). Raises OutputError.
     """
     for path in paths:
+        if not plan.wants(path):
+            continue
         text = (_csv if path.suffix.lower() == ".csv" else _latex)(columns, rows)
-        with write_atomically(path) as draft:
+        with plan.writing(path), write_atomically(path) as draft:
             draft.write_text(text, encoding="utf-8", newline="")
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.progress import Lines
 from elocute.cli.work_folder import prepare_folder
 from elocute.errors import needs_extra
@@ -16,12 +17,7 @@ from elocute.errors import needs_extra
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
 
-app = typer.Typer(help="Train models on a corpus.", no_args_is_help=True)
-
-
-@app.callback()
-def _group() -> None:
-    """Train models on a corpus."""
+app = Commands("Train models on a corpus.")
 
 
 @app.command("voca")
@@ -56,9 +52,10 @@ def voca_command(
     )  # fmt: skip
     resolve_device(device)
     prepare_folder(output, resume)
-    trained = train_voca(
-        opened, config, output, split, resume=resume, report=Lines(as_json), device=device
-    )
+    with Lines(as_json) as report:
+        trained = train_voca(
+            opened, config, output, split, resume=resume, report=report, device=device
+        )
     sample = _sample(opened, split, output)
     record = {
         "model": str(output / MODEL), "styles": trained.styles, "sample": sample,
@@ -108,9 +105,10 @@ def crnn_command(
     opened = open_shards(shards, sounds)
     resolve_device(device)
     prepare_folder(output, resume)
-    trained, missing = train_crnn(
-        opened, config, output, resume=resume, report=Lines(as_json), device=device
-    )
+    with Lines(as_json) as report:
+        trained, missing = train_crnn(
+            opened, config, output, resume=resume, report=report, device=device
+        )
     broken = [*opened.broken, *missing]
     record = {
         "model": str(output / MODEL), "clips": len(opened),
@@ -132,8 +130,8 @@ def name_broken(broken: list[tuple[str, str]], clips: int) -> None:
 
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:
     """A contact sheet of the new model saying a sentence that it was not trained on."""
+    from elocute.animation import animate
     from elocute.head.builtin import load_builtin_head
-    from elocute.synthesis.animate import animate
 
     parts = corpus.split(split)
     names = parts.validation or parts.test

@@ -52,6 +52,9 @@ class Curves:
             raise MotionError("curves: found NaN or infinity")
         object.__setattr__(self, "values", values)
 
+    def __repr__(self) -> str:
+        return f"Curves({len(self.values)} frames at {self.fps:g} fps, {len(self.names)} curves)"
+
     def __getitem__(self, name: str) -> NDArray[np.float32]:
         """(frame,) values of one curve; raises KeyError for an unknown name."""
         try:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import InputError
 from elocute.motion.curves import Curves
 
@@ -43,6 +44,8 @@ class Take:
     width: Array
     valid: NDArray[np.bool_]
     words: list[tuple[float, float, str]]
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True)

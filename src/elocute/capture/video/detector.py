@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.capture.video.topology import POINT_COUNT
 from elocute.errors import CaptureError, MachineError
 
@@ -36,6 +37,8 @@ class Faces:
 
     points: NDArray[np.float32]
     confidence: NDArray[np.float32]
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         points = np.asarray(self.points, np.float32)
