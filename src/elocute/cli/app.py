@@ -12,6 +12,7 @@ from elocute.cli import (
     capture_landmarks,
     capture_video,
     corpus,
+    doctor,
     edit,
     evaluate,
     heads,
@@ -35,7 +36,7 @@ app.command("edit")(edit.edit_command)
 app.command("solve")(solve.solve_command)
 app.command("measure")(render.measure_command)
 app.command("info")(inspect.info_command)
-app.command("doctor")(inspect.doctor_command)
+app.command("doctor")(doctor.doctor_command)
 app.command("align")(align.align_command)
 app.add_typer(evaluate.app, name="evaluate")
 app.add_typer(heads.app, name="head")

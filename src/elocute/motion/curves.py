@@ -27,7 +27,7 @@ ARKIT_NAMES: tuple[str, ...] = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Curves:
     """Named curves: values (frame, curve) float32 at `fps`; frame f is at time f / fps.
 

@@ -16,7 +16,7 @@ from elocute.head.skinning import skin
 FPS_MAX = 1000.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Weights over time on the expression basis of one head.
 

@@ -33,7 +33,7 @@ CLOSURE_WINDOW_S = 0.080
 FIELDS_MAX_BYTES = 16_000_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Take:
     """One tracked recording."""
 

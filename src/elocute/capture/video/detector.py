@@ -21,7 +21,10 @@ from elocute.capture.video.topology import POINT_COUNT
 from elocute.errors import CaptureError, MachineError
 
 FACES_MAX = 4
-INSTALL = "pip install 'elocute[video]' (Python 3.11 or 3.12)"
+INSTALL = (
+    "pip install 'elocute[video]' with Python 3.11 or 3.12 (MediaPipe for newer ones comes without "
+    "the face models)"
+)
 
 
 @dataclass(frozen=True, eq=False)
