@@ -22,6 +22,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
+SHOWN_MAX = 600
+"""Characters of what was found that a message shows."""
+
 
 class ElocuteError(Exception):
     """Base of every error that Elocute raises on purpose."""
@@ -32,8 +35,12 @@ class InputError(ElocuteError, ValueError):
 
     @classmethod
     def about(cls, subject: str | Path, *, found: str, allowed: str = "", remedy: str = "") -> Self:
-        """Compose the one-line message `subject: found; allowed: …; remedy`."""
-        parts = [f"{subject}: {found}"]
+        """Compose the one-line message `subject: found; allowed: …; remedy`.
+
+        What was found may be anything of a file's, of any length: its start is shown.
+        """
+        shown = subject if isinstance(subject, Path) else _start(subject)
+        parts = [f"{shown}: {_start(found)}"]
         if allowed:
             parts.append(f"allowed: {allowed}")
         if remedy:
@@ -75,6 +82,10 @@ class OutputError(InputError):
 
 class MachineError(ElocuteError):
     """This machine lacks something that the request needs."""
+
+
+def _start(text: str) -> str:
+    return text if len(text) <= SHOWN_MAX else f"{text[:SHOWN_MAX]}…"
 
 
 @contextmanager

@@ -82,9 +82,11 @@ def case(reader: Reader, seeds: list[Seed], number: int) -> tuple[int, Files]:
     for name in rng.sample(names, min(len(names), rng.choice((1, 1, 1, 1, 2)))):
         kind = seed.kinds[name]
         others = tuple(
-            data for each in seeds for path, data in each.files.items()
+            data
+            for each in seeds
+            for path, data in each.files.items()
             if each.kinds.get(path) == kind
-        )  # fmt: skip
+        )
         changed[name] = mutate(rng, seed.files[name], kind, others)
     if reader.repair is not None:
         whole = seed.files | changed

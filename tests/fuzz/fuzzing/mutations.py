@@ -13,40 +13,213 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable
+from functools import lru_cache
 from random import Random
 
 Mutation = Callable[[Random, bytes], bytes]
 
-EDGES = (0, 1, 2, 127, 128, 255, 256, 2**15 - 1, 2**15, 2**16 - 1, 2**24, 2**31 - 1, 2**31,
-         2**32 - 2, 2**32 - 1, 2**53 + 1, 2**63 - 1, 2**63, 2**64 - 1)  # fmt: skip
+EDGES = (
+    0,
+    1,
+    2,
+    127,
+    128,
+    255,
+    256,
+    2**15 - 1,
+    2**15,
+    2**16 - 1,
+    2**24,
+    2**31 - 1,
+    2**31,
+    2**32 - 2,
+    2**32 - 1,
+    2**53 + 1,
+    2**63 - 1,
+    2**63,
+    2**64 - 1,
+)
 NUMBERS = (
-    "0", "-0", "-1", "1", "2", "0.5", "1e-320", "5e-324", "1e300", "-1e300", "1e308", "1e400",
-    "-1e400", "NaN", "Infinity", "-Infinity", "nan", "inf", "2147483648", "-2147483649",
-    "4294967296", "9223372036854775807", "9223372036854775808", "18446744073709551616",
-    "999999999999999999", "1" * 19, "9" * 400, "-" + "9" * 400, "9" * 5000, "0." + "1" * 400,
-    "0x10", "1_000", "１２", "²", "1,5", "1e5", "+1", "--1", "1e", ".", "1e9999999999",
-)  # fmt: skip
+    "0",
+    "-0",
+    "-1",
+    "1",
+    "2",
+    "0.5",
+    "1e-320",
+    "5e-324",
+    "1e300",
+    "-1e300",
+    "1e308",
+    "1e400",
+    "-1e400",
+    "NaN",
+    "Infinity",
+    "-Infinity",
+    "nan",
+    "inf",
+    "2147483648",
+    "-2147483649",
+    "4294967296",
+    "9223372036854775807",
+    "9223372036854775808",
+    "18446744073709551616",
+    "999999999999999999",
+    "1" * 19,
+    "9" * 400,
+    "-" + "9" * 400,
+    "9" * 5000,
+    "0." + "1" * 400,
+    "0x10",
+    "1_000",
+    "１２",
+    "²",
+    "1,5",
+    "1e5",
+    "+1",
+    "--1",
+    "1e",
+    ".",
+    "1e9999999999",
+)
 JSON_VALUES = (
-    *NUMBERS[:30], "true", "false", "null", '""', '"a"', '"0"', "[]", "{}", "[[]]", '[""]',
-    "[null]", "[1]", "[[1, 2, 3]]", "[1, [2]]", '{"a": 1}', '"\\ud800"', '"\\u0000"',
-    '"../../x"', '"/etc/passwd"', '"a\\nb"', '"' + "x" * 5000 + '"', '"\\u202e"',
-    "[" * 900 + "]" * 900, "[" * 100_000 + "]" * 100_000, '{"a":' * 2000 + "1" + "}" * 2000,
-    "[" + "0," * 5000 + "0]", '"nan"', '"1"', "-5", "3", "1.0", "61", "1e3", '"NaN"',
-)  # fmt: skip
+    *NUMBERS[:30],
+    "true",
+    "false",
+    "null",
+    '""',
+    '"a"',
+    '"0"',
+    "[]",
+    "{}",
+    "[[]]",
+    '[""]',
+    "[null]",
+    "[1]",
+    "[[1, 2, 3]]",
+    "[1, [2]]",
+    '{"a": 1}',
+    '"\\ud800"',
+    '"\\u0000"',
+    '"../../x"',
+    '"/etc/passwd"',
+    '"a\\nb"',
+    '"' + "x" * 5000 + '"',
+    '"\\u202e"',
+    "[" * 900 + "]" * 900,
+    "[" * 100_000 + "]" * 100_000,
+    '{"a":' * 2000 + "1" + "}" * 2000,
+    "[" + "0," * 5000 + "0]",
+    '"nan"',
+    '"1"',
+    "-5",
+    "3",
+    "1.0",
+    "61",
+    "1e3",
+    '"NaN"',
+)
 WORDS = (
-    *NUMBERS, "", " ", '"', '""', "'", ",", ";", ":", "\t", "\n", "\r", "\r\n", "\0", "\x1a",
-    "\ufeff", "\u202e", "\u2028", "../../x", "/etc/passwd", "/dev/zero", "file:///etc/passwd",
-    "a" * 5000, "%s%n", "{}", "[]", "true", "null", "é", "\U0001f600", "=1+1", "-", "#", "{", "}",
-    "1 2 3", "1/1/1", "0/0/0", "-1//-1", "\\", "\x0b", "\x85",
-)  # fmt: skip
-SHAPES = ("()", "(0,)", "(1,)", "(0, 3)", "(3, 0)", "(1, 1)", "(2, 3)", "(-1,)", "(3,)", "(True,)",
-          "(1.0,)", "(2**40,)", "(99999999999999999999,)", "(1, 1, 1, 1, 1, 1, 1, 1)", "[2, 3]",
-          "(4294967296, 4294967296)", "(1000000, 1000000, 1000000)", "(0, 99999999999)",
-          "(1,)*40", "(1, (2,))", "'3'", "None", f"({'1,' * 70})", "9" * 400)  # fmt: skip
-TYPES = ("'<f4'", "'<f8'", "'>f8'", "'<f2'", "'|u1'", "'|i1'", "'<i8'", "'<u8'", "'|b1'", "'<c16'",
-         "'|O'", "'<U4'", "'|S4'", "'<M8[s]'", "'<m8'", "'|V4'", "'<U0'", "'|S0'", "'<f16'", "'x'",
-         "''", "'<U1000000000'", "[('a', '<f4')]", "[('a', '|O')]", "3", "None", "'<i4,<i4'",
-         "'f'", "'('*500")  # fmt: skip
+    *NUMBERS,
+    "",
+    " ",
+    '"',
+    '""',
+    "'",
+    ",",
+    ";",
+    ":",
+    "\t",
+    "\n",
+    "\r",
+    "\r\n",
+    "\0",
+    "\x1a",
+    "\ufeff",
+    "\u202e",
+    "\u2028",
+    "../../x",
+    "/etc/passwd",
+    "/dev/zero",
+    "file:///etc/passwd",
+    "a" * 5000,
+    "%s%n",
+    "{}",
+    "[]",
+    "true",
+    "null",
+    "é",
+    "\U0001f600",
+    "=1+1",
+    "-",
+    "#",
+    "{",
+    "}",
+    "1 2 3",
+    "1/1/1",
+    "0/0/0",
+    "-1//-1",
+    "\\",
+    "\x0b",
+    "\x85",
+)
+SHAPES = (
+    "()",
+    "(0,)",
+    "(1,)",
+    "(0, 3)",
+    "(3, 0)",
+    "(1, 1)",
+    "(2, 3)",
+    "(-1,)",
+    "(3,)",
+    "(True,)",
+    "(1.0,)",
+    "(2**40,)",
+    "(99999999999999999999,)",
+    "(1, 1, 1, 1, 1, 1, 1, 1)",
+    "[2, 3]",
+    "(4294967296, 4294967296)",
+    "(1000000, 1000000, 1000000)",
+    "(0, 99999999999)",
+    "(1,)*40",
+    "(1, (2,))",
+    "'3'",
+    "None",
+    f"({'1,' * 70})",
+    "9" * 400,
+)
+TYPES = (
+    "'<f4'",
+    "'<f8'",
+    "'>f8'",
+    "'<f2'",
+    "'|u1'",
+    "'|i1'",
+    "'<i8'",
+    "'<u8'",
+    "'|b1'",
+    "'<c16'",
+    "'|O'",
+    "'<U4'",
+    "'|S4'",
+    "'<M8[s]'",
+    "'<m8'",
+    "'|V4'",
+    "'<U0'",
+    "'|S0'",
+    "'<f16'",
+    "'x'",
+    "''",
+    "'<U1000000000'",
+    "[('a', '<f4')]",
+    "[('a', '|O')]",
+    "3",
+    "None",
+    "'<i4,<i4'",
+    "'f'",
+    "'('*500",
+)
 
 
 def mutate(rng: Random, data: bytes, kind: str, others: tuple[bytes, ...] = ()) -> bytes:
@@ -60,8 +233,18 @@ def mutate(rng: Random, data: bytes, kind: str, others: tuple[bytes, ...] = ()) 
             try:
                 data = rng.choice(special)(rng, data)
                 continue
-            except (ValueError, IndexError, KeyError, struct.error, zipfile.BadZipFile, zlib.error,
-                    EOFError, RecursionError, NotImplementedError, OverflowError):  # fmt: skip
+            except (
+                ValueError,
+                IndexError,
+                KeyError,
+                struct.error,
+                zipfile.BadZipFile,
+                zlib.error,
+                EOFError,
+                RecursionError,
+                NotImplementedError,
+                OverflowError,
+            ):
                 pass  # changed so much that its form is lost: any bytes, then
         if others and rng.random() < 0.1:
             data = _spliced(rng, data, rng.choice(others))
@@ -142,9 +325,21 @@ def _nothing(rng: Random, data: bytes) -> bytes:
 
 
 _ANY: tuple[Mutation, ...] = (
-    _flip, _flip, _flip, _replace, _replace, _cut_off, _cut_out, _double, _edge, _edge, _edge,
-    _number, _zeros, _nothing,
-)  # fmt: skip
+    _flip,
+    _flip,
+    _flip,
+    _replace,
+    _replace,
+    _cut_off,
+    _cut_out,
+    _double,
+    _edge,
+    _edge,
+    _edge,
+    _number,
+    _zeros,
+    _nothing,
+)
 
 
 # JSON.
@@ -195,9 +390,12 @@ def _collect(value: object, places: list, most: int) -> None:
         after: list[object] = []
         for each in level:
             items = (
-                enumerate(each) if isinstance(each, list)
-                else each.items() if isinstance(each, dict) else ()
-            )  # fmt: skip
+                enumerate(each)
+                if isinstance(each, list)
+                else each.items()
+                if isinstance(each, dict)
+                else ()
+            )
             for key, inner in items:
                 places.append((each, key))
                 after.append(inner)
@@ -283,8 +481,10 @@ def _npy_header(rng: Random, data: bytes) -> bytes:
         header = _token(rng, header.encode()).decode("latin-1")
     else:  # what the header promises is there, but for another type
         shape = rng.choice(SHAPES[:9])
-        return npy(f"{{'descr': {rng.choice(TYPES)}, 'fortran_order': False, 'shape': {shape}, }}",
-                   rng.choice((bytes(64), content, b"\xff" * 64)))  # fmt: skip
+        return npy(
+            f"{{'descr': {rng.choice(TYPES)}, 'fortran_order': False, 'shape': {shape}, }}",
+            rng.choice((bytes(64), content, b"\xff" * 64)),
+        )
     return npy(header, content)
 
 
@@ -318,7 +518,9 @@ def _npz_entry(rng: Random, data: bytes) -> bytes:
     names, contents = _unzipped(data)
     at = rng.randrange(len(names))
     if rng.random() < 0.35:  # the records in JSON lie in few of many arrays
-        told = [i for i, name in enumerate(names) if name in ("texts.npy", "record.npy", "words.npy")]
+        told = [
+            i for i, name in enumerate(names) if name in ("texts.npy", "record.npy", "words.npy")
+        ]
         at = rng.choice(told) if told else at
     act = rng.random()
     if act < 0.75:
@@ -330,8 +532,20 @@ def _npz_entry(rng: Random, data: bytes) -> bytes:
     elif act < 0.8:
         del names[at], contents[at]
     elif act < 0.85:
-        names[at] = rng.choice((names[at] + "x", "", "../a.npy", "a/b.npy", "fps.npy", "self.npy",
-                                "head/name.npy", "head/.npy", "region/.npy", "é.npy"))  # fmt: skip
+        names[at] = rng.choice(
+            (
+                names[at] + "x",
+                "",
+                "../a.npy",
+                "a/b.npy",
+                "fps.npy",
+                "self.npy",
+                "head/name.npy",
+                "head/.npy",
+                "region/.npy",
+                "é.npy",
+            )
+        )
     elif act < 0.9:
         there = rng.randrange(len(names))
         contents[at], contents[there] = contents[there], contents[at]
@@ -340,7 +554,7 @@ def _npz_entry(rng: Random, data: bytes) -> bytes:
         contents.append(contents[rng.randrange(len(names) - 1)])
     else:
         contents[at] = rng.choice(_ANY)(rng, contents[at])
-    return _zipped(names, contents, rng.choice((0, 8)))
+    return _zipped(names, contents, rng.choice((0, 0, 0, 8)))
 
 
 def _npz_bomb(rng: Random, data: bytes) -> bytes:
@@ -354,22 +568,48 @@ def _npz_bomb(rng: Random, data: bytes) -> bytes:
     return _zipped(names, contents, 8)
 
 
-def _unzipped(data: bytes) -> tuple[list[str], list[bytes]]:
+@lru_cache(64)
+def _entries(data: bytes) -> tuple[tuple[str, bytes], ...]:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         entries = archive.infolist()
         if sum(entry.file_size for entry in entries) > 50_000_000:
             raise ValueError("large already")
-        return [e.filename for e in entries], [archive.read(entry) for entry in entries]
+        return tuple((entry.filename, archive.read(entry)) for entry in entries)
+
+
+def _unzipped(data: bytes) -> tuple[list[str], list[bytes]]:
+    entries = _entries(data)
+    return [name for name, _ in entries], [content for _, content in entries]
 
 
 def _zipped(names: list[str], contents: list[bytes], method: int) -> bytes:
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", method, compresslevel=1) as archive:
-        for name, content in zip(names, contents, strict=True):
-            info = zipfile.ZipInfo(name or "x")
-            info.compress_type = method
-            archive.writestr(info, content)
-    return out.getvalue()
+    """An archive whose checksums are right, names twice and all; ten times as fast as zipfile."""
+    body, directory = bytearray(), bytearray()
+    for name, content in zip(names, contents, strict=True):
+        packed = content
+        if method:
+            packer = zlib.compressobj(1, zlib.DEFLATED, -15)
+            packed = packer.compress(content) + packer.flush()
+        called = name.encode()
+        facts = struct.pack(
+            "<HHHHHIIIHH",
+            20,
+            0x800,
+            method,
+            0,
+            33,
+            zlib.crc32(content),
+            len(packed),
+            len(content),
+            len(called),
+            0,
+        )
+        at = len(body)
+        body += b"PK\x03\x04" + facts + called + packed
+        directory += b"PK\x01\x02" + struct.pack("<H", 20) + facts
+        directory += struct.pack("<HHHII", 0, 0, 0, 0, at) + called
+    end = struct.pack("<HHHHIIH", 0, 0, len(names), len(names), len(directory), len(body), 0)
+    return bytes(body + directory + b"PK\x05\x06" + end)
 
 
 def _zip_directory(rng: Random, data: bytes) -> bytes:
@@ -492,10 +732,12 @@ def _png(rng: Random, data: bytes) -> bytes:
             chunks.insert(place, chunks[place])
         chunks[place] = name, content
     body = b"".join(
-        struct.pack(">I", len(content)) + name + content
+        struct.pack(">I", len(content))
+        + name
+        + content
         + struct.pack(">I", zlib.crc32(name + content))
         for name, content in chunks
-    )  # fmt: skip
+    )
     return data[:8] + body
 
 
@@ -557,8 +799,20 @@ def _pickle(rng: Random, data: bytes) -> bytes:
     if act == 3:
         there = rng.randrange(len(places) - 1)
         return data[:start] + data[places[there] : places[there + 1]] + data[start:]
-    value = rng.choice((b"N", b"K\x00", b"J\xff\xff\xff\xff", b"]", b"}", b"(t", b"2", b"l\x01\x00",
-                        b"\x8a\x09" + b"\xff" * 8 + b"\x00", b"G\x7f\xf0" + bytes(6)))  # fmt: skip
+    value = rng.choice(
+        (
+            b"N",
+            b"K\x00",
+            b"J\xff\xff\xff\xff",
+            b"]",
+            b"}",
+            b"(t",
+            b"2",
+            b"l\x01\x00",
+            b"\x8a\x09" + b"\xff" * 8 + b"\x00",
+            b"G\x7f\xf0" + bytes(6),
+        )
+    )
     return data[:start] + value + data[stop:]
 
 
@@ -574,7 +828,7 @@ KINDS: dict[str, tuple[Mutation, ...]] = {
     "json": (_json, _json, _json, _json, _json_key_twice, _token, _encoding),
     "text": (_token, _token, _token, _lines, _encoding),
     "npy": (_npy_header, _npy_header, _npy_numbers),
-    "npz": (_npz_entry,) * 12 + (_zip_directory, _zip_directory, _npz_bomb),
+    "npz": (_npz_entry,) * 60 + (_zip_directory,) * 9 + (_npz_bomb,),
     "proto": (_proto,),
     "png": (_png,),
     "riff": (_riff,),

@@ -12,6 +12,8 @@ import importlib.util
 import json
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +28,9 @@ def only(read: Callable[[Path], object]) -> Callable[[Path, Path], object]:
 
 def text(read: Callable[[str], object]) -> Callable[[Path, Path], object]:
     """For texts of options, as a shell hands them over."""
-    return only(lambda path: read(path.read_bytes().replace(b"\0", b"").decode("utf-8", "surrogateescape")))
+    return only(
+        lambda path: read(path.read_bytes().replace(b"\0", b"").decode("utf-8", "surrogateescape"))
+    )
 
 
 # What is read, one function for each.
@@ -286,11 +290,13 @@ def _phone_encoder(path: Path) -> None:
 def _checkpoint(path: Path) -> None:
     import torch
 
-    from elocute.training.voca.checkpoint import load_checkpoint, restore_network
+    from elocute.training.voca.config import TrainConfig
+    from elocute.training.voca.fit import _restore
 
-    tensors, record = load_checkpoint(path)
-    restore_network(path, torch.nn.Linear(3, 2), tensors)
-    _ = record["epoch"], record["config"], record["log"]
+    network: Any = torch.nn.Linear(3, 2)
+    optimiser = torch.optim.Adam(network.parameters())
+    material: Any = SimpleNamespace(styles=("anna",), fps=60.0)
+    _restore(path, network, optimiser, material, TrainConfig())
 
 
 def _transformer(folder: Path, _out: Path) -> None:
@@ -366,29 +372,48 @@ READERS: tuple[Reader, ...] = (
     Reader("style", seeds.styles, only(_style), _JSON, ("elocute.articulation.style",)),
     Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.synthesis.style_file",)),
     Reader(
-        "words", seeds.words, only(_words), {"*.json": "json", "*.TextGrid": "text"},
+        "words",
+        seeds.words,
+        only(_words),
+        {"*.json": "json", "*.TextGrid": "text"},
         ("elocute.alignment.words",),
     ),
     Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.alignment.trials",)),
     Reader(
-        "phones", seeds.phones, only(_phones), {"*.csv": "text"},
+        "phones",
+        seeds.phones,
+        only(_phones),
+        {"*.csv": "text"},
         ("elocute.articulation.phone_times",),
     ),
     Reader(
-        "texts", seeds.texts, only(_texts), {"*.json": "json", "*.tsv": "text"},
+        "texts",
+        seeds.texts,
+        only(_texts),
+        {"*.json": "json", "*.tsv": "text"},
         ("elocute.corpus.importers.vocaset",),
     ),
     Reader(
-        "landmarks", seeds.landmarks, only(_landmarks),
-        {"*.json": "json", "*.ljson": "json", "*.pts": "text"}, ("elocute.capture.landmarks",),
+        "landmarks",
+        seeds.landmarks,
+        only(_landmarks),
+        {"*.json": "json", "*.ljson": "json", "*.pts": "text"},
+        ("elocute.capture.landmarks",),
     ),
     Reader(
-        "capture", seeds.capture_folders, _capture, {"*.json": "json"},
+        "capture",
+        seeds.capture_folders,
+        _capture,
+        {"*.json": "json"},
         ("elocute.capture.sequence",),
     ),
     Reader(
-        "word record", seeds.word_records, only(_word_record), _JSON,
-        ("elocute.propagation.word_job",), needs=("pyarrow", "numba"),
+        "word record",
+        seeds.word_records,
+        only(_word_record),
+        _JSON,
+        ("elocute.propagation.word_job",),
+        needs=("pyarrow", "numba"),
     ),
     Reader("curves", seeds.curves, only(_curves), {"*.csv": "text"}, ("elocute.export.arkit_csv",)),
     Reader("lrw", seeds.lrw, _lrw, {"*.txt": "text"}, ("elocute.propagation.readers",)),
@@ -397,30 +422,69 @@ READERS: tuple[Reader, ...] = (
     Reader("head", seeds.heads, only(_head), {"*.npz": "npz"}, ("elocute.head.choice",)),
     Reader("frame", seeds.frames, only(_frame), {"*.npz": "npz"}, ("elocute.capture.frame_file",)),
     Reader(
-        "vertex list", seeds.vertex_lists, only(_vertex_list),
-        {"*.npy": "npy", "*.json": "json", "*.txt": "text"}, ("elocute.corpus.vertex_lists",),
+        "vertex list",
+        seeds.vertex_lists,
+        only(_vertex_list),
+        {"*.npy": "npy", "*.json": "json", "*.txt": "text"},
+        ("elocute.corpus.vertex_lists",),
     ),
     Reader("track", seeds.tracks, _track, {"*.npz": "npz"}, ("elocute.corpus.importers.grid",)),
     Reader(
-        "take", seeds.tracks, _take, {"*.npz": "npz"}, ("elocute.training.real_talker",),
+        "take",
+        seeds.tracks,
+        _take,
+        {"*.npz": "npz"},
+        ("elocute.training.real_talker",),
     ),
     Reader(
-        "features", seeds.features, _features,
-        {"*.json": "json", "*.f16": "bytes", "*.f32": "bytes"}, ("elocute.training.crnn.data",),
+        "features",
+        seeds.features,
+        _features,
+        {"*.json": "json", "*.f16": "bytes", "*.f32": "bytes"},
+        ("elocute.training.crnn.data",),
         needs=("torch", "pyarrow"),
     ),
     # Meshes, scans, FLAME
-    Reader("scan", seeds.scans, _scan, {"*.ply": "ply", "*.obj": "text", "*.mtl": "text",
-           "*.png": "png"}, ("elocute.capture.scan", "elocute.capture.scan_file", "trimesh"),
-           short=150),
-    Reader("mesh", seeds.meshes, only(_mesh), {"*.ply": "ply", "*.obj": "text"},
-           ("elocute.head.choice", "trimesh"), short=150),
-    Reader("flame", seeds.flame, only(_flame), {"*.pkl": "pickle"}, ("elocute.head.choice",),
-           short=150, needs=("scipy",)),
-    Reader("pickle", seeds.pickles, only(_pickle), {"*.pkl": "pickle"},
-           ("elocute.files.pickles.closed_pickle",), needs=("scipy",)),
-    Reader("vl", lambda folder: _vl_seed(folder), only(_vl), {"*.vl": "vl"},
-           ("elocute.corpus.importers.biwi",)),
+    Reader(
+        "scan",
+        seeds.scans,
+        _scan,
+        {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png"},
+        ("elocute.capture.scan", "elocute.capture.scan_file", "trimesh"),
+        short=150,
+    ),
+    Reader(
+        "mesh",
+        seeds.meshes,
+        only(_mesh),
+        {"*.ply": "ply", "*.obj": "text"},
+        ("elocute.head.choice", "trimesh"),
+        short=150,
+    ),
+    Reader(
+        "flame",
+        seeds.flame,
+        only(_flame),
+        {"*.pkl": "pickle"},
+        ("elocute.head.choice",),
+        short=150,
+        needs=("scipy",),
+    ),
+    Reader(
+        "pickle",
+        seeds.pickles,
+        only(_pickle),
+        {"*.pkl": "pickle"},
+        ("elocute.files.pickles.closed_pickle",),
+        needs=("scipy",),
+    ),
+    Reader(
+        "vl",
+        lambda folder: _vl_seed(folder),
+        only(_vl),
+        {"*.vl": "vl"},
+        ("elocute.corpus.importers.biwi",),
+    ),
     # Sound and video
     Reader("wav", seeds.wavs, only(_sound), {"*": "riff"}, _AUDIO),
     Reader("aiff", seeds.aiffs, only(_sound), {"*": "riff"}, _AUDIO),
@@ -429,37 +493,114 @@ READERS: tuple[Reader, ...] = (
     Reader("mp3", seeds.mp3s, only(_sound), {"*": "bytes"}, _AUDIO, short=150),
     Reader("mp4", seeds.mp4s, only(_sound), {"*": "bytes"}, _AUDIO, short=150),
     Reader("mkv", seeds.mkvs, only(_sound), {"*": "bytes"}, _AUDIO, short=150),
-    Reader("video", seeds.videos, only(_video), {"*": "bytes"},
-           ("elocute.capture.video.frames", "av"), short=150),
+    Reader(
+        "video",
+        seeds.videos,
+        only(_video),
+        {"*": "bytes"},
+        ("elocute.capture.video.frames", "av"),
+        short=150,
+    ),
     # Corpora
-    Reader("corpus", seeds.corpora, _corpus, {"*.json": "json", "*.npy": "npy", "*.flac": "bytes"},
-           ("elocute.corpus.store", "elocute.corpus.check", *_AUDIO), short=100),
-    Reader("shards", seeds.shards, _shards, {"*.json": "json", "*.parquet": "bytes",
-           "*basis.npz": "npz", "*.wav": "riff"}, ("elocute.corpus.shards", "pyarrow.parquet"),
-           repair=forge, needs=("pyarrow",), short=100),
-    Reader("vocaset", seeds.vocaset, _convert("vocaset"), {"*.pkl": "pickle", "*.npy": "npy"},
-           _IMPORTERS, short=20, needs=("scipy",)),
-    Reader("biwi", seeds.biwi, _convert("biwi"), {"*.vl": "vl", "*.obj": "text", "*.wav": "riff"},
-           _IMPORTERS, short=60),
-    Reader("folder", seeds.folder_corpus, _convert("folder"), {"*.pkl": "pickle", "*.npy": "npy",
-           "*.wav": "riff"}, _IMPORTERS, short=60),
-    Reader("grid", seeds.tracks, _convert("grid"), {"*.npz": "npz", "*.ogg": "bytes"}, _IMPORTERS,
-           short=40),
+    Reader(
+        "corpus",
+        seeds.corpora,
+        _corpus,
+        {"*.json": "json", "*.npy": "npy", "*.flac": "bytes"},
+        ("elocute.corpus.store", "elocute.corpus.check", *_AUDIO),
+        short=100,
+    ),
+    Reader(
+        "shards",
+        seeds.shards,
+        _shards,
+        {"*.json": "json", "*.parquet": "bytes", "*basis.npz": "npz", "*.wav": "riff"},
+        ("elocute.corpus.shards", "pyarrow.parquet"),
+        repair=forge,
+        needs=("pyarrow",),
+        short=100,
+    ),
+    Reader(
+        "vocaset",
+        seeds.vocaset,
+        _convert("vocaset"),
+        {"*.pkl": "pickle", "*.npy": "npy"},
+        _IMPORTERS,
+        short=20,
+        needs=("scipy",),
+    ),
+    Reader(
+        "biwi",
+        seeds.biwi,
+        _convert("biwi"),
+        {"*.vl": "vl", "*.obj": "text", "*.wav": "riff"},
+        _IMPORTERS,
+        short=60,
+    ),
+    Reader(
+        "folder",
+        seeds.folder_corpus,
+        _convert("folder"),
+        {"*.pkl": "pickle", "*.npy": "npy", "*.wav": "riff"},
+        _IMPORTERS,
+        short=60,
+    ),
+    Reader(
+        "grid",
+        seeds.tracks,
+        _convert("grid"),
+        {"*.npz": "npz", "*.ogg": "bytes"},
+        _IMPORTERS,
+        short=40,
+    ),
     # Networks
-    Reader("frozen graph", seeds.frozen_graphs, only(_deepspeech), {"*.pb": "proto"},
-           ("elocute.encoders.deepspeech",)),
-    Reader("model", seeds.shipped("voca.onnx", "crnn.onnx"), only(_model), {"*.onnx": "proto"},
-           ("elocute.synthesis.animate", "elocute.synthesis.learned"), short=30),
-    Reader("phone encoder", seeds.shipped("phones.onnx"), only(_phone_encoder),
-           {"*.onnx": "proto"}, ("elocute.encoders.phone_encoder",), short=10),
-    Reader("checkpoint", seeds.checkpoints, only(_checkpoint), {"*.safetensors": "safetensors"},
-           ("elocute.training.voca.checkpoint",), needs=("torch", "safetensors")),
-    Reader("transformer", seeds.transformer_folders, _transformer, _JSON,
-           ("elocute.encoders.speech_transformer",)),
-    Reader("transformer network", seeds.transformer_networks, _transformer_network,
-           {"*.json": "json", "*.safetensors": "safetensors"},
-           ("elocute.encoders.speech_transformer", "elocute.networks.speech_transformers"),
-           needs=("torch", "transformers"), short=0),
+    Reader(
+        "frozen graph",
+        seeds.frozen_graphs,
+        only(_deepspeech),
+        {"*.pb": "proto"},
+        ("elocute.encoders.deepspeech",),
+    ),
+    Reader(
+        "model",
+        seeds.shipped("voca.onnx", "crnn.onnx"),
+        only(_model),
+        {"*.onnx": "proto"},
+        ("elocute.synthesis.animate", "elocute.synthesis.learned"),
+        short=30,
+    ),
+    Reader(
+        "phone encoder",
+        seeds.shipped("phones.onnx"),
+        only(_phone_encoder),
+        {"*.onnx": "proto"},
+        ("elocute.encoders.phone_encoder",),
+        short=10,
+    ),
+    Reader(
+        "checkpoint",
+        seeds.checkpoints,
+        only(_checkpoint),
+        {"*.safetensors": "safetensors"},
+        ("elocute.training.voca.fit",),
+        needs=("torch", "safetensors", "lightning_fabric"),
+    ),
+    Reader(
+        "transformer",
+        seeds.transformer_folders,
+        _transformer,
+        _JSON,
+        ("elocute.encoders.speech_transformer",),
+    ),
+    Reader(
+        "transformer network",
+        seeds.transformer_networks,
+        _transformer_network,
+        {"*.json": "json", "*.safetensors": "safetensors"},
+        ("elocute.encoders.speech_transformer", "elocute.networks.speech_transformers"),
+        needs=("torch", "transformers"),
+        short=0,
+    ),
     # Texts of options
     *(
         Reader(f"option {name}", seeds.options(name), text(read), {"text": "text"}, modules)
@@ -473,15 +614,16 @@ READERS: tuple[Reader, ...] = (
             ("encoder", _encoder_text, ("elocute.encoders.registry",)),
         )
     ),
-)  # fmt: skip
+)
 
 
 def usable() -> list[Reader]:
     """Readers whose packages are here."""
     return [
-        reader for reader in READERS
+        reader
+        for reader in READERS
         if all(importlib.util.find_spec(name) is not None for name in reader.needs)
-    ]  # fmt: skip
+    ]
 
 
 def _vl_seed(folder: Path) -> None:

@@ -6,7 +6,8 @@ import importlib.util
 import json
 import shutil
 import struct
-from dataclasses import asdict, replace
+import sys
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from types import ModuleType
@@ -29,8 +30,6 @@ def module(path: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(Path(path).stem + "_of_tests", ROOT / path)
     assert spec and spec.loader
     made = importlib.util.module_from_spec(spec)
-    import sys
-
     sys.modules[spec.name] = made
     spec.loader.exec_module(made)
     return made
@@ -60,22 +59,30 @@ def small_head(name: str = "small") -> HeadModel:
     faces = np.stack([np.arange(VERTICES - 2), np.arange(1, VERTICES - 1), np.arange(2, VERTICES)])
     shapes = np.zeros((3, VERTICES, 3), np.float32)
     shapes[:, :20, 1] = -0.01 * np.arange(1, 4)[:, None]
-    head = bare_head(name, points, faces.T, expression_names=("jawOpen", "a", "b"),
-                     expression_basis=shapes)  # fmt: skip
+    head = bare_head(
+        name, points, faces.T, expression_names=("jawOpen", "a", "b"), expression_basis=shapes
+    )
     ring = np.arange(8, dtype=np.int32)
     return replace(
-        head, joint_names=("head", "jaw"), joint_parents=(-1, 0),
+        head,
+        joint_names=("head", "jaw"),
+        joint_parents=(-1, 0),
         joint_positions=np.zeros((2, 3), np.float32),
         skin_weights=np.full((VERTICES, 2), 0.5, np.float32),
         identity_basis=np.ones((2, VERTICES, 3), np.float32) * np.float32(1e-3),
         joint_identity_basis=np.zeros((2, 2, 3), np.float32),
-        landmarks=np.arange(68, dtype=np.int32), lip_rings=np.stack([ring, ring + 8]),
-        outer_lip_upper=ring, outer_lip_lower=ring + 8, inner_lip_upper=ring + 16,
-        inner_lip_lower=ring + 24, outer_corners=np.array([0, 7], np.int32),
-        inner_corners=np.array([1, 6], np.int32), mirror=np.arange(VERTICES, dtype=np.int32),
+        landmarks=np.arange(68, dtype=np.int32),
+        lip_rings=np.stack([ring, ring + 8]),
+        outer_lip_upper=ring,
+        outer_lip_lower=ring + 8,
+        inner_lip_upper=ring + 16,
+        inner_lip_lower=ring + 24,
+        outer_corners=np.array([0, 7], np.int32),
+        inner_corners=np.array([1, 6], np.int32),
+        mirror=np.arange(VERTICES, dtype=np.int32),
         regions={"lips": ring, "face": np.arange(40, dtype=np.int32)},
         tone_basis=np.array([0.5, 0.1, 0.1], np.float32),
-    )  # fmt: skip
+    )
 
 
 def small_motion(frames: int = 5, turning: bool = True) -> Motion:
@@ -114,9 +121,10 @@ def meshes(folder: Path) -> None:
     head = small_head()
     mesh = trimesh.Trimesh(head.template, head.triangles, process=False)
     for name, kind, options in (
-        ("obj", "obj", {}), ("binary", "ply", {"encoding": "binary"}),
+        ("obj", "obj", {}),
+        ("binary", "ply", {"encoding": "binary"}),
         ("ascii", "ply", {"encoding": "ascii"}),
-    ):  # fmt: skip
+    ):
         data: Any = mesh.export(file_type=kind, **options)
         data = data.encode() if isinstance(data, str) else data
         (place(folder, name) / f"mesh.{kind}").write_bytes(data)
@@ -292,8 +300,7 @@ def curves(folder: Path) -> None:
     from elocute.export.arkit_csv import POSE_COLUMNS
     from elocute.head.builtin import load_builtin_head
 
-    names = [n for n in load_builtin_head().expression_names]
-    names = [n[:1].upper() + n[1:] for n in names]
+    names = [name[:1].upper() + name[1:] for name in load_builtin_head().expression_names]
     rows = [",".join(["Timecode", "BlendShapeCount", *names, *POSE_COLUMNS])]
     zeros = ",".join(["0.000000"] * len(POSE_COLUMNS))
     for frame in range(3):
@@ -311,11 +318,15 @@ def lrw(folder: Path) -> None:
 
 
 OPTIONS = {
-    "size": ("800", "1280x720", "4k"), "mix": ("calm:0.7,broad:0.3", "plain"),
-    "identity": ("mean", "17"), "keyframes": ("0:0,0,0; 1.5:0,20,0",), "numbers": ("1,2.5,-3",),
-    "encoder": ("phones", "fbank"), "identities": ("0:mean; 2:5",),
+    "size": ("800", "1280x720", "4k"),
+    "mix": ("calm:0.7,broad:0.3", "plain"),
+    "identity": ("mean", "17"),
+    "keyframes": ("0:0,0,0; 1.5:0,20,0",),
+    "numbers": ("1,2.5,-3",),
+    "encoder": ("phones", "fbank"),
+    "identities": ("0:mean; 2:5",),
     "text": ("She had your dark suit",),
-}  # fmt: skip
+}
 
 
 def options(which: str):
@@ -423,13 +434,18 @@ def corpora(folder: Path) -> None:
 
     motion = small_motion()
     head = motion.head
-    subjects = {name: head.template for name in ("anna", "bob", "cy")}
+    subjects = dict.fromkeys(("anna", "bob", "cy"), head.template)
     for kind in ("weights", "vertices"):
         weights = kind == "weights"
         with corpus_writer(
-            folder / kind, subjects, fps=30.0, basis=head.expression_basis if weights else None,
-            components=head.expression_names if weights else (), faces=head.quads, topology="small",
-        ) as writer:  # fmt: skip
+            folder / kind,
+            subjects,
+            fps=30.0,
+            basis=head.expression_basis if weights else None,
+            components=head.expression_names if weights else (),
+            faces=head.quads,
+            topology="small",
+        ) as writer:
             for name in subjects:
                 frames = motion.weights if weights else motion.vertices()
                 sound = Waveform(tone(), RATE)
@@ -447,10 +463,18 @@ def shards(folder: Path) -> None:
         for number, split in enumerate(("train", "train", "test")):
             writer.add(
                 WordClip(
-                    f"c{number}", "hello", f"{split}er", "a", split, "talk.wav", 0.0, 0.2, 30.0,
+                    f"c{number}",
+                    "hello",
+                    f"{split}er",
+                    "a",
+                    split,
+                    "talk.wav",
+                    0.0,
+                    0.2,
+                    30.0,
                     motion.weights,
                 )
-            )  # fmt: skip
+            )
 
 
 def features(folder: Path) -> None:
@@ -477,13 +501,19 @@ def tracks(folder: Path) -> None:
     rng = np.random.default_rng(0)
     still = rng.normal(0, 30, (len(numbers), 3))
     wave = np.abs(np.sin(np.arange(count) / 2))
-    fields: dict[str, Any] = {name: 0.3 + 0.1 * wave for name in SCALARS}
+    fields: dict[str, Any] = dict.fromkeys(SCALARS, 0.3 + 0.1 * wave)
     fields["inner_opening_mean"] = 0.1 * wave
     np.savez(
-        inner / "clip.npz", lip_xyz=still + wave[:, None, None], lip_idx=numbers,
-        eye_dist_px=np.full(count, 100.0), valid=np.ones(count), fps=25.0, t=np.arange(count) / 25,
-        words=json.dumps([[0, 0.2, "sil"], [0.2, 0.5, "bin"]]), **fields,
-    )  # fmt: skip
+        inner / "clip.npz",
+        lip_xyz=still + wave[:, None, None],
+        lip_idx=numbers,
+        eye_dist_px=np.full(count, 100.0),
+        valid=np.ones(count),
+        fps=25.0,
+        t=np.arange(count) / 25,
+        words=json.dumps([[0, 0.2, "sil"], [0.2, 0.5, "bin"]]),
+        **fields,
+    )
     soundfile.write(inner / "clip.ogg", tone(0.6), RATE)
 
 
@@ -518,10 +548,12 @@ def pickles(folder: Path) -> None:
 
     python2 = module("tests/conftest.py").Python2()
     item = {
-        "a": np.arange(6.0).reshape(2, 3), "b": [1, 2.5, None, True, "text", (1, 2), 2**70],
-        "c": {"x": np.float64(3), 1: np.array([1, 2], ">i2")}, "d": csc_matrix(np.eye(3)),
+        "a": np.arange(6.0).reshape(2, 3),
+        "b": [1, 2.5, None, True, "text", (1, 2), 2**70],
+        "c": {"x": np.float64(3), 1: np.array([1, 2], ">i2")},
+        "d": csc_matrix(np.eye(3)),
         "e": np.arange(6, dtype=np.float32).reshape(2, 3).T,
-    }  # fmt: skip
+    }
     (place(folder, "python2") / "item.pkl").write_bytes(python2.dumps(item))
     (place(folder, "text") / "item.pkl").write_bytes(python2.dumps(item, 0))
     for protocol in (2, 4, 5):
@@ -537,8 +569,13 @@ def frozen_graphs(folder: Path) -> None:
     from elocute.files.protobuf import write_message
 
     inputs, hidden, letters = 494, 2, 29
-    sizes = {"1": (inputs, hidden), "2": (hidden, hidden), "3": (hidden, 2 * hidden),
-             "5": (2 * hidden, hidden), "6": (hidden, letters)}  # fmt: skip
+    sizes = {
+        "1": (inputs, hidden),
+        "2": (hidden, hidden),
+        "3": (hidden, 2 * hidden),
+        "5": (2 * hidden, hidden),
+        "6": (hidden, letters),
+    }
     arrays = {f"h{layer}": np.full(size, 0.1, "<f4") for layer, size in sizes.items()}
     arrays |= {f"b{layer}": np.zeros(size[1], "<f4") for layer, size in sizes.items()}
     for way in ("fw", "bw"):
@@ -572,29 +609,48 @@ def shipped(*names: str):
 
 
 def checkpoints(folder: Path) -> None:
+    """As `train voca` leaves them, of a network of eight numbers."""
     import torch
 
-    from elocute.training.voca.checkpoint import save_checkpoint
+    from elocute.training.voca.checkpoint import network_tensors, save_checkpoint
+    from elocute.training.voca.config import TrainConfig
 
     network = torch.nn.Linear(3, 2)
-    tensors = {f"network.{name}": value for name, value in network.state_dict().items()}
-    record = {"config": {"epochs": 3}, "epoch": 2, "log": [{"loss": 0.5}]}
-    save_checkpoint(place(folder, "one") / "checkpoint.safetensors", tensors, record)
+    optimiser = torch.optim.Adam(network.parameters())
+    network(torch.ones(1, 3)).sum().backward()
+    optimiser.step()
+    record = {
+        "config": TrainConfig().record(),
+        "styles": ["anna"],
+        "fps": 60.0,
+        "log": [{"epoch": 1, "train_mm2": 0.5}],
+    }
+    path = place(folder, "one") / "checkpoint.safetensors"
+    save_checkpoint(path, network_tensors(network, optimiser), record)
 
 
 TINY = {
-    "model_type": "wav2vec2", "hidden_size": 24, "num_hidden_layers": 2, "num_attention_heads": 2,
-    "intermediate_size": 32, "conv_dim": [16] * 7, "num_conv_pos_embeddings": 16,
-    "num_conv_pos_embedding_groups": 2, "vocab_size": 32, "conv_stride": [5, 2, 2, 2, 2, 2, 2],
+    "model_type": "wav2vec2",
+    "hidden_size": 24,
+    "num_hidden_layers": 2,
+    "num_attention_heads": 2,
+    "intermediate_size": 32,
+    "conv_dim": [16] * 7,
+    "num_conv_pos_embeddings": 16,
+    "num_conv_pos_embedding_groups": 2,
+    "vocab_size": 32,
+    "conv_stride": [5, 2, 2, 2, 2, 2, 2],
     "conv_kernel": [10, 3, 3, 3, 3, 2, 2],
-}  # fmt: skip
+}
 
 
 def transformer_folders(folder: Path) -> None:
     """The settings of a small network; its weights are only weighed here."""
     inner = place(folder, "one")
     (inner / "config.json").write_text(json.dumps(TINY))
-    (inner / "preprocessor_config.json").write_text('{"sampling_rate": 16000, "do_normalize": true}')
+    (inner / "preprocessor_config.json").write_text(
+        '{"sampling_rate": 16000, "do_normalize": true}'
+    )
     (inner / "model.safetensors").write_bytes(bytes(20_000))
 
 
@@ -605,5 +661,3 @@ def transformer_networks(folder: Path) -> None:
     torch.manual_seed(0)
     settings = {name: value for name, value in TINY.items() if name != "model_type"}
     Wav2Vec2Model(Wav2Vec2Config(**settings)).save_pretrained(place(folder, "one"))
-
-

@@ -56,13 +56,18 @@ class Server:
         root = Path(__file__).resolve().parents[1]
         paths = [str(root), str(root.parents[1] / "src"), os.environ.get("PYTHONPATH", "")]
         env = os.environ | {
-            "PYTHONPATH": os.pathsep.join(filter(None, paths)), "OMP_NUM_THREADS": "1",
-            "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1",
-        }  # fmt: skip
+            "PYTHONPATH": os.pathsep.join(filter(None, paths)),
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "fuzzing.worker", str(work)], stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE, env=env, text=True,
-        )  # fmt: skip
+            [sys.executable, "-m", "fuzzing.worker", str(work)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=env,
+            text=True,
+        )
 
     def run(
         self, reader: str, start: int, stop: int, seconds: float = 1e9, keep: str = ""
@@ -116,11 +121,15 @@ def serve(work: Path) -> None:
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     handlers: dict[str, Callable[..., Any]] = {
-        "run": _run, "check": _check, "shrink": _shrink, "judge": _judge_files,
-    }  # fmt: skip
+        "run": _run,
+        "check": _check,
+        "shrink": _shrink,
+        "judge": _judge_files,
+    }
+    from fuzzing.commands import COMMANDS
     from fuzzing.readers import READERS
 
-    by_name = {reader.name: reader for reader in READERS}
+    by_name = {reader.name: reader for reader in (*READERS, *COMMANDS)}
     for line in sys.stdin:
         what, name, *rest = json.loads(line)
         try:
@@ -193,9 +202,10 @@ def _run(
             _keep(Path(keep), reader, seeds, finding)
         at = number + 1
     return {
-        **{name: tally[name] for name in _COUNTS[1:]}, "findings": findings[:KEPT],
+        **{name: tally[name] for name in _COUNTS[1:]},
+        "findings": findings[:KEPT],
         "next": tally["at"] + 1 if tally["done"] else start,
-    }  # fmt: skip
+    }
 
 
 def _first(reader: Reader, seeds: list[Seed], start: int, number: int) -> int:
@@ -204,15 +214,22 @@ def _first(reader: Reader, seeds: list[Seed], start: int, number: int) -> int:
     while number - width > start:
         width *= 2
         begin = max(start, number - width)
-        if _batch(reader, seeds, range(begin, number + 1), time.monotonic() + 120, _Tally(), [], ""):
+        if _batch(
+            reader, seeds, range(begin, number + 1), time.monotonic() + 120, _Tally(), [], ""
+        ):
             return begin
     return start
 
 
 def _batch(
-    reader: Reader, seeds: list[Seed], numbers: range, deadline: float, tally: _Tally,
-    findings: list[dict[str, Any]], keep: str,
-) -> tuple[int, dict[str, Any]] | None:  # fmt: skip
+    reader: Reader,
+    seeds: list[Seed],
+    numbers: range,
+    deadline: float,
+    tally: _Tally,
+    findings: list[dict[str, Any]],
+    keep: str,
+) -> tuple[int, dict[str, Any]] | None:
     """Run cases in a fork; None, or the case at which it died and as what that counts."""
     with tempfile.TemporaryDirectory(prefix="fuzz-", dir=_fast_folder()) as place:
         told, trace = Path(place) / "told", Path(place) / "trace"
@@ -249,9 +266,14 @@ def _batch(
         ended = signal.Signals(os.WTERMSIG(status)).name
         verdict = {"SIGPROF": "hang", "SIGALRM": "hang", "SIGKILL": "memory"}.get(ended, "crash")
         return tally["at"], {
-            "reader": reader.name, "number": tally["at"], "verdict": verdict, "type": ended,
-            "where": _where_of_dump(text), "message": "", "trace": text[-6000:],
-        }  # fmt: skip
+            "reader": reader.name,
+            "number": tally["at"],
+            "verdict": verdict,
+            "type": ended,
+            "where": _where_of_dump(text),
+            "message": "",
+            "trace": text[-6000:],
+        }
 
 
 def _fast_folder() -> str | None:
@@ -301,7 +323,7 @@ class _Desk:
         return findings
 
     def judged_files(self, at: int, changed: Files) -> tuple[str, list[dict[str, Any]]]:
-        """"read" or "refused", and what is wrong with it, for seed `at` with changed files."""
+        """ "read" or "refused", and what is wrong with it, for seed `at` with changed files."""
         from elocute.errors import ElocuteError
 
         folder = self._folder(at)
@@ -342,9 +364,14 @@ class _Desk:
             )
         for text in self.warned[:1]:
             findings.append(
-                {"verdict": "warning", "type": "Warning", "where": text.partition(" ")[0],
-                 "message": text, "trace": ""}
-            )  # fmt: skip
+                {
+                    "verdict": "warning",
+                    "type": "Warning",
+                    "where": text.partition(" ")[0],
+                    "message": text,
+                    "trace": "",
+                }
+            )
         shutil.rmtree(self.scratch, ignore_errors=True)
         for name in changed:
             if name in self.seeds[at].files:
@@ -372,9 +399,12 @@ def _finding(verdict: str, error: BaseException, message: str) -> dict[str, Any]
     where = f"{ours[-1].filename.rpartition('/elocute/')[2]}:{ours[-1].lineno}" if ours else ""
     trace = "".join(traceback.format_exception(error))
     return {
-        "verdict": verdict, "type": type(error).__name__, "where": where, "message": message,
+        "verdict": verdict,
+        "type": type(error).__name__,
+        "where": where,
+        "message": message,
         "trace": trace[-4000:],
-    }  # fmt: skip
+    }
 
 
 def _from_memory(error: BaseException | None) -> bool:
@@ -382,8 +412,10 @@ def _from_memory(error: BaseException | None) -> bool:
     for _ in range(20):
         if isinstance(error, MemoryError):
             frames = traceback.extract_tb(error.__traceback__)
-            # The parser of Python says so, too, where brackets are nested too deeply.
-            return not (frames and frames[-1].filename.endswith("ast.py"))
+            # Python's parser says so, too, where brackets are nested too deeply; and
+            # FFmpeg says so of boxes whose size is none. Neither has taken any.
+            named = type(error).__module__.startswith("av.")
+            return not named and not (frames and frames[-1].filename.endswith("ast.py"))
         if error is None:
             return False
         error = error.__cause__ or error.__context__
@@ -447,8 +479,13 @@ def _in_fork(job: Callable[[Path], dict[str, Any]]) -> dict[str, Any]:
             text = trace.read_text(errors="replace") if trace.is_file() else ""
             ended = signal.Signals(os.WTERMSIG(status)).name if os.WIFSIGNALED(status) else "failed"
             verdict = {"SIGPROF": "hang", "SIGALRM": "hang", "SIGKILL": "memory"}
-            return {"verdict": verdict.get(ended, "crash"), "type": ended, "trace": text,
-                    "where": _where_of_dump(text), "message": ""}  # fmt: skip
+            return {
+                "verdict": verdict.get(ended, "crash"),
+                "type": ended,
+                "trace": text,
+                "where": _where_of_dump(text),
+                "message": "",
+            }
         return json.loads(answer.read_text())
 
 
@@ -494,7 +531,9 @@ def _shrink(reader: Reader, folder: Path, number: int) -> dict[str, Any]:
 
         def fails(files: Files) -> tuple[str, ...]:
             findings = desk.judged_files(at, files)[1]
-            return tuple(findings[0][key] for key in ("verdict", "type", "where")) if findings else ()
+            return (
+                tuple(findings[0][key] for key in ("verdict", "type", "where")) if findings else ()
+            )
 
         wanted, best, deadline = fails(changed), dict(changed), time.monotonic() + 8
         for name in list(best):
