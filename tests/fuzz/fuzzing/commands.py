@@ -64,7 +64,7 @@ class _Caught(contextlib.ExitStack):
 
     def __enter__(self) -> _Caught:
         super().__enter__()
-        files = tempfile.TemporaryFile(), tempfile.TemporaryFile()  # noqa: SIM115, closed below
+        files = tempfile.TemporaryFile(), tempfile.TemporaryFile()
         self._files = [self.enter_context(file) for file in files]
         for number, name in ((1, "stdout"), (2, "stderr")):
             kept = os.dup(number)
