@@ -116,3 +116,11 @@ def test_a_file_cut_short_while_it_is_open_is_an_error_that_can_be_told(tmp_path
         file.truncate(5000)
     with pytest.raises(CorpusError, match="cut short while it was read"):
         rows[999]
+
+
+def test_a_header_with_escapes_is_refused_without_a_warning(tmp_path):
+    header = rb"{'descr': '<f4\,', 'fortran_order': False, 'shape': (3,), }"
+    data = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes(12)
+    (tmp_path / "a.npy").write_bytes(data)
+    with pytest.raises(InputError, match="a header that cannot be read"):
+        read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers")
