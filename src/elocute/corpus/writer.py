@@ -16,6 +16,7 @@ from elocute.corpus.store import Corpus, manifest_of, open_corpus, write_manifes
 from elocute.errors import CorpusError
 from elocute.files.atomic import write_folder_atomically
 
+FLAC_MAX_HZ = 655_350
 HEADER_BYTES = 256  # of motion.npy, filled in when the number of frames is known
 
 
@@ -137,5 +138,11 @@ def _header(shape: tuple[int, ...]) -> bytes:
 def _write_flac(path: Path, clip: Clip) -> None:
     import soundfile
 
+    if clip.sound.sample_rate > FLAC_MAX_HZ:
+        raise CorpusError.about(
+            f"clip {clip.name}",
+            found=f"sound at {clip.sound.sample_rate} Hz",
+            allowed=f"up to {FLAC_MAX_HZ} Hz, as much as FLAC holds",
+        )
     samples = np.clip(clip.sound.samples, -1, 1)
     soundfile.write(path, samples, clip.sound.sample_rate, format="FLAC", subtype="PCM_16")
