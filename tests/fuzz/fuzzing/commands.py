@@ -129,11 +129,23 @@ def vertex_files(folder: Path) -> None:
 
 
 def commands_of(name: str, write: Callable[[Path], None], *words: str, **more) -> Reader:
-    modules = ("elocute.cli", *more.pop("modules", ()))
+    modules = (*_MODULES, *more.pop("modules", ()))
     kinds = more.pop("kinds", _KINDS)
     return Reader(f"$ {name}", write, command(*words), kinds, modules, short=8, **more)
 
 
+_MODULES = (
+    "elocute.cli",
+    "elocute.audio.read",
+    "elocute.motion.store",
+    "elocute.motion.measures",
+    "elocute.export.registry",
+    "elocute.export.gltf",
+    "elocute.head.choice",
+    "elocute.corpus.check",
+    "elocute.corpus.importers.registry",
+    "trimesh",
+)
 _ANIMATE = ("elocute.synthesis.animate", "elocute.audio.read")
 
 COMMANDS: tuple[Reader, ...] = (

@@ -582,7 +582,7 @@ READERS: tuple[Reader, ...] = (
         seeds.checkpoints,
         only(_checkpoint),
         {"*.safetensors": "safetensors"},
-        ("elocute.training.voca.fit",),
+        ("elocute.training.voca.fit", "torch._dynamo"),
         needs=("torch", "safetensors", "lightning_fabric"),
     ),
     Reader(
