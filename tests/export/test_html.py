@@ -127,6 +127,11 @@ def test_the_page_carries_no_address(page):
     assert (ASSETS / "THIRD_PARTY_NOTICES.txt").is_file()
 
 
+def test_the_page_carries_the_notice_of_three_js(page):
+    text = page[0].read_text(encoding="utf-8")
+    assert "Copyright © 2010-" in text and "The above copyright notice" in text
+
+
 def test_without_sound_a_clock_keeps_time(page, browser, tmp_path):
     write_html(page[1], tmp_path / "silent.html")
     browser.get((tmp_path / "silent.html").as_uri())

@@ -211,7 +211,7 @@ class TestFiles:
             load({"subject": 3})
         with pytest.raises(HeadError, match="no v_template"):
             load([1, 2])
-        with pytest.raises(InputError, match=r"none\.pkl: cannot be read"):
+        with pytest.raises(InputError, match=r"none\.pkl: no such file"):
             load_flame(tmp_path / "none.pkl")
         with pytest.raises(HeadError, match="identity_count"):
             load({}, identity_count=-1)

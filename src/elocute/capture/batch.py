@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -32,11 +31,13 @@ from elocute.capture.track import Track, frame_landmarks, track_frames
 from elocute.corpus.clip import Clip
 from elocute.corpus.importers.common import even_split
 from elocute.corpus.writer import CorpusWriter, corpus_writer
-from elocute.errors import AudioError, CaptureError, OutputError
+from elocute.errors import AudioError, CaptureError, InputError, OutputError
+from elocute.files.arrays import read_npz
 from elocute.files.atomic import write_atomically
 from elocute.head.choice import open_head
 from elocute.head.model import HeadModel
 
+FILE_MAX_BYTES = 500_000_000
 CHUNK = 30
 """Frames that one worker takes at a time; the first of them starts from scratch."""
 FLAGGED_MAX = 0.5
@@ -121,11 +122,13 @@ def _make(folder: Path) -> Path:
 def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> HeadModel:
     """The person's neutral face, from the sequence that names a neutral frame, or the first."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            template, joints = stored["template"], stored["joints"]
+        stored = read_npz(
+            path, max_bytes=FILE_MAX_BYTES, allowed="a neutral face", error=CaptureError
+        )
+        template, joints = stored["template"], stored["joints"]
         if template.shape == head.template.shape and joints.shape == head.joint_positions.shape:
             return personal_head(head, template, joints)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (InputError, KeyError):
         pass  # not there yet, or broken: it is made (again)
     named = [one for one in sequences if one.facts.neutral is not None]
     sequence = (named or sequences)[0]

@@ -11,7 +11,6 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.corpus.check import Finding
@@ -113,9 +112,7 @@ def convert_command(
 
 
 def _names(path: Path) -> frozenset[str]:
-    try:
-        if path.stat().st_size > NAMES_MAX_BYTES:
-            raise InputError.about(path, found="more than 16 MB", allowed="one name a line")
-        return frozenset(path.read_text(encoding="utf-8").split())
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError.about(path, found="cannot be read", allowed="a text file") from error
+    from elocute.files.reading import read_text
+
+    text = read_text(path, max_bytes=NAMES_MAX_BYTES, allowed="a text file, one name a line")
+    return frozenset(text.split())

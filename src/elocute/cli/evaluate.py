@@ -23,6 +23,7 @@ from elocute.errors import InputError
 if TYPE_CHECKING:
     from elocute.motion.curves import Curves
 
+NAMES_MAX_BYTES = 16_000_000
 app = typer.Typer(help="Measure what a model makes of speech.", no_args_is_help=True)
 app.command("alignment")(evaluate_alignment.alignment_command)
 app.command("corpus")(evaluate_corpus.corpus_command)
@@ -82,10 +83,10 @@ def real_command(
 def read_names(path: Path | None) -> list[str] | None:
     if path is None:
         return None
-    try:
-        names = path.read_text(encoding="utf-8").split()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError.about(path, found="cannot be read", allowed="a text file") from error
+    from elocute.files.reading import read_text
+
+    allowed = "a text file, one name a line"
+    names = read_text(path, max_bytes=NAMES_MAX_BYTES, allowed=allowed).split()
     if not names:
         raise InputError.about(path, found="no name in it", allowed="one name a line")
     return names

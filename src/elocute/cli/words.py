@@ -95,14 +95,11 @@ def _text(text: str | None, file: Path | None) -> str:
     if text is not None:
         return text
     assert file is not None
-    try:
-        if file.stat().st_size > TEXT_MAX_BYTES:
-            raise AlignmentError.about(file, found="more than 1 MB", allowed="the text of a sound")
-        return file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise AlignmentError.about(
-            file, found="cannot be read", allowed="a text file, UTF-8"
-        ) from error
+    from elocute.files.reading import read_text
+
+    return read_text(
+        file, max_bytes=TEXT_MAX_BYTES, allowed="the text of a sound, UTF-8", error=AlignmentError
+    )
 
 
 def _tell(words: Words, output: Path, as_json: bool) -> None:

@@ -43,7 +43,8 @@ def write_html(
         "@TAKE@": json.dumps(take).replace("<", "\\u003c"),
         "@HEAD@": base64.b64encode(glb_bytes(motion)).decode(),
         "@SOUND@": base64.b64encode(packed).decode(),
-        "@VIEWER@": viewer,
+        # Copies of three.js carry its notice, and every page is one.
+        "@VIEWER@": f"/*\n{_asset('THIRD_PARTY_NOTICES.txt')}*/\n{viewer}",
     }
     with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
         # One pass over the page: what is put in is never searched for marks itself.

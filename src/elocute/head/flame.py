@@ -150,6 +150,10 @@ def _model_of(stored: dict[Any, Any], identity_count: int) -> FlameModel:
     if triangles.min(initial=0) < 0 or triangles.max(initial=0) >= len(template):
         raise HeadError(f"faces that point past {len(template)} vertices")
     weights = _numbers(stored, "weights", 2)
+    if len(weights) != len(template) or not 1 <= weights.shape[1] <= JOINTS_MAX:
+        raise HeadError(
+            f"weights are {weights.shape}; allowed: ({len(template)}, up to {JOINTS_MAX} joints)"
+        )
     return FlameModel(
         template=template,
         identity_basis=components[:, :, :identity_count],

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.mel3 import BANDS, CONTEXT, HOP, MARGIN, RATE
 from elocute.errors import ModelError
-from elocute.synthesis.trained_file import check_file, open_session, stored_record
+from elocute.synthesis.trained_file import check_file, open_session, run_session, stored_record
 
 Array = NDArray[np.float32]
 SHIPPED = "crnn"
@@ -60,10 +60,10 @@ class CrnnModel:
                 float(stored["fps"]), int(stored["outputs"]), str(stored["topology"]),
                 int(stored["vertices"]), str(stored["note"]),
             )  # fmt: skip
-            if not 1 <= record.fps <= RATE / HOP:
+            if not 1 <= record.fps <= RATE / HOP or record.outputs < 1 or record.vertices < 1:
                 raise ValueError(f"fps {record.fps}")
             return record
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ModelError.about(
                 self.path, found="an ONNX file without the record of a recurrent model",
                 allowed="a model that elocute train crnn wrote",
@@ -99,10 +99,4 @@ class CrnnModel:
         state: tuple[Array, Array],
     ) -> list[Array]:  # fmt: skip
         given = {"columns": columns, "starts": starts, "hidden": state[0], "cell": state[1]}
-        try:
-            return self.session.run(names, given)
-        except Exception as error:  # onnxruntime has no common base of its own
-            raise ModelError.about(
-                self.path, found="a network of another form",
-                allowed="a model that elocute train crnn wrote",
-            ) from error  # fmt: skip
+        return run_session(self.session, self.path, names, given)

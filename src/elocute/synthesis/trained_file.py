@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from elocute.errors import ModelError
+from elocute.files import onnx_session
+from elocute.files.records import parse_json
 
 FILE_MAX_BYTES = 512_000_000
 RECORD_MAX = 1_000_000
@@ -27,26 +28,26 @@ def open_session(path: Path) -> Any:
 
     Raises ModelError where it is no ONNX network.
     """
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = options.inter_op_num_threads = 1
-    options.log_severity_level = 3
-    try:
-        return onnxruntime.InferenceSession(
-            path.read_bytes(), options, providers=["CPUExecutionProvider"]
-        )
-    except Exception as error:  # onnxruntime has no common base of its own
-        raise ModelError.about(
-            path, found="no ONNX network", allowed="a model that Elocute trained"
-        ) from error
+    return onnx_session.open_session(
+        path, max_bytes=FILE_MAX_BYTES, allowed="a model that Elocute trained", error=ModelError
+    )
 
 
 def stored_record(session: Any) -> dict[str, Any]:
     """The JSON of the metadata, {} where there is none."""
-    entry = session.get_modelmeta().custom_metadata_map.get("elocute", "")
     try:
-        record = json.loads(entry[:RECORD_MAX])
-    except ValueError:
+        entry = session.get_modelmeta().custom_metadata_map.get("elocute", "")
+        record = parse_json(entry[:RECORD_MAX], "record", allowed="JSON", error=ModelError)
+    except (ModelError, UnicodeDecodeError):
         return {}
     return record if isinstance(record, dict) else {}
+
+
+def run_session(session: Any, path: Path, names: list[str], given: dict[str, Any]) -> list[Any]:
+    """What the network makes of arrays by name. Raises ModelError for one of another form."""
+    try:
+        return session.run(names, given)
+    except Exception as error:  # onnxruntime has no common base of its own
+        raise ModelError.about(
+            path, found="a network of another form", allowed="a model that Elocute trained"
+        ) from error

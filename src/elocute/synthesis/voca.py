@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from elocute.audio.features import Features
 from elocute.errors import ModelError
-from elocute.synthesis.trained_file import check_file, open_session, stored_record
+from elocute.synthesis.trained_file import check_file, open_session, run_session, stored_record
 
 Array = NDArray[np.float32]
 SHIPPED = "voca"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "voca.onnx"
 BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded
+FPS_MAX, FEATURES_MAX, STYLES_MAX = 1000.0, 100_000, 10_000
 REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
 
 
@@ -65,12 +66,17 @@ class VocaModel:
         try:
             if stored["kind"] != "voca":
                 raise ValueError(stored["kind"])
-            return VocaRecord(
+            record = VocaRecord(
                 str(stored["encoder"]), float(stored["fps"]), tuple(map(str, stored["styles"])),
                 int(stored["features"]), tuple(map(str, stored["components"])),
                 str(stored["topology"]), int(stored["vertices"]), str(stored["note"]),
             )  # fmt: skip
-        except (ValueError, KeyError, TypeError) as error:
+            if not 0 < record.fps <= FPS_MAX or not 1 <= record.features <= FEATURES_MAX:
+                raise ValueError("fps or features out of range")
+            if not 1 <= len(record.styles) == len(set(record.styles)) <= STYLES_MAX:
+                raise ValueError("no styles, or one twice")
+            return record
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ModelError.about(
                 self.path, found="an ONNX file without Elocute's record",
                 allowed="a model that elocute train wrote",
@@ -82,7 +88,7 @@ class VocaModel:
         for name, share in shares.items():
             if name not in self.record.styles:
                 raise ModelError.about(
-                    f"style {name!r}", found=f"not in {self.path.name}",
+                    f"style {name[:60]!r}", found=f"not in {self.path.name}",
                     allowed=", ".join(self.record.styles) + ", or a mix (a:0.7,b:0.3)",
                 )  # fmt: skip
             vector[self.record.styles.index(name)] = share
@@ -111,7 +117,11 @@ class VocaModel:
             stop = min(len(values), start + BLOCK_FRAMES)
             window = values[begin : stop + REACH]
             given = {"features": window, "style": style[None].astype(np.float32)}
-            block = self._session.run(["weights"], given)[0]
+            block = run_session(self._session, self.path, ["weights"], given)[0]
+            if getattr(block, "ndim", 0) != 2 or len(block) != len(window):
+                raise ModelError.about(
+                    self.path, found="a network of another form", allowed="(frame, component)"
+                )
             blocks.append(block[start - begin : stop - begin])
         return np.concatenate(blocks)
 
@@ -124,4 +134,10 @@ class VocaModel:
             "features": np.zeros((REACH, self.record.features), np.float32),
             "style": self.even_style[None],
         }
-        return self._session.run(["basis"], given)[0]
+        basis = run_session(self._session, self.path, ["basis"], given)[0]
+        if getattr(basis, "ndim", 0) != 3 or basis.shape[1:] != (self.record.vertices, 3):
+            raise ModelError.about(
+                self.path, found="a basis of another form",
+                allowed=f"(component, {self.record.vertices}, 3)",
+            )  # fmt: skip
+        return basis
