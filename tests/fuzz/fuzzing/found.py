@@ -43,9 +43,9 @@ def _shape(shape: str, descr: str = "<f4", content: bytes = b"") -> bytes:
     return npy(f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}", content)
 
 
-def _wav(tag: int = 1, chunks: bytes = b"") -> Files:
+def _wav(tag: int = 1, chunks: bytes = b"", rate: int = 16000) -> Files:
     """A RIFF whose format tag is whatever is asked for, with chunks before the sound."""
-    form = b"fmt " + struct.pack("<IHHIIHH", 16, tag, 1, 16000, 32000, 2, 16)
+    form = b"fmt " + struct.pack("<IHHIIHH", 16, tag, 1, rate, 2 * rate, 2, 16)
     data = b"data" + struct.pack("<I", 640) + bytes(640)
     inside = b"WAVE" + chunks + form + data
     return {"talk.wav": b"RIFF" + struct.pack("<I", len(inside)) + inside}
@@ -68,6 +68,15 @@ _CORPUS = {
     "subjects": ["a"],
     "note": "",
     "splits": {},
+}
+_RECORD = {
+    "word": "hello",
+    "digest": "",
+    "shard": None,
+    "aligned": 1,
+    "captured": 0,
+    "pairs": 1,
+    "seconds": 1.0,
 }
 _CLIP = {"subject": "a", "sentence": "b", "text": "", "start": 0, "frames": 1}
 
@@ -203,6 +212,18 @@ FOUND: dict[str, Made] = {
             '{"format": "elocute-shards", "version": 1, "components": 1e400, "note": "", '
             '"shards": [{"name": "a.parquet", "rows": 1, "sha256": ""}]}',
         ),
+    ),
+    "record of a word whose rejects are texts": (
+        "word record",
+        partial(_text, "hello.json", json.dumps({**_RECORD, "rejects": ["no"]})),
+    ),
+    "sound faster than FLAC holds": (
+        "folder",
+        lambda: {"wav/B_e01.wav": _wav(rate=700_000)["talk.wav"]},
+    ),
+    "vertex list whose header has escapes": (
+        "vertex list",
+        lambda: {"lips.npy": npy("{'descr': '<f4\\\\,', 'shape': (3,), }", bytes(12))},
     ),
     "features of rows that are texts": (
         "features",
