@@ -7,7 +7,7 @@ import io
 import os
 import pickle
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import FunctionType
@@ -17,6 +17,14 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What tests write is not remembered among the user's own files."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ELOCUTE_STATE", str(tmp_path_factory.mktemp("state")))
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -251,8 +259,8 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
     from elocute.encoders.phone_encoder import PHONE_RATE
     from elocute.encoders.registry import resolve_encoder
     from elocute.head.builtin import load_builtin_head
+    from elocute.models.speech_shapes import speech_names
     from elocute.motion.motion import Motion
-    from elocute.synthesis.speech_shapes import speech_names
 
     fps, head, names = 30.0, load_builtin_head(), speech_names()
     places = [head.expression_names.index(name) for name in names]

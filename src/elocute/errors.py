@@ -30,6 +30,28 @@ class ElocuteError(Exception):
     """Base of every error that Elocute raises on purpose."""
 
 
+class Interrupted(BaseException):
+    """Ctrl-C on the command line; its text says what was done by then.
+
+    No KeyboardInterrupt, which the option parser would take for itself.
+    """
+
+
+def printable(text: object) -> str:
+    """Text as it can stand in one line of a terminal.
+
+    Control characters, line ends and the bytes of a file name that are no text are escaped.
+    """
+    return "".join(
+        letter if letter.isprintable() or letter == "\u200d" else _escaped(letter)
+        for letter in str(text)
+    )
+
+
+def _escaped(letter: str) -> str:
+    return letter.encode("unicode_escape").decode()
+
+
 class InputError(ElocuteError, ValueError):
     """Something given by the caller cannot be used; nothing was written."""
 
@@ -39,13 +61,14 @@ class InputError(ElocuteError, ValueError):
 
         What was found may be anything of a file's, of any length: its start is shown.
         """
-        shown = subject if isinstance(subject, Path) else _start(subject)
-        parts = [f"{shown}: {_start(found)}"]
+        parts = [_start(printable(" ".join(found.split())))]
         if allowed:
             parts.append(f"allowed: {allowed}")
         if remedy:
             parts.append(remedy)
-        return cls(" ".join("; ".join(parts).split()))
+        told = " ".join("; ".join(parts).split())
+        shown = printable(subject)
+        return cls(f"{shown if isinstance(subject, Path) else _start(shown)}: {printable(told)}")
 
 
 class AudioError(InputError):

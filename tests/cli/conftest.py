@@ -30,6 +30,12 @@ def run_here(*arguments: object) -> Result:
 
 
 @pytest.fixture(scope="session")
+def run() -> Callable[..., Result]:
+    """run("info", FILE): whatever comes of it."""
+    return run_here
+
+
+@pytest.fixture(scope="session")
 def cli() -> Callable[..., Result]:
     """cli("info", FILE) succeeds and says nothing on stderr."""
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
+from elocute.articulation.gates import HOLD_MAX_S
 from elocute.errors import InputError
 from elocute.files.records import finite_number, read_record
 
@@ -64,7 +65,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "carry_s": (0.01, 0.3),
     "closure": (0.01, 1.0),
     "labiodental": (0.01, 1.0),
-    "hold_s": (0.0, 0.3),
+    "hold_s": (0.0, HOLD_MAX_S),
     "blink_per_min": (0.0, 60.0),
 }
 

@@ -10,6 +10,7 @@ from typing import Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.outputs import plan_files
 from elocute.errors import InputError, OutputError, needs_extra
 
 METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
@@ -26,6 +27,8 @@ def align_command(
     ),
     seed: int = typer.Option(0, help="Of what is learned."),
     plot: Path | None = typer.Option(None, help="A .png: both spectrograms, attention, path."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Which frame of one recording belongs to which of another, and how well they agree.
@@ -34,10 +37,10 @@ def align_command(
     are better (`elocute.alignment.fit_aligner`).
     """
     from elocute.audio.read import read_audio
-    from elocute.files.atomic import check_output
 
-    if plot is not None and check_output(plot).suffix.lower() != ".png":
+    if plot is not None and plot.suffix.lower() != ".png":
         raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
+    plan = plan_files([source, target], [plot], overwrite, no_clobber)
     methods, speech = alignment_module("methods"), alignment_module("speech")
     chosen = methods.resolve_method(method)
     config = chosen.config()(band=band, open_source=find)
@@ -49,7 +52,7 @@ def align_command(
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
     found = methods.align(views, method, config, seed)
-    if plot is not None:
+    if plot is not None and plan.wants(plot):
         from elocute.export.alignment_plot import plot_alignment
 
         matrix = found.attention
@@ -58,7 +61,8 @@ def align_command(
             from elocute.alignment.dtw import squared_distances
 
             matrix = -squared_distances(*found.features)
-        plot_alignment(sounds, matrix, found.path, plot, title)
+        with plan.writing(plot):
+            plot_alignment(sounds, matrix, found.path, plot, title)
     rate = speech.RATE
     if as_json:
         print(json.dumps({

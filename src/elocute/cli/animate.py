@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from elocute.cli import options
-from elocute.cli.progress import progress_bar
-from elocute.errors import ElocuteError, InputError, OutputError
+from elocute.cli.outputs import plan_motion, settled, write_motion
+from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source, to_stdout
+from elocute.cli.progress import counted, progress_bar
+from elocute.errors import ElocuteError, InputError, OutputError, printable
+from elocute.files.outputs import OutputPlan
 
 SOUND_SUFFIXES = (
     ".wav", ".flac", ".mp3", ".ogg", ".oga", ".opus", ".m4a", ".aac", ".mp4", ".mov", ".mkv",
@@ -21,10 +25,14 @@ SOUND_SUFFIXES = (
 
 
 def animate_command(
-    speech: list[Path] = typer.Argument(..., help="Sound or video files, or folders of them."),
+    speech: list[Path] = typer.Argument(
+        ..., help="Sound or video files, or folders of them; - reads standard input."
+    ),
     output: list[Path] = options.Output,
     format: list[str] = typer.Option(
-        [], "--format", help="With a folder as output: the formats to write (npz, glb, mp4, …)."
+        [],
+        "--format",
+        help="With a folder or - (standard output) as output: what to write (npz, glb, csv, …).",
     ),
     fps: float = typer.Option(60.0, help="Frames per second, 1 to 240."),
     identity: str = typer.Option("mean", help="Whose face: a name, a seed, or a .json file."),
@@ -39,56 +47,88 @@ def animate_command(
     size: str = options.Size,
     backend: str = options.Backend,
     embed_audio: bool = options.EmbedAudio,
+    recursive: bool = typer.Option(
+        False, "-r", "--recursive", help="Take subfolders of folders along, and mirror them."
+    ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Animate the built-in head with speech."""
-    files, single = _files(speech)
-    jobs = [(file, _outputs(file, output, format, single)) for file in files]
+    """Animate the built-in head with speech.
+
+    Output folders that do not exist are made.
+    """
+    check_pipes(speech, output, format, as_json)
+    takes, single = _takes(speech, recursive)
+    plan = OutputPlan([head, identity, style, model, *([phones] if phones else [])])
+    jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
+    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
     for file, targets in jobs:
+        source = stdin_source() if file == PIPE else file
         for target in targets:
-            _check_output(file, target)
-            options.writer_options(target, size, backend, embed_audio)
+            if target != PIPE:
+                plan_motion(plan, target, source, sound=file, **drawing)
     settings: dict[str, Any] = {
         "fps": fps, "identity": identity, "head": head, "style": style, "strength": strength,
         "model": model, "channel": channel, "phones": _read_phones(phones),
     }  # fmt: skip
+    if settled(plan, overwrite, no_clobber, as_json) and PIPE not in output:
+        return
     failures = 0
-    for file, targets in jobs:
-        try:
-            record = _animate_one(file, targets, settings, size, backend, embed_audio, as_json)
-        except ElocuteError as error:
-            if single:
-                raise
-            failures += 1
-            print(f"elocute: {error}", file=sys.stderr)
-            record = {"input": str(file), "error": str(error)}
-        if as_json:
-            print(json.dumps(record), flush=True)
+    with counted(len(jobs)) as one_done:
+        for file, targets in jobs:
+            try:
+                record = _animate_one(file, targets, settings, drawing, plan, as_json, format)
+            except ElocuteError as error:
+                if single:
+                    raise
+                failures += 1
+                print(f"elocute: {error}", file=sys.stderr)
+                record = {"input": str(file), "error": str(error)}
+            one_done()
+            if as_json:
+                print(json.dumps(record), flush=True)
     if failures:
         print(f"elocute: {failures} of {len(jobs)} failed", file=sys.stderr)
         raise typer.Exit(1)
 
 
 def _animate_one(
-    file: Path, targets: list[Path], settings: dict[str, Any], size: str, backend: str,
-    embed_audio: bool, quiet: bool,
+    file: Path, targets: list[Path], settings: dict[str, Any], drawing: dict[str, Any],
+    plan: OutputPlan, as_json: bool, formats: list[str],
 ) -> dict[str, Any]:  # fmt: skip
-    from elocute.synthesis.animate import animate
+    from elocute.animation import animate
 
+    kept = [str(target) for target in targets if not plan.wants(target)]
+    if len(kept) == len(targets):
+        return {"input": str(file), "outputs": [], "kept": kept}
+    quiet = as_json or PIPE in targets
     started = time.perf_counter()
-    with progress_bar(f"listening to {file.name}", quiet) as progress:
-        animation = animate(file, progress=progress, **settings)
+    with progress_bar(f"listening to {STDIN if file == PIPE else file.name}", quiet) as progress:
+        heard = piped_sound() if file == PIPE else file
+        animation = animate(heard, progress=progress, **settings)
     listened = time.perf_counter()
-    for target in targets:
-        extra = options.writer_options(target, size, backend, embed_audio)
-        with progress_bar(f"writing {target.name}", quiet) as progress:
-            animation.write(target, progress=progress, **extra)
-        if not quiet:
-            print(target)
+    with counted(len(targets), "outputs written") as one_written:
+        for target in plan.wanted(targets):
+            with progress_bar(f"writing {target.name}", quiet) as progress:
+                if target == PIPE:
+                    with to_stdout(formats[0]) as place:
+                        # There is no place beside it for the sound.
+                        extra = options.writer_options(place, **{**drawing, "embed_audio": True})
+                        animation.write(place, progress=progress, **extra)
+                else:
+                    write_motion(
+                        plan, animation.motion, target, sound=animation.sound, progress=progress,
+                        extra=options.writer_options(target, **drawing),
+                    )  # fmt: skip
+            if not quiet:
+                print(printable(target))
+            one_written()
     motion = animation.motion
     return {
         "input": str(file),
-        "outputs": [str(target) for target in targets],
+        "outputs": [str(target) for target in plan.wanted(targets)],
+        **({"kept": kept} if kept else {}),
         "frames": motion.frame_count,
         "fps": motion.fps,
         "duration_s": round(motion.duration_s, 4),
@@ -97,53 +137,66 @@ def _animate_one(
     }
 
 
-def _files(given: list[Path]) -> tuple[list[Path], bool]:
-    """Every sound file meant, and whether it was just one named file."""
-    files: list[Path] = []
+@dataclass(frozen=True)
+class _Take:
+    """A recording, and the folder it lies in below the one that was given."""
+
+    file: Path
+    below: Path = Path()
+
+
+def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
+    """Every recording meant, and whether it was just one named file."""
+    takes: list[_Take] = []
     for path in given:
-        if path.is_dir():
-            found = sorted(p for p in path.iterdir() if p.suffix.lower() in SOUND_SUFFIXES)
-            if not found:
-                raise InputError.about(
-                    path, found="no sound in this folder", allowed=" ".join(SOUND_SUFFIXES)
-                )
-            files += found
-        else:
-            files.append(path)
-    return files, len(given) == 1 and not given[0].is_dir()
+        if not path.is_dir():
+            takes.append(_Take(path))
+            continue
+        sounds = path.rglob("*") if recursive else path.iterdir()
+        found = sorted(p for p in sounds if p.suffix.lower() in SOUND_SUFFIXES and not p.is_dir())
+        skipped = [] if recursive else _folders_with_sound(path)
+        remedy = "--recursive takes subfolders along" if skipped else ""
+        if not found:
+            raise InputError.about(
+                path, found="no sound in this folder", allowed=" ".join(SOUND_SUFFIXES),
+                remedy=remedy,
+            )  # fmt: skip
+        if skipped:
+            told = f"{len(skipped)} subfolders with sound left out"
+            print(f"elocute: {path}: {told}; {remedy}", file=sys.stderr)
+        takes += [_Take(p, p.parent.relative_to(path)) for p in found]
+    return takes, len(given) == 1 and not given[0].is_dir()
 
 
-def _outputs(file: Path, outputs: list[Path], formats: list[str], single: bool) -> list[Path]:
-    from elocute.export.registry import check_suffix
+def _folders_with_sound(folder: Path) -> list[Path]:
+    """Subfolders in which, or below which, there is something to be heard."""
+    return [
+        sub
+        for sub in sorted(folder.iterdir())
+        if sub.is_dir() and any(p.suffix.lower() in SOUND_SUFFIXES for p in sub.rglob("*"))
+    ]
 
+
+def _outputs(
+    take: _Take, outputs: list[Path], formats: list[str], single: bool, plan: OutputPlan
+) -> list[Path]:
     targets = []
     for output in outputs:
-        if output.is_dir() or (not single and not output.suffix):
-            if not output.is_dir():
-                raise OutputError.about(
-                    output, found="no such folder", remedy=f"create it first: mkdir -p {output}"
-                )
-            targets += [output / f"{file.stem}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
+        if output == PIPE:
+            targets.append(output)
+        elif output.is_dir() or (not output.suffix and (formats or not single)):
+            folder = output / take.below
+            plan.make_folder(folder)
+            name = "stdin" if take.file == PIPE else take.file.stem
+            targets += [folder / f"{name}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
         elif single:
             targets.append(output)
         else:
             raise OutputError.about(
-                output, found="one file for several recordings", allowed="an existing folder",
+                output, found="one file for several recordings", allowed="a folder",
                 remedy="use -o FOLDER --format glb",
             )  # fmt: skip
-    for target in targets:
-        check_suffix(target)
     return targets
-
-
-def _check_output(file: Path, target: Path) -> None:
-    from elocute.files.atomic import check_output
-
-    check_output(target)
-    if target.exists() and file.exists() and target.samefile(file):
-        raise OutputError.about(
-            target, found="the recording itself", remedy="choose another output name"
-        )
 
 
 def _read_phones(path: Path | None) -> list[tuple[float, float, str]] | None:

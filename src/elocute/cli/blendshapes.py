@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
+from elocute.cli.outputs import plan_files, settled
 from elocute.cli.progress import progress_bar
 from elocute.errors import CorpusError, InputError
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,14 +23,9 @@ if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
     from elocute.motion.motion import Motion
 
-app = typer.Typer(help="Learn, compare and show speech blendshapes.", no_args_is_help=True)
+app = Commands("Learn, compare and show speech blendshapes.")
 PARTS = ("train", "validation", "test", "all")
 ARKIT = "arkit"
-
-
-@app.callback()
-def _group() -> None:
-    """Learn, compare and show speech blendshapes."""
 
 
 @app.command("learn")
@@ -41,6 +39,8 @@ def learn_command(
     sparse: float = typer.Option(0.0, help="0 to 0.9: shapes of ever smaller parts of the face."),
     split: str = typer.Option("default", help="Which split of the corpus."),
     part: str = typer.Option("train", help="train, validation, test or all."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Principal components of every mesh minus its speaker's neutral face."""
@@ -48,9 +48,12 @@ def learn_command(
     from elocute.capture.blendshapes.sweep import sweep
     from elocute.corpus.store import open_corpus
     from elocute.export.registry import check_suffix, write
-    from elocute.files.atomic import check_output
 
-    check_suffix(check_output(output))
+    check_suffix(output)
+    plan = OutputPlan()
+    plan.add(output, corpus)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     if components is not None and variance is not None:
         raise InputError.about("--components", found="--variance too", allowed="one of them")
     count = components if components is not None else None if variance else COMPONENTS
@@ -58,7 +61,8 @@ def learn_command(
     opened = open_corpus(corpus)
     with progress_bar("learning", as_json) as progress:
         learned = learn_blendshapes(opened, _names(opened, split, part), config, progress)
-    write(sweep(learned.head), output)
+    with plan.writing(output):
+        write(sweep(learned.head), output)
     explained = [round(float(share), 6) for share in learned.explained]
     if as_json:
         print(json.dumps({"components": len(explained), "frames": learned.frames,
@@ -77,18 +81,23 @@ def show_command(
     view: str = typer.Option("mouth", help="Where to look from: mouth, front, side, …"),
     size: str = options.Size,
     backend: str = options.Backend,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
 ) -> None:
     """Draw every shape at plus and minus two deviations."""
     from elocute.capture.blendshapes.sweep import extremes
     from elocute.errors import OutputError
     from elocute.export.png import contact_sheet
     from elocute.export.render import open_renderer, portrait
-    from elocute.files.atomic import check_output, write_atomically
+    from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
 
     if output.suffix.lower() != ".png":
         raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".png")
-    check_output(output)
+    plan = OutputPlan()
+    plan.add(output, basis)
+    if settled(plan, overwrite, no_clobber):
+        return
     motion = load_motion(basis)
     side = max(32, 2 * options.parse_size(size)[0] // 8)
     camera, pictures, labels = portrait(motion.head, view), [], []
@@ -96,7 +105,7 @@ def show_command(
         for label, single in extremes(motion):
             pictures.append(renderer.frame(single.vertices()[0]))
             labels.append(label)
-    with write_atomically(output) as draft:
+    with plan.writing(output), write_atomically(output) as draft:
         contact_sheet(pictures, labels, 8).save(draft)
 
 
@@ -109,6 +118,8 @@ def compare_command(
     part: str = typer.Option("test", help="train, validation, test or all."),
     output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
     plot: Path | None = typer.Option(None, "--plot", help="Errors over frames (.png)."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Project held-out meshes onto bases: mean distance of vertices, mm.
@@ -118,14 +129,13 @@ def compare_command(
     """
     from elocute.capture.blendshapes.compare import Basis, project, strongest_shapes
     from elocute.corpus.store import open_corpus
-    from elocute.files.atomic import check_output, write_atomically
+    from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
 
     for path, suffix in ((output, ".json"), (plot, ".png")):
-        if path is not None:
-            if path.suffix.lower() != suffix:
-                raise InputError.about(path, found=f"suffix {path.suffix!r}", allowed=suffix)
-            check_output(path)
+        if path is not None and path.suffix.lower() != suffix:
+            raise InputError.about(path, found=f"suffix {path.suffix!r}", allowed=suffix)
+    plan = plan_files([corpus, *basis, against], (output, plot), overwrite, no_clobber)
     opened = open_corpus(corpus)
     ours = [Basis(path.stem, load_motion(path).head.expression_basis) for path in basis]
     name, shapes = _other(against)
@@ -136,15 +146,16 @@ def compare_command(
         bases.append(Basis(f"{name}, best {count}", shapes[best]))
     with progress_bar("projecting", as_json) as progress:
         found = project(opened, _names(opened, split, part), bases, progress)
-    if plot is not None:
-        _plot(found, opened.fps, plot)
+    if plot is not None and plan.wants(plot):
+        with plan.writing(plot):
+            _plot(found, opened.fps, plot)
     record = {
         "corpus": corpus.name, "part": part, "frames": len(found[0].errors_mm),
         "bases": {p.name: {"components": p.components, "mean_mm": p.mean_mm} for p in found},
     }  # fmt: skip
     text = json.dumps(record)
-    if output is not None:
-        with write_atomically(output) as draft:
+    if output is not None and plan.wants(output):
+        with plan.writing(output), write_atomically(output) as draft:
             draft.write_text(text + "\n", encoding="utf-8")
     if as_json:
         print(text)

@@ -11,25 +11,23 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.progress import progress_bar
+from elocute.cli.commands import Commands
+from elocute.cli.outputs import settled
+from elocute.cli.progress import progress_bar, resumable
 from elocute.errors import InputError, MachineError, OutputError
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.register import Registration
     from elocute.capture.result import SequenceResult
     from elocute.head.model import HeadModel
 
-app = typer.Typer(help="Turn raw scans into motion of one topology.", no_args_is_help=True)
+app = Commands("Turn raw scans into motion of one topology.")
 
 HeadChoice = typer.Option(
     "builtin", "--head", help="The topology to register: builtin, a FLAME model or a head file."
 )
 Unit = typer.Option(None, "--unit", help="Of the coordinates: m, mm, cm, dm or inch.")
-
-
-@app.callback()
-def _group() -> None:
-    """Turn raw scans into motion of one topology."""
 
 
 def _need_scipy() -> None:
@@ -56,26 +54,31 @@ def scan_command(
     zero_pose: bool = typer.Option(
         False, help="Without turn of head and neck, in metres; else as and where the scan is."
     ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Register one scan: the head's mesh, laid over it."""
     _need_scipy()
     from elocute.capture.landmarks import no_landmarks, read_landmarks
     from elocute.capture.scan_file import read_scan, unit_m
-    from elocute.files.atomic import check_output, write_atomically
+    from elocute.files.atomic import write_atomically
     from elocute.head.choice import open_head
 
     if output.suffix.lower() not in (".ply", ".obj"):
         raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".ply .obj")
     if method not in ("model", "nicp"):
         raise InputError.about(f"method {method!r}", found="unknown", allowed="model, nicp")
-    check_output(output)
+    plan = OutputPlan([given for given in (landmarks, template, head) if given is not None])
+    plan.add(output, file)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     model = open_head(head)
     scan = read_scan(file, unit)
     known = no_landmarks() if landmarks is None else read_landmarks(landmarks, unit_m(unit))
     found = _registered(model, scan, known, template, method)
     points = found.zero if zero_pose else found.vertices / unit_m(unit)
-    with write_atomically(output) as draft:
+    with plan.writing(output), write_atomically(output) as draft:
         draft.write_bytes(_mesh_bytes(model, output.suffix.lower(), points))
     _report(file, output, found, as_json)
 
@@ -145,7 +148,10 @@ def scans_command(
     from elocute.capture.batch import BatchSettings, capture_scans
 
     settings = BatchSettings(head, fps, unit, jobs, eyes_ms / 1000)
-    with progress_bar(f"registering {folder.name}", as_json) as progress:
+    with (
+        resumable("run it again to go on"),
+        progress_bar(f"registering {folder.name}", as_json) as progress,
+    ):
         results = capture_scans(folder, output, settings, progress)
     _tell_results(output, results, as_json)
 
@@ -210,22 +216,28 @@ def simulate_command(
     points: int = typer.Option(120_000, help="Points of each scan."),
     noise_mm: float = typer.Option(0.1, min=0.0, help="Noise of the scanner."),
     seed: int = typer.Option(0, help="The same seed gives the same scans."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Scan the built-in head while it speaks, in software, with known truth."""
     _need_scipy()
+    from elocute.animation import animate
     from elocute.audio.read import read_audio
     from elocute.capture.sequence import SequenceFacts
     from elocute.capture.simulate import Scanner, simulate_scans
     from elocute.motion.edits import cut
-    from elocute.synthesis.animate import animate
 
+    plan = OutputPlan()
+    plan.add(output, speech)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     scanner = Scanner(points=points, noise_mm=noise_mm, seed=seed)
     motion = animate(speech, fps=fps, identity=identity).motion
     if seconds is not None:
         motion = cut(motion, 0.0, min(seconds, motion.duration_s))
     facts = SequenceFacts(subject=f"sim{seed}", sentence="speech")
-    with progress_bar(f"scanning {output.name}", as_json) as progress:
+    with plan.writing(output), progress_bar(f"scanning {output.name}", as_json) as progress:
         simulate_scans(
             motion,
             output,

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.detect import Detector
@@ -25,6 +27,8 @@ def landmarks_command(
         None, "-o", "--output", help="Of one scan: a .json file. Else FOLDER/landmarks/."
     ),
     unit: str | None = typer.Option(None, help="Of the coordinates: m, mm, cm, dm or inch."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Find the 68 landmarks of scans by looking at them from several sides (extra `video`).
@@ -41,9 +45,15 @@ def landmarks_command(
         )  # fmt: skip
     if output is not None and output.suffix.lower() != ".json":
         raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+    plan = OutputPlan()
+    if output is not None:
+        plan.add(output, scans)
+        if settled(plan, overwrite, no_clobber, as_json):
+            return
     with mediapipe_landmarks() as detector:
         if output is not None:
-            found, failed = _of_file(scans, output, unit or "m", detector)
+            with plan.writing(output):
+                found, failed = _of_file(scans, output, unit or "m", detector)
         else:
             found, failed = _of_folder(scans, unit, detector, as_json)
     if as_json:
@@ -58,9 +68,7 @@ def landmarks_command(
 
 def _of_file(scan: Path, output: Path, unit: str, detector: Detector) -> tuple[int, list[str]]:
     from elocute.capture.scan_file import read_scan
-    from elocute.files.atomic import check_output
 
-    check_output(output)
     told = _written(read_scan(scan, unit), unit, output, detector)
     return int(not told), [f"{scan}: {told}"] if told else []
 

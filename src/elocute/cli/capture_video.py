@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.video.capture import VideoCapture
@@ -40,14 +42,21 @@ def video_command(
     size: str = options.Size,
     backend: str = options.Backend,
     embed_audio: bool = options.EmbedAudio,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Capture the face in a video: a motion in any format, or (-o FOLDER) clips of a corpus."""
     corpora = [path for path in output if not path.suffix]
     files = [path for path in output if path.suffix]
-    _check_outputs(video, files, corpora, size, backend, embed_audio)
-    for place in corpora:
-        _write_corpus(place, video, face, fps, subject, text, as_json)
+    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
+    plan = _plan(video, files, corpora, identity, drawing)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
+    for place in plan.wanted(corpora):
+        with plan.writing(place):
+            _write_corpus(place, video, face, fps, subject, text, as_json)
+    files = plan.wanted(files)
     if not files:
         return
     started = time.perf_counter()
@@ -55,39 +64,33 @@ def video_command(
     seconds = time.perf_counter() - started
     motion = _dressed(captured.motion, identity, zero_pose)
     sound = video[0] if captured.track.has_sound else None
+    if sound is None:
+        tell_silent(files, f"{video[0].name} has none")
     for target in files:
-        extra = options.writer_options(target, size, backend, embed_audio)
-        _write(motion, target, sound, extra, as_json)
+        extra = options.writer_options(target, **drawing)
+        with progress_bar(f"writing {target.name}", as_json) as progress:
+            write_motion(plan, motion, target, sound=sound, progress=progress, extra=extra)
+        if not as_json:
+            print(target)
     _report(video[0], captured, files, seconds, as_json)
 
 
-def _check_outputs(
-    videos: list[Path], files: list[Path], corpora: list[Path], size: str, backend: str,
-    embed_audio: bool,
-) -> None:  # fmt: skip
-    """Before any work. Raises InputError."""
-    from elocute.export.registry import check_suffix
-    from elocute.files.atomic import check_output
-
+def _plan(
+    videos: list[Path], files: list[Path], corpora: list[Path], identity: str,
+    drawing: dict[str, Any],
+) -> OutputPlan:  # fmt: skip
+    """All outputs. Raises InputError."""
     if files and len(videos) > 1:
         raise OutputError.about(
             files[0], found=f"one file for {len(videos)} videos", allowed="a folder: a corpus",
             remedy="give one video at a time",
         )  # fmt: skip
+    plan = OutputPlan([identity])
     for target in files:
-        check_suffix(target)
-        check_output(target)
-        options.writer_options(target, size, backend, embed_audio)
-        if target.exists() and videos[0].exists() and target.samefile(videos[0]):
-            raise OutputError.about(
-                target, found="the video itself", remedy="choose another output name"
-            )
+        plan_motion(plan, target, videos[0], sound=videos[0], **drawing)
     for place in corpora:
-        check_output(place)
-        if place.exists():
-            raise OutputError.about(
-                place, found="exists already", allowed="a new folder", remedy="remove it or rename"
-            )
+        plan.add(place, *videos)
+    return plan
 
 
 def _capture(path: Path, face: str | None, fps: float | None, quiet: bool) -> VideoCapture:
@@ -95,17 +98,6 @@ def _capture(path: Path, face: str | None, fps: float | None, quiet: bool) -> Vi
 
     with progress_bar(f"watching {path.name}", quiet) as progress:
         return capture_video(path, face=face, fps=fps, progress=progress)
-
-
-def _write(
-    motion: Motion, target: Path, sound: Path | None, extra: dict[str, Any], quiet: bool
-) -> None:
-    from elocute.export.registry import write
-
-    with progress_bar(f"writing {target.name}", quiet) as progress:
-        write(motion, target, sound=sound, progress=progress, **extra)
-    if not quiet:
-        print(target)
 
 
 def _dressed(motion: Motion, identity: str, zero_pose: bool) -> Motion:

@@ -10,20 +10,18 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
+from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.corpus.check import Finding
 
-app = typer.Typer(help="Look at, check and convert corpora of talking faces.", no_args_is_help=True)
+app = Commands("Look at, check and convert corpora of talking faces.")
 
 Folder = typer.Argument(..., help="A corpus folder, as `corpus convert` writes it.")
 NAMES_MAX_BYTES = 16_000_000
-
-
-@app.callback()
-def _group() -> None:
-    """Look at, check and convert corpora of talking faces."""
 
 
 @app.command("info")
@@ -89,14 +87,20 @@ def convert_command(
     leave_out: Path | None = typer.Option(
         None, help="A text file of subjects or clips to leave out."
     ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Make a corpus folder of recordings; say what was skipped and why."""
     from elocute.corpus.importers.registry import convert
     from elocute.corpus.store import open_corpus
 
+    plan = OutputPlan([given for given in (texts, leave_out) if given is not None])
+    plan.add(output, source)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     unwanted = frozenset() if leave_out is None else _names(leave_out)
-    with progress_bar(f"converting {source.name}", as_json) as progress:
+    with plan.writing(output), progress_bar(f"converting {source.name}", as_json) as progress:
         notes = convert(
             source, output, format=format, fps=fps, texts=texts, leave_out=unwanted,
             progress=progress,

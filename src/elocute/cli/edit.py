@@ -11,8 +11,10 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.keyframes import parse_list, parse_numbers, split_keyframes
+from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.audio.waveform import Waveform
@@ -55,17 +57,22 @@ def edit_command(
     size: str = options.Size,
     backend: str = options.Backend,
     embed_audio: bool = options.EmbedAudio,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Pose, blinks, gaze, shapes and faces of a stored motion. All seconds are the input's."""
-    from elocute.export.registry import check_suffix, write
-    from elocute.files.atomic import check_output
     from elocute.motion.store import load_motion
 
+    plan = OutputPlan([identity] if identity else [])
+    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
     for target in output:
-        check_suffix(target)
-        check_output(target)
-        options.writer_options(target, size, backend, embed_audio)
+        plan_motion(
+            plan, target, motion, sound=sound, cut=bool(start) or stop is not None, **drawing
+        )
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
+    targets = plan.wanted(output)
     edits = [
         *_faces(identity, identity_over_time),
         *(_shape(text) for text in shape),
@@ -79,14 +86,16 @@ def edit_command(
     for edit in edits:
         edited = edit(edited)
     heard = None if sound is None else _heard(sound, start or 0.0, stop, duration_s)
-    for target in output:
-        extra = options.writer_options(target, size, backend, embed_audio)
+    if sound is None:
+        tell_silent(targets, "--audio FILE adds it")
+    for target in targets:
+        extra = options.writer_options(target, **drawing)
         with progress_bar(f"writing {target.name}", as_json) as progress:
-            write(edited, target, sound=heard, progress=progress, **extra)
+            write_motion(plan, edited, target, sound=heard, progress=progress, extra=extra)
         if not as_json:
             print(target)
     if as_json:
-        record: dict[str, Any] = {"input": str(motion), "outputs": [str(t) for t in output]}
+        record: dict[str, Any] = {"input": str(motion), "outputs": [str(t) for t in targets]}
         record |= {"frames": edited.frame_count, "fps": edited.fps, "edits": len(edits)}
         print(json.dumps(record))
 

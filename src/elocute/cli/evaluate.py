@@ -17,6 +17,7 @@ from elocute.cli import (
     evaluate_wild,
     options,
 )
+from elocute.cli.commands import Commands
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from elocute.motion.curves import Curves
 
 NAMES_MAX_BYTES = 16_000_000
-app = typer.Typer(help="Measure what a model makes of speech.", no_args_is_help=True)
+app = Commands("Measure what a model makes of speech.")
 app.command("alignment")(evaluate_alignment.alignment_command)
 app.command("corpus")(evaluate_corpus.corpus_command)
 app.command("features")(evaluate_features.features_command)
@@ -32,11 +33,6 @@ app.command("wild")(evaluate_wild.wild_command)
 app.command("noise")(evaluate_mouth.noise_command)
 app.command("styles")(evaluate_mouth.styles_command)
 app.command("identities")(evaluate_mouth.identities_command)
-
-
-@app.callback()
-def _group() -> None:
-    """Measure what a model makes of speech."""
 
 
 @app.command("real")
@@ -50,9 +46,9 @@ def real_command(
     as_json: bool = options.Json,
 ) -> None:
     """Predicted lips against those of a real talker: correlation and closures."""
+    from elocute.animation import animate
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.measures import measure_mouth
-    from elocute.synthesis.animate import animate
     from elocute.training.real_talker import evaluate_real
 
     wanted = read_names(names)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.outputs import plan_files
 from elocute.cli.progress import progress_bar
 from elocute.errors import CorpusError, InputError
 
@@ -40,24 +41,27 @@ def corpus_command(
     limit: int = typer.Option(0, min=0, help="Only so many clips, evenly taken; 0 takes all."),
     seed: int = typer.Option(0, min=0, help="Of the intervals."),
     output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Predicted motion against recorded: lips, whole face, dynamics, closures."""
     from elocute.corpus.store import open_corpus
-    from elocute.files.atomic import check_output, write_atomically
-    from elocute.synthesis.predict import clip_predictor, open_predictor
+    from elocute.evaluation.clips import clip_predictor
+    from elocute.files.atomic import write_atomically
+    from elocute.models.registry import open_model
     from elocute.training.corpus_scores import best_rows, rows, score_clips
 
-    if output is not None:
-        if output.suffix.lower() != ".json":
-            raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
-        check_output(output)
+    if output is not None and output.suffix.lower() != ".json":
+        raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+    lists = [path for path in (lips, upper_face) if path is not None]
+    plan = plan_files([corpus, model, *lists], [output], overwrite, no_clobber)
     opened = open_corpus(corpus)
     names = _names(opened, split, part, limit)
     measure = measure_of(opened, lips, upper_face)
-    predictor = open_predictor(model, contacts=contacts)
-    styles = predictor.styles if style in ("each", "best") else (style,)
-    predict = clip_predictor(predictor, opened)
+    chosen = open_model(model)
+    styles = (chosen.styles or ("plain",)) if style in ("each", "best") else (style,)
+    predict = clip_predictor(chosen, opened, contacts=contacts)
     with progress_bar("measuring", as_json) as progress:
         scores = score_clips(opened, names, styles, predict, measure, progress)
     table = (best_rows if style == "best" else rows)(scores, seed)
@@ -67,8 +71,8 @@ def corpus_command(
         "confidence": 0.95, "rows": [row.record() for row in table],
     }  # fmt: skip
     text = json.dumps(report, allow_nan=False)
-    if output is not None:
-        with write_atomically(output) as draft:
+    if output is not None and plan.wants(output):
+        with plan.writing(output), write_atomically(output) as draft:
             draft.write_text(text + "\n", encoding="utf-8")
     if as_json:
         print(text)

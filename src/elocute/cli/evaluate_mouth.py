@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.outputs import plan_files
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, OutputError
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from elocute.audio.waveform import Waveform
+    from elocute.files.outputs import OutputPlan
 
 KINDS = ("white", "babble", "gain")
 CLIPS_MOST = 20
@@ -36,17 +38,19 @@ def noise_command(
     levels: str = typer.Option(LEVELS, help="dB against the speech, commas between."),
     plot: Path | None = Plot,
     seed: int = typer.Option(0, min=0, help="Of the noise."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """How noise under the speech damps and changes what the mouth does."""
     import numpy as np
 
+    from elocute.animation import animate
+    from elocute.evaluation.mouth_studies import mean_scores, noise_scores
     from elocute.motion.curves import Curves
     from elocute.motion.measures import measure_mouth
-    from elocute.synthesis.animate import animate
-    from elocute.synthesis.mouth_studies import mean_scores, noise_scores
 
-    _check_plot(plot)
+    plan = _planned(plot, (speech, model, noise), overwrite, no_clobber)
     steps = _levels(levels)
     sounds = _sounds(speech)
 
@@ -64,12 +68,13 @@ def noise_command(
             if progress:
                 progress(done / len(sounds))
     means = mean_scores(clips)
-    if plot is not None:
+    if plot is not None and plan.wants(plot):
         from elocute.export.overlay import plot_overlay
 
         names = ("clean", *(f"{level:g} dB" for level in steps))
         curves = Curves(np.stack(first, axis=1).astype(np.float32), names, FPS)
-        plot_overlay(curves, plot, title=f"mouth opening, {noise}", unit="mm", shade=False)
+        with plan.writing(plot):
+            plot_overlay(curves, plot, title=f"mouth opening, {noise}", unit="mm", shade=False)
     record = {
         "speech": speech.name, "model": Path(model).name, "style": style, "noise": noise,
         "clips": len(clips), "levels": [asdict(score) for score in means],
@@ -87,26 +92,29 @@ def styles_command(
     speech: Path = typer.Argument(..., help="A sound or video file."),
     model: str = options.Model,
     plot: Path | None = Plot,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """One curve of mouth opening per style, and what mixes of them can reach."""
+    from elocute.animation import animate
+    from elocute.evaluation.mouth_studies import style_openings
+    from elocute.models.registry import open_model
     from elocute.motion.motion import Motion
-    from elocute.synthesis.animate import animate
-    from elocute.synthesis.mouth_studies import style_openings
-    from elocute.synthesis.predict import open_predictor
 
-    _check_plot(plot)
-    names = open_predictor(model).styles
+    plan = _planned(plot, (speech, model), overwrite, no_clobber)
+    names = open_model(model).styles or ("plain",)
 
     def moved(style: str) -> Motion:
         return animate(speech, model=model, style=style, fps=FPS).motion
 
     curves = style_openings(names, moved)
-    if plot is not None:
+    if plot is not None and plan.wants(plot):
         from elocute.export.overlay import plot_overlay
 
         title = "distance between the lips; shaded: convex combinations of the styles"
-        plot_overlay(curves, plot, title=title, unit="mm")
+        with plan.writing(plot):
+            plot_overlay(curves, plot, title=title, unit="mm")
     table = {
         name: {"mean_mm": float(curves[name].mean()), "peak_mm": float(curves[name].max())}
         for name in names
@@ -130,8 +138,8 @@ def identities_command(
     as_json: bool = options.Json,
 ) -> None:
     """The same speech on many faces: how far their lips differ, and whether they close."""
-    from elocute.synthesis.animate import animate
-    from elocute.synthesis.mouth_studies import face_scores, spread
+    from elocute.animation import animate
+    from elocute.evaluation.mouth_studies import face_scores, spread
 
     motion = animate(speech, model=model, style=style, fps=FPS).motion
     scores = face_scores(motion, count, seed)
@@ -147,13 +155,12 @@ def identities_command(
               f"{row['greatest']:9.2f}")  # fmt: skip
 
 
-def _check_plot(plot: Path | None) -> None:
-    from elocute.files.atomic import check_output
-
-    if plot is not None:
-        if plot.suffix.lower() != ".png":
-            raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
-        check_output(plot)
+def _planned(
+    plot: Path | None, inputs: tuple[Path | str, ...], overwrite: bool, no_clobber: bool
+) -> OutputPlan:
+    if plot is not None and plot.suffix.lower() != ".png":
+        raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
+    return plan_files(inputs, [plot], overwrite, no_clobber)
 
 
 def _levels(text: str) -> list[float]:

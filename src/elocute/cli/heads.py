@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
+from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
 
-app = typer.Typer(help="Look at head models and draw faces of them.", no_args_is_help=True)
-
-
-@app.callback()
-def _group() -> None:
-    """Look at head models and draw faces of them."""
+app = Commands("Look at head models and draw faces of them.")
 
 
 @app.command("show")
@@ -61,6 +59,8 @@ def sample_command(
     mesh: str = typer.Option("obj", "--format", help="Mesh files in a folder: obj or ply."),
     size: str = options.Size,
     backend: str = options.Backend,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Draw random faces of a head, as meshes or as one picture."""
@@ -68,10 +68,14 @@ def sample_command(
     from elocute.head.choice import open_head, sample_identities
 
     suffix, pixels = f".{mesh.lower().removeprefix('.')}", options.parse_size(size)
+    plan = OutputPlan()
+    plan.add(output, head)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     check_faces(output, count, suffix)
     model = open_head(head)
     identities = sample_identities(model, count, seed)
-    with progress_bar(f"drawing {output.name}", as_json) as progress:
+    with plan.writing(output), progress_bar(f"drawing {output.name}", as_json) as progress:
         write_faces(
             model, identities, output, mesh=suffix, size=pixels, backend=backend, progress=progress
         )

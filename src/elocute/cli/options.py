@@ -16,6 +16,10 @@ Output = typer.Option(
     ..., "-o", "--output",
     help="Where to write; the suffix chooses the format. May be given several times.",
 )  # fmt: skip
+Overwrite = typer.Option(False, "--overwrite", help="Replace files that are there already.")
+NoClobber = typer.Option(
+    False, "--no-clobber", help="Leave files that are there already as they are, and say so."
+)
 Size = typer.Option("800", help="Picture size: 800, 1280x720, 720p, 1080p, 4k.")
 Backend = typer.Option("auto", help="Renderer: auto, moderngl or embreex.")
 EmbedAudio = typer.Option(False, help="Put the sound into the .glb instead of beside it.")

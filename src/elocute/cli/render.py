@@ -4,72 +4,104 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from elocute.cli import options
+from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
+from elocute.files.outputs import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.motion.motion import Motion
 
 
 def render_command(
-    motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` wrote."),
+    motion: Path = typer.Argument(
+        ..., help="A motion (.npz) or curves (.json) that `animate` wrote."
+    ),
     output: list[Path] = options.Output,
     audio: Path | None = typer.Option(None, help="The sound it belongs to."),
     fps: float | None = typer.Option(None, help="Sample at another frame rate."),
     size: str = options.Size,
     backend: str = options.Backend,
     embed_audio: bool = options.EmbedAudio,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Write a stored motion as video, glTF, HTML, meshes, curves or pictures."""
-    from elocute.export.registry import check_suffix, write
-    from elocute.files.atomic import check_output
-    from elocute.motion.store import load_motion
 
+    plan = OutputPlan()
+    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
     for target in output:
-        check_suffix(target)
-        check_output(target)
-        options.writer_options(target, size, backend, embed_audio)
-    loaded = load_motion(motion)
+        plan_motion(plan, target, motion, sound=audio, **drawing)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
+    targets = plan.wanted(output)
+    loaded = _load(motion)
+    if audio is None:
+        tell_silent(targets, "--audio FILE adds it")
     if fps is not None:
         loaded = loaded.at_fps(fps)
-    for target in output:
-        extra = options.writer_options(target, size, backend, embed_audio)
+    for target in targets:
+        extra = options.writer_options(target, **drawing)
         with progress_bar(f"writing {target.name}", as_json) as progress:
-            write(loaded, target, sound=audio, progress=progress, **extra)
+            write_motion(plan, loaded, target, sound=audio, progress=progress, extra=extra)
         if not as_json:
             print(target)
     if as_json:
-        record = {"input": str(motion), "outputs": [str(target) for target in output]}
+        record = {"input": str(motion), "outputs": [str(target) for target in targets]}
         print(json.dumps(record | {"frames": loaded.frame_count, "fps": loaded.fps}))
+
+
+def _load(path: Path) -> Motion:
+    """A motion; curves move the built-in head. Raises MotionError."""
+    from elocute.export.curves_json import read_json_curves
+    from elocute.head.builtin import load_builtin_head
+    from elocute.motion.curves import motion_from_curves
+    from elocute.motion.store import load_motion
+
+    if path.suffix.lower() != ".json":
+        return load_motion(path)
+    return motion_from_curves(load_builtin_head(), read_json_curves(path))
 
 
 def measure_command(
     motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` wrote."),
     output: Path = typer.Option(..., "-o", "--output", help="CSV to write."),
     plot: Path | None = typer.Option(None, help="Also draw the measures over time (.png)."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Measure the mouth per frame: opening, width, protrusion and jaw, in millimetres."""
     from elocute.errors import OutputError
-    from elocute.files.atomic import check_output
     from elocute.motion.measures import measure_mouth, write_measures
     from elocute.motion.store import load_motion
 
     for path, suffix in ((output, ".csv"), (plot, ".png")):
+        if path is not None and path.suffix.lower() != suffix:
+            raise OutputError.about(path, found=f"suffix {path.suffix!r}", allowed=suffix)
+    plan = OutputPlan()
+    for path in (output, plot):
         if path is not None:
-            check_output(path)
-            if path.suffix.lower() != suffix:
-                raise OutputError.about(path, found=f"suffix {path.suffix!r}", allowed=suffix)
+            plan.add(path, motion)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     measures = measure_mouth(load_motion(motion))
-    write_measures(measures, output)
-    if plot is not None:
+    if plan.wants(output):
+        with plan.writing(output):
+            write_measures(measures, output)
+    if plot is not None and plan.wants(plot):
         from elocute.export.plot import plot_curves
 
-        plot_curves(measures, plot, title=motion.name)
+        with plan.writing(plot):
+            plot_curves(measures, plot, title=motion.name)
     if as_json:
         peaks = zip(measures.names, measures.values.max(axis=0).tolist(), strict=True)
         record = {"frames": len(measures.values), "fps": measures.fps}
         print(json.dumps(record | {f"max_{name}": round(peak, 3) for name, peak in peaks}))
     else:
-        print(output, *([plot] if plot else []), sep="\n")
+        print(*plan.wanted([output, *([plot] if plot else [])]), sep="\n")

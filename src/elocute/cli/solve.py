@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from elocute.cli import options
+from elocute.cli.outputs import settled, tell_silent
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MotionError
+from elocute.files.arrays import ArrayFile
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
@@ -36,15 +38,19 @@ def solve_command(
     bounded: bool = typer.Option(False, help="Keep weights within 0 and 1."),
     zero_pose: bool = typer.Option(False, help="Turn no joints."),
     regularisation: float = typer.Option(1e-6, min=0.0, help="What a squared weight costs, mm²."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Find the shapes' weights and joint rotations behind moving vertices."""
     from elocute.export.registry import check_suffix, write
-    from elocute.files.atomic import check_output
     from elocute.motion.solve import solve_weights
 
     check_suffix(output)
-    check_output(output)
+    plan = OutputPlan([given for given in (head, identity) if given is not None])
+    plan.add(output, vertices)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     if head is not None and identity is not None:
         raise InputError.about("--head", found="--identity too", allowed="one of them")
     motion = None if vertices.suffix.lower() == ".npy" else _motion(vertices)
@@ -60,7 +66,9 @@ def solve_command(
             joints=() if zero_pose else None,
             progress=progress,
         )
-    write(solved, output)
+    tell_silent([output], "elocute render MOTION.npz --audio FILE adds it")
+    with plan.writing(output):
+        write(solved, output)
     mean, p95 = float(residual_mm.mean()), float(np.percentile(residual_mm, 95))
     if as_json:
         record = {"input": str(vertices), "output": str(output), "frames": solved.frame_count}
@@ -105,12 +113,6 @@ def _read_head(path: Path) -> HeadModel:
     return _motion(path).head if is_motion else load_head(path)
 
 
-def _read_vertices(path: Path) -> NDArray[np.floating]:
+def _read_vertices(path: Path) -> ArrayFile:
     """(frame, vertex, 3) as `-o talk.npy` writes them, left on disk. Raises MotionError."""
-    try:
-        # Neither pickles nor archives: one array of numbers, read as frames are solved.
-        return np.lib.format.open_memmap(path, mode="r")
-    except (OSError, ValueError, EOFError) as error:
-        raise MotionError.about(
-            path, found="no array that can be read", allowed="a .npy of (frame, vertex, 3) metres"
-        ) from error
+    return ArrayFile(path, allowed="a .npy of (frame, vertex, 3) metres", error=MotionError)

@@ -9,20 +9,18 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
+from elocute.cli.outputs import settled
 from elocute.errors import AlignmentError, InputError
+from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.alignment.words import Words
 
-app = typer.Typer(help="Find the words of a reading, and check them.", no_args_is_help=True)
+app = Commands("Find the words of a reading, and check them.")
 
 TEXT_MAX_BYTES = 1_000_000
 Output = typer.Option(..., "-o", "--output", help="Words with times: .json or .TextGrid.")
-
-
-@app.callback()
-def _group() -> None:
-    """Find the words of a reading, and check them."""
 
 
 @app.command("segment")
@@ -31,18 +29,23 @@ def segment_command(
     text: str | None = typer.Option(None, help="What is read."),
     text_file: Path | None = typer.Option(None, help="A text file that holds what is read."),
     output: Path = Output,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Find when each word of a text is said, by forced alignment."""
     from elocute.alignment.forced import segment
     from elocute.alignment.words import write_words
     from elocute.audio.read import read_audio
-    from elocute.files.atomic import check_output
 
     spoken = _text(text, text_file)
-    check_output(output)
+    plan = OutputPlan([text_file] if text_file else [])
+    plan.add(output, sound)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     words = segment(read_audio(sound), spoken)
-    write_words(words, output)
+    with plan.writing(output):
+        write_words(words, output)
     _tell(words, output, as_json)
 
 
@@ -52,22 +55,32 @@ def check_command(
     sound: Path = typer.Argument(..., help="The sound they are of."),
     output: Path = typer.Option(..., "-o", "--output", help="A page to look at (.html)."),
     textgrid: Path | None = typer.Option(None, help="Also a .TextGrid, to be edited in Praat."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Draw waveform, spectrogram and boundaries as one page, doubtful words marked."""
-    from elocute.alignment.word_page import check_length, write_word_page
+    from elocute.alignment.word_page import check_length, doubts, write_word_page
     from elocute.alignment.words import read_words, write_words
     from elocute.audio.read import read_audio
-    from elocute.files.atomic import check_output
 
     if textgrid is not None and textgrid.suffix.lower() != ".textgrid":
         raise InputError.about(textgrid, found=f"suffix {textgrid.suffix!r}", allowed=".TextGrid")
-    check_output(output)
+    plan = OutputPlan()
+    for path in (output, textgrid):
+        if path is not None:
+            plan.add(path, words, sound)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     found, heard = read_words(words), read_audio(sound)
     check_length(found, heard)
-    if textgrid is not None:
-        write_words(found, textgrid)
-    marked = write_word_page(found, heard, output, title=f"{words.name}, {sound.name}")
+    if textgrid is not None and plan.wants(textgrid):
+        with plan.writing(textgrid):
+            write_words(found, textgrid)
+    marked = sum(bool(doubts(word)) for word in found.words)
+    if plan.wants(output):
+        with plan.writing(output):
+            marked = write_word_page(found, heard, output, title=f"{words.name}, {sound.name}")
     record = {"output": str(output), "words": len(found.words), "marked": marked}
     print(json.dumps(record) if as_json else f"{output}: {marked} of {len(found.words)} marked")
 
@@ -79,13 +92,20 @@ def take_command(
     before: Path | None = typer.Option(
         None, help="The words before: what was not changed keeps its confidence."
     ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Take back words that a person edited, checked."""
     from elocute.alignment.words import read_words, take_edits, write_words
 
+    plan = OutputPlan([before] if before else [])
+    plan.add(output, edited)
+    if settled(plan, overwrite, no_clobber, as_json):
+        return
     words = take_edits(read_words(edited), None if before is None else read_words(before))
-    write_words(words, output)
+    with plan.writing(output):
+        write_words(words, output)
     _tell(words, output, as_json)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.errors import CorpusError
 
 # Names become file names: nothing else may stand in them.
@@ -44,6 +45,8 @@ class Clip:
     text: str
     sound: Waveform
     frames: NDArray[np.float32]
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         check_name(self.subject, "subject")

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import Entry, Split
 from elocute.errors import CorpusError
@@ -59,6 +60,8 @@ class Corpus:
     entries: tuple[Entry, ...]
     splits: dict[str, Split] = field(default_factory=dict)
     note: str = ""
+
+    __repr__ = one_line
 
     @cached_property
     def motion(self) -> ArrayFile:
@@ -318,6 +321,10 @@ def _check_arrays(corpus: Corpus) -> None:
             raise CorpusError.about(
                 corpus.folder / name, found=f"shape {found}", allowed=str(allowed)
             )
+    if not np.isfinite(templates).all():
+        raise CorpusError.about(
+            corpus.folder / "templates.npy", found="NaN or infinity", allowed="finite metres"
+        )
 
 
 def _there(path: Path) -> Path:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import CorpusError
 from elocute.files.arrays import read_npy
 from elocute.files.reading import read_bytes, read_text
@@ -29,6 +30,8 @@ class VertexList:
 
     name: str
     indices: NDArray[np.int64]
+
+    __repr__ = one_line
 
     @property
     def digest(self) -> str:

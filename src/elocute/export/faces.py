@@ -35,10 +35,6 @@ def check_faces(path: str | Path, count: int, mesh: str = ".obj") -> None:
         )  # fmt: skip
     if suffix == ".png" and count > SHEET_MAX:
         raise OutputError.about(path, found=f"{count} faces", allowed=f"up to {SHEET_MAX}")
-    if suffix != ".png" and path.exists():
-        raise OutputError.about(
-            path, found="exists already", allowed="a new folder", remedy="remove it or rename"
-        )
 
 
 def write_faces(

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.export.sound import Sound, pack_sound, write_wav
+from elocute.export.sound import Sound, pack_sound, sound_source, write_wav
 from elocute.export.surface import (
     linear_colors,
     morphed_normals,
@@ -23,6 +23,7 @@ from elocute.export.surface import (
     vertex_normals,
 )
 from elocute.files.atomic import write_atomically
+from elocute.files.outputs import OutputPlan
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 
@@ -41,19 +42,33 @@ def write_glb(
     *,
     sound: Sound | None = None,
     embed_audio: bool = False,
+    overwrite: bool = False,
     progress: Any = None,
 ) -> None:
     """Write an animated head. The sound goes beside it as NAME.wav, or inside.
 
-    Raises OutputError. A sound that already is NAME.wav there is left alone.
+    A NAME.wav that is there is replaced where an earlier call made it of this very sound and
+    nobody changed it since, or with `overwrite`; otherwise it is kept, nothing is written, and
+    OutputError says so. A sound that already is NAME.wav there is left alone.
     """
     path = Path(path)
+    beside = None if embed_audio or sound is None else wav_beside(path, sound)
+    if beside is None or sound is None:
+        with write_atomically(path) as draft:
+            draft.write_bytes(glb_bytes(motion, sound if embed_audio else None))
+        return
+    plan = OutputPlan(remedy="overwrite=True replaces it")
+    plan.add(beside, sound_source(sound), beside=path)
+    plan.check(overwrite=overwrite)
+    with plan.writing(beside), write_atomically(beside) as wav, write_atomically(path) as draft:
+        write_wav(sound, wav)
+        draft.write_bytes(glb_bytes(motion))
+
+
+def wav_beside(path: Path, sound: Sound) -> Path | None:
+    """Where the sound of a .glb goes, or None where it lies there already."""
     beside = path.with_suffix(".wav")
-    with write_atomically(path) as draft:
-        draft.write_bytes(glb_bytes(motion, sound if embed_audio else None))
-    if sound is not None and not embed_audio and not _same(sound, beside):
-        with write_atomically(beside) as draft:
-            write_wav(sound, draft)
+    return None if _same(sound, beside) else beside
 
 
 def glb_bytes(motion: Motion, sound: Sound | None = None) -> bytes:

@@ -16,11 +16,13 @@ WRITERS: dict[str, tuple[str, str]] = {
     ".mp4": ("elocute.export.mp4", "write_mp4"),
     ".html": ("elocute.export.html", "write_html"),
     ".csv": ("elocute.export.arkit_csv", "write_csv"),
+    ".json": ("elocute.export.curves_json", "write_json"),
     ".npy": ("elocute.export.meshes", "write_npy"),
     ".obj": ("elocute.export.meshes", "write_obj"),
     ".ply": ("elocute.export.meshes", "write_ply"),
     ".png": ("elocute.export.png", "write_png"),
 }
+WITH_SOUND = (".mp4", ".glb", ".html")
 
 
 def check_suffix(path: str | Path) -> str:
@@ -34,10 +36,29 @@ def check_suffix(path: str | Path) -> str:
     return suffix
 
 
-def write(motion: Motion, path: str | Path, *, sound: Any = None, **options: Any) -> None:
+def write(
+    motion: Motion, path: str | Path, *, sound: Any = None, overwrite: bool = False, **options: Any
+) -> None:
     """Write a motion in the format that the suffix names.
 
-    `sound` is a path or a Waveform; options are those of the writer. Raises OutputError.
+    `sound` is a path or a Waveform; options are those of the writer. A file of that name is
+    replaced, a folder of meshes never; a NAME.wav beside NAME.glb with `overwrite`, or where it
+    was made of this very sound. Raises OutputError.
     """
-    module, function = WRITERS[check_suffix(path)]
+    suffix = check_suffix(path)
+    if suffix == ".glb":
+        options["overwrite"] = overwrite
+    module, function = WRITERS[suffix]
     getattr(importlib.import_module(module), function)(motion, Path(path), sound=sound, **options)
+
+
+def side_files(
+    path: Path, sound: Any, *, embed_audio: bool = False, cut: bool = False
+) -> list[Path]:
+    """What `write` makes beside `path`; `cut` says that a part of the sound file is meant."""
+    if path.suffix.lower() != ".glb" or sound is None or embed_audio:
+        return []
+    from elocute.export.gltf import wav_beside
+
+    beside = path.with_suffix(".wav") if cut else wav_beside(path, sound)
+    return [] if beside is None else [beside]

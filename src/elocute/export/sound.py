@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,11 +10,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.audio.source import system_name
 from elocute.audio.waveform import Waveform
 
 Sound = str | Path | Waveform
 RATE = 48000
 WAV_LONGEST_S = 60.0  # longer sound is packed as MP3
+
+
+def sound_source(sound: Sound) -> str | Path:
+    """What says which sound it is: its file, or a digest of what is in memory."""
+    if isinstance(sound, Waveform):
+        inside = hashlib.sha256(np.ascontiguousarray(sound.samples).data)
+        return f"sound {inside.hexdigest()} at {sound.sample_rate} Hz"
+    return Path(sound)
 
 
 def sound_blocks(sound: Sound, rate: int = RATE) -> Iterator[NDArray[np.float32]]:
@@ -39,7 +49,7 @@ def write_wav(sound: Sound, path: Path, rate: int = RATE) -> None:
     """Mono 16-bit .wav, block by block."""
     import soundfile
 
-    with soundfile.SoundFile(path, "w", rate, 1, "PCM_16", format="WAV") as file:
+    with soundfile.SoundFile(system_name(path), "w", rate, 1, "PCM_16", format="WAV") as file:
         for block in sound_blocks(sound, rate):
             file.write(np.clip(block, -1, 1))
 

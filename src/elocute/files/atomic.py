@@ -22,6 +22,9 @@ from elocute.errors import OutputError
 
 STALE_DAYS = 7.0
 """Drafts of other machines, whose processes cannot be asked for, are left alone for this long."""
+_FOLDERS: set[Path] = set()
+"""Where this process has written, for `remove_own_drafts`."""
+BEFORE = "before"
 _DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", re.ASCII)
 
 
@@ -79,7 +82,7 @@ def write_folder_atomically(path: str | Path) -> Iterator[Path]:
     An existing folder is refused, never emptied. Raises OutputError.
     """
     path = check_output(path)
-    if path.exists():
+    if os.path.lexists(path):
         raise OutputError.about(
             path, found="exists already", allowed="a new folder", remedy="remove it or rename"
         )
@@ -94,9 +97,27 @@ def write_folder_atomically(path: str | Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
+def moved_aside(path: Path) -> Iterator[None]:
+    """Take a folder out of the way until the block has written another in its place.
+
+    It comes back where the block fails, and with the next run where this one is killed.
+    """
+    with _draft_folder(path) as room:
+        before = room / BEFORE / path.name
+        before.parent.mkdir()
+        path.replace(before)
+        try:
+            yield
+        except BaseException:
+            before.replace(path)
+            raise
+
+
+@contextlib.contextmanager
 def _draft_folder(path: Path) -> Iterator[Path]:
     """A folder for the draft of `path`; gone at the end, its errors told as those of `path`."""
     remove_stale_drafts(path.parent)
+    _FOLDERS.add(path.parent.absolute())
     room = None
     try:
         # The whole name may be as long as a name can be: its start tells enough.
@@ -122,9 +143,32 @@ def remove_stale_drafts(folder: Path) -> list[Path]:
         for entry in entries:
             found = _DRAFT.search(entry.name)
             if found and entry.name.startswith(".") and _is_stale(entry, found):
+                _bring_back(Path(entry.path), folder)
                 shutil.rmtree(entry.path, ignore_errors=True)
                 removed.append(Path(entry.path))
     return removed
+
+
+def remove_own_drafts() -> None:
+    """Remove what this process left where it was interrupted while it made or removed a draft.
+
+    To be called when nothing is being written any more.
+    """
+    for folder in _FOLDERS:
+        with contextlib.suppress(OSError), os.scandir(folder) as entries:
+            for entry in entries:
+                found = _DRAFT.search(entry.name)
+                if found and found["host"] == _host() and int(found["pid"]) == os.getpid():
+                    _bring_back(Path(entry.path), folder)
+                    shutil.rmtree(entry.path, ignore_errors=True)
+
+
+def _bring_back(draft: Path, folder: Path) -> None:
+    """What a killed run had taken out of the way, where nothing took its place."""
+    with contextlib.suppress(OSError):
+        for before in (draft / BEFORE).iterdir():
+            if not os.path.lexists(folder / before.name):
+                before.replace(folder / before.name)
 
 
 def _is_stale(entry: os.DirEntry[str], name: re.Match[str]) -> bool:

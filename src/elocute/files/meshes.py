@@ -122,8 +122,9 @@ def _checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
 def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:
     import trimesh
 
+    resolver: Any = folder or _Nothing()
     mesh: Any = trimesh.load(
-        io.BytesIO(data), file_type=kind, resolver=folder or _Nothing(), process=False,
+        io.BytesIO(data), file_type=kind, resolver=resolver, process=False,
         maintain_order=True, force="mesh", skip_materials=folder is None,
     )  # fmt: skip
     points = np.asarray(mesh.vertices, np.float64).reshape(-1, 3)

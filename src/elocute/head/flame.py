@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from elocute.brief import one_line
 from elocute.errors import HeadError
 from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
 from elocute.head.skinning import blended, chained
@@ -42,6 +43,8 @@ class FlameModel:
     skin_weights: Floats  # (vertex, joint), rows sum to one
     parents: tuple[int, ...]  # -1 = no parent; parents come first
     triangles: NDArray[np.int32]  # (face, 3)
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         _check_shapes(self)

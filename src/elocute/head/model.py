@@ -69,6 +69,13 @@ class HeadModel:
         _check_shapes(self)
         _check_values(self)
 
+    def __repr__(self) -> str:
+        return (
+            f"HeadModel({self.name!r}, {self.vertex_count} vertices, "
+            f"{len(self.expression_names)} expressions, {len(self.identity_basis)} identities, "
+            f"{len(self.joint_names)} joints)"
+        )
+
     @property
     def vertex_count(self) -> int:
         return len(self.template)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
+from elocute.files.arrays import ArrayFile
 from elocute.head.model import HeadModel
 from elocute.motion.box import solve_box
 from elocute.motion.edits.joints import joint_index
@@ -18,6 +19,7 @@ from elocute.motion.motion import Motion
 from elocute.motion.quaternions import from_axis_angle, from_matrices, multiply, no_turn
 
 Floats = NDArray[np.float64]
+Vertices = ArrayLike | ArrayFile
 
 REGULARISATION = 1e-6
 STEPS = 60
@@ -34,7 +36,7 @@ BLOCK = 120
 
 def solve_weights(
     head: HeadModel,
-    vertices: ArrayLike,
+    vertices: Vertices,
     *,
     fps: float = 60.0,
     regularisation: float = REGULARISATION,
@@ -86,9 +88,9 @@ def solve_weights(
     return motion, distance_mm(motion, given)
 
 
-def distance_mm(motion: Motion, vertices: ArrayLike) -> NDArray[np.float64]:
+def distance_mm(motion: Motion, vertices: Vertices) -> NDArray[np.float64]:
     """(frame,) mean distance in mm between a motion's vertices and others (frame, vertex, 3) m."""
-    given = np.asanyarray(vertices)
+    given = vertices if isinstance(vertices, ArrayFile) else np.asanyarray(vertices)
     means = [
         np.linalg.norm(points - given[start : start + len(points)], axis=2).mean(axis=1)
         for start, points in zip(
@@ -277,8 +279,8 @@ def _limits(head: HeadModel, bounds: tuple[float, float] | None) -> tuple[Floats
     return np.full(count, low), np.full(count, high)
 
 
-def _checked(head: HeadModel, vertices: ArrayLike) -> NDArray[np.floating]:
-    given = np.asanyarray(vertices)
+def _checked(head: HeadModel, vertices: Vertices) -> NDArray[np.floating] | ArrayFile:
+    given = vertices if isinstance(vertices, ArrayFile) else np.asanyarray(vertices)
     if given.ndim != 3 or given.shape[1:] != head.template.shape or not len(given):
         raise MotionError(
             f"vertices: found shape {given.shape}; allowed: (frames, {head.vertex_count}, 3) "

@@ -18,6 +18,7 @@ from random import Random
 
 Mutation = Callable[[Random, bytes], bytes]
 
+GROWN_MOST = 1_000_000  # bytes: a large file may cost much, a small one may not
 EDGES = (
     0,
     1,
@@ -228,17 +229,18 @@ def mutate(rng: Random, data: bytes, kind: str, others: tuple[bytes, ...] = ()) 
     `others` are seeds of the same kind, for splices.
     """
     special = KINDS[kind]
+    most = 4 * len(data) + GROWN_MOST
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         if special and rng.random() < 0.7:
             try:
-                data = rng.choice(special)(rng, data)
+                data = rng.choice(special)(rng, data)[:most]
                 continue
             except Exception:
                 pass  # changed so much that its form is lost: any bytes, then
         if others and rng.random() < 0.1:
             data = _spliced(rng, data, rng.choice(others))
         else:
-            data = rng.choice(_ANY)(rng, data)
+            data = rng.choice(_ANY)(rng, data)[:most]
     return data
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.files.pickles.pickle_budget import ARRAY_BYTES, Purse, RefusedError
 from elocute.files.pickles.pickle_cursor import Raw
 
@@ -36,6 +37,8 @@ class SparseMatrix:
     def nbytes(self) -> int:
         """Bytes of the three arrays."""
         return self.data.nbytes + self.indices.nbytes + self.indptr.nbytes
+
+    __repr__ = one_line
 
     def dense(self) -> NDArray[np.float64]:
         """(row, column); entries that occur twice are added. Mind the size: see `shape`."""

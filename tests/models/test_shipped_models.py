@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from elocute.animation import animate
 from elocute.errors import ModelError
+from elocute.models import crnn_network, voca
+from elocute.models.registry import open_model
 from elocute.motion.measures import measure_mouth
-from elocute.synthesis import crnn, voca
-from elocute.synthesis.animate import animate
 
 LIPS_CLOSE_S = {"me": 1.69, "p": 5.46, "m": 6.34, "blue": 8.18}  # as recipes/example.py says
-MODELS = {"voca": (voca.SHIPPED_PATH, 1.0), "crnn": (crnn.SHIPPED_PATH, 3.0)}  # MB at most
+MODELS = {"voca": (voca.SHIPPED_PATH, 1.0), "crnn": (crnn_network.SHIPPED_PATH, 3.0)}  # MB at most
 Opening = Callable[..., np.ndarray]
 
 
@@ -57,7 +58,7 @@ def test_it_is_small(model: str) -> None:
 
 
 def test_styles_of_voca_differ(speech_wav: Path, opening: Opening) -> None:
-    styles = voca.VocaModel("voca").record.styles
+    styles = open_model("voca").styles
     assert "plain" in styles and "grid" in styles
     assert np.abs(opening("voca", "grid") - opening("voca")).mean() > 0.2
     with pytest.raises(ModelError, match="plain"):

@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from elocute.animation import animate
 from elocute.audio.noise import white_noise
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError, HeadError, InputError
-from elocute.motion.measures import measure_mouth
-from elocute.motion.motion import Motion
-from elocute.synthesis.animate import animate
-from elocute.synthesis.mouth_studies import (
+from elocute.evaluation.mouth_studies import (
     NoiseScore,
     correlation,
     face_scores,
@@ -25,6 +23,8 @@ from elocute.synthesis.mouth_studies import (
     spread,
     style_openings,
 )
+from elocute.motion.measures import measure_mouth
+from elocute.motion.motion import Motion
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,6 @@ loud; its mean is left alone, as sound cards remove it.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,7 +26,8 @@ from elocute.audio.mel3 import (
 )
 from elocute.audio.waveform import Waveform
 from elocute.errors import ModelError
-from elocute.synthesis.crnn import SPAN, CrnnModel
+from elocute.models.crnn_network import SPAN, CrnnNetwork
+from elocute.models.ears import Resampled
 
 Array = NDArray[np.float32]
 BLOCK = 10 * RATE  # samples in one run: memory stays bounded
@@ -47,7 +46,12 @@ def whole_level(samples: Array) -> tuple[float, float]:
     return float(mean), peak if peak > SILENT_PEAK else float("inf")
 
 
-def stream_weights(model: CrnnModel, sound: Waveform, joins: str = "state") -> Array:
+def level_of(sound: Waveform) -> tuple[float, float]:
+    """Mean and peak of a whole sound at the network's rate."""
+    return whole_level(sound.resample(RATE).samples)
+
+
+def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") -> Array:
     """(frame, component) of a whole sound at the model's frame rate, its peak known.
 
     joins: "state" lets the LSTM remember all that was; "pieces" begins anew every 15 frames and
@@ -67,7 +71,7 @@ class CrnnStream:
     """
 
     def __init__(
-        self, model: CrnnModel, sample_rate: int, joins: str = "state",
+        self, model: CrnnNetwork, sample_rate: int, joins: str = "state",
         level: tuple[float, float] | None = None,
     ) -> None:  # fmt: skip
         if joins not in JOINS:
@@ -75,32 +79,34 @@ class CrnnStream:
         self._model, self._rate, self._joins = model, sample_rate, joins
         self._fps = model.record.fps
         self._columns = _Columns(level)
-        self._resampler = _resampler(sample_rate)
+        self._resampled = Resampled(sample_rate, RATE)
         self._heard = 0  # samples that came in, at their own rate
         self._frame = 0
         self._state = model.rest
         self._held = np.zeros((0, model.record.outputs), np.float32)
         self._given = 0  # how many of the frames held were given out already
 
+    name = "crnn"
+
+    @property
+    def rate(self) -> float:
+        """Frames per second."""
+        return self._fps
+
     def push(self, samples: Array) -> Array:
         """(frame, component) that are ready now, perhaps none."""
         self._heard += len(samples)
-        self._columns.push(self._resampled(samples, last=False))
+        self._columns.push(self._resampled.push(samples))
         ready = self._ready()
         return self._joined(self._answer(ready), last=False)
 
     def flush(self, duration_s: float | None = None) -> Array:
         """The frames that were waiting for sound that did not come: silence stands for it."""
         duration_s = self._heard / self._rate if duration_s is None else duration_s
-        self._columns.push(self._resampled(np.zeros(0, np.float32), last=True))
+        self._columns.push(self._resampled.push(np.zeros(0, np.float32), last=True))
         total = max(1, round(duration_s * self._fps))
         self._columns.finish(int(column_starts(1, self._fps, total - 1)[0]) + SPAN)
         return self._joined(self._answer(total), last=True)
-
-    def _resampled(self, samples: Array, *, last: bool) -> Array:
-        if self._resampler is None:
-            return np.ascontiguousarray(samples, np.float32)
-        return self._resampler.resample_chunk(np.ascontiguousarray(samples, np.float32), last=last)
 
     def _ready(self) -> int:
         """Frames whose windows are whole."""
@@ -205,11 +211,3 @@ class _Columns:
         peaks = np.maximum.accumulate(np.maximum(found, self._peak))
         self._peak = float(peaks[-1])
         return peaks.astype(np.float64)
-
-
-def _resampler(sample_rate: int) -> Any:
-    if sample_rate == RATE:
-        return None
-    import soxr
-
-    return soxr.ResampleStream(sample_rate, RATE, 1, dtype="float32")

@@ -1,4 +1,4 @@
-"""A trained recurrent model: mel columns and a state in, weights of its own shapes and a state out.
+"""The network of a recurrent model: mel columns and a state in, weights and a state out.
 
 ONNX alone, no torch. `crnn_stream` feeds it sound.
 """
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.mel3 import BANDS, CONTEXT, HOP, MARGIN, RATE
 from elocute.errors import ModelError
-from elocute.synthesis.trained_file import check_file, open_session, run_session, stored_record
+from elocute.models.onnx_record import check_file, open_session, run_session, stored_record
 
 Array = NDArray[np.float32]
 SHIPPED = "crnn"
@@ -35,7 +35,7 @@ class CrnnRecord:
     note: str
 
 
-class CrnnModel:
+class CrnnNetwork:
     """`crnn`, the one that ships, or a file of one's own.
 
     Raises ModelError where the file is missing, too large or no recurrent model of Elocute.

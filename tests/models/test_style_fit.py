@@ -16,11 +16,13 @@ from elocute.corpus.track import Track, true_track
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
-from elocute.synthesis import style_fit
-from elocute.synthesis.learned import basis_of, style_of
-from elocute.synthesis.style_file import read_mix, write_mix
-from elocute.synthesis.style_fit import Observed, fit_style, search
-from elocute.synthesis.voca import VocaModel
+from elocute.models import style_fit
+from elocute.models.hearing import hear
+from elocute.models.protocol import Heard, Span
+from elocute.models.style_file import read_mix, write_mix
+from elocute.models.style_fit import Observed, fit_style, search
+from elocute.models.styles import basis_of
+from elocute.models.voca import VocaModel
 
 MIX = {"broad": 0.6, "tense": 0.4}
 
@@ -31,26 +33,27 @@ def model(learned: Any) -> VocaModel:
 
 
 @pytest.fixture(scope="module")
-def features(speech_wav: Path) -> Features:
+def heard(speech_wav: Path) -> Heard:
     """Two seconds of speech at 50 Hz."""
     heard = resolve_encoder("phones")(read_audio(speech_wav))
-    return Features(heard.values[25:125], heard.rate, heard.encoder)
+    return Heard(Features(heard.values[25:125], heard.rate, heard.encoder))
 
 
 @pytest.fixture(scope="module")
-def take(model: VocaModel, features: Features) -> Observed:
+def take(model: VocaModel, heard: Heard) -> Observed:
     """What the model itself does in a known mix."""
-    weights = model.weights(features, model.style_vector(MIX))
-    return Observed(features, Track(weights, load_builtin_head().template, 60.0, basis_of(model)))
+    weights = model.weights(heard, model.mix(MIX), Span.whole(120, 60.0))
+    basis = basis_of(model.components, model.basis)
+    return Observed(heard, Track(weights, load_builtin_head().template, 60.0, basis))
 
 
 def test_a_known_mix_is_found_again(model: VocaModel, take: Observed) -> None:
     fit = fit_style(model, [take])
-    assert model.style_vector(fit.mix) == pytest.approx([0.0, 0.6, 0.4], abs=0.05)
+    assert model.mix(fit.mix) == pytest.approx([0.0, 0.6, 0.4], abs=0.05)
     assert list(fit.mix)[:2] == ["broad", "tense"]
     assert fit.error_mm < 0.01 < min(fit.styles.values())
     assert fit.seconds == pytest.approx(2.0)
-    assert style_of(model, fit.text) == pytest.approx(model.style_vector(fit.mix), abs=1e-3)
+    assert model.style(fit.text) == pytest.approx(model.mix(fit.mix), abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +74,7 @@ def test_everybody_is_known_by_a_sentence_nobody_taught(
     learned: Any, model: VocaModel, name: str
 ) -> None:
     assert name in learned.corpus.split().test
-    heard = resolve_encoder("phones")(learned.corpus.sound(name))
+    heard, _ = hear(model, learned.corpus.sound(name))
     fit = fit_style(model, [Observed(heard, true_track(learned.corpus, name))])
     assert fit.best_style == next(iter(fit.mix)) == learned.corpus.entry(name).subject
 
@@ -81,14 +84,14 @@ def test_the_error_is_the_distance_of_vertices(
 ) -> None:
     """Also of what the model cannot do: here, vertices that shake."""
     monkeypatch.setattr(track_module, "BLOCK_FRAMES", 37)
-    shape, rest = basis_of(model).shape, take.motion.template
-    flat = basis_of(model).reshape(len(basis_of(model)), -1)
+    basis, rest = basis_of(model.components, model.basis), take.motion.template
+    shape, flat = basis.shape, basis.reshape(len(basis), -1)
     rng = np.random.default_rng(0)
     observed = rest + (take.motion.values @ flat).reshape(-1, *shape[1:])
     observed += rng.normal(0, 0.001, observed.shape)
-    fit = fit_style(model, [Observed(take.features, Track(observed, rest, 60.0))])
+    fit = fit_style(model, [Observed(take.heard, Track(observed, rest, 60.0))])
     for name, error in fit.styles.items():
-        weights = model.weights(take.features, model.style_vector({name: 1.0}))
+        weights = model.weights(take.heard, model.mix({name: 1.0}), Span.whole(120, 60.0))
         predicted = rest + (weights @ flat).reshape(observed.shape)
         distance = 1000 * np.linalg.norm(predicted - observed, axis=2)
         assert error == pytest.approx(np.sqrt(np.square(distance).mean()), rel=1e-5)
@@ -101,9 +104,9 @@ def test_frame_rates_and_lengths_may_differ(model: VocaModel, take: Observed) ->
     doubled = np.repeat(values, 2, axis=0)
     doubled[1:-1:2] = (values[:-1] + values[1:]) / 2
     motion = Track(doubled, take.motion.template, 120.0, take.motion.basis)
-    fit = fit_style(model, [Observed(take.features, motion)])
+    fit = fit_style(model, [Observed(take.heard, motion)])
     assert fit.seconds == pytest.approx(1.5)
-    expected = fit_style(model, [Observed(take.features, take.motion.cut(90))])
+    expected = fit_style(model, [Observed(take.heard, take.motion.cut(90))])
     assert fit.styles == pytest.approx(expected.styles, rel=1e-4)
     assert fit.error_mm < 0.01 < min(fit.styles.values())
 
@@ -111,13 +114,13 @@ def test_frame_rates_and_lengths_may_differ(model: VocaModel, take: Observed) ->
 def test_only_the_beginning_of_a_long_take_is_looked_at(
     model: VocaModel, take: Observed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = fit_style(model, [Observed(take.features, take.motion.cut(60))])
+    first = fit_style(model, [Observed(take.heard, take.motion.cut(60))])
     monkeypatch.setattr(style_fit, "SECONDS_MOST", 1.0)
     assert fit_style(model, [take]) == first
 
 
 def test_takes_add_up(model: VocaModel, take: Observed) -> None:
-    short = Observed(take.features, take.motion.cut(24))
+    short = Observed(take.heard, take.motion.cut(24))
     with pytest.raises(ModelError, match=r"0\.40 s .*allowed: 0\.5 s"):
         fit_style(model, [short])
     assert fit_style(model, [short, take]).seconds == pytest.approx(2.4)
@@ -128,13 +131,13 @@ def test_what_explains_nothing_is_refused(model: VocaModel, take: Observed) -> N
         fit_style(model, [])
     other = Track(np.zeros((60, 9, 3)), np.zeros((9, 3)), 60.0)
     with pytest.raises(ModelError, match="motion: 9 vertices; allowed: "):
-        fit_style(model, [Observed(take.features, other)])
+        fit_style(model, [Observed(take.heard, other)])
     broken = np.array(take.motion.values)
     broken[7, 3] = np.nan
     motion = Track(broken, take.motion.template, 60.0, take.motion.basis)
     with pytest.raises(ModelError, match="NaN"):
-        fit_style(model, [Observed(take.features, motion)])
-    deaf = Features(take.features.values[:, :5], 50.0, "phones")
+        fit_style(model, [Observed(take.heard, motion)])
+    deaf = Heard(Features(take.heard.features.values[:, :5], 50.0, "phones"))
     with pytest.raises(ModelError, match="5 features"):
         fit_style(model, [Observed(deaf, take.motion)])
 
@@ -170,10 +173,10 @@ class TestStyleFile:
 
     def test_a_model_speaks_in_it(self, model: VocaModel, tmp_path: Path) -> None:
         write_mix(tmp_path / "mine.json", MIX, {})
-        assert style_of(model, str(tmp_path / "mine.json")) == pytest.approx([0.0, 0.6, 0.4])
+        assert model.style(str(tmp_path / "mine.json")) == pytest.approx([0.0, 0.6, 0.4])
         write_mix(tmp_path / "mine.json", {"nobody": 1.0}, {})
         with pytest.raises(ModelError, match=r"'nobody'.*plain, broad, tense"):
-            style_of(model, str(tmp_path / "mine.json"))
+            model.style(str(tmp_path / "mine.json"))
 
     @pytest.mark.parametrize(
         ("text", "told"),

@@ -21,18 +21,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.features import Features
 from elocute.corpus.track import MM, Track
 from elocute.errors import ModelError
-from elocute.synthesis.learned import basis_of, resampled
-from elocute.synthesis.rules import Styled
-from elocute.synthesis.voca import REACH
+from elocute.models.protocol import Heard, Span, SpeechModel
+from elocute.models.styles import basis_of
+from elocute.numerics.sampling import frame_places, frames_in, read_rows
 
 Array = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 SECONDS_LEAST, SECONDS_MOST = 0.5, 60.0
 STEPS = (0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625)
 POWER = 0.25  # of variances in the loss: 1 is the sum of squares, towards 0 the determinant
+BEYOND_S = 1.0  # of sound after the last frame: more than any model looks ahead
 SHARE_LEAST = 0.005  # smaller shares are left out of the mix
 GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
 
@@ -72,7 +72,7 @@ class StyleFit:
 class Observed:
     """One take: what the model hears, and the motion, over its own neutral face."""
 
-    features: Features
+    heard: Heard
     motion: Track
 
 
@@ -80,22 +80,28 @@ class Observed:
 class _Target:
     """A take in orthonormal coordinates of what the model can do: distances are those of vertices.
 
-    features  at the model's frame rate, as far as these frames hear
-    places    (frame, direction) mm
-    beyond    mm², summed over frames and vertices: what no weights reach
+    heard   as far as these frames hear
+    places  (frame, direction) mm, at the model's frame rate
+    beyond  mm², summed over frames and vertices: what no weights reach
     """
 
-    features: Features
+    heard: Heard
     places: Doubles
     beyond: float
 
 
-def fit_style(model: Styled, takes: Sequence[Observed]) -> StyleFit:
+def fit_style(model: SpeechModel, takes: Sequence[Observed]) -> StyleFit:
     """The convex mix of the model's styles that best explains some takes.
 
-    Raises ModelError for takes of another topology, too short, not finite or none.
+    Raises ModelError for takes of another topology, too short, not finite or none, and for a
+    model that has no styles.
     """
-    basis = basis_of(model).astype(np.float64)
+    if not model.styles:
+        raise ModelError.about(
+            f"model {model.name}", found="no styles", allowed="a model that has some: "
+            "articulation, voca, or one that elocute train voca wrote",
+        )  # fmt: skip
+    basis = basis_of(model.components, model.basis).astype(np.float64)
     directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
     targets = [_target(model, take, directions) for take in takes]
     problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
@@ -104,7 +110,7 @@ def fit_style(model: Styled, takes: Sequence[Observed]) -> StyleFit:
             "motion", found=f"{problem.seconds:.2f} s of it with sound",
             allowed=f"{SECONDS_LEAST} s or more",
         )  # fmt: skip
-    names = model.record.styles
+    names = model.styles
     corners = np.eye(len(names))
     alone = [problem.loss(corner) for corner in corners]
     if not np.isfinite(alone).all():
@@ -160,11 +166,11 @@ class _Problem:
     """The loss over all takes; shapes (component, direction) are the model's, in mm."""
 
     def __init__(
-        self, model: Styled, shapes: Doubles, targets: Sequence[_Target], vertices: int
+        self, model: SpeechModel, shapes: Doubles, targets: Sequence[_Target], vertices: int
     ) -> None:
         self.model, self.shapes, self.targets = model, shapes, targets
         frames = sum(len(target.places) for target in targets)
-        self.seconds, self.per = frames / model.record.fps, max(frames, 1) * vertices
+        self.seconds, self.per = frames / model.fps, max(frames, 1) * vertices
 
     def loss(self, mix: Doubles) -> float:
         """mm² a vertex: (Σ λ^p)^(1/p), λ the residual's variances along its axes, within reach."""
@@ -181,12 +187,14 @@ class _Problem:
 
     def _away(self, mix: Doubles) -> Iterator[Doubles]:
         """(frame, direction) mm of every take: the model's motion less the observed one."""
+        style = self.model.mix(dict(zip(self.model.styles, mix.tolist(), strict=True)))
         for target in self.targets:
-            weights = self.model.weights(target.features, mix.astype(np.float32))
-            yield weights[: len(target.places)] @ self.shapes - target.places
+            span = Span.whole(len(target.places), self.model.fps)
+            weights = self.model.weights(target.heard, style, span)
+            yield weights @ self.shapes - target.places
 
 
-def _target(model: Styled, take: Observed, directions: Doubles) -> _Target:
+def _target(model: SpeechModel, take: Observed, directions: Doubles) -> _Target:
     """A take at the model's frame rate, as far as it has both sound and motion.
 
     directions (3 · vertex, direction) is orthonormal.
@@ -194,18 +202,19 @@ def _target(model: Styled, take: Observed, directions: Doubles) -> _Target:
     if take.motion.vertex_count * 3 != len(directions):
         raise ModelError.about(
             "motion", found=f"{take.motion.vertex_count} vertices",
-            allowed=f"{len(directions) // 3}, the topology that {model.path.name} moves",
+            allowed=f"{len(directions) // 3}, the topology that {model.name} moves",
         )  # fmt: skip
-    fps = model.record.fps
-    features, motion = take.features.resample(fps), _at_rate(take.motion, fps)
-    frames = min(motion.frame_count, len(features.values), round(SECONDS_MOST * fps))
+    fps, features = model.fps, take.heard.features
+    motion, heard_s = _at_rate(take.motion, fps), len(features.values) / features.rate
+    frames = min(motion.frame_count, round(heard_s * fps), round(SECONDS_MOST * fps))
     rest = np.asarray(motion.template, np.float64) * MM
     places, beyond = [], 0.0
     for block in motion.cut(frames).blocks():
         moved = (block - rest).reshape(len(block), -1)
         places.append(moved @ directions)
         beyond += float(np.square(moved - places[-1] @ directions.T).sum())
-    heard = replace(features, values=features.values[: frames + REACH])
+    rows = math.ceil((frames / fps + BEYOND_S) * features.rate)
+    heard = Heard(replace(features, values=features.values[:rows]))
     return _Target(heard, np.concatenate(places), beyond)
 
 
@@ -214,6 +223,6 @@ def _at_rate(motion: Track, fps: float) -> Track:
     motion = motion.cut(math.ceil(SECONDS_MOST * motion.fps) + 1)
     if motion.fps == fps:
         return motion
-    flat = np.asarray(motion.values, np.float32).reshape(motion.frame_count, -1)
-    values = resampled(flat, motion.fps, motion.frame_count / motion.fps, fps)
-    return Track(values.reshape(-1, *motion.values.shape[1:]), motion.template, fps, motion.basis)
+    count = frames_in(motion.frame_count / motion.fps, fps)
+    values = read_rows(np.asarray(motion.values), frame_places(0, count, motion.fps, fps))
+    return Track(values, motion.template, fps, motion.basis)

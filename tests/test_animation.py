@@ -7,12 +7,14 @@ import pytest
 import soundfile
 
 import elocute
+from elocute.animation import animate
 from elocute.articulation.style import Style
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
+from elocute.models.hearing import hear
+from elocute.models.registry import open_model
 from elocute.motion.measures import measure_mouth
-from elocute.synthesis.animate import animate, listen
 
 QUIET = Style(blink_per_min=0)
 
@@ -51,7 +53,7 @@ def test_thirty_seconds_whole_or_in_pieces(sound, monkeypatch):
     from elocute.encoders.phone_encoder import builtin_encoder
 
     samples = np.tile(sound.samples, 4)[: 30 * 16000]
-    whole, _ = listen(Waveform(samples, 16000))
+    whole = hear(open_model(), Waveform(samples, 16000))[0].features.values
     stream = builtin_encoder().stream()
     cuts = np.cumsum(np.random.default_rng(0).integers(1, 40_000, 60))
     pieces = [stream.push(part) for part in np.split(samples, cuts[cuts < len(samples)])]
