@@ -321,10 +321,6 @@ def _check_arrays(corpus: Corpus) -> None:
             raise CorpusError.about(
                 corpus.folder / name, found=f"shape {found}", allowed=str(allowed)
             )
-    if not np.isfinite(templates).all():
-        raise CorpusError.about(
-            corpus.folder / "templates.npy", found="NaN or infinity", allowed="finite metres"
-        )
 
 
 def _there(path: Path) -> Path:

@@ -14,6 +14,9 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import numpy as np
+import soundfile
+
 from fuzzing.cases import Files
 from fuzzing.mutations import npy
 
@@ -49,6 +52,12 @@ def _wav(tag: int = 1, chunks: bytes = b"", rate: int = 16000) -> Files:
     data = b"data" + struct.pack("<I", 640) + bytes(640)
     inside = b"WAVE" + chunks + form + data
     return {"talk.wav": b"RIFF" + struct.pack("<I", len(inside)) + inside}
+
+
+def _flac(samples: int) -> bytes:
+    out = io.BytesIO()
+    soundfile.write(out, np.zeros(samples), 16000, format="FLAC")
+    return out.getvalue()
 
 
 def _rf64(size: int) -> Files:
@@ -191,6 +200,14 @@ FOUND: dict[str, Made] = {
     "sound of an unknown coding": ("wav", lambda: _wav(0x0999)),
     "sound of a coding without a decoder": ("wav", lambda: _wav(0x0042)),
     "sound with a short ds64": ("wav", partial(_rf64, 4)),
+    "corpus with a template that is no number": (
+        "corpus",
+        lambda: {"templates.npy": _shape("(3, 80, 3)", "<f4", b"\xff" * 2880)},
+    ),
+    "corpus with a sound of a few samples": (
+        "corpus",
+        lambda: {"sound/anna.ahanna.flac": _flac(20)},
+    ),
     "corpus at an infinite frame": (
         "corpus",
         partial(_corpus, clips=[{**_CLIP, "start": "<Infinity>"}]),
