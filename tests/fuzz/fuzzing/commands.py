@@ -146,7 +146,7 @@ _MODULES = (
     "elocute.corpus.importers.registry",
     "trimesh",
 )
-_ANIMATE = ("elocute.synthesis.animate", "elocute.audio.read")
+_ANIMATE = ("elocute.animation", "elocute.audio.read")
 
 COMMANDS: tuple[Reader, ...] = (
     commands_of("info motion", seeds.motions, "info", "{talk.npz}"),

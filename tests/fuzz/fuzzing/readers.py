@@ -49,7 +49,7 @@ def _style(path: Path) -> None:
 
 
 def _mix(path: Path) -> None:
-    from elocute.synthesis.style_file import read_mix
+    from elocute.models.style_file import read_mix
 
     read_mix(path)
 
@@ -274,8 +274,8 @@ def _deepspeech(path: Path) -> None:
 
 
 def _model(path: Path) -> None:
+    from elocute.animation import animate
     from elocute.audio.waveform import Waveform
-    from elocute.synthesis.animate import animate
 
     style = "even" if path.stem == "voca" else "plain"
     animate(Waveform(seeds.tone(), seeds.RATE), model=path, style=style, fps=30.0)
@@ -370,7 +370,7 @@ READERS: tuple[Reader, ...] = (
     # JSON and text
     Reader("identity", seeds.identities, only(_identity), _JSON, ("elocute.head.identity",)),
     Reader("style", seeds.styles, only(_style), _JSON, ("elocute.articulation.style",)),
-    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.synthesis.style_file",)),
+    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.style_file",)),
     Reader(
         "words",
         seeds.words,
@@ -566,7 +566,7 @@ READERS: tuple[Reader, ...] = (
         seeds.shipped("voca.onnx", "crnn.onnx"),
         only(_model),
         {"*.onnx": "proto"},
-        ("elocute.synthesis.animate", "elocute.synthesis.learned"),
+        ("elocute.animation", "elocute.models.registry"),
         short=30,
     ),
     Reader(
