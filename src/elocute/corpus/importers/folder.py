@@ -17,6 +17,7 @@ from elocute.audio.read import probe_audio, read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.frame_rate import frame_rate
 from elocute.corpus.importers.common import (
+    FLOATS,
     Progress,
     Skipped,
     finish,
@@ -29,8 +30,10 @@ from elocute.corpus.importers.vocaset import read_texts, sentence_id
 from elocute.corpus.topologies import topology_of
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
+from elocute.files.arrays import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle
 
+ARRAY_MAX_BYTES = 8_000_000_000
 FOLDERS = ("vertices_npy", "wav")
 PROBED = 24
 """Clips whose lengths tell the frame rate."""
@@ -136,7 +139,9 @@ def _parts(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
 
 def _vertices(path: Path, count: int) -> NDArray[np.float32]:
     """(frame, vertex, 3) of either layout. Raises CorpusError for another topology."""
-    array = mapped(path)
+    array = read_npy(path, max_bytes=ARRAY_MAX_BYTES, allowed=FLOATS, error=CorpusError)
+    if array.dtype.kind != "f":
+        raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
     flat = array.ndim == 2 and array.shape[1] == 3 * count
     if not flat and (array.ndim != 3 or array.shape[1:] != (count, 3)):
         found = array.shape[1] // 3 if array.ndim == 2 else array.shape[1] if array.ndim > 1 else 0
