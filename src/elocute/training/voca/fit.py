@@ -25,6 +25,7 @@ from elocute.training.voca.checkpoint import (
     restore_network,
     restore_optimiser,
     save_checkpoint,
+    stored_log,
 )
 from elocute.training.voca.config import TrainConfig
 from elocute.training.voca.data import Encode, Frames, load_frames
@@ -256,16 +257,17 @@ def _restore(
     config: TrainConfig,
 ) -> list[dict[str, float]]:  # fmt: skip
     tensors, record = load_checkpoint(path)
-    stored = {**record["config"], "epochs": config.epochs}
-    if stored != config.record() or tuple(record["styles"]) != material.styles:
+    settings = record.get("config")
+    stored = {**(settings if isinstance(settings, dict) else {}), "epochs": config.epochs}
+    if stored != config.record() or record.get("styles") != list(material.styles):
         differing = [k for k, v in config.record().items() if stored.get(k) != v] or ["styles"]
         raise ModelError.about(
             path, found=f"a training with other {', '.join(differing)}",
             allowed="the same settings and corpus", remedy="choose another output folder",
         )  # fmt: skip
     restore_network(path, network, tensors)
-    restore_optimiser(optimiser, tensors)
-    return list(record["log"])
+    restore_optimiser(path, optimiser, tensors)
+    return stored_log(path, record)
 
 
 def _line(row: dict[str, float]) -> str:
