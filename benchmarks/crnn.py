@@ -30,9 +30,9 @@ import torch
 from elocute.audio.mel3 import mel3_columns
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
+from elocute.models.crnn_network import CrnnNetwork
+from elocute.models.crnn_stream import stream_weights
 from elocute.networks.crnn import COLUMNS, Crnn, SharedCrnn, with_slopes
-from elocute.synthesis.crnn import CrnnModel
-from elocute.synthesis.crnn_stream import stream_weights
 from elocute.training.crnn.export import OPSET, _Stream
 
 EXAMPLE = Path(__file__).parents[1] / "src" / "elocute" / "assets" / "example.flac"
@@ -146,7 +146,7 @@ def main() -> None:
     ):
         print(f"{fast} against {slow}: {spent[slow] / spent[fast]:.1f} x")
     if choice.model:
-        model = CrnnModel(choice.model)
+        model = CrnnNetwork(choice.model)
         seconds, _ = timed(lambda: stream_weights(model, whole), choice.times)
         print(f"a recording of {whole.duration_s:.1f} s, mel columns and network: {seconds:.3f} s")
 

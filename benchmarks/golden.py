@@ -1,6 +1,6 @@
 """Golden digests: the same sound must give the same files, bit for bit, on one machine.
 
-    python benchmarks/golden.py -o before.json           # before a change that should change nothing
+    python benchmarks/golden.py -o before.json           # before a change of layout
     python benchmarks/golden.py --against before.json    # after it; exit 1 where a file differs
 
 Digests hold on one machine with one set of libraries; they are compared, never committed.

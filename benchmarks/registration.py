@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import elocute
+from elocute.animation import animate
 from elocute.capture.errors_mm import correspondence_mm, scan_distances, surface_error
 from elocute.capture.landmarks import Landmarks
 from elocute.capture.matching import samples_of
@@ -41,7 +42,6 @@ from elocute.capture.template import Template
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
-from elocute.synthesis.animate import animate
 
 Floats = NDArray[np.float64]
 REGIONS = ("face", "lips", "eye_area_left", "scalp")

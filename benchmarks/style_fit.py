@@ -29,11 +29,11 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 from elocute.articulation.style import STYLES
 from elocute.corpus.store import Corpus, open_corpus
 from elocute.corpus.track import Track, true_track
-from elocute.encoders.registry import resolve_encoder
 from elocute.head.builtin import load_builtin_head
-from elocute.synthesis.predict import open_predictor
-from elocute.synthesis.rules import open_styled
-from elocute.synthesis.style_fit import Observed, fit_style
+from elocute.models.hearing import hear
+from elocute.models.protocol import Span
+from elocute.models.registry import open_model
+from elocute.models.style_fit import Observed, fit_style
 
 Case = tuple[str, str, Track]
 """Clip, the style it was spoken in, its motion."""
@@ -47,12 +47,13 @@ def held_out(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Itera
 
 
 def said_again(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Iterator[Case]:
-    driver, head = open_predictor("articulation"), load_builtin_head()
+    driver, head = open_model(), load_builtin_head()
     for name in names:
-        heard, entry = driver.hear(corpus.sound(name)), corpus.entry(name)
+        heard, entry = hear(driver, corpus.sound(name))[0], corpus.entry(name)
+        span = Span.whole(entry.frames, corpus.fps)
         for style in styles:
             if style in STYLES:
-                weights = driver.weights(heard, style, entry.frames, corpus.fps)
+                weights = driver.weights(heard, driver.style(style), span)
                 yield name, style, Track(weights, head.template, corpus.fps, head.expression_basis)
 
 
@@ -79,7 +80,7 @@ def main() -> None:
     parser.add_argument("--together", type=int, default=1, help="clips of a style at a time")
     parser.add_argument("--limit", type=int, default=1000, help="clips of the part")
     choice = parser.parse_args()
-    corpus, model = open_corpus(choice.corpus), open_styled(choice.model)
+    corpus, model = open_corpus(choice.corpus), open_model(choice.model)
     names = (
         choice.names.read_text(encoding="utf-8").split()
         if choice.names
@@ -87,9 +88,9 @@ def main() -> None:
         if choice.part == "all"
         else list(corpus.split(choice.split).parts()[choice.part])
     )[: choice.limit]
-    styles = model.record.styles
+    styles = model.styles
     cases = (said_again if choice.resay else held_out)(corpus, names, styles)
-    encode = lru_cache(1)(lambda name: resolve_encoder(model.record.encoder)(corpus.sound(name)))
+    encode = lru_cache(1)(lambda name: hear(model, corpus.sound(name), contacts=False)[0])
     confusion: Counter[tuple[str, str]] = Counter()
     alone = mixed = 0
     for style, takes in grouped(cases, choice.together):

@@ -52,9 +52,9 @@ def row(name: str, value: float, unit: str, target: str) -> None:
 
 
 def synthesis() -> None:
+    from elocute.animation import animate
     from elocute.audio.read import read_audio
     from elocute.audio.waveform import Waveform
-    from elocute.synthesis.animate import animate
 
     samples = read_audio(EXAMPLE, sample_rate=16000).samples
     samples = np.tile(samples, 7)
@@ -65,7 +65,7 @@ def synthesis() -> None:
 
 
 def expansion() -> None:
-    from elocute.synthesis.animate import animate
+    from elocute.animation import animate
 
     motion = animate(EXAMPLE).motion
     weights = motion.weights[np.arange(600) % motion.frame_count]
@@ -77,11 +77,11 @@ def expansion() -> None:
 
 
 def writing() -> None:
+    from elocute.animation import animate
     from elocute.audio.read import read_audio
     from elocute.audio.waveform import Waveform
     from elocute.export.gltf import glb_bytes, write_glb
     from elocute.export.meshes import write_obj
-    from elocute.synthesis.animate import animate
 
     samples = np.tile(read_audio(EXAMPLE, sample_rate=16000).samples, 2)[:160000]
     motion = animate(Waveform(samples, 16000)).motion
@@ -132,8 +132,8 @@ def memory() -> None:
 
 
 def rendering() -> None:
+    from elocute.animation import animate
     from elocute.export.render import open_renderer
-    from elocute.synthesis.animate import animate
 
     motion = animate(EXAMPLE, fps=30).motion
     for backend in ("moderngl", "embreex"):

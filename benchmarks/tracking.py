@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import elocute
+from elocute.animation import animate
 from elocute.capture.errors_mm import correspondence_mm
 from elocute.capture.landmarks import Landmarks, no_landmarks
 from elocute.capture.register import Registration, register_neutral, register_scan
@@ -29,7 +30,6 @@ from elocute.capture.simulate import Scanner, Stage
 from elocute.capture.template import Template
 from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
-from elocute.synthesis.animate import animate
 
 FPS = 60.0
 STYLES = ("plain", "broad", "smiling", "rounded")

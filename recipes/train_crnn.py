@@ -23,7 +23,7 @@ from elocute.corpus.shards import open_shards
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.run import MODEL, train_crnn
 
-ASSET = Path(__file__).parents[1] / "src" / "elocute" / "synthesis" / "assets" / "crnn.onnx"
+ASSET = Path(__file__).parents[1] / "src" / "elocute" / "models" / "assets" / "crnn.onnx"
 NOTE = (
     "Trained by Elocute on shards of synthetic and aligned speech with simulated motion "
     "(recipes/train_crnn.py); docs/cards/crnn.md says more."

@@ -17,7 +17,7 @@ from elocute.corpus.store import open_corpus
 from elocute.training.voca.config import TrainConfig
 from elocute.training.voca.run import MODEL, train_voca
 
-ASSET = Path(__file__).parents[1] / "src" / "elocute" / "synthesis" / "assets" / "voca.onnx"
+ASSET = Path(__file__).parents[1] / "src" / "elocute" / "models" / "assets" / "voca.onnx"
 NOTE = (
     "Trained by Elocute on simulated motion (recipes/build_corpus.py) and on speaker 1 of the GRID "
     "audio-visual corpus (Cooke et al. 2006, CC BY 4.0); speech: espeak-ng, flite, festival, and "

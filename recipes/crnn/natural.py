@@ -14,8 +14,8 @@ from crnn.simulation import FPS, simulate
 from elocute.corpus.shard_writer import ShardWriter
 from elocute.corpus.word_clip import SENTENCE, WordClip
 from elocute.head.builtin import load_builtin_head
+from elocute.models.speech_shapes import to_shapes
 from elocute.motion.motion import Motion
-from elocute.synthesis.speech_shapes import to_shapes
 from encoder.store import RATE
 
 VALIDATION_SHARE = 0.1

@@ -26,8 +26,8 @@ from elocute.corpus.store import open_corpus
 from elocute.corpus.word_clip import SENTENCE
 from elocute.corpus.writer import corpus_writer
 from elocute.head.builtin import load_builtin_head
+from elocute.models.speech_shapes import to_shapes
 from elocute.motion.motion import Motion
-from elocute.synthesis.speech_shapes import to_shapes
 from encoder.store import RATE
 
 CONTEXT_S = 0.1  # of rest that a word keeps at both ends

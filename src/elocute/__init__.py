@@ -14,21 +14,22 @@ from typing import TYPE_CHECKING, Any
 from elocute._version import __version__
 
 if TYPE_CHECKING:
+    from elocute.animation import Animation, animate
     from elocute.articulation.style import Style
     from elocute.audio.read import read_audio
     from elocute.audio.waveform import Waveform
     from elocute.errors import ElocuteError, InputError
     from elocute.head.builtin import load_builtin_head
     from elocute.head.model import HeadModel
+    from elocute.models.streaming import stream
     from elocute.motion.curves import Curves
     from elocute.motion.measures import measure_mouth
     from elocute.motion.motion import Motion
     from elocute.motion.store import load_motion, save_motion
-    from elocute.synthesis.animate import Animation, animate
 
 
 _HOMES = {
-    "Animation": "elocute.synthesis.animate",
+    "Animation": "elocute.animation",
     "Curves": "elocute.motion.curves",
     "ElocuteError": "elocute.errors",
     "HeadModel": "elocute.head.model",
@@ -36,12 +37,13 @@ _HOMES = {
     "Motion": "elocute.motion.motion",
     "Style": "elocute.articulation.style",
     "Waveform": "elocute.audio.waveform",
-    "animate": "elocute.synthesis.animate",
+    "animate": "elocute.animation",
     "load_builtin_head": "elocute.head.builtin",
     "load_motion": "elocute.motion.store",
     "measure_mouth": "elocute.motion.measures",
     "read_audio": "elocute.audio.read",
     "save_motion": "elocute.motion.store",
+    "stream": "elocute.models.streaming",
 }
 
 __all__ = [
@@ -60,6 +62,7 @@ __all__ = [
     "measure_mouth",
     "read_audio",
     "save_motion",
+    "stream",
 ]
 
 

@@ -27,18 +27,41 @@ class ElocuteError(Exception):
     """Base of every error that Elocute raises on purpose."""
 
 
+class Interrupted(BaseException):
+    """Ctrl-C on the command line; its text says what was done by then.
+
+    No KeyboardInterrupt, which the option parser would take for itself.
+    """
+
+
+def printable(text: object) -> str:
+    """Text as it can stand in one line of a terminal.
+
+    Control characters, line ends and the bytes of a file name that are no text are escaped.
+    """
+    return "".join(
+        letter if letter.isprintable() or letter == "\u200d" else _escaped(letter)
+        for letter in str(text)
+    )
+
+
+def _escaped(letter: str) -> str:
+    return letter.encode("unicode_escape").decode()
+
+
 class InputError(ElocuteError, ValueError):
     """Something given by the caller cannot be used; nothing was written."""
 
     @classmethod
     def about(cls, subject: str | Path, *, found: str, allowed: str = "", remedy: str = "") -> Self:
         """Compose the one-line message `subject: found; allowed: …; remedy`."""
-        parts = [f"{subject}: {found}"]
+        parts = [found]
         if allowed:
             parts.append(f"allowed: {allowed}")
         if remedy:
             parts.append(remedy)
-        return cls(" ".join("; ".join(parts).split()))
+        told = " ".join("; ".join(parts).split())
+        return cls(f"{printable(subject)}: {printable(told)}")
 
 
 class AudioError(InputError):

@@ -14,15 +14,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from elocute.animation import animate
 from elocute.audio.read import read_audio
 from elocute.corpus.store import Corpus
 from elocute.corpus.track import true_track
 from elocute.corpus.vertex_lists import builtin_list
 from elocute.errors import ModelError
+from elocute.evaluation.clips import clip_predictor
 from elocute.head.builtin import load_builtin_head
-from elocute.synthesis.animate import animate
-from elocute.synthesis.learned import builtin_basis
-from elocute.synthesis.predict import clip_predictor, open_predictor
+from elocute.models.hearing import hear
+from elocute.models.protocol import Span
+from elocute.models.registry import open_model
+from elocute.models.styles import basis_of
 
 Cli = Callable[..., Any]
 SPEAKERS = ("plain", "broad", "tense")
@@ -106,7 +109,7 @@ def test_another_topology_has_no_lips_of_its_own(
 
 
 def test_predictions_are_of_the_clips_length_over_its_speakers_face(corpus: Corpus) -> None:
-    predict = clip_predictor(open_predictor("articulation"), corpus)
+    predict = clip_predictor(open_model(), corpus)
     one, true = predict("tense.own2", "tense"), true_track(corpus, "tense.own2")
     assert (one.frame_count, one.fps) == (true.frame_count, true.fps)
     assert np.array_equal(one.template, corpus.template("tense"))
@@ -117,28 +120,36 @@ def test_predictions_are_of_the_clips_length_over_its_speakers_face(corpus: Corp
 
 def test_nobody_blinks(speech_wav: Path) -> None:
     """As blinks cannot be heard, they would only be wrong."""
-    driver, sound = open_predictor("articulation"), read_audio(speech_wav)
+    driver, sound = open_model(), read_audio(speech_wav)
     blink = driver.components.index("eyeBlinkLeft")
-    weights = driver.weights(driver.hear(sound), "plain", 588, 60.0)
+    heard, span = hear(driver, sound)[0], Span.whole(588, 60.0)
+    weights = driver.weights(heard, driver.style("plain"), span)
     assert weights[:, blink].max() == 0 < animate(sound).motion.weights[:, blink].max()
 
 
 def test_shapes_are_found_by_name_in_any_order() -> None:
     head = load_builtin_head()
     names = head.expression_names[7], head.expression_names[2]
-    assert np.array_equal(builtin_basis(names), head.expression_basis[[7, 2]])
+    assert np.array_equal(basis_of(names, None), head.expression_basis[[7, 2]])
     with pytest.raises(ModelError, match="weights of trunk"):
-        builtin_basis((*names, "trunk"))
+        basis_of((*names, "trunk"), None)
 
 
-def test_contacts_are_for_models_that_hear_phones(
-    cli: Cli, refused: Cli, learned: Any, tmp_path: Path
+def test_contacts_are_made_for_models_of_the_built_in_head(
+    cli: Cli, refused: Cli, learned: Any, sources: Any, tmp_path: Path
 ) -> None:
+    """Also where the model itself hears something else than phones."""
     folder, out = learned.corpus.folder, tmp_path / "out"
     cli("train", "voca", folder, "-o", out, "--epochs", 1, "--encoder", "fbank", "--json")
-    measure = "evaluate", "corpus", folder, "--contacts"
-    refused(*measure, "--model", out / "model.onnx", says="hears with fbank")
-    assert '"contacts": true' in cli(*measure, "--style", "plain", "--json").stdout
+    measure = "evaluate", "corpus", folder, "--contacts", "--style", "plain", "--json"
+    for model in ("articulation", out / "model.onnx", "crnn"):
+        assert '"contacts": true' in cli(*measure, "--model", model).stdout
+    sources.write_folder(tmp_path / "later", ("ann", "bob", "cy"))
+    other, out = tmp_path / "corpus", tmp_path / "other"
+    cli("corpus", "convert", tmp_path / "later", "-o", other)
+    cli("train", "voca", other, "-o", out, "--epochs", 1, "--encoder", "fbank", "--json")
+    measure = "evaluate", "corpus", other, "--contacts", "--style", "even"
+    refused(*measure, "--model", out / "model.onnx", says="moves by its own basis")
 
 
 @pytest.mark.parametrize(
@@ -147,7 +158,8 @@ def test_contacts_are_for_models_that_hear_phones(
         (["--part", "exam"], "test, validation, train"),
         (["--split", "other"], "default"),
         (["--style", "nobody"], "drawl"),
-        (["--model", "nothing"], "no such file"),
+        (["--model", "nothing"], "unknown; allowed: articulation"),
+        (["--model", "nothing.onnx"], "no such file"),
         (["--limit", "-1"], "--limit"),
         (["--seed", "-1"], "--seed"),
         (["--lips", "nothing.txt"], "nothing.txt"),

@@ -169,20 +169,20 @@ class TestVertexLists:
     @pytest.mark.parametrize(
         ("name", "content", "told"),
         [
-            ("a.json", "{", "no list"),
-            ("a.json", '{"a": 1}', "whole numbers"),
+            ("a.json", "{", "no JSON"),
+            ("a.json", '{"a": 1}', "no list of numbers"),
             ("a.json", "[[1], 2]", "no list"),
-            ("a.json", "[1.5]", "whole numbers"),
+            ("a.json", "[1.5]", "no list of numbers"),
             ("a.json", "[]", "whole numbers"),
-            ("a.json", "[1e400]", "whole numbers"),
+            ("a.json", "[1e400]", "beyond what a number holds"),
             ("a.txt", "1 two", "no list"),
             ("a.txt", "-1", "vertex -1"),
             ("a.txt", "3 9", "vertex 9"),
             ("a.txt", "9" * 40, "no list"),
-            ("a.npy", "hello", "no list"),
-            ("a.npy", "", "no list"),
+            ("a.npy", "hello", "no NumPy array"),
+            ("a.npy", "", "no NumPy array"),
             ("a.pkl", "x", "suffix"),
-            ("none/a.txt", None, "cannot be read"),
+            ("none/a.txt", None, "no such file"),
         ],
     )
     def test_no_list(self, tmp_path: Path, name: str, content: str | None, told: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from elocute.synthesis.animate import Animation, animate
+from elocute.animation import Animation, animate
 
 
 @pytest.fixture(scope="session")

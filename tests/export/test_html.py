@@ -8,8 +8,8 @@ import time
 import numpy as np
 import pytest
 
+from elocute.animation import animate
 from elocute.export.html import ASSETS, write_html
-from elocute.synthesis.animate import animate
 
 
 @pytest.fixture(scope="module")
@@ -127,6 +127,11 @@ def test_the_page_carries_no_address(page):
     assert (ASSETS / "THIRD_PARTY_NOTICES.txt").is_file()
 
 
+def test_the_page_carries_the_notice_of_three_js(page):
+    text = page[0].read_text(encoding="utf-8")
+    assert "Copyright © 2010-" in text and "The above copyright notice" in text
+
+
 def test_without_sound_a_clock_keeps_time(page, browser, tmp_path):
     write_html(page[1], tmp_path / "silent.html")
     browser.get((tmp_path / "silent.html").as_uri())
@@ -134,3 +139,23 @@ def test_without_sound_a_clock_keeps_time(page, browser, tmp_path):
     browser.execute_script("document.getElementById('play').click()")
     time.sleep(0.6)
     assert browser.execute_script("return elocute.sound.currentTime") > 0.3
+
+
+def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
+    """As in a notebook: a frame in a page, whose scripts cannot reach the page."""
+    take = animate(speech_wav, fps=10)
+    notebook = tmp_path / "notebook.html"
+    notebook.write_text(f"<!doctype html><body>{take._repr_html_()}</body>", encoding="utf-8")
+    browser.get(notebook.as_uri())
+    browser.switch_to.frame(0)
+    try:
+        for _ in range(100):
+            if browser.execute_script("return document.body.classList.contains('ready')"):
+                break
+            time.sleep(0.2)
+        assert browser.execute_script("return elocute.meshes.length") > 0
+        heard_s = browser.execute_script("return elocute.sound.duration")
+        assert heard_s == pytest.approx(10.7, abs=0.1)
+        assert browser.execute_script("return origin") == "null"
+    finally:
+        browser.switch_to.default_content()

@@ -267,14 +267,14 @@ class TestBrokenFiles:
         refused(b"\x80\x02\xff.", "no pickle, or a broken one (byte 255 at 2", "a whole pickle")
 
     def test_a_missing_file_and_a_folder(self, tmp_path):
-        with pytest.raises(InputError, match=r"no\.pkl: cannot be read \(No such file"):
+        with pytest.raises(InputError, match=r"no\.pkl: no such file; allowed: a pickle"):
             read_pickle(tmp_path / "no.pkl")
-        for other in (tmp_path, "/dev/null"):
-            with pytest.raises(InputError, match="not a file"):
+        for other, found in ((tmp_path, "a folder"), ("/dev/null", "no regular file")):
+            with pytest.raises(InputError, match=found):
                 read_pickle(other)
 
     def test_too_large_a_file(self, refused):
-        refused(pickle.dumps(b"x" * 3000), "0.0 MB", "up to", max_bytes=1000)
+        refused(pickle.dumps(b"x" * 3000), "3.018 kB", "up to 1 kB", max_bytes=1000)
 
     def test_every_cut_is_refused(self, refused, python2):
         whole = python2.dumps(python2.flame(vertices=12, components=4))
@@ -313,7 +313,7 @@ class TestBrokenFiles:
         deep = read(b"]" * 200_000 + b"a" * 199_999 + b".")
         assert isinstance(deep, list)
         knots = b"N" + b"p0\ng0\n\x86" * 5000 + b"."
-        assert isinstance(read(knots), tuple)
+        refused(knots, "unfolds")  # read in no time, but nobody could ever walk over it
         refused(b"}" + knots[:-1] + b"Ns.", "a tuple as a key")
         refused(b"cnumpy\ndtype\n" + knots[:-1] + b"\x85R.", "an array of type tuple")
 

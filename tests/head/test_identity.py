@@ -38,13 +38,13 @@ def test_a_file_gives_its_numbers(tmp_path):
     [
         ('{"identity": [1, 2]}', "2 numbers"),
         ('{"identity": [' + "9," * 49 + "9]}", r"identity\[0\] is 9"),
-        ('{"identity": [' + "0," * 49 + "NaN]}", r"identity\[49\] is nan"),
-        ('{"weights": []}', "not an identity"),
-        ("[1, 2", "not an identity"),
-        ('{"identity": "ada"}', "not an identity"),
+        ('{"identity": [' + "0," * 49 + "NaN]}", r"NaN is no number"),
+        ('{"weights": []}', "not one list of numbers"),
+        ("[1, 2", "no JSON"),
+        ('{"identity": "ada"}', "not one list of numbers"),
         ('{"identity": [[1], [2]]}', "not one list"),
-        ("[" * 50_000, "not an identity"),
-        ("x" * 200_000, "more than 100 kB"),
+        ("[" * 50_000, "no JSON"),
+        ("x" * 200_000, "200 kB"),
     ],
 )
 def test_a_bad_file_is_refused_in_one_line(tmp_path, text, found):
@@ -59,9 +59,9 @@ def test_a_bad_file_is_refused_in_one_line(tmp_path, text, found):
 def test_binary_and_missing_files_are_refused(tmp_path):
     path = tmp_path / "bytes.json"
     path.write_bytes(bytes(range(256)))
-    with pytest.raises(HeadError, match="not an identity"):
+    with pytest.raises(HeadError, match="no JSON"):
         resolve_identity(str(path))
-    with pytest.raises(HeadError, match="cannot be read"):
+    with pytest.raises(HeadError, match="no such file"):
         resolve_identity(str(tmp_path / "none.json"))
 
 

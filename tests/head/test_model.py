@@ -103,7 +103,7 @@ def test_survives_being_stored(head, tmp_path):
 def test_refuses_what_is_no_head(tmp_path, head):
     path = tmp_path / "bad.npz"
     path.write_bytes(b"PK but no archive")
-    with pytest.raises(HeadError, match="not a readable head"):
+    with pytest.raises(HeadError, match="damaged, or something else"):
         load_head(path)
     np.savez(path, template=np.zeros((3, 3)))
     with pytest.raises(HeadError, match="not a readable head"):

@@ -11,17 +11,19 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from elocute.animation import animate  # noqa: E402
 from elocute.audio.mel3 import mel3_columns  # noqa: E402
 from elocute.audio.read import read_audio  # noqa: E402
 from elocute.audio.waveform import Waveform  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
+from elocute.models.crnn import CrnnModel  # noqa: E402
+from elocute.models.crnn_network import CrnnNetwork  # noqa: E402
+from elocute.models.crnn_stream import JOINS, CrnnStream, stream_weights, whole_level  # noqa: E402
+from elocute.models.registry import open_model  # noqa: E402
+from elocute.models.speech_shapes import as_builtin, speech_names, to_shapes  # noqa: E402
+from elocute.models.voca import VocaModel  # noqa: E402
 from elocute.motion.motion import Motion  # noqa: E402
 from elocute.networks.crnn import SharedCrnn  # noqa: E402
-from elocute.synthesis.animate import animate  # noqa: E402
-from elocute.synthesis.crnn import CrnnModel  # noqa: E402
-from elocute.synthesis.crnn_stream import JOINS, CrnnStream, stream_weights, whole_level  # noqa: E402
-from elocute.synthesis.speech_shapes import as_builtin, speech_names, to_shapes  # noqa: E402
-from elocute.synthesis.trained import open_trained  # noqa: E402
 from elocute.training.crnn.batch import answer, random_batch, segment, whole_batch  # noqa: E402
 from elocute.training.crnn.config import CrnnTrainConfig  # noqa: E402
 from elocute.training.crnn.data import hear_shards  # noqa: E402
@@ -168,15 +170,15 @@ def test_exported_model_is_the_network(
         expected, _ = SharedCrnn(trained.network)(
             torch.from_numpy(columns.static)[None], torch.from_numpy(columns.starts)[None]
         )
-    found = stream_weights(CrnnModel(model), sound)
+    found = stream_weights(CrnnNetwork(model), sound)
     assert found.shape == expected[0].shape and expected.std() > 0.01
     assert np.abs(found - expected[0].numpy()).max() < 1e-5
-    assert np.array_equal(CrnnModel(model).basis, basis.head.expression_basis)
+    assert np.array_equal(CrnnNetwork(model).basis, basis.head.expression_basis)
 
 
 @pytest.mark.parametrize("joins", JOINS)
 def test_streams_give_the_whole(model: Path, speech_wav: Path, joins: str) -> None:
-    opened, sound = CrnnModel(model), read_audio(speech_wav)
+    opened, sound = CrnnNetwork(model), read_audio(speech_wav)
     whole = stream_weights(opened, sound, joins)
     assert len(whole) == round(sound.duration_s * FPS)
     level = whole_level(sound.resample(44100).samples)
@@ -200,7 +202,7 @@ def test_streams_give_the_whole(model: Path, speech_wav: Path, joins: str) -> No
 
 
 def test_joins_differ_only_by_memory(model: Path, speech_wav: Path) -> None:
-    opened, sound = CrnnModel(model), read_audio(speech_wav)
+    opened, sound = CrnnNetwork(model), read_audio(speech_wav)
     state, pieces = (stream_weights(opened, sound, joins) for joins in JOINS)
     assert np.abs(state[:14] - pieces[:14]).max() < 1e-5
     assert np.abs(state[20:] - pieces[20:]).max() > 1e-4
@@ -211,7 +213,7 @@ def test_joins_differ_only_by_memory(model: Path, speech_wav: Path) -> None:
 @pytest.mark.parametrize("seconds", [0.001, 0.02, 0.3])
 def test_short_and_silent_sounds(model: Path, seconds: float) -> None:
     silence = Waveform(np.zeros(max(2, round(seconds * 16000)), np.float32), 16000)
-    found = stream_weights(CrnnModel(model), silence)
+    found = stream_weights(CrnnNetwork(model), silence)
     assert len(found) == max(1, round(silence.duration_s * FPS)) and np.isfinite(found).all()
 
 
@@ -237,16 +239,17 @@ def test_speech_shapes_and_back(basis: Motion) -> None:
 
 
 def test_models_are_told_apart(model: Path) -> None:
-    assert isinstance(open_trained(model), CrnnModel)
-    assert not isinstance(open_trained("voca"), CrnnModel)
+    assert isinstance(open_model(model), CrnnModel)
+    voca = open_model("voca")
+    assert isinstance(voca, VocaModel)
     with pytest.raises(ModelError, match="recurrent"):
-        _ = CrnnModel(open_trained("voca").path).record
+        _ = CrnnNetwork(voca.path).record
 
 
 def test_bands_above_what_is_heard_are_muted(model: Path) -> None:
     audible = audible_bands(8000.0)
     assert 85 < audible.sum() < 95 and audible_bands(22050.0).sum() == 128
-    opened = CrnnModel(model)
+    opened = CrnnNetwork(model)
     columns = np.random.default_rng(0).normal(-5, 2, (60, 128)).astype(np.float32)
     other = columns + 3 * (1 - audible)
     starts = np.array([0, 3])

@@ -13,6 +13,7 @@ from elocute.alignment.dtw import Matrix, dtw, squared_distances
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
 from elocute.alignment.types import Alignment, Array, Group, Path, checked_group
 from elocute.alignment.warp import expected_path, merged
+from elocute.brief import one_line
 from elocute.errors import AlignmentError
 
 
@@ -41,6 +42,8 @@ class Embedded:
     features: Array
     hidden: Array | None = None
 
+    __repr__ = one_line
+
 
 @dataclass(frozen=True, eq=False)
 class Match:
@@ -48,6 +51,8 @@ class Match:
 
     path: Path
     attention: Array | None = None
+
+    __repr__ = one_line
 
 
 class Aligner(ABC):

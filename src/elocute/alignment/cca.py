@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.alignment.objective import inverse_root
+from elocute.brief import one_line
 
 Array = NDArray[np.float64]
 CORRELATION_MIN, CORRELATION_MAX = 1e-3, 0.98
@@ -22,6 +23,8 @@ class Projection:
 
     mean: Array
     directions: Array
+
+    __repr__ = one_line
 
     def __call__(self, view: NDArray[np.floating]) -> NDArray[np.float32]:
         return ((view - self.mean) @ self.directions).astype(np.float32)

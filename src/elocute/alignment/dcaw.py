@@ -1,4 +1,9 @@
-"""Deep canonical attentional warping (Tzirakis et al. 2019, section 4.1)."""
+"""A method after deep canonical attentional warping (Tzirakis et al. 2019, section 4.1), not it.
+
+Network and nuclear-norm objective are the paper's. The start and the guide from CTW, the diagonal
+prior, and a path read by soft-DTW instead of from the attention are not; nor are pairs in place of
+Eq. 9, and `fbank` in place of 41 x 128 x 3.
+"""
 
 from __future__ import annotations
 

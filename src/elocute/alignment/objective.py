@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import AlignmentError
 
 Array = NDArray[np.float64]
@@ -27,6 +28,8 @@ class Whitened:
     u: Array
     s: Array
     v: Array
+
+    __repr__ = one_line
 
     @property
     def norm(self) -> float:

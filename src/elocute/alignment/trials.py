@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from elocute.alignment.measures import Interval, true_path
 from elocute.alignment.types import Array
 from elocute.alignment.types import Path as Steps
+from elocute.brief import one_line
 from elocute.errors import AlignmentError
 
 RATE = 50.0  # Hz, of every encoder's features
@@ -36,6 +37,8 @@ class Take:
     parts: tuple[tuple[float, float, str], ...]
     word: Interval | None = None
     rate: float = RATE
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)

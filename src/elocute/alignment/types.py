@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import AlignmentError
 
 Array = NDArray[np.float32]
@@ -39,6 +40,8 @@ class Alignment:
     score: float
     attention: Array | None = None
     whole: bool = True
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         path = np.ascontiguousarray(self.path, np.intp)

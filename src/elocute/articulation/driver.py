@@ -6,12 +6,24 @@ style. Contacts come last and win, because a lip that misses a p is seen at once
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.blinks import blink_curve
-from elocute.articulation.coarticulation import coarticulate
-from elocute.articulation.gates import contact_evidence, contact_gate, speech_gate
+from elocute.articulation.coarticulation import DIPHTHONG_S, REACH_S, coarticulate
+from elocute.articulation.gates import (
+    CLOSING_S,
+    CONTACT_S,
+    HOLD_MAX_S,
+    SPEECH_AT_LEAST_S,
+    WAIT_S,
+    WAKE_S,
+    contact_evidence,
+    contact_gate,
+    speech_gate,
+)
 from elocute.articulation.shapes import VISEME_SHAPES
 from elocute.articulation.style import Style
 from elocute.articulation.targets import curve_names
@@ -32,6 +44,16 @@ PARTING = (
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
 ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
 
+FRAME_S = 0.04  # two rows of posteriors: what averages and edges add
+LOOKAHEAD_S = FRAME_S + max(
+    REACH_S + DIPHTHONG_S,
+    WAIT_S + HOLD_MAX_S / 2 + CLOSING_S + CONTACT_S,
+    WAKE_S + SPEECH_AT_LEAST_S,
+)
+"""Posteriors are looked at no further ahead of a frame than this."""
+HISTORY_S = 2.0
+"""And no further back: a stretch that begins so much earlier gives the same frames."""
+
 
 def articulate(
     log_posteriors: Array,
@@ -41,12 +63,17 @@ def articulate(
     fps: float = 60.0,
     style: Style | None = None,
     strength: float = 1.0,
+    first_frame: int = 0,
+    first_row: int = 0,
+    total_frames: int | None = None,
 ) -> Curves:
     """Curves of a face that says the phones in `log_posteriors`.
 
-    log_posteriors (frame, 40) natural logarithms in the order of PHONES, frame k at k / rate
-    seconds. frame_count defaults to the whole length. `strength` scales how far the mouth
-    moves, not whether it closes. Raises InputError for a strength outside 0…2 or posteriors of
+    log_posteriors (row, 40) natural logarithms in the order of PHONES, row k at
+    (first_row + k) / rate seconds. frame_count defaults to the whole length. `strength` scales
+    how far the mouth moves, not whether it closes. A stretch of a longer take is asked for by
+    its first frame, with rows from HISTORY_S before it to LOOKAHEAD_S after it, and
+    the take's `total_frames`. Raises InputError for a strength outside 0…2 or posteriors of
     another shape.
     """
     style = style or Style()
@@ -59,41 +86,72 @@ def articulate(
     if frame_count is None:
         frame_count = max(1, round(len(log_posteriors) / rate * fps))
     posteriors = np.exp(log_posteriors).astype(np.float32)
-    values = coarticulate(posteriors, rate, frame_count, fps, style.anticipation_s, style.carry_s)
+    values = coarticulate(
+        posteriors, rate, frame_count, fps, style.anticipation_s, style.carry_s,
+        first_frame=first_frame, first_row=first_row,
+    )  # fmt: skip
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
-    return _finished(curves, posteriors, rate, fps, style, asymmetry=style.asymmetry)
+    place = _Place(first_frame, first_row, total_frames)
+    return _finished(curves, posteriors, rate, fps, style, style.asymmetry, place)
 
 
 def make_contacts(
-    curves: Curves, log_posteriors: Array, rate: float, style: Style | None = None
+    curves: Curves,
+    log_posteriors: Array,
+    rate: float,
+    style: Style | None = None,
+    *,
+    first_frame: int = 0,
+    first_row: int = 0,
+    total_frames: int | None = None,
 ) -> Curves:
     """Curves from elsewhere (a trained decoder, say) with the driver's rests, contacts and blinks.
 
-    log_posteriors as `articulate` takes them. Regression averages over what it is unsure of, so
-    the lips of a learned model nearly meet where they should: here they do.
+    log_posteriors and the places of a stretch as `articulate` takes them. Regression averages
+    over what it is unsure of, so the lips of a learned model nearly meet where they should: here
+    they do.
     """
     posteriors = np.exp(log_posteriors).astype(np.float32)
     wanted = dict.fromkeys((*curves.names, *curve_names()))
     table = curves.select(tuple(wanted)).values.T.copy()
     columns = dict(zip(wanted, table, strict=True))
-    return _finished(columns, posteriors, rate, curves.fps, style or Style(), asymmetry=0.0)
+    place = _Place(first_frame, first_row, total_frames)
+    return _finished(columns, posteriors, rate, curves.fps, style or Style(), 0.0, place)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a stretch of frames and its rows of posteriors lie in the whole take."""
+
+    first_frame: int
+    first_row: int
+    total_frames: int | None
 
 
 def _finished(
-    curves: dict[str, Array], posteriors: Array, rate: float, fps: float, style: Style,
+    curves: dict[str, Array],
+    posteriors: Array,
+    rate: float,
+    fps: float,
+    style: Style,
     asymmetry: float,
-) -> Curves:  # fmt: skip
+    place: _Place,
+) -> Curves:
     """Rest, contacts, asymmetry and blinks, in this order."""
     frame_count = len(curves["jawOpen"])
-    times_s = np.arange(frame_count) / fps
+    frames = np.arange(place.first_frame, place.first_frame + frame_count)
+    times_s = frames / fps - place.first_row / rate  # since the first row
     speech = speech_gate(posteriors[:, SILENCE], rate, times_s)
     for name in curves:
         curves[name] = curves[name] * speech
     _meet_teeth(curves, _contact(posteriors, LABIODENTALS, rate, times_s, style) * speech)
     _close_lips(curves, _contact(posteriors, BILABIALS, rate, times_s, style) * speech)
     _lean(curves, asymmetry)
-    blink = blink_curve(frame_count, fps, style.blink_per_min)
+    blink = blink_curve(
+        frame_count, fps, style.blink_per_min,
+        first_frame=place.first_frame, total_frames=place.total_frames,
+    )  # fmt: skip
     curves["eyeBlinkLeft"] = curves["eyeBlinkRight"] = blink
     table = np.stack(list(curves.values()), axis=1)
     return Curves(np.clip(table, 0, 1), tuple(curves), fps)

@@ -11,6 +11,8 @@ HYSTERESIS = 0.7
 SPEECH_FLOOR = 0.15
 WAIT_S = 0.16  # lips are shut this long before a first burst at most
 CLOSING_S = 0.050  # lips take this long to meet, and to part again
+CONTACT_S = 0.5  # of a longer contact, evidence no further than this away counts
+HOLD_MAX_S = 0.3  # the longest that a style holds a contact at least
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
 SPEECH_AT_LEAST_S = 0.08  # a blip shorter than this inside a rest is no speech
 WAKE_S = 0.32  # the mouth opens to breathe and prepares before the first sound
@@ -48,13 +50,11 @@ def contact_gate(
 
     A contact lasts while the evidence stays above HYSTERESIS of the threshold, and reaches back
     into a silence before it, where the lips wait. One that peaks below the threshold comes part
-    of the way, so nothing snaps.
+    of the way, so nothing snaps; of one that is held for long, the peak nearby decides.
     """
     gate = np.zeros(len(times_s), np.float32)
-    back = round(WAIT_S * rate)
+    back, reach = round(WAIT_S * rate), round(CONTACT_S * rate)
     for start, stop in runs(evidence > HYSTERESIS * threshold):
-        peak = float(evidence[start:stop].max()) / threshold
-        depth = min(1.0, (peak - HYSTERESIS) / (1 - HYSTERESIS))
         waiting = start
         while waiting > max(0, start - back) and silence[waiting - 1] > 0.5:
             waiting -= 1
@@ -63,10 +63,25 @@ def contact_gate(
         first, last = np.searchsorted(
             times_s, [middle - half - CLOSING_S, middle + half + CLOSING_S]
         )
-        distance = np.abs(times_s[first:last] - middle) - half
+        now = times_s[first:last]
+        distance = np.abs(now - middle) - half
+        depth = _depth(evidence[start:stop] / threshold, reach, now * rate - start)
         ramp = _smooth(1 - np.clip(distance / CLOSING_S, 0, 1)) * depth
         gate[first:last] = np.maximum(gate[first:last], ramp)
     return gate
+
+
+def _depth(peaks: Array, reach: int, places: Array) -> Array | float:
+    """How far the lips come, 0…1: at `places` (rows of a run, fractions between) or throughout.
+
+    peaks (row,) evidence as multiples of the threshold.
+    """
+    if len(peaks) <= reach:
+        return min(1.0, (float(peaks.max()) - HYSTERESIS) / (1 - HYSTERESIS))
+    padded = np.pad(peaks, reach, constant_values=0)
+    nearby = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1)
+    depths = np.minimum(1.0, (nearby - HYSTERESIS) / (1 - HYSTERESIS))
+    return np.interp(places, np.arange(len(depths)), depths)
 
 
 def speech_gate(silence: Array, rate: float, times_s: Array) -> Array:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import csv
+import io
+from collections.abc import Iterator
 from pathlib import Path
 
 from elocute.audio.phones import PHONES
 from elocute.errors import InputError
+from elocute.files.reading import read_text
 
 BYTES_MAX = 50_000_000
 COLUMNS = ["start_s", "end_s", "phone"]
@@ -18,21 +21,25 @@ def read_phone_times(path: str | Path) -> list[tuple[float, float, str]]:
     Stress digits are dropped. Raises InputError naming the row.
     """
     path = Path(path)
-    try:
-        if path.stat().st_size > BYTES_MAX:
-            raise InputError.about(path, found="more than 50 MB", allowed="a CSV of phone times")
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-    except OSError as error:
-        raise InputError.about(path, found=f"cannot be read ({error.strerror})") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError.about(path, found="no text", allowed=",".join(COLUMNS)) from error
-    if not rows or [name.strip() for name in rows[0]] != COLUMNS:
+    text = read_text(path, max_bytes=BYTES_MAX, allowed=f"a CSV of {','.join(COLUMNS)}")
+    rows = _rows(path, text)
+    number, first = next(rows, (1, []))
+    if number != 1 or [name.strip() for name in first] != COLUMNS:
         raise InputError.about(
-            path, found=f"first row {','.join(rows[0]) if rows else 'missing'}"[:80],
+            path, found=f"first row {','.join(first[:20]) or 'missing'}"[:80],
             allowed=",".join(COLUMNS),
         )  # fmt: skip
-    return [_row(path, number, row) for number, row in enumerate(rows[1:], 2) if row]
+    return [_row(path, number, row) for number, row in rows]
+
+
+def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
+    """Number and fields of each row that is not empty; never all of them at once."""
+    try:
+        for number, row in enumerate(csv.reader(io.StringIO(text, newline="")), 1):
+            if row:
+                yield number, row
+    except csv.Error as error:
+        raise InputError.about(path, found="no text", allowed=",".join(COLUMNS)) from error
 
 
 def _row(path: Path, number: int, row: list[str]) -> tuple[float, float, str]:
@@ -42,7 +49,7 @@ def _row(path: Path, number: int, row: list[str]) -> tuple[float, float, str]:
         start_s, end_s, phone = 0.0, -1.0, ""
     if not (0 <= start_s <= end_s < 1e6) or phone not in PHONES:
         raise InputError.about(
-            f"{path} row {number}", found=",".join(row)[:60],
+            f"{path} row {number}", found=",".join(field[:60] for field in row[:4])[:60],
             allowed=f"0 <= start <= end, and one of {' '.join(PHONES)}",
         )  # fmt: skip
     return start_s, end_s, phone

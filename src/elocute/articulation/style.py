@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
+from elocute.articulation.gates import HOLD_MAX_S
 from elocute.errors import InputError
+from elocute.files.records import finite_number, read_record
 
 
 @dataclass(frozen=True)
@@ -45,11 +46,11 @@ class Style:
         for field in fields(self):
             low, high = RANGES[field.name]
             value = getattr(self, field.name)
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not (number and math.isfinite(value) and low <= value <= high):
+            number = finite_number(value)
+            if number is None or not low <= number <= high:
                 raise InputError.about(
                     f"style {field.name}",
-                    found=repr(value),
+                    found=repr(value)[:60] if number is None else f"{number:g}",
                     allowed=f"a number from {low:g} to {high:g}",
                 )
 
@@ -64,7 +65,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "carry_s": (0.01, 0.3),
     "closure": (0.01, 1.0),
     "labiodental": (0.01, 1.0),
-    "hold_s": (0.0, 0.3),
+    "hold_s": (0.0, HOLD_MAX_S),
     "blink_per_min": (0.0, 60.0),
 }
 
@@ -102,13 +103,15 @@ def parse_mix(text: str) -> dict[str, float]:
             share = math.nan
         if not name or not 0 <= share < math.inf:
             raise InputError.about(
-                f"style {text!r}", found=f"{part.strip()!r}",
+                f"style {text[:60]!r}", found=f"{part.strip()[:60]!r}",
                 allowed="NAME or NAME:SHARE,NAME:SHARE with shares from 0",
             )  # fmt: skip
         shares[name] = shares.get(name, 0.0) + share
     total = sum(shares.values())
-    if total <= 0:
-        raise InputError.about(f"style {text!r}", found="shares of zero", allowed="one above zero")
+    if not 0 < total < math.inf:
+        raise InputError.about(
+            f"style {text[:60]!r}", found="shares of zero", allowed="one above zero"
+        )
     return {name: share / total for name, share in shares.items()}
 
 
@@ -117,7 +120,7 @@ def mix_styles(shares: dict[str, float]) -> Style:
     for name in shares:
         if name not in STYLES:
             raise InputError.about(
-                f"style {name!r}", found="no such style",
+                f"style {name[:60]!r}", found="no such style",
                 allowed=", ".join(STYLES) + ", a mix of these (calm:0.7,broad:0.3), or a .json "
                 "file of style numbers",
             )  # fmt: skip
@@ -148,27 +151,24 @@ def resolve_style(given: str | Style) -> Style:
 
 def _shares(path: Path, mix: dict[str, object]) -> dict[str, float]:
     """Shares of a mix as `elocute style fit` writes it, made to sum to one. Raises InputError."""
-    shares = {name: share for name, share in mix.items() if isinstance(share, int | float)}
-    total = float(sum(shares.values()))
+    numbers = {name: finite_number(share) for name, share in mix.items()}
+    shares = {name: share for name, share in numbers.items() if share is not None}
+    total = sum(shares.values())
     if len(shares) < len(mix) or min(shares.values(), default=-1) < 0 or not 0 < total < 1e9:
         raise InputError.about(path, found="no mix of styles", allowed='{"mix": {"NAME": share}}')
-    return {name: float(share) / total for name, share in shares.items()}
+    return {name: share / total for name, share in shares.items()}
+
+
+FILE_MAX_BYTES = 65_536
 
 
 def _read_style(path: Path) -> Style:
-    try:
-        if path.stat().st_size > 65536:
-            raise InputError.about(path, found="more than 64 KiB", allowed="a small JSON object")
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError.about(path, found=f"cannot be read ({error.strerror})") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError.about(path, found="no JSON", allowed="an object of numbers") from error
-    if isinstance(record, dict) and isinstance(record.get("mix"), dict):
+    record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed="an object of numbers")
+    if isinstance(record.get("mix"), dict):
         return mix_styles(_shares(path, record["mix"]))
-    unknown = sorted(set(record) - set(RANGES)) if isinstance(record, dict) else None
-    if unknown is None or unknown:
-        found = f"unknown fields {', '.join(unknown)}" if unknown else "no JSON object"
+    unknown = sorted(set(record) - set(RANGES))
+    if unknown:
+        found = f"unknown fields {', '.join(unknown)[:80]}"
         raise InputError.about(path, found=found, allowed=", ".join(RANGES))
     try:
         return replace(Style(), **record)

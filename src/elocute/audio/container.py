@@ -19,12 +19,7 @@ from elocute.audio.source import (
     damaged,
 )
 from elocute.errors import AudioError
-
-# Only sound and video: FFmpeg would also follow playlists, which name other files.
-DEMUXERS = (
-    "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,ogg,mp3,aac,ac3,eac3,amr,wav,w64,aiff,flac,avi,flv,asf,"
-    "mpegts,mpeg,caf,au,wv,ape,tta,mxf,gsm,mpegvideo"
-)
+from elocute.files.media import open_media
 
 
 class ContainerSource:
@@ -38,9 +33,8 @@ class ContainerSource:
         import av.error
 
         self._path = path
-        options = {"format_whitelist": DEMUXERS, "protocol_whitelist": "file"}
         try:
-            self._file = av.open(f"file:{path}", metadata_errors="ignore", options=options)
+            self._file = open_media(path)
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise _unreadable(path) from error
         streams = self._file.streams.audio
@@ -114,7 +108,11 @@ class ContainerSource:
         if frame.pts is None or not frame.time_base:
             return 0
         seconds = self._zero_s - float(frame.pts * frame.time_base)
-        return math.floor(seconds * self.info.sample_rate + 0.5)
+        early = math.floor(seconds * self.info.sample_rate + 0.5)
+        # Matroska's clock has milliseconds: what ends within one of time zero ends there.
+        tick = float(frame.time_base) * self.info.sample_rate
+        ends_at_zero = abs(early - frame.samples) <= tick < frame.samples / 2
+        return frame.samples if ends_at_zero else early
 
     def _silence(self, count: int, size: int) -> Iterator[Array]:
         for start in range(0, count, size):

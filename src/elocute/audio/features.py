@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import InputError
+from elocute.numerics.sampling import frame_places, read_rows
 
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """values (frame, feature) float32 at `rate` Hz, frame k at k / rate; who made them.
+    """values (frame, feature) float32 at `rate` Hz, row k at (first + k) / rate; who made them.
+
+    first  rows of a longer sound that lie before these
 
     Raises InputError where shape, rate or numbers are wrong.
     """
@@ -20,6 +24,9 @@ class Features:
     values: NDArray[np.float32]
     rate: float
     encoder: str
+    first: int = field(default=0, repr=False)
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         values = np.ascontiguousarray(self.values, np.float32)
@@ -41,12 +48,11 @@ class Features:
         if not (np.isfinite(rate) and rate > 0):
             raise InputError.about("features", found=f"rate {rate}", allowed="above 0 Hz")
         count = max(1, round(len(self.values) * rate / self.rate))
-        places = np.minimum(np.arange(count) * self.rate / rate, len(self.values) - 1)
-        below = np.floor(places).astype(int)
-        above = np.minimum(below + 1, len(self.values) - 1)
-        share = (places - below)[:, None]
-        values = self.values[below] * (1 - share) + self.values[above] * share
-        return replace(self, values=values.astype(np.float32), rate=rate)
+        return replace(self, values=self.at(0, count, rate), rate=rate)
+
+    def at(self, first: int, count: int, rate: float) -> NDArray[np.float32]:
+        """(count, feature) at (first + k) / rate, linear between rows, held beyond both ends."""
+        return read_rows(self.values, frame_places(first, count, self.rate, rate) - self.first)
 
     def windows(self, size: int = 16) -> NDArray[np.float32]:
         """(frame, size, feature): window i covers frames i - size/2 … i + size/2 - 1.

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.mel import hann, mel_filterbank
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.errors import InputError
 
 RATE = 44100
@@ -40,6 +41,8 @@ class Mel3:
 
     values: NDArray[np.float32]
     index: NDArray[np.intp]
+
+    __repr__ = one_line
 
     def __len__(self) -> int:
         return len(self.index)
@@ -74,6 +77,8 @@ class MelColumns:
 
     static: NDArray[np.float32]
     starts: NDArray[np.int64]
+
+    __repr__ = one_line
 
 
 def column_starts(count: int, fps: float, first: int = 0) -> NDArray[np.int64]:

@@ -6,7 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import cast
 
-from elocute.audio.source import BLOCK_VALUES_MAX, SHORTFALL_S, Array, AudioInfo, damaged
+from elocute.audio.source import (
+    BLOCK_VALUES_MAX,
+    SHORTFALL_S,
+    Array,
+    AudioInfo,
+    damaged,
+    system_name,
+)
 
 # Only these come here. libsndfile would search anything named .mp3 for MPEG frames, and its MP3
 # decoder prints its doubts to stderr.
@@ -20,7 +27,7 @@ class SoundFileSource:
     def __init__(self, path: Path) -> None:
         import soundfile
 
-        self._file = soundfile.SoundFile(path)
+        self._file = soundfile.SoundFile(system_name(path))
         self._path = path
         rate, frames = self._file.samplerate, self._file.frames
         known = 0 <= frames < 2**62 and rate > 0

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,11 @@ class Source(Protocol):
         ...
 
     def close(self) -> None: ...
+
+
+def system_name(path: Path) -> Any:
+    """A path as libsndfile's binding takes every name, those too that are no UTF-8."""
+    return str(path) if os.name == "nt" else os.fsencode(path)
 
 
 def check_format(path: Path, sample_rate: int, channels: int) -> None:

@@ -45,6 +45,9 @@ class Waveform:
         object.__setattr__(self, "samples", samples)
         object.__setattr__(self, "sample_rate", check_rate("waveform", self.sample_rate))
 
+    def __repr__(self) -> str:
+        return f"Waveform({self.duration_s:.2f} s at {self.sample_rate} Hz)"
+
     @property
     def duration_s(self) -> float:
         return len(self.samples) / self.sample_rate

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
@@ -31,8 +30,8 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.importers.common import even_split
 from elocute.corpus.shard_file import sha256_of
 from elocute.corpus.writer import CorpusWriter, corpus_writer
-from elocute.errors import AudioError, CaptureError, ElocuteError, OutputError
-from elocute.files.arrays import ArrayFile, RowWriter
+from elocute.errors import AudioError, CaptureError, ElocuteError, InputError, OutputError
+from elocute.files.arrays import ArrayFile, RowWriter, read_npz
 from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.choice import open_head
 from elocute.head.model import HeadModel
@@ -40,6 +39,7 @@ from elocute.jobs.local import checked_jobs, run_local
 from elocute.jobs.pool import Failed
 
 CORPUS, MADE = "corpus", "corpus.sha256"
+FILE_MAX_BYTES = 500_000_000
 CHUNK = 30
 """Frames that one worker takes at a time; the first of them starts from scratch."""
 NEUTRAL_TRIES = 5
@@ -132,11 +132,13 @@ def _make(folder: Path) -> Path:
 def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> HeadModel:
     """The person's neutral face, from the sequence that names a neutral frame, or the first."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            template, joints = stored["template"], stored["joints"]
+        stored = read_npz(
+            path, max_bytes=FILE_MAX_BYTES, allowed="a neutral face", error=CaptureError
+        )
+        template, joints = stored["template"], stored["joints"]
         if template.shape == head.template.shape and joints.shape == head.joint_positions.shape:
             return personal_head(head, template, joints)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (InputError, KeyError):
         pass  # not there yet, or broken: it is made (again)
     own = _registered_neutral(head, sequences)
     with write_atomically(path) as draft, draft.open("wb") as file:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
+from elocute.files.reading import read_text
+from elocute.files.records import parse_json
 
 Floats = NDArray[np.float64]
 
@@ -79,22 +81,25 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise CaptureError.about(path, found="no landmarks", allowed=" ".join(readers))
+    allowed = f"{COUNT} points of x, y, z in the unit of the scan"
+    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CaptureError)
     try:
-        if path.stat().st_size > FILE_MAX_BYTES:
-            raise ValueError("more than 1 MB")
-        points, confidence = reader(path.read_text(encoding="utf-8"))
+        points, confidence = reader(text)
         points = [[math.nan] * 3 if p is None or None in p else p for p in points]
         array = np.array(points, np.float64)
         if array.shape != (COUNT, 3):
             raise ValueError(f"shape {array.shape}")
         if confidence is None:
             confidence = np.isfinite(array).all(axis=1).astype(np.float64)
-        return Landmarks(unit_m * array, np.array(confidence, np.float64))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        with np.errstate(over="ignore"):  # what is infinite then counts as not known
+            return Landmarks(unit_m * array, np.array(confidence, np.float64))
+    except (
+        ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, StopIteration,
+    ) as error:  # fmt: skip
+        reason = " ".join(str(error).split())[:80]
         raise CaptureError.about(
-            path, found=f"no landmarks that can be used ({error})",
-            allowed=f"{COUNT} points of x, y, z in the unit of the scan",
-        ) from error  # fmt: skip
+            path, found=f"no landmarks that can be used ({reason})", allowed=allowed
+        ) from error
 
 
 def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
@@ -109,7 +114,7 @@ def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
 
 
 def _json_points(text: str) -> tuple[list[Any], Any]:
-    record = json.loads(text)
+    record = parse_json(text, "JSON", allowed="landmarks")
     confidence = record.get("confidence")
     if "groups" in record:
         record = next(iter(record["groups"].values()))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.capture.scan import Scan
 from elocute.capture.template import Template
 
@@ -63,6 +64,8 @@ class Matches:
     bary: Floats
     normals: Floats
     gap: Floats
+
+    __repr__ = one_line
 
 
 def match(

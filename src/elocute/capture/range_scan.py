@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
+
 Floats = NDArray[np.float64]
 
 # yaw, pitch in degrees of orthographic cameras: none from behind, as in a capture booth.
@@ -34,6 +36,8 @@ class Seen:
     bary: Floats
     ray: Floats
     cell: NDArray[np.intp]
+
+    __repr__ = one_line
 
 
 def look(

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.corpus.units import HEIGHT_RANGE_M, fitting_unit, height, is_head_sized
 from elocute.errors import CaptureError
 from elocute.export.surface import vertex_normals
@@ -34,6 +35,8 @@ class Scan:
     colors: NDArray[np.uint8] | None = None
     unit_m: float = 1.0
     """Metres in the unit that the file was taken to be in."""
+
+    __repr__ = one_line
 
     @cached_property
     def normals(self) -> Floats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +14,12 @@ from elocute.capture.scan import Scan
 from elocute.corpus.units import UNITS
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
+from elocute.files.meshes import SUFFIXES, read_mesh_file
+from elocute.files.reading import open_regular
 
-SUFFIXES = (".ply", ".obj")
 FILE_MAX_BYTES = 1_000_000_000
 HEADER_MAX_BYTES = 16_384
-PIXELS_MAX = 200_000_000
+_COUNT = re.compile(r"[0-9]{1,10}", re.ASCII)
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "<i2", "int16": "<i2",
     "ushort": "<u2", "uint16": "<u2", "int": "<i4", "int32": "<i4", "uint": "<u4",
@@ -33,19 +36,11 @@ def read_scan(path: str | Path, unit: str = "m") -> Scan:
     missing, too large or no mesh, and for an unknown unit.
     """
     path, scale = Path(path), unit_m(unit)
-    if not path.is_file():
-        raise CaptureError.about(path, found="no such file", allowed=" ".join(SUFFIXES))
-    if path.suffix.lower() not in SUFFIXES or path.stat().st_size > FILE_MAX_BYTES:
+    if path.suffix.lower() not in SUFFIXES:
         raise CaptureError.about(
-            path, found=f"suffix {path.suffix!r}, {path.stat().st_size} bytes",
-            allowed=f"{' or '.join(SUFFIXES)} up to 1 GB",
-        )  # fmt: skip
-    try:
-        points, faces, colors = _read_plain_ply(path) or _read_by_trimesh(path)
-    except Exception as error:  # trimesh raises whatever its parsers meet
-        raise CaptureError.about(
-            path, found="no mesh that can be read", allowed="a mesh"
-        ) from error
+            path, found=f"suffix {path.suffix!r}", allowed=f"{' or '.join(SUFFIXES)} up to 1 GB"
+        )
+    points, faces, colors = _read_plain_ply(path) or _read_by_trimesh(path)
     if not len(points) or not len(faces):
         raise CaptureError.about(
             path, found=f"{len(points)} points, {len(faces)} triangles", allowed="a mesh"
@@ -59,7 +54,7 @@ def unit_m(unit: str) -> float:
     """Metres in a unit. Raises CaptureError for one that is not known."""
     known = {"m": 1.0, **UNITS}
     if unit not in known:
-        raise CaptureError.about(f"unit {unit!r}", found="unknown", allowed=", ".join(known))
+        raise CaptureError.about(f"unit {unit[:60]!r}", found="unknown", allowed=", ".join(known))
     return known[unit]
 
 
@@ -99,7 +94,7 @@ def _read_plain_ply(path: Path) -> _Parts | None:
     """Little-endian vertices and triangles read in two gulps, or None for any other layout."""
     if path.suffix.lower() != ".ply":
         return None
-    with path.open("rb") as file:
+    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed="a mesh", error=CaptureError) as file:
         header = file.read(HEADER_MAX_BYTES)
         end = header.find(b"end_header")
         newline = header.find(b"\n", end)
@@ -109,8 +104,10 @@ def _read_plain_ply(path: Path) -> _Parts | None:
             return None
         vertex_type, vertex_count, face_type, face_count = layout
         wanted = vertex_count * vertex_type.itemsize + face_count * face_type.itemsize
-        if path.stat().st_size < newline + 1 + wanted:
-            raise ValueError("shorter than its header says")
+        if os.fstat(file.fileno()).st_size < newline + 1 + wanted:
+            raise CaptureError.about(
+                path, found="shorter than its header says", allowed="a whole mesh"
+            )
         file.seek(newline + 1)
         vertices = np.frombuffer(file.read(vertex_count * vertex_type.itemsize), vertex_type)
         faces = np.frombuffer(file.read(face_count * face_type.itemsize), face_type)
@@ -131,47 +128,36 @@ def _layout(lines: list[str]) -> tuple[np.dtype[Any], int, np.dtype[Any], int] |
     if not words or words[0] != ["format", "binary_little_endian", "1.0"]:
         return None
     elements = [line for line in words[1:] if line[0] == "element"]
-    if [line[1] for line in elements] != ["vertex", "face"]:
+    if [line[1:2] for line in elements] != [["vertex"], ["face"]] or not all(
+        len(line) >= 3 for line in words[1:]
+    ):
         return None
     at = words.index(elements[1])
     vertex = [(line[2], _TYPES.get(line[1], "")) for line in words[2:at]]
     face = words[at + 1 :]
     plain = all(kind for _, kind in vertex) and {"x", "y", "z"} <= {name for name, _ in vertex}
-    if not plain or len(face) != 1 or face[0][1:3] not in (["list", "uchar"], ["list", "uint8"]):
+    if (
+        not plain
+        or len(face) != 1
+        or len(face[0]) < 4
+        or face[0][1:3] not in (["list", "uchar"], ["list", "uint8"])
+    ):
         return None
     corner = _TYPES.get(face[0][3], "")
     if corner not in ("<i4", "<u4"):
         return None
     face_type = np.dtype([("n", "u1"), ("abc", corner, 3)])
-    return np.dtype(vertex), int(elements[0][2]), face_type, int(elements[1][2])
+    names = [name for name, _ in vertex]
+    counts = [line[2] for line in elements]
+    if len(set(names)) != len(names) or not all(map(_COUNT.fullmatch, counts)):
+        return None
+    return np.dtype(vertex), int(counts[0]), face_type, int(counts[1])
 
 
 def _read_by_trimesh(path: Path) -> _Parts:
-    import trimesh
-    from PIL import Image
-
-    before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, PIXELS_MAX
-    try:
-        mesh: Any = trimesh.load(path, process=False, maintain_order=True, force="mesh")
-        points, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-        colors = _colors(mesh, len(points))
-    finally:
-        Image.MAX_IMAGE_PIXELS = before
+    parts = read_mesh_file(path, max_bytes=FILE_MAX_BYTES, error=CaptureError, coloured=True)
+    points, faces, colors = parts.vertices, parts.triangles, parts.colors
     return (*_welded(points, faces), colors) if colors is None else _weld_all(points, faces, colors)
-
-
-def _colors(mesh: Any, count: int) -> NDArray[np.uint8] | None:
-    """(point, 3) from the vertices or the texture; None where there is neither."""
-    kind = mesh.visual.kind
-    if kind == "texture":
-        if getattr(mesh.visual.material, "image", None) is None:
-            return None
-        mesh = mesh.copy()
-        mesh.visual = mesh.visual.to_color()
-    if kind not in ("texture", "vertex"):
-        return None
-    colors = np.asarray(mesh.visual.vertex_colors)[:, :3].astype(np.uint8)
-    return colors if len(colors) == count else None
 
 
 def _weld_all(

@@ -9,7 +9,6 @@ sound.wav            as named by "sound"
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -19,13 +18,14 @@ from elocute.capture.scan import Scan
 from elocute.capture.scan_file import SUFFIXES, read_scan, unit_m
 from elocute.corpus.clip import check_name
 from elocute.errors import CaptureError, CorpusError
-from elocute.files.atomic import write_atomically
+from elocute.files.records import read_record, write_record
 
 MANIFEST = "capture.json"
 FORMAT, VERSION = "elocute-scans", 1
 MANIFEST_MAX_BYTES = 1_000_000
 NUMBER_MAX = 1_000_000
 FPS_MAX = 1000.0
+TEXT_MAX, NAME_MAX = 10_000, 200
 LANDMARK_SUFFIXES = (".ljson", ".json", ".pts")
 
 
@@ -59,8 +59,14 @@ class SequenceFacts:
             check_name(self.sentence, "sentence")
         except CorpusError as error:
             raise CaptureError(str(error)) from error
+        if len(self.sound) > NAME_MAX:
+            raise CaptureError(
+                f"sound: found a name of {len(self.sound)} characters; allowed: {NAME_MAX}"
+            )
         if self.sound and (Path(self.sound).name != self.sound or self.sound.startswith(".")):
-            raise CaptureError(f"sound: found {self.sound!r}; allowed: a file name in the folder")
+            raise CaptureError(
+                f"sound: found {self.sound[:60]!r}; allowed: a file name in the folder"
+            )
 
 
 @dataclass(frozen=True)
@@ -170,8 +176,7 @@ def write_facts(folder: Path, facts: SequenceFacts) -> None:
     """capture.json of a folder. Raises OutputError."""
     record = {"format": FORMAT, "version": VERSION}
     record |= {field.name: getattr(facts, field.name) for field in fields(facts)}
-    with write_atomically(folder / MANIFEST) as draft:
-        draft.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    write_record(folder / MANIFEST, record, indent=1)
 
 
 def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
@@ -185,10 +190,11 @@ def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
         plain = re.sub(r"[^A-Za-z0-9_.-]", "-", folder.resolve().name).lstrip("_.-")
         return SequenceFacts(fps=fps, sentence=plain or "sequence")
     known = {field.name: type(field.default) for field in fields(SequenceFacts)}
+    allowed_facts = f'{{"format": "{FORMAT}", "version": {VERSION}, "fps": 60, "unit": "mm", …}}'
+    record = read_record(
+        path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed_facts, error=CaptureError
+    )
     try:
-        if path.stat().st_size > MANIFEST_MAX_BYTES:
-            raise ValueError("more than 1 MB")
-        record = json.loads(path.read_text(encoding="utf-8"))
         if record["format"] != FORMAT or record["version"] != VERSION:
             raise ValueError("another format or version")
         values = {name: record[name] for name in known if name in record}
@@ -197,15 +203,16 @@ def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
             if known[name] is float:
                 allowed = (int, float)
             if not isinstance(value, allowed) or isinstance(value, bool):
-                raise ValueError(f"{name} is {value!r}")
+                raise ValueError(f"{name} is {str(value)[:60]!r}")
+            if isinstance(value, str) and len(value) > TEXT_MAX:
+                raise ValueError(f"{name} of {len(value)} characters")
         return SequenceFacts(**values)
     except CaptureError as error:
         raise CaptureError(f"{path}: {error}") from error
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         raise CaptureError.about(
-            path, found=f"cannot be used ({error})",
-            allowed=f'{{"format": "{FORMAT}", "version": {VERSION}, "fps": 60, "unit": "mm", …}}',
-        ) from error  # fmt: skip
+            path, found=f"cannot be used ({str(error)[:120]})", allowed=allowed_facts
+        ) from error
 
 
 def _scan_files(folder: Path) -> list[Path]:

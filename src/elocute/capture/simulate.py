@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.flac import write_flac
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.capture.landmarks import Landmarks, write_landmarks
 from elocute.capture.range_scan import Seen, look, mesh_of
 from elocute.capture.scan_file import write_scan
@@ -94,6 +95,8 @@ class ScannedFrame:
     colors: NDArray[np.uint8] | None
     landmarks: Landmarks
     truth: Truth
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.export.surface import vertex_normals
 
 Floats = NDArray[np.float64]
@@ -26,6 +27,8 @@ class Refinement:
     parent: NDArray[np.intp]
     bary: Floats
     triangles: NDArray[np.int32]
+
+    __repr__ = one_line
 
 
 def refinement_of(triangles: NDArray[np.integer], parts: int) -> Refinement:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
+
 Floats = NDArray[np.float64]
 Indices = NDArray[np.integer]
 
@@ -31,6 +33,8 @@ class Attached:
     bary: Floats
     points: Floats
     squared: Floats
+
+    __repr__ = one_line
 
 
 def on_triangles(query: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
@@ -85,6 +89,8 @@ class FineMesh:
     points: Floats
     triangles: Indices
 
+    __repr__ = one_line
+
     @cached_property
     def tree(self) -> Any:
         from scipy.spatial import KDTree
@@ -129,6 +135,8 @@ class Lattice:
     triangle: NDArray[np.intp]
     bary: Floats
 
+    __repr__ = one_line
+
     def points(self, vertices: Floats, triangles: Indices) -> Floats:
         corners = vertices[triangles[self.triangle]]
         return np.einsum("sc,sca->sa", self.bary, corners)
@@ -170,6 +178,8 @@ class CoarseMesh:
     vertices: Floats
     triangles: Indices
     lattice: Lattice
+
+    __repr__ = one_line
 
     @cached_property
     def _tree(self) -> Any:

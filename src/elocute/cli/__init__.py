@@ -1,5 +1,15 @@
 """The command `elocute`: arguments in, one library call, result out."""
 
-from elocute.cli.app import main
+import sys
 
-__all__ = ["main"]
+
+def main() -> None:
+    """Run the command line; Ctrl-C is minded before anything else is imported."""
+    try:
+        from elocute.cli.running import run
+
+        code = run()
+    except KeyboardInterrupt:  # in these first moments only; then `run` minds it
+        sys.stderr.write("elocute: interrupted; nothing was left half-written\n")
+        code = 130
+    sys.exit(code)

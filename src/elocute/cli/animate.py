@@ -13,8 +13,9 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.outputs import plan_motion, settled, write_motion
-from elocute.cli.progress import progress_bar
-from elocute.errors import ElocuteError, InputError, OutputError
+from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source, to_stdout
+from elocute.cli.progress import counted, progress_bar
+from elocute.errors import ElocuteError, InputError, OutputError, printable
 from elocute.files.outputs import OutputPlan
 
 SOUND_SUFFIXES = (
@@ -24,10 +25,14 @@ SOUND_SUFFIXES = (
 
 
 def animate_command(
-    speech: list[Path] = typer.Argument(..., help="Sound or video files, or folders of them."),
+    speech: list[Path] = typer.Argument(
+        ..., help="Sound or video files, or folders of them; - reads standard input."
+    ),
     output: list[Path] = options.Output,
     format: list[str] = typer.Option(
-        [], "--format", help="With a folder as output: the formats to write (npz, glb, mp4, …)."
+        [],
+        "--format",
+        help="With a folder or - (standard output) as output: what to write (npz, glb, csv, …).",
     ),
     fps: float = typer.Option(60.0, help="Frames per second, 1 to 240."),
     identity: str = typer.Option("mean", help="Whose face: a name, a seed, or a .json file."),
@@ -49,32 +54,40 @@ def animate_command(
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Animate the built-in head with speech."""
+    """Animate the built-in head with speech.
+
+    Output folders that do not exist are made.
+    """
+    check_pipes(speech, output, format, as_json)
     takes, single = _takes(speech, recursive)
     plan = OutputPlan([head, identity, style, model, *([phones] if phones else [])])
     jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
     drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
     for file, targets in jobs:
+        source = stdin_source() if file == PIPE else file
         for target in targets:
-            plan_motion(plan, target, file, sound=file, **drawing)
+            if target != PIPE:
+                plan_motion(plan, target, source, sound=file, **drawing)
     settings: dict[str, Any] = {
         "fps": fps, "identity": identity, "head": head, "style": style, "strength": strength,
         "model": model, "channel": channel, "phones": _read_phones(phones),
     }  # fmt: skip
-    if settled(plan, overwrite, no_clobber, as_json):
+    if settled(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
     failures = 0
-    for file, targets in jobs:
-        try:
-            record = _animate_one(file, targets, settings, drawing, plan, as_json)
-        except ElocuteError as error:
-            if single:
-                raise
-            failures += 1
-            print(f"elocute: {error}", file=sys.stderr)
-            record = {"input": str(file), "error": str(error)}
-        if as_json:
-            print(json.dumps(record), flush=True)
+    with counted(len(jobs)) as one_done:
+        for file, targets in jobs:
+            try:
+                record = _animate_one(file, targets, settings, drawing, plan, as_json, format)
+            except ElocuteError as error:
+                if single:
+                    raise
+                failures += 1
+                print(f"elocute: {error}", file=sys.stderr)
+                record = {"input": str(file), "error": str(error)}
+            one_done()
+            if as_json:
+                print(json.dumps(record), flush=True)
     if failures:
         print(f"elocute: {failures} of {len(jobs)} failed", file=sys.stderr)
         raise typer.Exit(1)
@@ -82,26 +95,35 @@ def animate_command(
 
 def _animate_one(
     file: Path, targets: list[Path], settings: dict[str, Any], drawing: dict[str, Any],
-    plan: OutputPlan, quiet: bool,
+    plan: OutputPlan, as_json: bool, formats: list[str],
 ) -> dict[str, Any]:  # fmt: skip
-    from elocute.synthesis.animate import animate
+    from elocute.animation import animate
 
     kept = [str(target) for target in targets if not plan.wants(target)]
     if len(kept) == len(targets):
         return {"input": str(file), "outputs": [], "kept": kept}
+    quiet = as_json or PIPE in targets
     started = time.perf_counter()
-    with progress_bar(f"listening to {file.name}", quiet) as progress:
-        animation = animate(file, progress=progress, **settings)
+    with progress_bar(f"listening to {STDIN if file == PIPE else file.name}", quiet) as progress:
+        heard = piped_sound() if file == PIPE else file
+        animation = animate(heard, progress=progress, **settings)
     listened = time.perf_counter()
-    for target in plan.wanted(targets):
-        extra = options.writer_options(target, **drawing)
-        with progress_bar(f"writing {target.name}", quiet) as progress:
-            write_motion(
-                plan, animation.motion, target, sound=animation.sound, progress=progress,
-                extra=extra,
-            )  # fmt: skip
-        if not quiet:
-            print(target)
+    with counted(len(targets), "outputs written") as one_written:
+        for target in plan.wanted(targets):
+            with progress_bar(f"writing {target.name}", quiet) as progress:
+                if target == PIPE:
+                    with to_stdout(formats[0]) as place:
+                        # There is no place beside it for the sound.
+                        extra = options.writer_options(place, **{**drawing, "embed_audio": True})
+                        animation.write(place, progress=progress, **extra)
+                else:
+                    write_motion(
+                        plan, animation.motion, target, sound=animation.sound, progress=progress,
+                        extra=options.writer_options(target, **drawing),
+                    )  # fmt: skip
+            if not quiet:
+                print(printable(target))
+            one_written()
     motion = animation.motion
     return {
         "input": str(file),
@@ -160,10 +182,12 @@ def _outputs(
 ) -> list[Path]:
     targets = []
     for output in outputs:
-        if output.is_dir() or (not single and not output.suffix):
+        if output == PIPE:
+            targets.append(output)
+        elif output.is_dir() or (not output.suffix and (formats or not single)):
             folder = output / take.below
             plan.make_folder(folder)
-            name = take.file.stem
+            name = "stdin" if take.file == PIPE else take.file.stem
             targets += [folder / f"{name}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
         elif single:
             targets.append(output)

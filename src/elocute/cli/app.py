@@ -1,10 +1,6 @@
-"""The commands together, and how errors leave: one line, exit 2 for bad input."""
+"""The commands together."""
 
 from __future__ import annotations
-
-import errno
-import os
-import sys
 
 import typer
 
@@ -16,6 +12,7 @@ from elocute.cli import (
     capture_landmarks,
     capture_video,
     corpus,
+    doctor,
     edit,
     evaluate,
     heads,
@@ -27,14 +24,10 @@ from elocute.cli import (
     train,
     words,
 )
-from elocute.errors import ElocuteError, InputError
+from elocute.cli.commands import Commands
 
-app = typer.Typer(
-    help="Speech in, 3D facial animation out.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
+app = Commands(
+    "Speech in, 3D facial animation out.",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("animate")(animate.animate_command)
@@ -43,7 +36,7 @@ app.command("edit")(edit.edit_command)
 app.command("solve")(solve.solve_command)
 app.command("measure")(render.measure_command)
 app.command("info")(inspect.info_command)
-app.command("doctor")(inspect.doctor_command)
+app.command("doctor")(doctor.doctor_command)
 app.command("align")(align.align_command)
 app.add_typer(evaluate.app, name="evaluate")
 app.add_typer(heads.app, name="head")
@@ -73,49 +66,3 @@ def _options(
     ),
 ) -> None:
     """Speech in, 3D facial animation out."""
-
-
-DISK_ERRORS = {
-    errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EMFILE,
-    errno.ENFILE, getattr(errno, "EDQUOT", errno.ENOSPC),
-}  # fmt: skip
-
-
-def main() -> None:
-    """Run the command line; never a traceback for bad input."""
-    try:
-        code = app(standalone_mode=False) or 0
-        if sys.stdout is not None:  # closed from the start
-            sys.stdout.flush()  # what is printed may still lie in a buffer
-        sys.exit(code)
-    except ElocuteError as error:
-        print(f"elocute: {error}", file=sys.stderr)
-        sys.exit(2 if isinstance(error, InputError) else 1)
-    except KeyboardInterrupt:
-        print("elocute: interrupted; nothing was left half-written", file=sys.stderr)
-        sys.exit(130)
-    except BrokenPipeError:
-        _forget_stdout()  # who read it has seen enough
-        sys.exit(1)
-    except OSError as error:
-        if error.errno not in DISK_ERRORS:
-            raise
-        where = error.filename or "standard output"
-        _forget_stdout()
-        print(f"elocute: {where}: cannot be written ({error.strerror})", file=sys.stderr)
-        sys.exit(2)
-    except Exception as error:
-        # Usage errors and aborts of the option parser carry their own exit code and message.
-        if not hasattr(error, "exit_code"):
-            raise
-        explain = getattr(error, "format_message", None)
-        message = explain() if explain else str(error)
-        if message:
-            print(f"elocute: {' '.join(message.split())}", file=sys.stderr)
-        sys.exit(error.exit_code)  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _forget_stdout() -> None:
-    """What could not be printed is not tried again when Python ends."""
-    if sys.stdout is not None and sys.stdout is sys.__stdout__:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.outputs import plan_files, settled
 from elocute.cli.progress import progress_bar
 from elocute.errors import CorpusError, InputError
@@ -22,14 +23,9 @@ if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
     from elocute.motion.motion import Motion
 
-app = typer.Typer(help="Learn, compare and show speech blendshapes.", no_args_is_help=True)
+app = Commands("Learn, compare and show speech blendshapes.")
 PARTS = ("train", "validation", "test", "all")
 ARKIT = "arkit"
-
-
-@app.callback()
-def _group() -> None:
-    """Learn, compare and show speech blendshapes."""
 
 
 @app.command("learn")

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.outputs import settled
-from elocute.cli.progress import progress_bar
+from elocute.cli.progress import progress_bar, resumable
 from elocute.errors import InputError, MachineError, OutputError
 from elocute.files.outputs import OutputPlan
 
@@ -21,17 +22,12 @@ if TYPE_CHECKING:
     from elocute.capture.result import SequenceResult
     from elocute.head.model import HeadModel
 
-app = typer.Typer(help="Turn raw scans into motion of one topology.", no_args_is_help=True)
+app = Commands("Turn raw scans into motion of one topology.")
 
 HeadChoice = typer.Option(
     "builtin", "--head", help="The topology to register: builtin, a FLAME model or a head file."
 )
 Unit = typer.Option(None, "--unit", help="Of the coordinates: m, mm, cm, dm or inch.")
-
-
-@app.callback()
-def _group() -> None:
-    """Turn raw scans into motion of one topology."""
 
 
 def _need_scipy() -> None:
@@ -152,7 +148,10 @@ def scans_command(
     from elocute.capture.batch import BatchSettings, capture_scans
 
     settings = BatchSettings(head, fps, unit, jobs, eyes_ms / 1000)
-    with progress_bar(f"registering {folder.name}", as_json) as progress:
+    with (
+        resumable("run it again to go on"),
+        progress_bar(f"registering {folder.name}", as_json) as progress,
+    ):
         results = capture_scans(folder, output, settings, progress)
     _tell_results(output, results, as_json)
 
@@ -223,11 +222,11 @@ def simulate_command(
 ) -> None:
     """Scan the built-in head while it speaks, in software, with known truth."""
     _need_scipy()
+    from elocute.animation import animate
     from elocute.audio.read import read_audio
     from elocute.capture.sequence import SequenceFacts
     from elocute.capture.simulate import Scanner, simulate_scans
     from elocute.motion.edits import cut
-    from elocute.synthesis.animate import animate
 
     plan = OutputPlan()
     plan.add(output, speech)

@@ -10,23 +10,18 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.corpus.check import Finding
 
-app = typer.Typer(help="Look at, check and convert corpora of talking faces.", no_args_is_help=True)
+app = Commands("Look at, check and convert corpora of talking faces.")
 
 Folder = typer.Argument(..., help="A corpus folder, as `corpus convert` writes it.")
 NAMES_MAX_BYTES = 16_000_000
-
-
-@app.callback()
-def _group() -> None:
-    """Look at, check and convert corpora of talking faces."""
 
 
 @app.command("info")
@@ -121,9 +116,7 @@ def convert_command(
 
 
 def _names(path: Path) -> frozenset[str]:
-    try:
-        if path.stat().st_size > NAMES_MAX_BYTES:
-            raise InputError.about(path, found="more than 16 MB", allowed="one name a line")
-        return frozenset(path.read_text(encoding="utf-8").split())
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError.about(path, found="cannot be read", allowed="a text file") from error
+    from elocute.files.reading import read_text
+
+    text = read_text(path, max_bytes=NAMES_MAX_BYTES, allowed="a text file, one name a line")
+    return frozenset(text.split())

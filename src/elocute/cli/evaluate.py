@@ -17,13 +17,15 @@ from elocute.cli import (
     evaluate_wild,
     options,
 )
+from elocute.cli.commands import Commands
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.motion.curves import Curves
 
-app = typer.Typer(help="Measure what a model makes of speech.", no_args_is_help=True)
+NAMES_MAX_BYTES = 16_000_000
+app = Commands("Measure what a model makes of speech.")
 app.command("alignment")(evaluate_alignment.alignment_command)
 app.command("corpus")(evaluate_corpus.corpus_command)
 app.command("features")(evaluate_features.features_command)
@@ -31,11 +33,6 @@ app.command("wild")(evaluate_wild.wild_command)
 app.command("noise")(evaluate_mouth.noise_command)
 app.command("styles")(evaluate_mouth.styles_command)
 app.command("identities")(evaluate_mouth.identities_command)
-
-
-@app.callback()
-def _group() -> None:
-    """Measure what a model makes of speech."""
 
 
 @app.command("real")
@@ -49,9 +46,9 @@ def real_command(
     as_json: bool = options.Json,
 ) -> None:
     """Predicted lips against those of a real talker: correlation and closures."""
+    from elocute.animation import animate
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.measures import measure_mouth
-    from elocute.synthesis.animate import animate
     from elocute.training.real_talker import evaluate_real
 
     wanted = read_names(names)
@@ -82,10 +79,10 @@ def real_command(
 def read_names(path: Path | None) -> list[str] | None:
     if path is None:
         return None
-    try:
-        names = path.read_text(encoding="utf-8").split()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError.about(path, found="cannot be read", allowed="a text file") from error
+    from elocute.files.reading import read_text
+
+    allowed = "a text file, one name a line"
+    names = read_text(path, max_bytes=NAMES_MAX_BYTES, allowed=allowed).split()
     if not names:
         raise InputError.about(path, found="no name in it", allowed="one name a line")
     return names

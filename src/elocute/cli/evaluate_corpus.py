@@ -47,8 +47,9 @@ def corpus_command(
 ) -> None:
     """Predicted motion against recorded: lips, whole face, dynamics, closures."""
     from elocute.corpus.store import open_corpus
+    from elocute.evaluation.clips import clip_predictor
     from elocute.files.atomic import write_atomically
-    from elocute.synthesis.predict import clip_predictor, open_predictor
+    from elocute.models.registry import open_model
     from elocute.training.corpus_scores import best_rows, rows, score_clips
 
     if output is not None and output.suffix.lower() != ".json":
@@ -58,9 +59,9 @@ def corpus_command(
     opened = open_corpus(corpus)
     names = _names(opened, split, part, limit)
     measure = measure_of(opened, lips, upper_face)
-    predictor = open_predictor(model, contacts=contacts)
-    styles = predictor.styles if style in ("each", "best") else (style,)
-    predict = clip_predictor(predictor, opened)
+    chosen = open_model(model)
+    styles = (chosen.styles or ("plain",)) if style in ("each", "best") else (style,)
+    predict = clip_predictor(chosen, opened, contacts=contacts)
     with progress_bar("measuring", as_json) as progress:
         scores = score_clips(opened, names, styles, predict, measure, progress)
     table = (best_rows if style == "best" else rows)(scores, seed)

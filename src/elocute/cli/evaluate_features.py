@@ -89,12 +89,13 @@ def _train(
 
 def _measured(corpus: Corpus, clips: list[str], model: Path, measure: Measure) -> Row:
     """Every clip in the style that fits its subject best."""
-    from elocute.synthesis.predict import clip_predictor, open_predictor
+    from elocute.evaluation.clips import clip_predictor
+    from elocute.models.registry import open_model
     from elocute.training.corpus_scores import best_rows, score_clips
 
-    predictor = open_predictor(model)
-    predict = clip_predictor(predictor, corpus)
-    scores = score_clips(corpus, clips, predictor.styles, predict, measure)
+    opened = open_model(model)
+    predict = clip_predictor(opened, corpus)
+    scores = score_clips(corpus, clips, opened.styles, predict, measure)
     return best_rows(scores)[-1]
 
 
@@ -103,14 +104,15 @@ def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path) -> Non
 
     from elocute.corpus.closures import lip_opening
     from elocute.corpus.track import true_track
+    from elocute.evaluation.clips import clip_predictor
     from elocute.export.overlay import plot_overlay
+    from elocute.models.registry import open_model
+    from elocute.models.styles import EVEN
     from elocute.motion.curves import Curves
-    from elocute.synthesis.learned import EVEN
-    from elocute.synthesis.predict import clip_predictor, open_predictor
 
     tracks = {"recorded": true_track(corpus, clip)}
     for name, model in models.items():
-        tracks[name] = clip_predictor(open_predictor(model), corpus)(clip, EVEN)
+        tracks[name] = clip_predictor(open_model(model), corpus)(clip, EVEN)
     values = np.stack([lip_opening(track) for track in tracks.values()], axis=1)
     curves = Curves(values.astype(np.float32), tuple(tracks), corpus.fps)
     plot_overlay(curves, path, title=f"mouth opening, {clip}", unit="mm", shade=False)

@@ -45,10 +45,10 @@ def noise_command(
     """How noise under the speech damps and changes what the mouth does."""
     import numpy as np
 
+    from elocute.animation import animate
+    from elocute.evaluation.mouth_studies import mean_scores, noise_scores
     from elocute.motion.curves import Curves
     from elocute.motion.measures import measure_mouth
-    from elocute.synthesis.animate import animate
-    from elocute.synthesis.mouth_studies import mean_scores, noise_scores
 
     plan = _planned(plot, (speech, model, noise), overwrite, no_clobber)
     steps = _levels(levels)
@@ -97,13 +97,13 @@ def styles_command(
     as_json: bool = options.Json,
 ) -> None:
     """One curve of mouth opening per style, and what mixes of them can reach."""
+    from elocute.animation import animate
+    from elocute.evaluation.mouth_studies import style_openings
+    from elocute.models.registry import open_model
     from elocute.motion.motion import Motion
-    from elocute.synthesis.animate import animate
-    from elocute.synthesis.mouth_studies import style_openings
-    from elocute.synthesis.predict import open_predictor
 
     plan = _planned(plot, (speech, model), overwrite, no_clobber)
-    names = open_predictor(model).styles
+    names = open_model(model).styles or ("plain",)
 
     def moved(style: str) -> Motion:
         return animate(speech, model=model, style=style, fps=FPS).motion
@@ -138,8 +138,8 @@ def identities_command(
     as_json: bool = options.Json,
 ) -> None:
     """The same speech on many faces: how far their lips differ, and whether they close."""
-    from elocute.synthesis.animate import animate
-    from elocute.synthesis.mouth_studies import face_scores, spread
+    from elocute.animation import animate
+    from elocute.evaluation.mouth_studies import face_scores, spread
 
     motion = animate(speech, model=model, style=style, fps=FPS).motion
     scores = face_scores(motion, count, seed)

@@ -126,11 +126,11 @@ def _continuous(
     corpus: Any, names: list[str], model: Path, shards: Shards, shares: Any
 ) -> dict[str, Figures]:
     """With the state going on, and in pieces of 15 frames as the paper does."""
-    from elocute.synthesis.crnn import CrnnModel
-    from elocute.synthesis.crnn_stream import JOINS, stream_weights
+    from elocute.models.crnn_network import CrnnNetwork
+    from elocute.models.crnn_stream import JOINS, stream_weights
     from elocute.training.crnn.wild import judge_sentences
 
-    opened, basis = CrnnModel(model), shards.basis.head.expression_basis
+    opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
     return {
         f"sentences {joins}": judge_sentences(
             corpus, names, basis, opened.record.fps, shares,
@@ -159,10 +159,10 @@ def _talker(folder: Path, names: Path | None, model: Path) -> dict[str, Any]:
     """The real talker: the recurrent model beside VOCA and the rules."""
     from dataclasses import asdict
 
+    from elocute.animation import animate
     from elocute.cli.evaluate import read_names
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.measures import measure_mouth
-    from elocute.synthesis.animate import animate
     from elocute.training.real_talker import evaluate_real
 
     eye_mm, wanted = 1000 * load_builtin_head().eye_distance_m, read_names(names)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
@@ -16,12 +17,7 @@ from elocute.files.outputs import OutputPlan
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
 
-app = typer.Typer(help="Look at head models and draw faces of them.", no_args_is_help=True)
-
-
-@app.callback()
-def _group() -> None:
-    """Look at head models and draw faces of them."""
+app = Commands("Look at head models and draw faces of them.")
 
 
 @app.command("show")

@@ -34,7 +34,9 @@ def _keyframe(option: str, part: str) -> tuple[float, str]:
     except ValueError:
         seconds = math.nan
     if not colon or not value.strip() or not math.isfinite(seconds):
-        raise InputError.about(option, found=repr(part), allowed="seconds:value; seconds:value; …")
+        raise InputError.about(
+            option, found=repr(part[:60]), allowed="seconds:value; seconds:value; …"
+        )
     return seconds, value.strip()
 
 
@@ -46,5 +48,5 @@ def _numbers(option: str, text: str, count: int | None) -> list[float]:
     wrong = not numbers or not all(math.isfinite(number) for number in numbers)
     if wrong or (count is not None and len(numbers) != count):
         allowed = "finite numbers parted by commas" if count is None else _WANTED[count]
-        raise InputError.about(option, found=repr(text), allowed=allowed)
+        raise InputError.about(option, found=repr(text[:60]), allowed=allowed)
     return numbers

@@ -45,12 +45,18 @@ def parse_size(text: str) -> tuple[int, int]:
         return SIZES[text]
     parts = text.lower().split("x")
     low, high = SIDE_RANGE
-    if len(parts) <= 2 and all(part.isdecimal() and low <= int(part) <= high for part in parts):
+    if len(parts) <= 2 and all(map(_is_side, parts)):
         return int(parts[0]), int(parts[-1])
     raise InputError.about(
-        f"--size {text}", found="no picture size",
+        f"--size {text[:60]}", found="no picture size",
         allowed=f"one number or WIDTHxHEIGHT, {low} to {high}, or {', '.join(SIZES)}",
     )  # fmt: skip
+
+
+def _is_side(text: str) -> bool:
+    """Whether it is a number of pixels; only so many digits are looked at."""
+    low, high = SIDE_RANGE
+    return text.isdecimal() and len(text) <= len(str(high)) and low <= int(text) <= high
 
 
 def writer_options(path: Path, size: str, backend: str, embed_audio: bool) -> dict[str, Any]:

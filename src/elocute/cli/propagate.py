@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.progress import progress_bar
+from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.work_folder import prepare_folder
 from elocute.errors import CorpusError
 
@@ -75,7 +75,10 @@ def propagate_command(
         fit_pairs=fit_pairs, confidence=confidence,
         truth=corpus.resolve().is_relative_to(top),
     )  # fmt: skip
-    with progress_bar(f"carrying over to {recordings.name}", as_json) as progress:
+    with (
+        resumable("--resume goes on"),
+        progress_bar(f"carrying over to {recordings.name}", as_json) as progress,
+    ):
         summary = propagate(settings, captured, found, pool, progress)
     _tell(summary, output, as_json)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -12,9 +13,14 @@ from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
 
+if TYPE_CHECKING:
+    from elocute.motion.motion import Motion
+
 
 def render_command(
-    motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` wrote."),
+    motion: Path = typer.Argument(
+        ..., help="A motion (.npz) or curves (.json) that `animate` wrote."
+    ),
     output: list[Path] = options.Output,
     audio: Path | None = typer.Option(None, help="The sound it belongs to."),
     fps: float | None = typer.Option(None, help="Sample at another frame rate."),
@@ -26,7 +32,6 @@ def render_command(
     as_json: bool = options.Json,
 ) -> None:
     """Write a stored motion as video, glTF, HTML, meshes, curves or pictures."""
-    from elocute.motion.store import load_motion
 
     plan = OutputPlan()
     drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
@@ -35,7 +40,7 @@ def render_command(
     if settled(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)
-    loaded = load_motion(motion)
+    loaded = _load(motion)
     if audio is None:
         tell_silent(targets, "--audio FILE adds it")
     if fps is not None:
@@ -49,6 +54,18 @@ def render_command(
     if as_json:
         record = {"input": str(motion), "outputs": [str(target) for target in targets]}
         print(json.dumps(record | {"frames": loaded.frame_count, "fps": loaded.fps}))
+
+
+def _load(path: Path) -> Motion:
+    """A motion; curves move the built-in head. Raises MotionError."""
+    from elocute.export.curves_json import read_json_curves
+    from elocute.head.builtin import load_builtin_head
+    from elocute.motion.curves import motion_from_curves
+    from elocute.motion.store import load_motion
+
+    if path.suffix.lower() != ".json":
+        return load_motion(path)
+    return motion_from_curves(load_builtin_head(), read_json_curves(path))
 
 
 def measure_command(

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from elocute.motion.motion import Motion
 
 
+HEAD_MAX_BYTES = 2_000_000_000
+
+
 def solve_command(
     vertices: Path = typer.Argument(
         ..., help="Vertices (frame, vertex, 3) in metres (.npy), or a motion (.npz)."
@@ -96,13 +99,17 @@ def _chosen_head(path: Path | None, identity: str | None, motion: Motion | None)
 
 def _read_head(path: Path) -> HeadModel:
     """A head on its own, or the one that travels with a motion. Raises InputError."""
+    from elocute.files.reading import open_regular
     from elocute.head.storage import load_head
 
     try:
-        with zipfile.ZipFile(path) as archive:
+        with (
+            open_regular(path, max_bytes=HEAD_MAX_BYTES, allowed="a head (.npz)") as file,
+            zipfile.ZipFile(file) as archive,
+        ):
             is_motion = "weights.npy" in archive.namelist()
-    except (OSError, zipfile.BadZipFile):
-        is_motion = False
+    except (InputError, zipfile.BadZipFile, ValueError, NotImplementedError):
+        is_motion = False  # what reads it says what is wrong
     return _motion(path).head if is_motion else load_head(path)
 
 

@@ -9,20 +9,15 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.outputs import plan_files
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
-    from elocute.encoders.encoder import Encoder
-    from elocute.synthesis.rules import Styled
-    from elocute.synthesis.style_fit import Observed, StyleFit
+    from elocute.models.protocol import SpeechModel
+    from elocute.models.style_fit import Observed, StyleFit
 
-app = typer.Typer(help="Find speaking styles.", no_args_is_help=True)
-
-
-@app.callback()
-def _group() -> None:
-    """Find speaking styles."""
+app = Commands("Find speaking styles.")
 
 
 @app.command("fit")
@@ -42,14 +37,14 @@ def fit_command(
     as_json: bool = options.Json,
 ) -> None:
     """Find the mix of a model's styles that best explains a few seconds of motion."""
-    from elocute.synthesis.rules import open_styled
-    from elocute.synthesis.style_file import write_mix
-    from elocute.synthesis.style_fit import fit_style
+    from elocute.models.registry import open_model
+    from elocute.models.style_file import write_mix
+    from elocute.models.style_fit import fit_style
 
     if output is not None and output.suffix.lower() != ".json":
         raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
     plan = plan_files([*motion, *sound, model], [output], overwrite, no_clobber)
-    learned = open_styled(model)
+    learned = open_model(model)
     fit = fit_style(learned, _takes(motion, sound, learned))
     record = {"model": Path(model).name, **fit.record()}
     if output is not None and plan.wants(output):
@@ -68,41 +63,40 @@ def _show(fit: StyleFit) -> None:
     print(fit.text)
 
 
-def _takes(motions: list[Path], sounds: list[Path], model: Styled) -> list[Observed]:
+def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[Observed]:
     """Every take with what the model hears of it."""
-    from elocute.encoders.registry import resolve_encoder
-
     stored = [path for path in motions if path.suffix.lower() == ".npz"]
     if len(stored) != len(sounds):
         raise InputError.about(
             "--sound", found=f"{len(sounds)} for {len(stored)} motions",
             allowed="the sound of every .npz, in their order",
         )  # fmt: skip
-    encode = resolve_encoder(model.record.encoder)
     given = iter(sounds)
     return [
-        _of_motion(path, next(given), encode) if path in stored else _of_clip(path, encode)
+        _of_motion(path, next(given), model) if path in stored else _of_clip(path, model)
         for path in motions
     ]
 
 
-def _of_motion(path: Path, sound: Path, encode: Encoder) -> Observed:
+def _of_motion(path: Path, sound: Path, model: SpeechModel) -> Observed:
     """Joint rotations are left out, as measures do: a nod is no style."""
     from elocute.audio.read import read_audio
     from elocute.corpus.track import Track
+    from elocute.models.hearing import hear
+    from elocute.models.style_fit import Observed
     from elocute.motion.store import load_motion
-    from elocute.synthesis.style_fit import Observed
 
     motion = load_motion(path)
     head = motion.head
     track = Track(motion.weights, head.template, motion.fps, head.expression_basis)
-    return Observed(encode(read_audio(sound)), track)
+    return Observed(hear(model, read_audio(sound), contacts=False)[0], track)
 
 
-def _of_clip(path: Path, encode: Encoder) -> Observed:
+def _of_clip(path: Path, model: SpeechModel) -> Observed:
     from elocute.corpus.store import open_corpus
     from elocute.corpus.track import true_track
-    from elocute.synthesis.style_fit import Observed
+    from elocute.models.hearing import hear
+    from elocute.models.style_fit import Observed
 
     if not (path.parent / "corpus.json").is_file():
         raise InputError.about(
@@ -111,4 +105,4 @@ def _of_clip(path: Path, encode: Encoder) -> Observed:
         )  # fmt: skip
     corpus = open_corpus(path.parent)
     track = true_track(corpus, path.name)
-    return Observed(encode(corpus.sound(path.name)), track)
+    return Observed(hear(model, corpus.sound(path.name), contacts=False)[0], track)

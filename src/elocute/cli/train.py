@@ -9,18 +9,14 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.work_folder import prepare_folder
-from elocute.errors import needs_extra
+from elocute.errors import Interrupted, needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
 
-app = typer.Typer(help="Train models on a corpus.", no_args_is_help=True)
-
-
-@app.callback()
-def _group() -> None:
-    """Train models on a corpus."""
+app = Commands("Train models on a corpus.")
 
 
 @app.command("voca")
@@ -52,8 +48,8 @@ def voca_command(
         seed=seed, reduced=not full_decoder, encoder=encoder,
     )  # fmt: skip
     prepare_folder(output, resume)
-    report = Lines(as_json)
-    trained = train_voca(opened, config, output, split, resume=resume, report=report)
+    with Lines(as_json) as report:
+        trained = train_voca(opened, config, output, split, resume=resume, report=report)
     sample = _sample(opened, split, output)
     record = {
         "model": str(output / MODEL), "styles": trained.styles, "sample": sample,
@@ -100,7 +96,8 @@ def crnn_command(
     )  # fmt: skip
     opened = open_shards(shards, sounds)
     prepare_folder(output, resume)
-    trained, missing = train_crnn(opened, config, output, resume=resume, report=Lines(as_json))
+    with Lines(as_json) as report:
+        trained, missing = train_crnn(opened, config, output, resume=resume, report=report)
     broken = [*opened.broken, *missing]
     record = {
         "model": str(output / MODEL), "clips": len(opened),
@@ -121,7 +118,7 @@ def name_broken(broken: list[tuple[str, str]], clips: int) -> None:
 
 
 class Lines:
-    """One line for every epoch, or none for machines."""
+    """One line for every epoch, or none for machines; around a training, tells how far it got."""
 
     def __init__(self, quiet: bool) -> None:
         self.quiet, self.last = quiet, ""
@@ -131,11 +128,18 @@ class Lines:
             typer.echo(f"{share:4.0%} {line}", err=True)
         self.last = line
 
+    def __enter__(self) -> Lines:
+        return self
+
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        if isinstance(error, Interrupted):
+            raise Interrupted(f"{self.last or 'no epoch'} done; --resume goes on") from None
+
 
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:
     """A contact sheet of the new model saying a sentence that it was not trained on."""
+    from elocute.animation import animate
     from elocute.head.builtin import load_builtin_head
-    from elocute.synthesis.animate import animate
 
     parts = corpus.split(split)
     names = parts.validation or parts.test

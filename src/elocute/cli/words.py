@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands import Commands
 from elocute.cli.outputs import settled
 from elocute.errors import AlignmentError, InputError
 from elocute.files.outputs import OutputPlan
@@ -16,15 +17,10 @@ from elocute.files.outputs import OutputPlan
 if TYPE_CHECKING:
     from elocute.alignment.words import Words
 
-app = typer.Typer(help="Find the words of a reading, and check them.", no_args_is_help=True)
+app = Commands("Find the words of a reading, and check them.")
 
 TEXT_MAX_BYTES = 1_000_000
 Output = typer.Option(..., "-o", "--output", help="Words with times: .json or .TextGrid.")
-
-
-@app.callback()
-def _group() -> None:
-    """Find the words of a reading, and check them."""
 
 
 @app.command("segment")
@@ -119,14 +115,11 @@ def _text(text: str | None, file: Path | None) -> str:
     if text is not None:
         return text
     assert file is not None
-    try:
-        if file.stat().st_size > TEXT_MAX_BYTES:
-            raise AlignmentError.about(file, found="more than 1 MB", allowed="the text of a sound")
-        return file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise AlignmentError.about(
-            file, found="cannot be read", allowed="a text file, UTF-8"
-        ) from error
+    from elocute.files.reading import read_text
+
+    return read_text(
+        file, max_bytes=TEXT_MAX_BYTES, allowed="the text of a sound, UTF-8", error=AlignmentError
+    )
 
 
 def _tell(words: Words, output: Path, as_json: bool) -> None:

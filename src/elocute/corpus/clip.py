@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.errors import CorpusError
 from elocute.files.arrays import ArrayFile
 
@@ -45,6 +46,8 @@ class Clip:
     text: str
     sound: Waveform
     frames: NDArray[np.float32] | ArrayFile
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         check_name(self.subject, "subject")

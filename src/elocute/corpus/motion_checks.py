@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.corpus.store import Corpus
 
 Floats = NDArray[np.float64]
@@ -25,6 +26,8 @@ class Places:
 
     moving: NDArray[np.integer]
     steady: NDArray[np.integer]
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)

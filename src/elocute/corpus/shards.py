@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.corpus.shard_file import (
     ShardEntry,
     fault,
@@ -68,6 +69,8 @@ class Shards:
     entries: tuple[ShardEntry, ...]
     broken: tuple[tuple[str, str], ...]
     note: str
+
+    __repr__ = one_line
 
     def clips(self, split: str | None = None) -> Iterator[WordClip]:
         """All clips, or those of a split; few in memory. Raises CorpusError naming the row."""

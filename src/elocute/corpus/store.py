@@ -8,8 +8,8 @@
     faces.npy       (face, 3 or 4), where they are known
     sound/NAME.flac 16 bits
 
-Frames are read as they are asked for, and uncompressed: a random frame costs some hundredths of a
-millisecond, however long the corpus. A file that is cut short meanwhile is an error.
+Arrays are uncompressed, and frames stay on disk until they are asked for: a random one costs
+some hundredths of a millisecond, however long the corpus.
 """
 
 from __future__ import annotations
@@ -24,13 +24,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import Entry, Split
 from elocute.errors import CorpusError
-from elocute.files.arrays import ArrayFile
+from elocute.files.arrays import ArrayFile, read_npy
+from elocute.files.records import finite_number, read_record
 
 FORMAT, VERSION = "elocute-corpus", 1
 MANIFEST_MAX_BYTES = 256_000_000
+ARRAY_MAX_BYTES = 2_000_000_000
+"""Of templates, basis and faces, which are held in memory."""
+TEXT_MAX, COUNT_MAX = 10_000, 10**12
+ALLOWED = "what CorpusWriter wrote"
 FPS_MAX = 1000.0
 Array = NDArray[np.float32]
 
@@ -55,28 +61,37 @@ class Corpus:
     splits: dict[str, Split] = field(default_factory=dict)
     note: str = ""
 
+    __repr__ = one_line
+
     @cached_property
     def motion(self) -> ArrayFile:
-        """All frames, left on disk."""
-        return _on_disk(self.folder / "motion.npy")
+        """All frames, on disk."""
+        return ArrayFile(_there(self.folder / "motion.npy"), allowed=ALLOWED, error=CorpusError)
 
     @cached_property
     def templates(self) -> Array:
         """(subject, vertex, 3) m."""
-        return np.asarray(_on_disk(self.folder / "templates.npy"))
+        return _in_memory(self.folder / "templates.npy")
 
     @cached_property
     def basis(self) -> Array | None:
         """(component, vertex, 3) m, or None where frames are vertices."""
-        if self.kind != "weights":
-            return None
-        return np.asarray(_on_disk(self.folder / "basis.npy"))
+        return _in_memory(self.folder / "basis.npy") if self.kind == "weights" else None
 
     @cached_property
     def faces(self) -> NDArray[np.int32] | None:
         """(face, 3 or 4), or None where nobody wrote them."""
         path = self.folder / "faces.npy"
-        return np.asarray(_on_disk(path), np.int32) if path.is_file() else None
+        if not path.is_file():
+            return None
+        faces = read_npy(path, max_bytes=ARRAY_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+        corners = faces.ndim == 2 and faces.shape[1] in (3, 4) and faces.dtype.kind in "iu"
+        if not corners or (faces.size and not 0 <= faces.min() <= faces.max() < self.vertex_count):
+            raise CorpusError.about(
+                path, found=f"{faces.dtype} of shape {faces.shape}",
+                allowed=f"(face, 3 or 4) vertices from 0 to {self.vertex_count - 1}",
+            )  # fmt: skip
+        return faces.astype(np.int32)
 
     @cached_property
     def by_name(self) -> dict[str, Entry]:
@@ -102,7 +117,7 @@ class Corpus:
         """Raises CorpusError for a split that is not there."""
         if name not in self.splits:
             raise CorpusError.about(
-                self.folder, found=f"no split {name!r}", allowed=_some(list(self.splits))
+                self.folder, found=f"no split {name[:60]!r}", allowed=_some(list(self.splits))
             )
         return self.splits[name]
 
@@ -110,7 +125,9 @@ class Corpus:
         """(vertex, 3) m. Raises CorpusError for somebody who is not there."""
         if subject not in self.subjects:
             raise CorpusError.about(
-                self.folder, found=f"no subject {subject!r}", allowed=_some(list(self.subjects))
+                self.folder,
+                found=f"no subject {subject[:60]!r}",
+                allowed=_some(list(self.subjects)),
             )
         return self.templates[self.subjects.index(subject)]
 
@@ -159,12 +176,7 @@ def open_corpus(folder: str | Path) -> Corpus:
     """
     folder = Path(folder)
     corpus = _corpus_of(folder, _read_manifest(folder))
-    try:
-        _check_arrays(corpus)
-    except (OSError, ValueError) as error:
-        raise CorpusError.about(
-            folder, found=f"arrays cannot be read ({error})", allowed="what CorpusWriter wrote"
-        ) from error
+    _check_arrays(corpus)
     return corpus
 
 
@@ -193,49 +205,64 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
             folder, found="no corpus.json in it", allowed="a corpus folder",
             remedy="make one: elocute corpus convert",
         )  # fmt: skip
-    if path.stat().st_size > MANIFEST_MAX_BYTES:
-        raise CorpusError.about(path, found="more than 256 MB", allowed="a corpus manifest")
-    try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise CorpusError.about(path, found="no JSON", allowed="a corpus manifest") from error
-    if not isinstance(record, dict) or record.get("format") != FORMAT:
+    record = read_record(
+        path, max_bytes=MANIFEST_MAX_BYTES, allowed="a corpus manifest", error=CorpusError
+    )
+    if record.get("format") != FORMAT:
         raise CorpusError.about(path, found="another kind of JSON", allowed=f"format {FORMAT}")
     if record.get("version") != VERSION:
         raise CorpusError.about(
-            path, found=f"version {record.get('version')}", allowed=f"version {VERSION}"
+            path, found=f"version {str(record.get('version'))[:40]}", allowed=f"version {VERSION}"
         )
     return record
 
 
 def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
     try:
-        entries = tuple(
-            Entry(
-                f"{check_name(c['subject'], 'subject')}.{check_name(c['sentence'], 'sentence')}",
-                c["subject"], c["sentence"], str(c["text"]), int(c["start"]), int(c["frames"]),
-            )
-            for c in record["clips"]
-        )  # fmt: skip
+        clips, fps = _list_of(record["clips"], dict), finite_number(record["fps"])
         corpus = Corpus(
-            folder, float(record["fps"]), str(record["kind"]), tuple(record["components"]),
-            str(record["topology"]), tuple(check_name(s, "subject") for s in record["subjects"]),
-            entries,
+            folder, 0.0 if fps is None else fps, _text(record["kind"]),
+            tuple(map(_text, _list_of(record["components"], str))), _text(record["topology"]),
+            tuple(check_name(_text(s), "subject") for s in record["subjects"]),
+            tuple(map(_entry, clips)),
             {
-                name: Split(*(tuple(parts[p]) for p in ("train", "validation", "test")))
+                _text(name): Split(
+                    *(tuple(_list_of(parts[p], str)) for p in ("train", "validation", "test"))
+                )
                 for name, parts in record["splits"].items()
             },
-            str(record["note"]),
+            _text(record["note"]),
         )  # fmt: skip
     except CorpusError as error:
         raise CorpusError(f"{folder / 'corpus.json'}: {error}") from error
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise CorpusError.about(
-            folder / "corpus.json", found=f"a field that is missing or wrong ({error})",
-            allowed="what CorpusWriter wrote",
+            folder / "corpus.json", allowed=ALLOWED,
+            found=f"a field that is missing or wrong ({str(error)[:80]})",
         ) from error  # fmt: skip
     _check_lists(corpus)
     return corpus
+
+
+def _entry(clip: dict[str, Any]) -> Entry:
+    subject = check_name(_text(clip["subject"]), "subject")
+    sentence = check_name(_text(clip["sentence"]), "sentence")
+    start, frames = clip["start"], clip["frames"]
+    if type(start) is not int or type(frames) is not int or max(start, frames) > COUNT_MAX:
+        raise ValueError("start and frames that are no whole numbers")
+    return Entry(f"{subject}.{sentence}", subject, sentence, _text(clip["text"]), start, frames)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str) or len(value) > TEXT_MAX:
+        raise TypeError(f"found a {type(value).__name__}, no text of up to {TEXT_MAX} characters")
+    return value
+
+
+def _list_of(values: Any, kind: type) -> list[Any]:
+    if not isinstance(values, list) or not all(isinstance(value, kind) for value in values):
+        raise TypeError(f"no list of {kind.__name__}")
+    return values
 
 
 def _check_lists(corpus: Corpus) -> None:
@@ -243,25 +270,28 @@ def _check_lists(corpus: Corpus) -> None:
         raise CorpusError.about(corpus.folder / "corpus.json", found=found, allowed=allowed)
 
     if corpus.kind not in ("weights", "vertices"):
-        refuse(f"kind {corpus.kind!r}", "weights, vertices")
+        refuse(f"kind {corpus.kind[:60]!r}", "weights, vertices")
     if not 0 < corpus.fps <= FPS_MAX:
         refuse(f"fps {corpus.fps}", f"above 0, at most {FPS_MAX:g}")
     if not corpus.entries:
         refuse("no clip", "one clip or more")
     if len(corpus.by_name) != len(corpus.entries):
         refuse("a subject that says one sentence twice", "names SUBJECT.SENTENCE that differ")
+    subjects = set(corpus.subjects)
+    if len(subjects) != len(corpus.subjects):
+        refuse("a subject twice", "each subject once")
     for entry in corpus.entries:
-        if entry.subject not in corpus.subjects:
-            refuse(f"clip {entry.name} of an unlisted subject", ", ".join(corpus.subjects))
+        if entry.subject not in subjects:
+            refuse(f"clip {entry.name} of an unlisted subject", _some(list(corpus.subjects)))
         if entry.start < 0 or entry.frames < 1:
             refuse(f"clip {entry.name} at {entry.start}, {entry.frames} frames", "0, 1 or more")
     for name, split in corpus.splits.items():
         listed = [clip for part in split.parts().values() for clip in part]
         strange = sorted(set(listed) - set(corpus.by_name))
         if strange:
-            refuse(f"split {name} names a clip {strange[0]!r}", "clips of this corpus")
+            refuse(f"split {name[:60]} names a clip {strange[0][:60]!r}", "clips of this corpus")
         if len(set(listed)) != len(listed):
-            refuse(f"split {name} names a clip twice", "each clip in one part")
+            refuse(f"split {name[:60]} names a clip twice", "each clip in one part")
 
 
 def _check_arrays(corpus: Corpus) -> None:
@@ -278,6 +308,10 @@ def _check_arrays(corpus: Corpus) -> None:
     else:
         wanted.append(("motion.npy", motion.shape, (total, len(corpus.components))))
         wanted.append(("basis.npy", corpus.basis.shape, (len(corpus.components), vertex, 3)))
+    if corpus.motion.dtype.kind != "f":
+        raise CorpusError.about(
+            corpus.folder / "motion.npy", found=str(corpus.motion.dtype), allowed="fractions"
+        )
     for name, found, allowed in wanted:
         if found != allowed:
             raise CorpusError.about(
@@ -285,12 +319,19 @@ def _check_arrays(corpus: Corpus) -> None:
             )
 
 
-def _on_disk(path: Path) -> ArrayFile:
+def _there(path: Path) -> Path:
     if not path.is_file():
         raise CorpusError.about(
             path.parent, found=f"no {path.name} in it", allowed="a whole corpus"
         )
-    return ArrayFile(path, allowed="what CorpusWriter wrote", error=CorpusError)
+    return path
+
+
+def _in_memory(path: Path) -> Array:
+    array = read_npy(_there(path), max_bytes=ARRAY_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    if array.dtype.kind != "f":
+        raise CorpusError.about(path, found=str(array.dtype), allowed="metres")
+    return array
 
 
 def _some(names: list[str]) -> str:

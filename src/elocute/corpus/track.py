@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.corpus.store import Corpus
 from elocute.errors import CorpusError
 from elocute.files.arrays import ArrayFile
@@ -34,6 +35,8 @@ class Track:
     template: NDArray[np.floating]
     fps: float
     basis: NDArray[np.floating] | None = None
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         shape = self.template.shape

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import CorpusError
+from elocute.files.arrays import read_npy
+from elocute.files.reading import read_bytes, read_text
+from elocute.files.records import INTEGER_MAX_DIGITS, parse_json
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 
@@ -27,6 +30,8 @@ class VertexList:
 
     name: str
     indices: NDArray[np.int64]
+
+    __repr__ = one_line
 
     @property
     def digest(self) -> str:
@@ -77,15 +82,7 @@ def read_vertex_list(path: str | Path, vertex_count: int) -> VertexList:
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise CorpusError.about(path, found=f"suffix {path.suffix!r}", allowed=ALLOWED)
-    if path.is_file() and path.stat().st_size > FILE_MAX_BYTES:
-        raise CorpusError.about(path, found="more than 16 MB", allowed=ALLOWED)
-    try:
-        numbers = reader(path)
-    except OSError as error:
-        found = f"cannot be read ({error.strerror or error})"
-        raise CorpusError.about(path, found=found, allowed=ALLOWED) from error
-    except (ValueError, TypeError, OverflowError, EOFError, RecursionError) as error:
-        raise CorpusError.about(path, found="no list of numbers", allowed=ALLOWED) from error
+    numbers = reader(path)
     _check(path, numbers, vertex_count)
     return VertexList(f"file:{path.name}", np.unique(numbers.astype(np.int64)))
 
@@ -102,19 +99,25 @@ def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
 
 
 def _from_json(path: Path) -> NDArray[Any]:
-    return np.array(json.loads(path.read_text(encoding="utf-8")))
+    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    numbers = parse_json(data, path, allowed=ALLOWED, error=CorpusError)
+    if not isinstance(numbers, list) or not all(type(number) is int for number in numbers):
+        raise CorpusError.about(path, found="no list of numbers", allowed=ALLOWED)
+    return np.array(numbers, np.int64)
 
 
 def _from_text(path: Path) -> NDArray[Any]:
-    words = path.read_text(encoding="utf-8").replace(",", " ").split()
+    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    words = text.replace(",", " ").split()
+    for word in words:
+        digits = word.removeprefix("-")
+        if not digits.isascii() or not digits.isdigit() or len(digits) > INTEGER_MAX_DIGITS:
+            raise CorpusError.about(path, found="no list of numbers", allowed=ALLOWED)
     return np.array([int(word) for word in words], np.int64)
 
 
 def _from_npy(path: Path) -> NDArray[Any]:
-    stored = np.load(path, allow_pickle=False)
-    if not isinstance(stored, np.ndarray):
-        raise ValueError("an archive")
-    return stored
+    return read_npy(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
 
 
 _READERS = {".json": _from_json, ".txt": _from_text, ".npy": _from_npy}

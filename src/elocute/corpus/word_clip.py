@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.corpus.clip import check_name
 from elocute.errors import CorpusError
 
@@ -50,6 +51,8 @@ class WordClip:
     fps: float
     parameters: NDArray[np.float32]
     confidence: float = 1.0
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         for what in ("clip", "speaker", "source"):

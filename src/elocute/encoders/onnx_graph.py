@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.errors import ModelError
+from elocute.files.onnx_session import session_of
 from elocute.files.protobuf import write_message
 
 IR_VERSION = 8  # July 2021; its operator sets go up to 15
@@ -64,17 +66,14 @@ class Network:
     def __init__(self, graph: bytes, weights: Mapping[str, NDArray], threads: int = 1) -> None:
         import onnxruntime
 
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-        options.log_severity_level = 3
         large = {name: each for name, each in weights.items() if each.nbytes > WRITTEN_MAX_BYTES}
         self._weights = {
             name: onnxruntime.OrtValue.ortvalue_from_numpy(each) for name, each in large.items()
         }
-        options.add_external_initializers(list(self._weights), list(self._weights.values()))
-        self._session = onnxruntime.InferenceSession(
-            graph, options, providers=["CPUExecutionProvider"]
-        )
+        self._session = session_of(
+            graph, "network", allowed="weights that fit it", error=ModelError, threads=threads,
+            initializers=self._weights,
+        )  # fmt: skip
 
     def run(self, output: str, **inputs: NDArray[np.float32]) -> NDArray[np.float32]:
         return np.asarray(self._session.run([output], inputs)[0], np.float32)

@@ -6,7 +6,6 @@ same history whichever way the sound is cut, so both give the same numbers.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -18,6 +17,8 @@ from numpy.typing import NDArray
 from elocute.audio import front_end
 from elocute.audio.phones import PHONES
 from elocute.errors import InputError
+from elocute.files.onnx_session import open_session
+from elocute.files.records import as_record, parse_json
 
 Array = NDArray[np.float32]
 
@@ -29,6 +30,7 @@ BUILTIN_PATH = Path(__file__).parent / "assets" / "phones.onnx"
 BLOCK_FRAMES = 3000  # feature frames in one run of the network: 30 s, so memory stays bounded
 REST_FRAMES = 8  # outputs of silence put before and after: speech is never cut so hard in training
 FILE_MAX_BYTES = 64_000_000
+REACH_MAX = 1000
 
 
 @dataclass(frozen=True)
@@ -54,29 +56,29 @@ class PhoneEncoder:
 
     @cached_property
     def _session(self) -> Any:
-        import onnxruntime
-
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 3
-        try:
-            return onnxruntime.InferenceSession(
-                self.path.read_bytes(), options, providers=["CPUExecutionProvider"]
-            )
-        except Exception as error:  # onnxruntime has no common base of its own
-            raise InputError.about(
-                self.path, found="no ONNX network", allowed="a phone encoder"
-            ) from error
+        return open_session(
+            self.path, max_bytes=FILE_MAX_BYTES, allowed="a phone encoder", error=InputError
+        )
 
     @cached_property
     def config(self) -> dict[str, Any]:
         """What the recipe wrote into the file: phones, rates, reach, thresholds, version."""
-        entry = self._session.get_modelmeta().custom_metadata_map.get("elocute")
-        config = json.loads(entry) if entry else {}
-        if tuple(config.get("phones", ())) != PHONES:
+        try:
+            entry = self._session.get_modelmeta().custom_metadata_map.get("elocute", "{}")
+        except UnicodeDecodeError:
+            entry = "{}"
+        config = as_record(
+            parse_json(entry, self.path, allowed="a phone encoder"), self.path, "a phone encoder"
+        )
+        if config.get("phones") != list(PHONES):
             raise InputError.about(
                 self.path, found="a network for other phones", allowed="the forty of Elocute"
             )
+        for name in ("history_frames", "lookahead_frames"):
+            if type(config.get(name)) is not int or not 0 <= config[name] <= REACH_MAX:
+                raise InputError.about(
+                    self.path, found=f"no {name}", allowed=f"0 to {REACH_MAX} feature frames"
+                )
         return config
 
     @property
@@ -99,7 +101,17 @@ class PhoneEncoder:
 
     def run(self, features: Array) -> Array:
         """(frame, 64) features to (ceil(frame / 2), 40) log-posteriors."""
-        return self._session.run(None, {"features": features[None]})[0][0]
+        try:
+            outputs = np.asarray(self._session.run(None, {"features": features[None]})[0])
+        except Exception as error:  # onnxruntime has no common base of its own
+            raise InputError.about(
+                self.path, found="a network of another form", allowed="a phone encoder"
+            ) from error
+        if outputs.shape != (1, -(-len(features) // STRIDE), len(PHONES)):
+            raise InputError.about(
+                self.path, found=f"outputs of shape {outputs.shape}", allowed="a phone encoder"
+            )
+        return outputs[0]
 
 
 @cache

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from elocute.errors import MachineError
+from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
 from elocute.export.sound import Sound, pack_sound
 from elocute.files.atomic import write_atomically
@@ -27,6 +27,14 @@ def write_html(
 ) -> None:
     """Write the page. Raises OutputError; MachineError where the viewer was not built."""
     path = Path(path)
+    pieces = page_pieces(motion, sound, title or path.stem)
+    with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
+        for piece in pieces:
+            file.write(piece)
+
+
+def page_pieces(motion: Motion, sound: Sound | None, title: str) -> list[str]:
+    """The page, to be joined. Raises MachineError where the viewer was not built."""
     page, viewer = _asset("viewer.html"), _asset("viewer.js")
     packed, media = pack_sound(sound) if sound is not None else (b"", None)
     template = motion.head.template
@@ -38,20 +46,19 @@ def write_html(
         "high": template.max(axis=0).tolist(),
     }
     parts = {
-        "@TITLE@": html.escape(title or path.stem),
+        "@TITLE@": html.escape(printable(title)),
         # No "<" leaves the JSON, so nothing in it can end its script element.
         "@TAKE@": json.dumps(take).replace("<", "\\u003c"),
         "@HEAD@": base64.b64encode(glb_bytes(motion)).decode(),
         "@SOUND@": base64.b64encode(packed).decode(),
-        "@VIEWER@": viewer,
+        # Copies of three.js carry its notice, and every page is one.
+        "@VIEWER@": f"/*\n{_asset('THIRD_PARTY_NOTICES.txt')}*/\n{viewer}",
     }
-    with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
-        # One pass over the page: what is put in is never searched for marks itself.
-        for piece in _pieces(page, parts):
-            file.write(piece)
+    return _filled(page, parts)
 
 
-def _pieces(page: str, parts: dict[str, str]) -> list[str]:
+def _filled(page: str, parts: dict[str, str]) -> list[str]:
+    """One pass over the page: what is put in is never searched for marks itself."""
     pieces, rest = [], page
     while rest:
         found = [(rest.index(mark), mark) for mark in parts if mark in rest]

@@ -76,7 +76,7 @@ class _Encoder:
         import av
 
         self._rate = Fraction(motion.fps).limit_denominator(1001)
-        self._file = av.open(str(path), "w", options={"movflags": "+faststart"})
+        self._file = av.open(f"file:{path}", "w", options={"movflags": "+faststart"})
         self._video: Any = self._file.add_stream("libx264", rate=self._rate)
         self._video.width, self._video.height = size
         self._video.pix_fmt = "yuv420p"

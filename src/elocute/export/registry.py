@@ -16,6 +16,7 @@ WRITERS: dict[str, tuple[str, str]] = {
     ".mp4": ("elocute.export.mp4", "write_mp4"),
     ".html": ("elocute.export.html", "write_html"),
     ".csv": ("elocute.export.arkit_csv", "write_csv"),
+    ".json": ("elocute.export.curves_json", "write_json"),
     ".npy": ("elocute.export.meshes", "write_npy"),
     ".obj": ("elocute.export.meshes", "write_obj"),
     ".ply": ("elocute.export.meshes", "write_ply"),

@@ -22,6 +22,8 @@ from elocute.errors import OutputError
 
 STALE_DAYS = 7.0
 """Drafts of other machines, whose processes cannot be asked for, are left alone for this long."""
+_FOLDERS: set[Path] = set()
+"""Where this process has written, for `remove_own_drafts`."""
 BEFORE = "before"
 _DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", re.ASCII)
 
@@ -115,6 +117,7 @@ def moved_aside(path: Path) -> Iterator[None]:
 def _draft_folder(path: Path) -> Iterator[Path]:
     """A folder for the draft of `path`; gone at the end, its errors told as those of `path`."""
     remove_stale_drafts(path.parent)
+    _FOLDERS.add(path.parent.absolute())
     room = None
     try:
         # The whole name may be as long as a name can be: its start tells enough.
@@ -144,6 +147,20 @@ def remove_stale_drafts(folder: Path) -> list[Path]:
                 shutil.rmtree(entry.path, ignore_errors=True)
                 removed.append(Path(entry.path))
     return removed
+
+
+def remove_own_drafts() -> None:
+    """Remove what this process left where it was interrupted while it made or removed a draft.
+
+    To be called when nothing is being written any more.
+    """
+    for folder in _FOLDERS:
+        with contextlib.suppress(OSError), os.scandir(folder) as entries:
+            for entry in entries:
+                found = _DRAFT.search(entry.name)
+                if found and found["host"] == _host() and int(found["pid"]) == os.getpid():
+                    _bring_back(Path(entry.path), folder)
+                    shutil.rmtree(entry.path, ignore_errors=True)
 
 
 def _bring_back(draft: Path, folder: Path) -> None:

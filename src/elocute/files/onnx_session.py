@@ -71,7 +71,9 @@ def session_of(
     if initializers:
         options.add_external_initializers(list(initializers), list(initializers.values()))
     try:
-        return onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+        return onnxruntime.InferenceSession(
+            model, options, providers=["CPUExecutionProvider"], enable_fallback=0
+        )  # a second try, which it tells on standard output, would end as the first
     except Exception as problem:  # onnxruntime has no common base of its own
         raise error.about(subject, found="no ONNX network", allowed=allowed) from problem
 

@@ -37,11 +37,12 @@ def open_regular(
         descriptor = os.open(path, os.O_RDONLY | _WITHOUT_WAITING)
     except (OSError, ValueError) as problem:
         raise error.about(path, found=_why(path, problem), allowed=allowed, remedy=remedy) from None
+    facts = os.fstat(descriptor)
+    if not stat.S_ISREG(facts.st_mode):
+        os.close(descriptor)  # Python makes no file of a folder
+        found = "a folder" if stat.S_ISDIR(facts.st_mode) else "no regular file"
+        raise error.about(path, found=found, allowed=allowed, remedy=remedy)
     with os.fdopen(descriptor, "rb") as file:
-        facts = os.fstat(descriptor)
-        if not stat.S_ISREG(facts.st_mode):
-            found = "a folder" if stat.S_ISDIR(facts.st_mode) else "no regular file"
-            raise error.about(path, found=found, allowed=allowed, remedy=remedy)
         if facts.st_size > max_bytes:
             raise error.about(
                 path,
@@ -66,8 +67,9 @@ def read_bytes(
     with open_regular(
         path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
     ) as file:
-        data = file.read(max_bytes + 1)  # a file may grow after its size was asked for
-    if len(data) > max_bytes:
+        size = os.fstat(file.fileno()).st_size
+        data = file.read(size + 1)  # asks for that much memory at once, so never for max_bytes
+    if len(data) > size:  # it grew after its size was asked for
         raise error.about(
             path, found="a growing file", allowed=f"{allowed} of up to {bytes_text(max_bytes)}"
         )

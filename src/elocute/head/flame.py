@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from elocute.brief import one_line
 from elocute.errors import HeadError
 from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
 from elocute.head.skinning import blended, chained
@@ -42,6 +43,8 @@ class FlameModel:
     skin_weights: Floats  # (vertex, joint), rows sum to one
     parents: tuple[int, ...]  # -1 = no parent; parents come first
     triangles: NDArray[np.int32]  # (face, 3)
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         _check_shapes(self)
@@ -150,6 +153,10 @@ def _model_of(stored: dict[Any, Any], identity_count: int) -> FlameModel:
     if triangles.min(initial=0) < 0 or triangles.max(initial=0) >= len(template):
         raise HeadError(f"faces that point past {len(template)} vertices")
     weights = _numbers(stored, "weights", 2)
+    if len(weights) != len(template) or not 1 <= weights.shape[1] <= JOINTS_MAX:
+        raise HeadError(
+            f"weights are {weights.shape}; allowed: ({len(template)}, up to {JOINTS_MAX} joints)"
+        )
     return FlameModel(
         template=template,
         identity_basis=components[:, :, :identity_count],

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
+from elocute.files.records import finite_number, read_record
 
 IDENTITY_COUNT = 50
 COEFFICIENT_MAX = 5.0
@@ -50,7 +51,7 @@ def resolve_identity(choice: str) -> NDArray[np.float32]:
     if choice.lower().endswith(".json"):
         return read_identity(Path(choice))
     raise HeadError.about(
-        f"identity {choice!r}",
+        f"identity {choice[:60]!r}",
         found="no such face",
         allowed=f"{', '.join(identity_names())}, a whole number from 0 to 999999999, a .json file",
     )
@@ -59,19 +60,12 @@ def resolve_identity(choice: str) -> NDArray[np.float32]:
 def read_identity(path: Path) -> NDArray[np.float32]:
     """(50,) from a JSON file. Raises HeadError."""
     allowed = f'{{"identity": [{IDENTITY_COUNT} numbers from -5 to 5]}}'
-    try:
-        if path.stat().st_size > FILE_MAX_BYTES:
-            raise HeadError.about(path, found="more than 100 kB", allowed=allowed)
-        stored = json.loads(path.read_text(encoding="utf-8"))
-        numbers = np.array(stored["identity"], dtype=np.float64)
-    except HeadError:
-        raise
-    except OSError as error:
-        raise HeadError.about(
-            path, found=f"cannot be read ({error.strerror})", allowed=allowed
-        ) from error
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise HeadError.about(path, found="not an identity", allowed=allowed) from error
+    stored = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=HeadError)
+    given = stored.get("identity")
+    found = [finite_number(value) for value in given] if isinstance(given, list) else [None]
+    if None in found:
+        raise HeadError.about(path, found="not one list of numbers", allowed=allowed)
+    numbers = np.array(found, np.float64)
     if numbers.shape != (IDENTITY_COUNT,):
         found = f"{numbers.size} numbers" if numbers.ndim == 1 else "not one list of numbers"
         raise HeadError.about(path, found=found, allowed=allowed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,9 @@ class HeadModel:
     + Σ expression·expression_basis, then linear blend skinning by the joints.
     An identity coefficient is a standard deviation, an expression weight lies in 0..1.
     A head may name no places: its landmarks, lips, corners, regions and mirror are then empty.
+
+    Raises HeadError where parts do not fit each other: shapes, kinds of numbers, numbers that are
+    not finite, indices that point past what they index, joints that are no tree.
     """
 
     name: str
@@ -61,8 +65,16 @@ class HeadModel:
     """(1 + identity,) skin tone of the mean face (0 light … 1 dark), then its slope; or empty."""
 
     def __post_init__(self) -> None:
+        _check_kinds(self)
         _check_shapes(self)
         _check_values(self)
+
+    def __repr__(self) -> str:
+        return (
+            f"HeadModel({self.name!r}, {self.vertex_count} vertices, "
+            f"{len(self.expression_names)} expressions, {len(self.identity_basis)} identities, "
+            f"{len(self.joint_names)} joints)"
+        )
 
     @property
     def vertex_count(self) -> int:
@@ -193,13 +205,56 @@ def _kept_halves(quads: Indices) -> NDArray[np.bool_]:
     return kept.ravel()
 
 
+LENGTH_MAX = 1e6
+"""Beyond any unit of a head's lengths; squares and sums of such numbers still fit a float32."""
+NAME_MAX, NOTICE_MAX, NAMES_MAX = 200, 100_000, 10_000
 _MAY_BE_EMPTY = ("landmarks", "outer_corners", "inner_corners", "mirror")
 _PLACES = ("landmarks", "lip_rings", "outer_lip_upper", "outer_lip_lower", "inner_lip_upper",
            "inner_lip_lower", "outer_corners", "inner_corners", "mirror")  # fmt: skip
+_NUMBERS = ("template", "uv", "identity_basis", "expression_basis", "joint_positions",
+            "joint_identity_basis", "skin_weights", "occlusion", "tone_basis")  # fmt: skip
+_WHOLE = ("quads", "uv_quads", *_PLACES, "material", "vertex_color")
+_AXES = {
+    **dict.fromkeys(("template", "quads", "uv", "uv_quads", "joint_positions", "skin_weights"), 2),
+    **dict.fromkeys(("lip_rings", "vertex_color"), 2),
+    **dict.fromkeys(("identity_basis", "expression_basis", "joint_identity_basis"), 3),
+}
+"""Axes where they are not one."""
+_NAMES = ("expression_names", "joint_names", "material_names")
+
+
+def _refuse(head: HeadModel, found: str, allowed: str = "") -> NoReturn:
+    name = head.name[:NAME_MAX] if isinstance(head.name, str) else "?"
+    raise HeadError.about(f"head {name!r}", found=found, allowed=allowed)
+
+
+def _check_kinds(head: HeadModel) -> None:
+    for field_name, most in (("name", NAME_MAX), ("notice", NOTICE_MAX)):
+        text = getattr(head, field_name)
+        if not isinstance(text, str) or len(text) > most:
+            _refuse(head, f"{field_name} that is no text", f"up to {most} characters")
+    for field_name in _NAMES:
+        names = getattr(head, field_name)
+        texts = all(isinstance(name, str) and len(name) <= NAME_MAX for name in names)
+        if not texts or len(names) > NAMES_MAX or len(set(names)) != len(names):
+            _refuse(head, f"{field_name} that are none", "texts, each once")
+    regions = {f"region {name[:40]}": values for name, values in head.regions.items()}
+    kinds = [(name, getattr(head, name), "f") for name in _NUMBERS]
+    kinds += [(name, getattr(head, name), "iu") for name in _WHOLE]
+    for name, values, allowed in (*kinds, *((name, v, "iu") for name, v in regions.items())):
+        if not isinstance(values, np.ndarray) or values.dtype.kind not in allowed:
+            found = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
+            _refuse(head, f"{name} of {found}", "fractions" if allowed == "f" else "whole numbers")
 
 
 def _check_shapes(head: HeadModel) -> None:
+    for field_name in (*_NUMBERS, *_WHOLE):
+        values = getattr(head, field_name)
+        if values.ndim != _AXES.get(field_name, 1):
+            _refuse(head, f"{field_name} is {values.shape}", f"{_AXES.get(field_name, 1)} axes")
     vertex, face = len(head.template), len(head.quads)
+    if not vertex:
+        _refuse(head, "no vertices", "one or more")
     joint, expression = len(head.joint_names), len(head.expression_names)
     identity = len(head.identity_basis)
     expected: dict[str, tuple[int, ...]] = {
@@ -224,23 +279,31 @@ def _check_shapes(head: HeadModel) -> None:
     for field_name, shape in expected.items():
         found = getattr(head, field_name).shape
         if found != shape and not (found == (0,) and field_name in _MAY_BE_EMPTY):
-            raise HeadError.about(
-                f"head {head.name!r}", found=f"{field_name} is {found}", allowed=str(shape)
-            )
+            _refuse(head, f"{field_name} is {found}", str(shape))
     if len(head.joint_parents) != joint:
-        raise HeadError.about(
-            f"head {head.name!r}", found=f"{len(head.joint_parents)} parents for {joint} joints"
-        )
+        _refuse(head, f"{len(head.joint_parents)} parents for {joint} joints")
 
 
 def _check_values(head: HeadModel) -> None:
-    for field_name in ("template", "identity_basis", "expression_basis", "skin_weights"):
-        if not np.isfinite(getattr(head, field_name)).all():
-            raise HeadError.about(f"head {head.name!r}", found=f"{field_name} is not finite")
-    places = ((name, len(head.template)) for name in ("quads", *_PLACES))
-    for field_name, top in (*places, ("uv_quads", len(head.uv))):
+    for field_name in _NUMBERS:
         values = getattr(head, field_name)
-        if values.size and (values.min() < 0 or values.max() >= top):
-            raise HeadError.about(
-                f"head {head.name!r}", found=f"{field_name} points past {top} entries"
+        low, high = values.min(initial=0), values.max(initial=0)  # NaN where one is NaN
+        if not (low >= -LENGTH_MAX and high <= LENGTH_MAX):
+            finite = bool(np.isfinite(values).all())
+            found = (
+                f"{field_name} of {max(-low, high):g}" if finite else f"{field_name} is not finite"
             )
+            _refuse(head, found, f"up to {LENGTH_MAX:g}")
+    places = [(name, getattr(head, name), len(head.template)) for name in ("quads", *_PLACES)]
+    places += [
+        (f"region {name[:40]}", values, len(head.template)) for name, values in head.regions.items()
+    ]
+    places.append(("uv_quads", head.uv_quads, len(head.uv)))
+    places.append(("material", head.material, len(head.material_names)))
+    for field_name, values, top in places:
+        if values.size and (values.min() < 0 or values.max() >= top):
+            _refuse(head, f"{field_name} points past {top} entries")
+    for index, parent in enumerate(head.joint_parents):
+        whole = isinstance(parent, int | np.integer) and not isinstance(parent, bool)
+        if not whole or not -1 <= parent < index:
+            _refuse(head, f"joint {index} that does not follow its parent", "parents come first")

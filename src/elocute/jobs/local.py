@@ -108,7 +108,7 @@ def _started(work: Callable[[Any], Any]) -> _Worker:
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs, work), daemon=True)
-    with _one_thread():
+    with _one_thread(), _out_of_reach():
         process.start()
     theirs.close()
     return _Worker(process, ours)
@@ -127,6 +127,22 @@ def _one_thread() -> Iterator[None]:
                 os.environ.pop(name)
             else:
                 os.environ[name] = value
+
+
+@contextlib.contextmanager
+def _out_of_reach() -> Iterator[None]:
+    """Processes started here never hear of Ctrl-C, not even while they load: we stop them.
+
+    Where signals cannot be held back (Windows), `_serve` ignores it once it has begun.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    kept = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, kept)
 
 
 def _give(worker: _Worker, task: Any, tries: int) -> None:

@@ -27,7 +27,7 @@ ARKIT_NAMES: tuple[str, ...] = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Curves:
     """Named curves: values (frame, curve) float32 at `fps`; frame f is at time f / fps.
 
@@ -51,6 +51,9 @@ class Curves:
         if not np.isfinite(values).all():
             raise MotionError("curves: found NaN or infinity")
         object.__setattr__(self, "values", values)
+
+    def __repr__(self) -> str:
+        return f"Curves({len(self.values)} frames at {self.fps:g} fps, {len(self.names)} curves)"
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
         """(frame,) values of one curve; raises KeyError for an unknown name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,7 @@ from elocute.head.skinning import skin
 FPS_MAX = 1000.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Weights over time on the expression basis of one head.
 
@@ -63,6 +64,19 @@ class Motion:
                 f"motion rotations: found shape {rotations.shape}; allowed: {shape}, finite"
             )
         return rotations
+
+    def __repr__(self) -> str:
+        turned = "" if self.rotations is None else ", with rotations"
+        return (
+            f"Motion({self.frame_count} frames at {self.fps:g} fps, {self.duration_s:.2f} s, "
+            f"{len(self.names)} components of {self.head!r}{turned})"
+        )
+
+    def _repr_html_(self) -> str:
+        """The viewer, for notebooks."""
+        # Named and not imported: what exports a motion lies above it.
+        notebook = importlib.import_module("elocute.export.notebook")
+        return notebook.viewer_frame(self, None, repr(self))
 
     @property
     def frame_count(self) -> int:

@@ -7,8 +7,6 @@ move a tenth of the face.
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -17,15 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError, MotionError
-from elocute.files.atomic import write_atomically
+from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES, read_npz, write_npz
+from elocute.files.records import as_record, finite_number, parse_json
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 
 VERSION = 1
 FILE_MAX_BYTES = 2_000_000_000
 TEXTS_MAX_BYTES = 1_000_000
-# The largest that a file may unfold to: 200 shapes of 200,000 vertices.
-UNFOLDED_MAX = 200 * 200_000 * 3
+FRAMES_MAX = 10_000_000
+ALLOWED = "a motion (.npz) that Elocute wrote"
+REMEDY = "make one: elocute animate speech.wav -o talk.npz"
 
 
 def save_motion(motion: Motion, path: str | Path) -> None:
@@ -52,8 +52,7 @@ def save_motion(motion: Motion, path: str | Path) -> None:
         else:
             texts[field.name] = value
     arrays["texts"] = np.frombuffer(json.dumps(texts).encode(), np.uint8)
-    with write_atomically(path) as draft, draft.open("wb") as file:
-        np.savez(file, **arrays)  # pyright: ignore[reportArgumentType]
+    write_npz(path, arrays)
 
 
 _LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis")
@@ -61,38 +60,36 @@ _LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis")
 
 def load_motion(path: str | Path) -> Motion:
     """Read what `save_motion` wrote. Raises MotionError where it is something else."""
-    path = Path(path)
-    if not path.is_file():
-        raise MotionError.about(path, found="no such file", allowed="a motion (.npz)")
-    if path.stat().st_size > FILE_MAX_BYTES:
-        raise MotionError.about(path, found="more than 2 GB", allowed="a motion (.npz)")
+    stored = read_npz(
+        path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=MotionError, remedy=REMEDY
+    )
+    # As many bytes as the archive may unpack to may its shapes unfold to.
+    limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * Path(path).stat().st_size)
     try:
-        _check_sizes(path)
-        with np.load(path, allow_pickle=False) as stored:
-            return _unfold({name: stored[name] for name in stored.files})
+        return _unfold(stored, limit)
     except (MotionError, HeadError) as error:
         raise MotionError.about(path, found=str(error)) from error
-    except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError, RecursionError,
-            zipfile.BadZipFile, zlib.error) as error:  # fmt: skip
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         raise MotionError.about(
-            path, found="no motion that can be read", allowed="a .npz that Elocute wrote",
-            remedy="make one: elocute animate speech.wav -o talk.npz",
-        ) from error  # fmt: skip
+            path, found="no motion that can be read", allowed=ALLOWED, remedy=REMEDY
+        ) from error
 
 
-def _check_sizes(path: Path) -> None:
-    """Refuse an archive that would unfold to more than was ever stored."""
-    with zipfile.ZipFile(path) as archive:
-        total = sum(entry.file_size for entry in archive.infolist())
-    if total > 2 * FILE_MAX_BYTES:
-        raise MotionError(f"{total / 1e9:.1f} GB inside; allowed: 4 GB")
+def _texts(stored: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    raw = stored["texts"]
+    if raw.nbytes > TEXTS_MAX_BYTES:
+        raise MotionError(f"names of {raw.nbytes} bytes; allowed: {TEXTS_MAX_BYTES}")
+    record = parse_json(raw.tobytes(), "texts", allowed="names", error=MotionError)
+    return as_record(record, "texts", "names", MotionError)
 
 
-def _unfold(stored: dict[str, NDArray[Any]]) -> Motion:
-    texts = json.loads(stored["texts"].tobytes()[:TEXTS_MAX_BYTES].decode())
+def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
+    texts = _texts(stored)
     if texts.pop("version") != VERSION:
         raise MotionError("a motion of another version; allowed: version 1")
-    fps = texts.pop("fps")
+    fps = finite_number(texts.pop("fps"))
+    if fps is None:
+        raise MotionError("fps that is no number")
     parts: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in texts.items()
     }
@@ -108,14 +105,21 @@ def _unfold(stored: dict[str, NDArray[Any]]) -> Motion:
     }
     vertices, joints = len(parts["template"]), len(parts["joint_names"])
     shapes = len(parts["expression_names"])
-    if shapes * vertices * 3 > UNFOLDED_MAX:
+    if shapes * vertices * 12 > limit:
         raise MotionError(f"{shapes} shapes of {vertices} vertices; allowed: far fewer")
+    weights, rows, columns = (
+        stored[name] for name in ("weights", "basis/component", "basis/vertex")
+    )
+    if len(weights) > FRAMES_MAX:
+        raise MotionError(f"{len(weights)} frames; allowed: up to {FRAMES_MAX}")
+    if rows.dtype.kind not in "iu" or columns.dtype.kind not in "iu" or weights.dtype.kind != "f":
+        raise MotionError("weights and shapes of another kind; allowed: fractions and indices")
     basis = np.zeros((shapes, vertices, 3), np.float32)
-    basis[stored["basis/component"], stored["basis/vertex"]] = stored["basis/delta"]
+    basis[rows, columns] = stored["basis/delta"]
     head = HeadModel(
         **parts,
         expression_basis=basis,
         identity_basis=np.zeros((0, vertices, 3), np.float32),
         joint_identity_basis=np.zeros((0, joints, 3), np.float32),
     )
-    return Motion(head, stored["weights"], fps, stored.get("rotations"))
+    return Motion(head, weights, fps, stored.get("rotations"))

@@ -21,6 +21,7 @@ from elocute.alignment.methods import fit_aligner
 from elocute.alignment.speech import speech_view
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.corpus.shards import ShardEntry, WordClip, write_shard
 from elocute.corpus.store import open_corpus
 from elocute.errors import AlignmentError, InputError
@@ -126,6 +127,8 @@ class Source:
     word: CapturedWord
     view: Array
     parameters: Array
+
+    __repr__ = one_line
 
 
 def run_word(task: WordTask) -> WordRecord:

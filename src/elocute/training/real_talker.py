@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.errors import InputError
 from elocute.motion.curves import Curves
 
@@ -32,7 +33,7 @@ CLOSURE_WINDOW_S = 0.080
 FIELDS_MAX_BYTES = 16_000_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Take:
     """One tracked recording."""
 
@@ -43,6 +44,8 @@ class Take:
     width: Array
     valid: NDArray[np.bool_]
     words: list[tuple[float, float, str]]
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.capture.blendshapes.localised import localised
 from elocute.capture.blendshapes.principal import Principal, principal_directions
 from elocute.corpus.statistics import displacement_blocks
@@ -57,6 +58,8 @@ class Blendshapes:
     head: HeadModel
     explained: NDArray[np.float64]
     frames: int
+
+    __repr__ = one_line
 
 
 def learn_blendshapes(

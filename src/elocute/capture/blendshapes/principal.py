@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
+
 Array = NDArray[np.float32]
 OVERSAMPLING = 4  # directions kept while blocks come in, for each one wanted
 KEPT_LEAST = 96
@@ -28,6 +30,8 @@ class Principal:
     strengths: NDArray[np.float64]
     frames: int
     energy: float
+
+    __repr__ = one_line
 
     @property
     def deviations(self) -> NDArray[np.float64]:

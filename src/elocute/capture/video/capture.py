@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.capture.video.detector import FACES_MAX, Detector, mediapipe_detector
 from elocute.capture.video.fit import Fitted, fit_frames
 from elocute.capture.video.person import Person, fit_person
@@ -46,6 +47,8 @@ class VideoCapture:
     track: FaceTrack
     fitted: Fitted
     flagged: NDArray[np.bool_]
+
+    __repr__ = one_line
 
     @property
     def notes(self) -> tuple[str, ...]:

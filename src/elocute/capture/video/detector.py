@@ -16,11 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.capture.video.topology import POINT_COUNT
 from elocute.errors import CaptureError, MachineError
 
 FACES_MAX = 4
-INSTALL = "pip install 'elocute[video]' (Python 3.11 or 3.12)"
+INSTALL = (
+    "pip install 'elocute[video]' with Python 3.11 or 3.12 (MediaPipe for newer ones comes without "
+    "the face models)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +40,8 @@ class Faces:
 
     points: NDArray[np.float32]
     confidence: NDArray[np.float32]
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         points = np.asarray(self.points, np.float32)

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.container import DEMUXERS
 from elocute.errors import CaptureError
+from elocute.files.media import open_media
 
 SIDE_MAX = 1280
 """Larger pictures are reduced: a detector looks at a face in some 200 pixels."""
@@ -30,14 +30,12 @@ class Video:
     """
 
     def __init__(self, path: str | Path) -> None:
-        import av
         import av.error
 
         self.path = Path(path)
         _check_file(self.path)
-        options = {"format_whitelist": DEMUXERS, "protocol_whitelist": "file"}
         try:
-            self._file: Any = av.open(f"file:{path}", metadata_errors="ignore", options=options)
+            self._file: Any = open_media(path)
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise CaptureError.about(
                 path, found="no video that can be read", allowed=ALLOWED,

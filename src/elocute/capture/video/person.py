@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.capture.video.camera import (
     Camera,
     Poses,
@@ -61,6 +62,8 @@ class Person:
     rest: NDArray[np.float32]
     camera: Camera
     bias: Floats
+
+    __repr__ = one_line
 
 
 def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.capture.video.topology import POINT_COUNT
 from elocute.files.atomic import write_atomically
 
@@ -30,6 +31,8 @@ class FacePoints:
     vertices: NDArray[np.int32]
     shares: NDArray[np.float32]
     spread_mm: NDArray[np.float32]
+
+    __repr__ = one_line
 
     def on(self, vertices: NDArray[np.floating]) -> NDArray[np.float64]:
         """(…, 478, 3) of vertices, or of displacements of them, (…, vertex, 3)."""

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.capture.video.detector import Detector
 from elocute.capture.video.frames import Video
 from elocute.capture.video.topology import EYE_CORNERS, GAP_PAIRS, POINT_COUNT
@@ -45,6 +46,8 @@ class FaceTrack:
     size: tuple[int, int]
     has_sound: bool = True
     notes: tuple[str, ...] = ()
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         shape = self.points.shape

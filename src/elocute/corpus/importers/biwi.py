@@ -11,6 +11,7 @@ SUBJECT.obj or neutral.obj or neutral.vl.
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,10 +24,13 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.importers.common import Progress, even_split, finish, metres_per_unit
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
+from elocute.files.reading import bytes_text, read_bytes
 
 FPS = 25.0
 NOTE = "B3D(AC)2 (Fanelli et al. 2010), under the licence of its authors; not to be passed on."
 FILE_MAX_BYTES = 64_000_000
+OBJ_WORDS_MAX = 6
+"""Of a line: a corner after the fourth is not looked at."""
 Array = NDArray[np.float32]
 
 
@@ -91,11 +95,13 @@ class _BrokenFrameError(CorpusError):
 
 def read_vl(path: Path) -> Array:
     """(vertex, 3) of one frame, in the file's unit. Raises CorpusError for another size."""
-    data = path.read_bytes() if path.stat().st_size <= FILE_MAX_BYTES else b""
+    data = read_bytes(
+        path, max_bytes=FILE_MAX_BYTES, allowed="a .vl of vertices", error=_BrokenFrameError
+    )
     count = int.from_bytes(data[:4], "little", signed=True) if len(data) >= 4 else -1
     if count < 1 or len(data) != 4 + 12 * count:
         raise _BrokenFrameError.about(
-            path, found=f"{path.stat().st_size} bytes",
+            path, found=bytes_text(len(data)),
             allowed=f"{4 + 12 * count} for {count} vertices" if count > 0 else "a .vl of vertices",
         )  # fmt: skip
     return np.frombuffer(data, "<f4", offset=4).reshape(count, 3).astype(np.float32)
@@ -109,20 +115,23 @@ def read_neutral_obj(path: Path) -> tuple[Array, NDArray[np.int32]]:
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
     try:
-        with path.open(encoding="latin-1") as file:
-            for line in file:
-                kind, *words = line.split() or [""]
-                if kind == "v":
-                    vertices.append([float(word) for word in words[:3]])
-                elif kind == "f":
-                    corners = [int(word.split("/")[0]) for word in words]
-                    corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
-                    faces.append([*corners, corners[-1]][:4])
+        data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=".obj", error=CorpusError)
+        for line in io.StringIO(data.decode("latin-1")):
+            kind, *words = line.split(maxsplit=OBJ_WORDS_MAX) or [""]
+            if kind == "v":
+                vertices.append([float(word) for word in words[:3]])
+            elif kind == "f":
+                corners = [int(word.split("/")[0]) for word in words[: OBJ_WORDS_MAX - 1]]
+                corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
+                faces.append([*corners, corners[-1]][:4])
         points = np.array(vertices, np.float32)
         quads = np.array(faces, np.int32).reshape(-1, 4)
-    except (OSError, ValueError, IndexError) as error:
+    except (ValueError, IndexError, OverflowError) as error:
+        if isinstance(error, CorpusError):
+            raise
         raise CorpusError.about(path, found="no mesh that can be read", allowed=".obj") from error
-    if points.ndim != 2 or points.shape[1] != 3 or (quads.size and quads.max() >= len(points)):
+    fits = points.ndim == 2 and points.shape[1] == 3 and np.isfinite(points).all()
+    if not fits or (quads.size and not 0 <= quads.min() <= quads.max() < len(points)):
         raise CorpusError.about(path, found="no vertices, or faces of others", allowed=".obj")
     return points, quads
 

@@ -15,11 +15,14 @@ from elocute.corpus.units import UNITS, fitting_unit, height, is_head_sized
 from elocute.corpus.writer import CorpusWriter
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
+from elocute.files.records import finite_number
 
-FLOATS = "a .npy of floats"
+FLOATS = "a .npy of floats, row after row, no Python objects"
 
 Progress = Callable[[float], None] | None
 Array = NDArray[np.float32]
+NAME_MAX = 120
+RATE_MAX = 1_000_000
 
 
 def metres_per_unit(template: NDArray[np.floating], notes: list[str]) -> float:
@@ -34,13 +37,10 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str]) -> float:
 
 
 def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Array:
-    """(vertex, 3). Raises CorpusError for another shape or count."""
-    try:
-        template = np.asarray(value)
-        fits = template.dtype.kind in "fiu" and template.ndim == 2 and template.shape[1] == 3
-    except (ValueError, TypeError):
-        template, fits = np.zeros(0), False
-    if not fits:
+    """(vertex, 3). Raises CorpusError for another shape or count, and what is no array."""
+    template: NDArray[Any] = value if isinstance(value, np.ndarray) else np.zeros(0)
+    fits = template.dtype.kind in "fiu" and template.ndim == 2 and template.shape[1] == 3
+    if not fits or not len(template):
         raise CorpusError.about(
             source, found=f"the template of {name} is of shape {template.shape}",
             allowed="(vertices, 3) numbers",
@@ -50,7 +50,16 @@ def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Ar
             source, found=f"{len(template)} vertices in the template of {name}",
             allowed=f"{vertices}, as the others have",
         )  # fmt: skip
-    return template.astype(np.float32)
+    with np.errstate(over="ignore"):
+        single = template.astype(np.float32)
+    if not np.isfinite(single).all():
+        raise CorpusError.about(source, found=f"the template of {name} is not finite")
+    return single
+
+
+def plain(name: Any) -> str:
+    """A key of a foreign file as it may stand in a line: text, short, no line ends."""
+    return " ".join(str(name).split())[:NAME_MAX]
 
 
 def templates_of(source: Path, given: Any, vertices: int | None = None) -> dict[str, Array]:
@@ -58,9 +67,10 @@ def templates_of(source: Path, given: Any, vertices: int | None = None) -> dict[
     if not isinstance(given, dict) or not given:
         raise CorpusError.about(source, found="no templates", allowed="{subject: (vertices, 3)}")
     templates: dict[str, Array] = {}
-    for name, value in given.items():
-        templates[str(name)] = template_of(source, str(name), value, vertices)
-        vertices = len(templates[str(name)])
+    for key, value in given.items():
+        name = plain(key)
+        templates[name] = template_of(source, name, value, vertices)
+        vertices = len(templates[name])
     return templates
 
 
@@ -74,16 +84,21 @@ def mapped(path: Path) -> ArrayFile:
 
 def waveform_of(audio: Any, sample_rate: Any) -> Waveform:
     """Sound of samples (sample,) or (sample, channel), integers scaled. Raises AudioError."""
-    try:
-        samples = np.asarray(audio)
-        scale = float(np.iinfo(samples.dtype).max) + 1 if samples.dtype.kind == "i" else 1.0
-        values = samples.astype(np.float32) / scale
-        rate = int(sample_rate)
-    except (ValueError, TypeError) as error:
-        raise AudioError(
-            "sound: found no samples; allowed: (samples,) integers or floats"
-        ) from error
-    return Waveform(values.mean(axis=1) if values.ndim == 2 and values.shape[1] else values, rate)
+    rate = finite_number(sample_rate.item() if isinstance(sample_rate, np.generic) else sample_rate)
+    if (
+        not isinstance(audio, np.ndarray)
+        or audio.dtype.kind not in "fiu"
+        or audio.ndim not in (1, 2)
+    ):
+        raise AudioError("sound: found no samples; allowed: (samples,) integers or floats")
+    if rate is None or not 1 <= rate <= RATE_MAX:
+        raise AudioError(f"sound: found no sample rate; allowed: 1 to {RATE_MAX} Hz")
+    scale = float(np.iinfo(audio.dtype).max) + 1 if audio.dtype.kind == "i" else 1.0
+    with np.errstate(over="ignore"):
+        values = audio.astype(np.float32) / np.float32(scale)
+    return Waveform(
+        values.mean(axis=1) if values.ndim == 2 and values.shape[1] else values, int(rate)
+    )
 
 
 def finish(writer: CorpusWriter, source: Path, notes: Sequence[str]) -> None:

@@ -9,7 +9,6 @@ last three from the nose); `fps`, `valid` and `words`, a JSON text of [start s, 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +30,8 @@ from elocute.corpus.importers.lip_fit import (
 )
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
+from elocute.files.arrays import read_npz
+from elocute.files.records import parse_json
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.between import between
 
@@ -45,6 +46,8 @@ OPEN = 0.05  # from here on the gap is taken as it is
 RESTING = 0.01  # gap that trackers see between lips that touch
 CALM_FRAMES = 2.0  # standard deviation of the blur that steadies the nose
 FIELDS_MAX_BYTES = 16_000_000
+FRAMES_MAX, FPS_MAX = 100_000, 1000.0
+ALLOWED = "the fields of grid_s1"
 SCALARS = ("inner_opening_mean", "lip_width", "jaw", "lower_lip", "upper_lip")
 SILENCE = ("sil", "sp", "")
 
@@ -136,31 +139,38 @@ def convert_grid(
 
 def read_track(path: Path) -> Track:
     """One tracked clip; frames without a face are bridged. Raises CorpusError."""
+    fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     try:
-        if path.stat().st_size > FIELDS_MAX_BYTES:
-            raise CorpusError.about(path, found="more than 16 MB", allowed="one short clip")
-        with np.load(path, allow_pickle=False) as fields:
-            given = np.asarray(fields["lip_xyz"], np.float64)
-            index = {int(number): place for place, number in enumerate(fields["lip_idx"])}
-            unit = float(np.ravel(fields["eye_dist_px"])[0])
-            valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
-            scalars = {name: np.asarray(fields[name], np.float64) for name in SCALARS}
-            words = [str(word) for _, _, word in json.loads(str(fields["words"]))]
-            fps = float(fields["fps"])
+        given = np.asarray(fields["lip_xyz"], np.float64)
+        if given.ndim != 3 or given.shape[2] != 3 or len(given) > FRAMES_MAX:
+            raise ValueError(f"lip_xyz of shape {given.shape}")
+        index = {int(number): place for place, number in enumerate(fields["lip_idx"].tolist())}
+        unit = float(np.ravel(fields["eye_dist_px"])[0])
+        valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
+        scalars = {name: np.asarray(fields[name], np.float64) for name in SCALARS}
+        told = parse_json(str(fields["words"]), path, allowed=ALLOWED, error=CorpusError)
+        words = [str(word) for _, _, word in told]
+        fps = float(fields["fps"])
+        if not 0 < fps <= FPS_MAX or not 0 < unit < np.inf:
+            raise ValueError("no rate or unit")
+        if any(len(values) != len(given) for values in scalars.values()):
+            raise ValueError("fields of different lengths")
         contours = [[index[number] for number in contour] for contour in CONTOURS]
         nose = _blurred(_bridged(given[:, index[NOSE]], valid))
         points = _bridged(given, valid)[:, contours] - nose[:, None, None]
         scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     except CorpusError:
         raise
-    except (KeyError, ValueError, TypeError, IndexError, OSError, EOFError) as error:
+    except (KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
         raise CorpusError.about(
-            path, found=f"no tracked lips in it ({error})", allowed="the fields of grid_s1"
+            path, found=f"no tracked lips in it ({str(error)[:80]})", allowed=ALLOWED
         ) from error
-    if any(len(values) != len(points) for values in scalars.values()) or not fps > 0 < unit:
-        raise CorpusError.about(path, found="fields of different lengths, or no rate or unit")
+    with np.errstate(over="ignore", invalid="ignore"):
+        points = points * [1, -1, -1] / unit
+    if not np.isfinite(points).all():
+        raise CorpusError.about(path, found="points that are not finite", allowed=ALLOWED)
     said = tuple(word for word in words if word not in SILENCE)
-    return Track(path.stem, fps, points * [1, -1, -1] / unit, scalars, said)
+    return Track(path.stem, fps, points, scalars, said)
 
 
 def resting_lips(paths: list[Path]) -> Track:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.head.model import HeadModel
 from elocute.motion.box import solve_box_chain
 
@@ -62,6 +63,8 @@ class Lips:
     upper: Floats
     lower: Floats
     jaw: Floats
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ subj_seq_to_idx.pkl  {subject: {sentence: {frame number: row}}}
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from elocute.corpus.importers.common import (
     even_split,
     finish,
     mapped,
+    plain,
     templates_of,
     waveform_of,
 )
@@ -31,12 +31,16 @@ from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
 from elocute.files.pickles.closed_pickle import read_pickle
+from elocute.files.reading import read_text
+from elocute.files.records import parse_json
 
 FPS = 60.0
 VERTICES = 5023  # FLAME's mesh
 FILES = ("data_verts.npy", "raw_audio_fixed.pkl", "templates.pkl", "subj_seq_to_idx.pkl")
 NOTE = "VOCASET (Cudeiro et al. 2019), under the licence of its authors; not to be passed on."
 TEXTS_MAX_BYTES = 16_000_000
+FRAMES_MAX = 10_000
+"""Of one sentence: nearly three minutes."""
 
 # In the order of the released code, which is the order of its model's styles.
 TRAIN = (
@@ -132,23 +136,29 @@ def vocaset_split(entries: Sequence[Entry], numbers: dict[str, str], notes: list
 
 def read_texts(path: Path) -> Texts:
     """(subject, sentence) to text. Raises CorpusError."""
+    allowed = "subject TAB sentence TAB text, or .json {subject: {sentence: text}}"
+    text = read_text(path, max_bytes=TEXTS_MAX_BYTES, allowed=allowed, error=CorpusError)
     try:
-        if path.stat().st_size > TEXTS_MAX_BYTES:
-            raise CorpusError.about(path, found="more than 16 MB", allowed="a list of sentences")
-        text = path.read_text(encoding="utf-8")
         if path.suffix.lower() == ".json":
             return {
-                (str(who), str(number)): str(said)
-                for who, sentences in json.loads(text).items()
+                (str(who), str(number)): _said(said)
+                for who, sentences in parse_json(
+                    text, path, allowed=allowed, error=CorpusError
+                ).items()
                 for number, said in sentences.items()
             }
         lines = [line.split("\t") for line in text.splitlines() if line.strip()]
         return {(who, number): said.strip() for who, number, said in lines}
-    except (OSError, ValueError, AttributeError, RecursionError) as error:
-        raise CorpusError.about(
-            path, found="no list of sentences",
-            allowed="subject TAB sentence TAB text, or .json {subject: {sentence: text}}",
-        ) from error  # fmt: skip
+    except (ValueError, AttributeError, TypeError) as error:
+        if isinstance(error, CorpusError):
+            raise
+        raise CorpusError.about(path, found="no list of sentences", allowed=allowed) from error
+
+
+def _said(text: Any) -> str:
+    if not isinstance(text, str):
+        raise TypeError("no text")
+    return text
 
 
 def sentence_id(subject: str, number: str, text: str) -> str:
@@ -177,7 +187,7 @@ def _nested(path: Path) -> dict[str, dict[str, Any]]:
     given = read_pickle(path)
     if not isinstance(given, dict) or not all(isinstance(inner, dict) for inner in given.values()):
         raise CorpusError.about(path, found="something else", allowed="{subject: {sentence: …}}")
-    return {str(who): {str(k): v for k, v in inner.items()} for who, inner in given.items()}
+    return {plain(who): {plain(k): v for k, v in inner.items()} for who, inner in given.items()}
 
 
 def _strangers(
@@ -192,9 +202,13 @@ def _rows(
     """Rows of one sentence in the order of its frames. Raises CorpusError out of range."""
     about = f"{source / 'subj_seq_to_idx.pkl'} ({subject} {number})"
     try:
-        pairs = sorted((int(frame), int(row)) for frame, row in indices.items())
+        pairs = sorted((_whole(frame), _whole(row)) for frame, row in indices.items())
     except (AttributeError, TypeError, ValueError) as error:
         raise CorpusError.about(about, found="no rows", allowed="{frame number: row}") from error
+    if len(pairs) > FRAMES_MAX:
+        raise CorpusError.about(
+            about, found=f"{len(pairs)} frames", allowed=f"up to {FRAMES_MAX} in a sentence"
+        )
     frames, rows = (np.array(column, np.int64) for column in zip(*pairs, strict=True))
     wrong = (rows < 0) | (rows >= count)
     if wrong.any():
@@ -204,6 +218,13 @@ def _rows(
     if missing := int(frames[-1] - frames[0] + 1 - len(frames)):
         notes.append(f"{subject} {number}: {missing} frames missing between others")
     return rows
+
+
+def _whole(value: Any) -> int:
+    """A whole number, which releases also write as text. Raises ValueError, TypeError."""
+    if not isinstance(value, int | np.integer | str) or len(str(value)) > 18:
+        raise TypeError("no whole number")
+    return int(value)
 
 
 def _clip(

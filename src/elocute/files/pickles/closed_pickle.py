@@ -12,17 +12,25 @@ from pathlib import Path
 from typing import Any
 
 from elocute.errors import InputError
-from elocute.files.pickles.pickle_arrays import Purse, SparseMatrix
-from elocute.files.pickles.pickle_cursor import WHOLE, Cursor, RefusedError
+from elocute.files.pickles.pickle_arrays import SparseMatrix
+from elocute.files.pickles.pickle_budget import (
+    CONTAINER_BYTES,
+    Purse,
+    RefusedError,
+    check_unfolded,
+)
+from elocute.files.pickles.pickle_cursor import WHOLE, Cursor
 from elocute.files.pickles.pickle_objects import (
+    add_to_dict,
+    add_to_set,
     call,
     fill,
     find_global,
-    key_of,
     new,
     settled,
     tuple_of,
 )
+from elocute.files.reading import read_bytes
 
 FILE_MAX_BYTES = 2_000_000_000
 STEPS_MAX = 5_000_000
@@ -36,24 +44,13 @@ def read_pickle(path: str | Path, *, max_bytes: int = FILE_MAX_BYTES) -> Any:
 
     Text of Python 2 is read as Latin-1. Arrays are read-only views of the file's bytes, so that
     nothing large is copied; a chumpy object becomes its array, a scipy matrix a `SparseMatrix`,
-    an OrderedDict a dict. Raises InputError, in one line, for a file that is missing, larger
-    than `max_bytes`, cut short, no pickle, or holds anything else.
+    an OrderedDict a dict. Reading takes memory in proportion to the file, and so does a walk over
+    the result: what is shared counts as often as it is met. Raises InputError, in one line, for a
+    file that is missing, larger than `max_bytes`, cut short, no pickle, unfolds to far more than
+    its size, or holds anything else.
     """
     path = Path(path)
-    try:
-        if path.stat().st_size > max_bytes:
-            raise InputError.about(
-                path, found=f"{path.stat().st_size / 1e6:.1f} MB",
-                allowed=f"up to {max_bytes / 1e6:.1f} MB",
-            )  # fmt: skip
-        if not path.is_file():
-            raise InputError.about(path, found="not a file", allowed="a pickle")
-        data = path.read_bytes()
-    except OSError as error:
-        reason = error.strerror or "unknown"
-        raise InputError.about(
-            path, found=f"cannot be read ({reason})", allowed="a pickle"
-        ) from None
+    data = read_bytes(path, max_bytes=max_bytes, allowed="a pickle")
     try:
         return _Machine(data).run()
     except RefusedError as refusal:
@@ -68,18 +65,22 @@ class _Machine:
     """A stack, marks on it, and the memo."""
 
     def __init__(self, data: bytes) -> None:
-        self.cursor = Cursor(data)
+        self.purse = Purse(len(data))
+        self.cursor = Cursor(data, self.purse)
         self.stack: list[Any] = []
         self.marks: list[int] = []
-        self.memo: dict[int, Any] = {}
-        self.purse = Purse(len(data))
+        self.memo: list[Any] = []  # by index; picklers count from 0 or 1
+        self.memo_max = len(data)
+        self.remembered = 0
 
     def run(self) -> Any:
         cursor = self.cursor
         for _ in range(STEPS_MAX):
             name = cursor.opcode()
             if name == "STOP":
-                return settled(self.pop())
+                result = settled(self.pop(), self.purse)
+                check_unfolded(result, Purse(self.memo_max))
+                return result
             action = _ACTIONS.get(name)
             if action is None:
                 raise RefusedError(f"found the opcode {name}", "arrays and plain data")
@@ -146,19 +147,28 @@ def _duplicate(machine: _Machine, _: Any) -> None:
 
 
 def _put(machine: _Machine, index: int) -> None:
-    item = machine.pop()
+    item, memo = machine.pop(), machine.memo
     machine.push(item)
-    machine.memo[index] = item
+    if not 0 <= index < machine.memo_max:
+        raise RefusedError(f"memo entry {index} of a file of {machine.memo_max} bytes", WHOLE)
+    if index >= len(memo):
+        memo.extend([_NOTHING] * (index + 1 - len(memo)))
+    machine.remembered += memo[index] is _NOTHING
+    memo[index] = item
+
+
+_NOTHING = object()
 
 
 def _memoize(machine: _Machine, _: Any) -> None:
-    _put(machine, len(machine.memo))
+    _put(machine, machine.remembered)
 
 
 def _get(machine: _Machine, index: int) -> None:
-    if index not in machine.memo:
+    memo = machine.memo
+    if not 0 <= index < len(memo) or memo[index] is _NOTHING:
         raise RefusedError(f"memo entry {index}, which was never made", WHOLE)
-    machine.push(machine.memo[index])
+    machine.push(memo[index])
 
 
 def _tuple(count: int | None) -> _Action:
@@ -167,48 +177,61 @@ def _tuple(count: int | None) -> _Action:
             items = machine.pop_to_mark()
         else:
             items = [machine.pop() for _ in range(count)][::-1]
-        machine.push(tuple_of(items))
+        machine.push(tuple_of(items, machine.purse))
+
+    return act
+
+
+def _empty(make: Callable[[], Any]) -> _Action:
+    def act(machine: _Machine, _: Any) -> None:
+        machine.purse.spend(CONTAINER_BYTES)
+        machine.push(make())
 
     return act
 
 
 def _list(machine: _Machine, _: Any) -> None:
-    machine.push([settled(item) for item in machine.pop_to_mark()])
+    machine.push([settled(item, machine.purse) for item in machine.pop_to_mark()])
 
 
 def _append(machine: _Machine, _: Any) -> None:
-    item = settled(machine.pop())
+    item = settled(machine.pop(), machine.purse)
     machine.top(list).append(item)
 
 
 def _appends(machine: _Machine, _: Any) -> None:
     items = machine.pop_to_mark()
-    machine.top(list).extend(settled(item) for item in items)
+    machine.top(list).extend(settled(item, machine.purse) for item in items)
 
 
 def _dict(machine: _Machine, _: Any) -> None:
-    machine.push(_pairs(machine.pop_to_mark()))
+    machine.purse.spend(CONTAINER_BYTES)
+    _add_pairs(machine, result := {}, machine.pop_to_mark())
+    machine.push(result)
 
 
 def _set_item(machine: _Machine, _: Any) -> None:
     value, key = machine.pop(), machine.pop()
-    machine.top(dict)[key_of(key)] = settled(value)
+    add_to_dict(machine.top(dict), key, value, machine.purse)
 
 
 def _set_items(machine: _Machine, _: Any) -> None:
     items = machine.pop_to_mark()
-    machine.top(dict).update(_pairs(items))
+    _add_pairs(machine, machine.top(dict), items)
 
 
-def _pairs(items: list[Any]) -> dict[Any, Any]:
+def _add_pairs(machine: _Machine, target: dict[Any, Any], items: list[Any]) -> None:
     if len(items) % 2:
         raise RefusedError("a key without a value", WHOLE)
-    return {key_of(key): settled(value) for key, value in zip(items[::2], items[1::2], strict=True)}
+    for key, value in zip(items[::2], items[1::2], strict=True):
+        add_to_dict(target, key, value, machine.purse)
 
 
 def _add_items(machine: _Machine, _: Any) -> None:
     items = machine.pop_to_mark()
-    machine.top(set).update(key_of(item) for item in items)
+    target = machine.top(set)
+    for item in items:
+        add_to_set(target, item, machine.purse)
 
 
 def _global(machine: _Machine, names: tuple[str, str]) -> None:
@@ -216,8 +239,10 @@ def _global(machine: _Machine, names: tuple[str, str]) -> None:
 
 
 def _stack_global(machine: _Machine, _: Any) -> None:
-    name, module = settled(machine.pop()), settled(machine.pop())
-    machine.push(find_global(str(module), str(name)))
+    name, module = (settled(machine.pop(), machine.purse) for _ in range(2))
+    if not isinstance(name, str) or not isinstance(module, str):
+        raise RefusedError("a global whose name is no text", "arrays and plain data")
+    machine.push(find_global(module, name))
 
 
 def _instance(machine: _Machine, names: tuple[str, str]) -> None:
@@ -255,8 +280,8 @@ _ACTIONS: dict[str, _Action] = {
     "NEWTRUE": _constant(lambda: True),
     "NEWFALSE": _constant(lambda: False),
     "EMPTY_LIST": _constant(list),
-    "EMPTY_DICT": _constant(dict),
-    "EMPTY_SET": _constant(set),
+    "EMPTY_DICT": _empty(dict),
+    "EMPTY_SET": _empty(set),
     "EMPTY_TUPLE": _constant(tuple),
     "TUPLE": _tuple(None), "TUPLE1": _tuple(1), "TUPLE2": _tuple(2), "TUPLE3": _tuple(3),
     "LIST": _list, "APPEND": _append, "APPENDS": _appends,

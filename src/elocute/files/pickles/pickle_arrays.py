@@ -10,27 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.files.pickles.pickle_cursor import Raw, RefusedError
+from elocute.brief import one_line
+from elocute.files.pickles.pickle_budget import ARRAY_BYTES, Purse, RefusedError
+from elocute.files.pickles.pickle_cursor import Raw
 
 DTYPES = ("b1", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f2", "f4", "f8")
 AXES_MAX = 32
 AXIS_MAX = 2**40
-ENTRY_BYTES = 64  # what one entry of a copied list or set costs, generously
-FREE_BYTES = 64_000_000
-
-
-class Purse:
-    """Bytes that may be spent on copies, so that a small file cannot unfold into a large one."""
-
-    def __init__(self, file_bytes: int) -> None:
-        self._left = 4 * file_bytes + FREE_BYTES
-
-    def spend(self, count: int) -> None:
-        self._left -= count
-        if self._left < 0:
-            raise RefusedError(
-                "data that unfolds to far more than the file", "arrays and plain data"
-            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +32,13 @@ class SparseMatrix:
     indices: NDArray[Any]
     indptr: NDArray[Any]
     shape: tuple[int, int]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the three arrays."""
+        return self.data.nbytes + self.indices.nbytes + self.indptr.nbytes
+
+    __repr__ = one_line
 
     def dense(self) -> NDArray[np.float64]:
         """(row, column); entries that occur twice are added. Mind the size: see `shape`."""
@@ -67,34 +60,37 @@ def ordered(dtype: np.dtype, state: Any) -> np.dtype:
     return dtype if order == "|" else dtype.newbyteorder(order)  # pyright: ignore
 
 
-def shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
+def shaped(raw: Any, dtype: Any, shape: Any, order: str, purse: Purse) -> NDArray[Any]:
     """A read-only array over bytes of the file, once they are known to be as many as it needs."""
     if not isinstance(dtype, np.dtype):
         raise RefusedError("an array without a type", f"numbers: {' '.join(DTYPES)}")
     axes = isinstance(shape, tuple) and len(shape) <= AXES_MAX
     if not axes or not all(_whole(n) and 0 <= n <= AXIS_MAX for n in shape):
         raise RefusedError(f"an array of shape {_shape_text(shape)}", "whole numbers")
-    data, needed = bytes_of(raw), math.prod(shape) * dtype.itemsize
+    purse.spend(ARRAY_BYTES)
+    data, needed = bytes_of(raw, purse), math.prod(shape) * dtype.itemsize
     if len(data) != needed:
         raise RefusedError(
             f"an array of shape {_shape_text(shape)} and {dtype} over {len(data)} bytes",
             f"{needed}",
         )
-    if dtype.kind == "b" and needed and np.frombuffer(data, np.uint8).max() > 1:
-        raise RefusedError("an array of truth values other than 0 and 1", "0 and 1")
+    if dtype.kind == "b" and needed:
+        purse.spend(needed)  # looked through, which a file may not ask for without end
+        if np.frombuffer(data, np.uint8).max() > 1:
+            raise RefusedError("an array of truth values other than 0 and 1", "0 and 1")
     try:
         return np.frombuffer(data, dtype).reshape(shape, order=order)  # pyright: ignore
     except ValueError as error:
         raise RefusedError(f"an array of shape {_shape_text(shape)}", "whole numbers") from error
 
 
-def array_of_state(state: Any) -> NDArray[Any]:
+def array_of_state(state: Any, purse: Purse) -> NDArray[Any]:
     """What fills a NumPy array: (version,) shape, dtype, by columns or not, bytes."""
     if not isinstance(state, tuple) or len(state) not in (4, 5):
         raise RefusedError("an array without its state")
     shape, dtype, fortran, raw = state[-4:]
     by_columns = isinstance(fortran, int) and fortran != 0
-    return shaped(raw, dtype, shape, "F" if by_columns else "C")
+    return shaped(raw, dtype, shape, "F" if by_columns else "C", purse)
 
 
 def array_of_chumpy(state: dict[Any, Any], purse: Purse) -> NDArray[Any]:
@@ -105,16 +101,21 @@ def array_of_chumpy(state: dict[Any, Any], purse: Purse) -> NDArray[Any]:
 def array_of_select(state: dict[Any, Any], purse: Purse) -> NDArray[Any]:
     """chumpy's Select: `a.ravel()[idxs].reshape(preferred_shape)`."""
     whole_source = _needed(state, "a", "chumpy selection")
-    chosen = _needed(state, "idxs", "chumpy selection").ravel()
-    purse.spend(whole_source.nbytes + chosen.size * whole_source.itemsize)
-    source = whole_source.ravel()
+    chosen = _needed(state, "idxs", "chumpy selection")
+    purse.spend(ARRAY_BYTES + whole_source.nbytes + chosen.nbytes)
+    purse.spend(chosen.size * (8 + whole_source.itemsize))
+    source, chosen = whole_source.ravel(), chosen.ravel()
     if chosen.dtype.kind not in "iu" or (
         chosen.size and not 0 <= int(chosen.min()) <= int(chosen.max()) < source.size
     ):
         raise RefusedError("a chumpy selection of what is not there", "indices into its array")
     shape = state.get("preferred_shape", (chosen.size,))
-    whole = isinstance(shape, tuple) and all(_whole(n) and n >= 0 for n in shape)
-    if not whole or math.prod(shape) != chosen.size:
+    axes = isinstance(shape, tuple) and len(shape) <= AXES_MAX
+    if (
+        not axes
+        or not all(_whole(n) and 0 <= n <= AXIS_MAX for n in shape)
+        or math.prod(shape) != chosen.size
+    ):
         raise RefusedError(f"a chumpy selection of shape {_shape_text(shape)}", "one that it fills")
     return source[chosen].reshape(shape)
 
@@ -131,7 +132,7 @@ def sparse_of_state(layout: str) -> Callable[[dict[Any, Any], Purse], SparseMatr
         pair = shape if isinstance(shape, tuple) and len(shape) == 2 else ()
         if not pair or not all(_whole(n) and 0 <= n < 2**31 for n in pair):
             raise RefusedError(f"a {name} of shape {_shape_text(shape)}", "two whole numbers")
-        purse.spend(data.nbytes + indices.nbytes + 8 * indptr.size)
+        purse.spend(ARRAY_BYTES + data.nbytes + indices.nbytes + 24 * indptr.size)
         lines, across = pair if layout == "csr" else pair[::-1]
         _check_sparse(name, data, indices, indptr, lines, across)
         return SparseMatrix(layout, data, indices, indptr, pair)
@@ -163,13 +164,14 @@ def _needed(state: dict[Any, Any], key: str, name: str) -> NDArray[Any]:
     return value
 
 
-def bytes_of(raw: Any) -> memoryview | bytes:
+def bytes_of(raw: Any, purse: Purse) -> memoryview | bytes:
     """The bytes behind a string of either Python."""
     if isinstance(raw, Raw):
         return raw.view
     if isinstance(raw, bytes):
         return raw
     if isinstance(raw, str):
+        purse.spend(len(raw))
         try:
             return raw.encode("latin-1")
         except UnicodeEncodeError as error:

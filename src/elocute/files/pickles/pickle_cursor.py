@@ -13,19 +13,16 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+from elocute.files.pickles.pickle_budget import Purse, RefusedError
+
 SHORT = 255  # strings up to here are decoded at once: names, not data
 INTEGER_MAX_BYTES = 32
 WHOLE = "a whole pickle"  # what is allowed where a file is cut, damaged or something else
 DECIMAL_MAX_CHARACTERS = 80
+NAME_MAX_BYTES = 1000
 _NOT_AN_ESCAPE = re.compile(rb"\\(?![nrt'\"]|x[0-9a-fA-F]{2})")
-
-
-class RefusedError(Exception):
-    """Why a pickle is not read: what was found, and what is allowed instead."""
-
-    def __init__(self, found: str, allowed: str = "") -> None:
-        super().__init__(found)
-        self.found, self.allowed = found, allowed
 
 
 class Raw:
@@ -37,17 +34,19 @@ class Raw:
         self.view, self.is_text = view, is_text
         self._value: str | bytes | None = None
 
-    def value(self) -> str | bytes:
+    def value(self, purse: Purse) -> str | bytes:
         """The string as a Python value; made once, so that no file can ask for it often."""
         if self._value is None:
+            purse.spend(len(self.view))
             self._value = str(self.view, "latin-1") if self.is_text else self.view.tobytes()
         return self._value
 
 
 class Cursor:
-    """Reads opcodes and their arguments from `data`."""
+    """Reads opcodes and their arguments from `data`; copies are charged to `purse`."""
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data: bytes, purse: Purse | None = None) -> None:
+        self._purse = purse or Purse(len(data))
         self._data, self._view, self._place = data, memoryview(data), 0
         self._opcode = ""
 
@@ -105,11 +104,14 @@ class Cursor:
         return _string(self.take(size), is_text)
 
     def unicode(self, size: int) -> str:
-        return _decoded(self.take(size), "utf-8")
+        view = self.take(size)
+        self._purse.spend(_text_bytes(view))
+        return _decoded(view, "utf-8")
 
     def quoted(self) -> str | bytes | Raw:
         """A string as Python 2 writes it in its source, quotes and all."""
         line = self.line().strip()
+        self._purse.spend(len(line))
         if len(line) < 2 or line[:1] not in (b"'", b'"') or line[:1] != line[-1:]:
             raise RefusedError("a string without quotes", WHOLE)
         # A pair of backslashes is one; told as \x5c, every backslash left begins an escape.
@@ -134,18 +136,35 @@ class Cursor:
     def decimal_fraction(self) -> float:
         line = self.line()
         try:
+            if len(line) > DECIMAL_MAX_CHARACTERS:
+                raise ValueError
             return float(line)
         except ValueError:
             raise RefusedError(f"no number: {shown(line)}", WHOLE) from None
 
+    def raw_unicode(self) -> str:
+        line = self.line()
+        self._purse.spend(4 * len(line))
+        try:
+            return line.decode("raw-unicode-escape")
+        except UnicodeDecodeError as error:
+            raise RefusedError("text with an unknown escape", WHOLE) from error
+
     def name(self) -> str:
-        return _decoded(self.line(), "utf-8")
+        line = self.line()
+        if len(line) > NAME_MAX_BYTES:
+            raise RefusedError(f"a name of {len(line)} bytes", f"up to {NAME_MAX_BYTES}")
+        return _decoded(line, "utf-8")
 
 
 def shown(text: str | bytes) -> str:
     """Something found, short and printable."""
-    text = text.decode("latin-1") if isinstance(text, bytes) else text
-    plain = text[:80].encode("unicode_escape").decode("ascii")
+    start = text[:80]
+    plain = (
+        (start.decode("latin-1") if isinstance(start, bytes) else start)
+        .encode("unicode_escape")
+        .decode("ascii")
+    )
     return plain if len(text) <= 80 else plain + "…"
 
 
@@ -162,11 +181,10 @@ def _decoded(data: bytes | memoryview, encoding: str) -> str:
         raise RefusedError(f"text that is not {encoding}", WHOLE) from error
 
 
-def _raw_unicode(cursor: Cursor) -> str:
-    try:
-        return cursor.line().decode("raw-unicode-escape")
-    except UnicodeDecodeError as error:
-        raise RefusedError("text with an unknown escape", WHOLE) from error
+def _text_bytes(view: memoryview) -> int:
+    """What UTF-8 takes as text of Python: one, two or four bytes for every character."""
+    top = int(np.frombuffer(view, np.uint8).max(initial=0))
+    return len(view) * (1 if top < 0xC4 else 2 if top < 0xF0 else 4)
 
 
 # Argument kinds in the words of pickletools.
@@ -188,7 +206,7 @@ _READERS: dict[str, Callable[[Cursor], Any]] = {
     "unicodestring1": lambda c: c.unicode(c.unsigned(1)),
     "unicodestring4": lambda c: c.unicode(c.unsigned(4)),
     "unicodestring8": lambda c: c.unicode(c.unsigned(8)),
-    "unicodestringnl": _raw_unicode,
+    "unicodestringnl": Cursor.raw_unicode,
     "stringnl": Cursor.quoted,
     "decimalnl_short": Cursor.decimal_or_bool,
     "decimalnl_long": Cursor.decimal,

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from elocute.files.pickles.pickle_arrays import (
     DTYPES,
-    ENTRY_BYTES,
-    Purse,
     array_of_chumpy,
     array_of_select,
     array_of_state,
@@ -24,7 +22,13 @@ from elocute.files.pickles.pickle_arrays import (
     shaped,
     sparse_of_state,
 )
-from elocute.files.pickles.pickle_cursor import Raw, RefusedError, shown
+from elocute.files.pickles.pickle_budget import (
+    CONTAINER_BYTES,
+    ENTRY_BYTES,
+    Purse,
+    RefusedError,
+)
+from elocute.files.pickles.pickle_cursor import Raw, shown
 
 _NUMPY_CORES = ("numpy.core", "numpy._core")
 _BUILTINS = ("__builtin__", "builtins")
@@ -113,46 +117,76 @@ def fill(target: Any, state: Any, purse: Purse) -> None:
     elif target.value is not None:
         raise RefusedError(f"a {target.kind} filled twice", "once")
     elif target.kind == "ndarray":
-        target.value = array_of_state(state)
+        target.value = array_of_state(state, purse)
     else:
         if not isinstance(state, dict):
             raise RefusedError(f"a {target.kind} whose state is a {type(state).__name__}", "a dict")
         target.value = _FILLS[target.kind](state, purse)
 
 
-def settled(item: Any) -> Any:
+def settled(item: Any, purse: Purse) -> Any:
     """`item` as it is stored in containers: filled, decoded, and no bare global."""
     kind = type(item)
     if kind is Raw:
-        return item.value()
+        return item.value(purse)
     if kind is Unfinished:
         return item.filled()
     if kind is Global:
         raise RefusedError(f"{item.name} as a value", "arrays and plain data")
     if kind is tuple and len(item) <= TUPLE_OPEN:
-        return tuple(settled(part) for part in item) if _has_open(item) else item
+        return tuple(settled(part, purse) for part in item) if _has_open(item) else item
     return item
 
 
 TUPLE_OPEN = 8
 """Tuples up to here may hold Raw and Global: arguments and states. Longer ones are data."""
+KEY_MAX = 4_000_000
+"""Whole numbers as keys: frame numbers and rows. Python hashes larger ones just as they are, so
+that a file could choose thousands that all fall into one place."""
+KEY_LENGTH_MAX = 1000
+"""Texts as keys: equal ones are compared to their end."""
 
 
-def tuple_of(items: list[Any]) -> tuple[Any, ...]:
+def tuple_of(items: list[Any], purse: Purse) -> tuple[Any, ...]:
     """A tuple whose own parts may be Raw or Global, but none deeper: `settled` stays cheap."""
     if len(items) > TUPLE_OPEN:
-        return tuple(settled(item) for item in items)
-    return tuple(item if type(item) in (Raw, Global) else settled(item) for item in items)
+        return tuple(settled(item, purse) for item in items)
+    return tuple(item if type(item) in (Raw, Global) else settled(item, purse) for item in items)
 
 
-def key_of(item: Any) -> Any:
-    """A dict's key or a set's entry: a plain value that hashes in no time."""
-    item = settled(item)
+def add_to_dict(target: dict[Any, Any], key: Any, value: Any, purse: Purse) -> None:
+    """One entry, charged and settled."""
+    key = key_of(key, purse)
+    purse.spend(ENTRY_BYTES)
+    target[key] = settled(value, purse)
+
+
+def add_to_set(target: set[Any], item: Any, purse: Purse) -> None:
+    """One entry, charged and settled."""
+    key = key_of(item, purse)
+    purse.spend(ENTRY_BYTES)
+    target.add(key)
+
+
+def key_of(item: Any, purse: Purse) -> Any:
+    """A dict's key or a set's entry: a plain value that hashes and compares in no time."""
+    if isinstance(item, Raw) and len(item.view) > KEY_LENGTH_MAX:
+        raise RefusedError(f"a key of {len(item.view)} bytes", f"up to {KEY_LENGTH_MAX}")
+    item = settled(item, purse)
     if isinstance(item, np.generic):
         item = item.item()
-    if item is None or isinstance(item, str | bytes | int | float):
+    if isinstance(item, str | bytes):
+        if len(item) > KEY_LENGTH_MAX:
+            raise RefusedError(f"a key of {len(item)} bytes", f"up to {KEY_LENGTH_MAX}")
         return item
-    raise RefusedError(f"a {type(item).__name__} as a key", "text and numbers")
+    if isinstance(item, int):
+        if abs(item) > KEY_MAX:
+            raise RefusedError("a large number as a key", f"{-KEY_MAX} to {KEY_MAX}")
+        purse.count_key()
+        return item
+    if item is None:
+        return item
+    raise RefusedError(f"a {type(item).__name__} as a key", "text and whole numbers")
 
 
 def _has_open(items: tuple[Any, ...]) -> bool:
@@ -179,21 +213,21 @@ def _reconstructor(purse: Purse, target: Any, base: Any, state: Any) -> Unfinish
 
 
 def _scalar(purse: Purse, dtype: Any, raw: Any) -> Any:
-    return shaped(raw, dtype, (1,), "C")[0]
+    return shaped(raw, dtype, (1,), "C", purse)[0]
 
 
 def _frombuffer(purse: Purse, raw: Any, dtype: Any, shape: Any, order: Any) -> NDArray[Any]:
-    return shaped(raw, dtype, shape, "F" if isinstance(order, str) and order == "F" else "C")
+    by_columns = isinstance(order, str) and order == "F"
+    return shaped(raw, dtype, shape, "F" if by_columns else "C", purse)
 
 
 def _encode(purse: Purse, text: Any, encoding: Any) -> bytes:
     """Protocols below 3 have no bytes: they are told as text and turned back."""
-    text = settled(text)
+    text = settled(text, purse)
     latin = isinstance(encoding, str) and encoding in ("latin1", "latin-1")
     if not isinstance(text, str) or not latin:
         raise RefusedError("a call of _codecs.encode other than text to latin1")
-    purse.spend(len(text))
-    return bytes(bytes_of(text))
+    return bytes(bytes_of(text, purse))
 
 
 def _empty_bytes(purse: Purse) -> bytes:
@@ -203,17 +237,23 @@ def _empty_bytes(purse: Purse) -> bytes:
 def _set(purse: Purse, items: Any = ()) -> set[Any]:
     if not isinstance(items, list | tuple):
         raise RefusedError(f"a set of a {type(items).__name__}", "a list")
-    purse.spend(ENTRY_BYTES * len(items))
-    return {key_of(item) for item in items}
+    purse.spend(CONTAINER_BYTES)
+    result: set[Any] = set()
+    for item in items:
+        add_to_set(result, item, purse)
+    return result
 
 
 def _dict(purse: Purse, pairs: Any = ()) -> dict[Any, Any]:
     if not isinstance(pairs, list | tuple):
         raise RefusedError(f"a dict of a {type(pairs).__name__}", "a list of pairs")
-    purse.spend(ENTRY_BYTES * len(pairs))
-    if not all(isinstance(pair, list | tuple) and len(pair) == 2 for pair in pairs):
-        raise RefusedError("a dict of something else", "a list of pairs")
-    return {key_of(key): settled(value) for key, value in pairs}
+    purse.spend(CONTAINER_BYTES)
+    result: dict[Any, Any] = {}
+    for pair in pairs:
+        if not isinstance(pair, list | tuple) or len(pair) != 2:
+            raise RefusedError("a dict of something else", "a list of pairs")
+        add_to_dict(result, pair[0], pair[1], purse)
+    return result
 
 
 _CALLS: dict[str, Callable[..., Any]] = {

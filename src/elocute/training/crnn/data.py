@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.mel3 import BANDS, CONTEXT, HOP, MARGIN, RATE, column_starts, mel3_columns
 from elocute.audio.waveform import Waveform
+from elocute.brief import one_line
 from elocute.corpus.shards import Shards, WordClip
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile, RowWriter
@@ -57,6 +58,8 @@ class Heard:
     rows: tuple[Row, ...]
     fps: float
     missing: tuple[tuple[str, str], ...]
+
+    __repr__ = one_line
 
     def starts(self, row: Row, first: int = 0, frames: int | None = None) -> NDArray[np.int64]:
         """(frame,) first columns of windows, counted from the row's own first column."""

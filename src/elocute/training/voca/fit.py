@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from elocute.brief import one_line
 from elocute.corpus.store import Corpus
 from elocute.errors import ModelError
 from elocute.networks.voca import Voca, VocaConfig
@@ -46,6 +47,8 @@ class Trained:
     config: TrainConfig
     fps: float
     log: list[dict[str, float]]
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.brief import one_line
 from elocute.corpus.statistics import displacement_blocks
 from elocute.corpus.store import Corpus
 from elocute.errors import CorpusError
@@ -33,6 +34,8 @@ class MotionSpace:
     basis: Array
     to_weights: Array | None
     from_weights: Array | None
+
+    __repr__ = one_line
 
     @property
     def size(self) -> int:

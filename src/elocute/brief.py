@@ -1,0 +1,41 @@
+"""One line for what holds much: arrays by type and shape, long sequences by length."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+LONGEST = 160
+"""Letters of a line; what is beyond it is an ellipsis."""
+
+
+def one_line(self: Any) -> str:
+    """The `__repr__` of a dataclass, in one line of at most about `LONGEST` letters."""
+    parts, length = [], 0
+    for field in fields(self):
+        if not field.repr:
+            continue
+        part = f"{field.name}={brief(getattr(self, field.name, None))}"
+        length += len(part) + 2
+        if parts and length > LONGEST:
+            parts.append("…")
+            break
+        parts.append(part)
+    return f"{type(self).__name__}({', '.join(parts)})"
+
+
+def brief(value: Any) -> str:
+    """A value inside such a line."""
+    if hasattr(value, "dtype") and hasattr(value, "shape"):
+        return f"{value.dtype}{tuple(value.shape)}".replace(",)", ")")
+    if isinstance(value, tuple | list | set | frozenset | dict) and len(value) > 3:
+        return f"{len(value)} × {_cut(brief(next(iter(value))), 30)}"
+    if isinstance(value, tuple | list):
+        return f"({', '.join(_cut(brief(part), 30) for part in value)})"
+    if is_dataclass(value) and not isinstance(value, type):
+        return f"{type(value).__name__}(…)"
+    return _cut(" ".join(repr(value).split()), 60)
+
+
+def _cut(text: str, length: int) -> str:
+    return text if len(text) <= length else f"{text[: length - 1]}…"

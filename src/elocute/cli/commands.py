@@ -1,0 +1,66 @@
+"""How every command explains itself: whole sentences in lists, and examples that can be copied."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from elocute.cli.examples import EXAMPLES
+
+
+class ExplainedCommand(TyperCommand):
+    """A command whose `--help` ends with its examples."""
+
+    def get_short_help_str(self, limit: int = 45) -> str:
+        return first_paragraph(self.help)
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        write_examples(ctx, formatter)
+
+
+class ExplainedGroup(TyperGroup):
+    """Commands under one name, which alone asks for their help."""
+
+    def get_short_help_str(self, limit: int = 45) -> str:
+        return first_paragraph(self.help)
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        write_examples(ctx, formatter)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if not args and not ctx.resilient_parsing:
+            typer.echo(ctx.get_help())
+            raise typer.Exit
+        return super().parse_args(ctx, args)
+
+
+class Commands(typer.Typer):
+    """typer.Typer with what holds for all commands here."""
+
+    def __init__(self, help: str, **settings: Any) -> None:
+        super().__init__(
+            cls=ExplainedGroup, help=help, rich_markup_mode=None, pretty_exceptions_enable=False,
+            **settings,
+        )  # fmt: skip
+        self.callback()(_no_options)
+
+    def command(self, name: str | None = None, **settings: Any) -> Any:
+        return super().command(name, cls=ExplainedCommand, **settings)
+
+
+def _no_options() -> None:
+    """A group is one even where it holds a single command."""
+
+
+def write_examples(ctx: Any, formatter: Any) -> None:
+    """Past the formatter, which would break lines that are to be copied."""
+    lines = EXAMPLES[ctx.command_path.partition(" ")[2]]
+    formatter.write(f"\n{'Examples' if len(lines) > 1 else 'Example'}:\n")
+    for line in lines:
+        formatter.write(f"  elocute {line}\n")
+
+
+def first_paragraph(text: str | None) -> str:
+    return " ".join((text or "").partition("\n\n")[0].split())

@@ -1,0 +1,197 @@
+"""From the start of the command to its exit code, whatever happens in between.
+
+0 done, 1 done in part, 2 bad input, 130 interrupted, 141 nobody read what was printed. Every error
+is one line on stderr.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from elocute.errors import ElocuteError, InputError, Interrupted, printable
+
+INTERRUPTED, UNREAD = 130, 141
+DISK_ERRORS = {
+    errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EMFILE,
+    errno.ENFILE, getattr(errno, "EDQUOT", errno.ENOSPC),
+}  # fmt: skip
+"""What a disk or a limit says, wherever it is met."""
+PATIENCE_S = 2.0
+"""How long clearing up may take undisturbed before a further Ctrl-C ends the process at once."""
+
+
+def run() -> int:
+    """Run the command line that the process was given; returns its exit code."""
+    _open_closed_streams()
+    _mind_stdout()
+    interrupts = _Interrupts()
+    return _leave(interrupts)
+
+
+def _leave(interrupts: _Interrupts) -> int:
+    """What is caught here has left all blocks, so that clearing up is done."""
+    try:
+        code = _run_app()
+        sys.stdout.flush()
+        interrupts.over()
+        return code
+    except BaseException as error:
+        interrupts.over()
+        if interrupts.came:
+            # Compiled modules make other errors of an interruption of their loading.
+            return _tell_interrupted(error)
+        if isinstance(error, SystemExit):
+            # The option parser leaves so where nobody reads what it prints.
+            error = error.__context__ if _is_unread(error.__context__) else error
+        if isinstance(error, SystemExit):
+            return _number(error.code)
+        if isinstance(error, StdoutError):
+            _drop_output()
+            if _is_unread(error):
+                return UNREAD
+            return _say(f"standard output: cannot be written ({error.strerror})", 2)
+        if isinstance(error, ElocuteError):
+            return _say(str(error), 2 if isinstance(error, InputError) else 1)
+        if hasattr(error, "exit_code"):
+            return _usage(error)
+        if isinstance(error, OSError) and error.errno in DISK_ERRORS:
+            where = error.filename or "a temporary file"
+            return _say(f"{where}: cannot be written ({error.strerror})", 2)
+        raise
+
+
+def _run_app() -> int:
+    from elocute.cli.app import app
+
+    return _number(app(prog_name="elocute", standalone_mode=False))
+
+
+def _usage(error: Any) -> int:
+    """Errors and aborts of the option parser carry their own exit code and message."""
+    explain = getattr(error, "format_message", None)
+    message = explain() if explain else str(error)
+    context = getattr(error, "ctx", None)
+    if message and context is not None:
+        message = f"{message.rstrip('.')}; see {context.command_path} --help"
+    return _say(message, error.exit_code) if message else error.exit_code
+
+
+def _tell_interrupted(error: BaseException) -> int:
+    from elocute.files.atomic import remove_own_drafts
+
+    remove_own_drafts()
+    done = str(error) if isinstance(error, Interrupted) else ""
+    return _say(f"interrupted; {done or 'nothing was left half-written'}", INTERRUPTED)
+
+
+def _say(message: str, code: int) -> int:
+    print(f"elocute: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
+    return code
+
+
+def _number(code: object) -> int:
+    return code if isinstance(code, int) else 0
+
+
+class StdoutError(OSError):
+    """Standard output cannot be written."""
+
+
+class _Stdout(io.FileIO):
+    """Standard output whose errors are told from those of any other file."""
+
+    def write(self, data: Any) -> int | None:
+        try:
+            return super().write(data)
+        except OSError as error:
+            raise StdoutError(error.errno, error.strerror) from None
+
+
+def _is_unread(error: object) -> bool:
+    return isinstance(error, StdoutError) and error.errno == errno.EPIPE
+
+
+def _drop_output() -> None:
+    """The interpreter would try again on its way out, and complain."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
+
+
+def _open_closed_streams() -> None:
+    """Give a process without stdin, stdout or stderr the null device in their place.
+
+    A file opened later would take their number, and what is printed would go into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    if sys.stdout is None:
+        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
+    if sys.stderr is None:
+        sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115
+
+
+def _mind_stdout() -> None:
+    """Tell its errors from others, and escape names that its encoding cannot say."""
+    stream = sys.stdout
+    buffer = getattr(stream, "buffer", None)
+    raw = getattr(buffer, "raw", buffer)  # unbuffered (python -u) there is none between
+    if type(raw) is io.FileIO:
+        stream.flush()
+        sys.stdout = io.TextIOWrapper(
+            io.BufferedWriter(_Stdout(1, "w", closefd=False)), encoding=stream.encoding,
+            errors="backslashreplace", line_buffering=bool(stream.line_buffering) or raw is buffer,
+        )  # fmt: skip
+
+
+class _Interrupts:
+    """Turns Ctrl-C into Interrupted, once; clearing up is not disturbed by a second one."""
+
+    def __init__(self) -> None:
+        self._first_s: float | None = None
+        self._minding = (
+            threading.current_thread() is threading.main_thread()
+            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        )
+        if self._minding:
+            self._hook, sys.unraisablehook = sys.unraisablehook, self._swallowed
+            signal.signal(signal.SIGINT, self._interrupt)
+
+    @property
+    def came(self) -> bool:
+        return self._first_s is not None
+
+    def over(self) -> None:
+        """The exit code stands; nothing may change it while the interpreter ends."""
+        if self._minding:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if self._first_s is None:
+            self._first_s = now
+            raise Interrupted
+        if now - self._first_s > PATIENCE_S:
+            os._exit(INTERRUPTED)
+
+    def _swallowed(self, told: Any) -> None:
+        """Python drops what is raised in a finaliser or a callback: interrupt again, elsewhere."""
+        if not issubclass(told.exc_type, Interrupted):
+            self._hook(told)
+            return
+        self._first_s = None
+        again = threading.Timer(0.01, signal.raise_signal, [signal.SIGINT])
+        again.daemon = True
+        again.start()

@@ -1,0 +1,82 @@
+"""Curves as JSON, for programs of one's own: every name that the head has, as it is weighed.
+
+    {"format": "elocute curves", "version": 1, "fps": 60.0,
+     "names": ["eyeBlinkLeft", …], "frames": [[0, 0.25, …], …]}
+
+`frames` holds a row for each frame, at frame / fps seconds, with a number for each name.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elocute.errors import MotionError
+from elocute.files.atomic import write_atomically
+from elocute.files.records import finite_number, read_record
+from elocute.motion.curves import Curves
+from elocute.motion.motion import FPS_MAX, Motion
+
+FORMAT, VERSION = "elocute curves", 1
+ALLOWED = "curves as `elocute animate -o NAME.json` writes them"
+BYTES_MAX = 100_000_000
+NAMES_MAX = 10_000
+
+
+def write_json(
+    motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
+) -> None:
+    """Write the weights of a motion, to six decimals, one frame a line.
+
+    Rotations are not told (zero pose). Raises OutputError.
+    """
+    facts = {"format": FORMAT, "version": VERSION, "fps": motion.fps, "names": list(motion.names)}
+    with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
+        file.write(f'{json.dumps(facts)[:-1]}, "frames": [\n')
+        for frame, weights in enumerate(motion.weights):
+            row = ", ".join(f"{weight:.6f}".rstrip("0").rstrip(".") for weight in weights)
+            file.write(f",\n[{row}]" if frame else f"[{row}]")
+        file.write("\n]}\n")
+
+
+def read_json_curves(path: str | Path) -> Curves:
+    """Read such a file back. Raises MotionError saying what is wrong with it."""
+    record = read_record(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
+    if record.get("format") != FORMAT or record.get("version") != VERSION:
+        told = f"format {record.get('format')!r}, version {record.get('version')!r}"
+        raise MotionError.about(path, found=told[:120], allowed=ALLOWED)
+    fps, names, frames = finite_number(record.get("fps")), record.get("names"), record.get("frames")
+    if fps is None or not 0 < fps <= FPS_MAX:
+        raise MotionError.about(
+            path, found="no frame rate in fps", allowed=f"above 0, up to {FPS_MAX:g}"
+        )
+    if not (isinstance(names, list) and 0 < len(names) <= NAMES_MAX and _are_texts(names)):
+        raise MotionError.about(path, found="no list of texts in names", allowed=ALLOWED)
+    return Curves(_values(path, frames, len(names)), tuple(names), fps)
+
+
+def _are_texts(names: list[Any]) -> bool:
+    return all(isinstance(name, str) for name in names)
+
+
+def _values(path: str | Path, frames: Any, columns: int) -> np.ndarray:
+    if not isinstance(frames, list) or not frames:
+        raise MotionError.about(path, found="no frames", allowed="a list of one or more")
+    values = np.empty((len(frames), columns), np.float32)
+    for number, row in enumerate(frames):
+        if not isinstance(row, list) or len(row) != columns:
+            raise MotionError.about(
+                f"{path} frame {number}", found="another number of values than names",
+                allowed=f"{columns} numbers",
+            )  # fmt: skip
+        for column, value in enumerate(row):
+            weight = finite_number(value)
+            if weight is None or abs(weight) > 1e6:
+                raise MotionError.about(
+                    f"{path} frame {number}", found="no number", allowed="numbers up to a million"
+                )
+            values[number, column] = weight
+    return values

@@ -1,0 +1,26 @@
+"""The one way to open a container of sound and pictures: by FFmpeg's libraries through PyAV."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+# Only sound and video: FFmpeg would also follow playlists, which name other files.
+DEMUXERS = (
+    "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,ogg,mp3,aac,ac3,eac3,amr,wav,w64,aiff,flac,avi,flv,asf,"
+    "mpegts,mpeg,caf,au,wv,ape,tta,mxf,gsm,mpegvideo"
+)
+
+
+def open_media(path: str | Path) -> Any:
+    """An av.container.InputContainer of a local file of sound or video; close it.
+
+    It never follows a playlist or an address. Titles and other text that is not UTF-8 do no harm.
+    Raises what PyAV raises: av.error.FFmpegError, OSError or ValueError.
+    """
+    import av
+
+    options = {"format_whitelist": DEMUXERS, "protocol_whitelist": "file"}
+    if int(av.__version__.split(".")[0]) >= 19:  # text is decoded without errors there
+        return av.open(f"file:{path}", options=options)
+    return av.open(f"file:{path}", options=options, metadata_errors="ignore")

@@ -1,0 +1,151 @@
+"""A trained recurrent model at run time: it hears sound by itself and has one style.
+
+In the built-in topology its shapes become the head's curves by bounded least squares, so contacts,
+rests and exporters follow as for every other model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.driver import LOOKAHEAD_S, make_contacts
+from elocute.articulation.style import Style
+from elocute.audio.waveform import Waveform
+from elocute.errors import ModelError
+from elocute.head.builtin import load_builtin_head
+from elocute.head.model import HeadModel
+from elocute.models.crnn_network import SHIPPED, SPAN, CrnnNetwork
+from elocute.models.crnn_stream import CrnnStream, level_of
+from elocute.models.ears import RESAMPLING_S, PhoneEar, phone_lookahead_s
+from elocute.models.protocol import Ears, Heard, Level, Span
+from elocute.models.speech_shapes import as_builtin, speech_names
+from elocute.models.styles import rigged
+from elocute.motion.curves import Curves
+from elocute.numerics.sampling import frame_places, read_rows
+
+Array = NDArray[np.float32]
+COLUMN_S = 0.01
+
+
+class CrnnModel:
+    """`crnn`, the one that ships, or a file of one's own, as a SpeechModel.
+
+    Raises ModelError where the file is missing, too large or no recurrent model of Elocute.
+    """
+
+    encoder = "mel3"
+    styles: tuple[str, ...] = ()
+    components: tuple[str, ...] = ()
+    needs_whole = True
+
+    def __init__(self, path: str | Path = SHIPPED, session: Any = None) -> None:
+        self.network = CrnnNetwork(path, session)
+        self.path = self.network.path
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    @property
+    def basis(self) -> Array:
+        return self.network.basis
+
+    @property
+    def topology(self) -> str:
+        return self.network.record.topology
+
+    @property
+    def vertex_count(self) -> int:
+        return self.network.record.vertices
+
+    @property
+    def fps(self) -> float:
+        return self.network.record.fps
+
+    @property
+    def makes_contacts(self) -> bool:
+        return self.topology == load_builtin_head().name
+
+    @property
+    def answer_lookahead_s(self) -> float:
+        between_s = 2 / self.fps
+        return max(between_s, LOOKAHEAD_S) if self.makes_contacts else between_s
+
+    @property
+    def lookahead_s(self) -> float:
+        heard_s = SPAN * COLUMN_S
+        if self.makes_contacts:
+            heard_s = max(heard_s, phone_lookahead_s())
+        return RESAMPLING_S + heard_s + self.answer_lookahead_s
+
+    def style(self, given: str | Style) -> None:
+        """It has none: only `plain` is taken. Raises ModelError."""
+        if given != "plain":
+            shown = given if isinstance(given, str) else "with numbers"
+            raise ModelError.about(
+                f"style {shown}", found=f"{self.name} has no styles", allowed="plain"
+            )
+
+    def mix(self, shares: Mapping[str, float]) -> None:
+        """Raises ModelError: it has no styles."""
+        raise ModelError.about(
+            f"a mix of {len(shares)} styles", found=f"{self.name} has no styles",
+            allowed="a model with styles: articulation, voca",
+        )  # fmt: skip
+
+    def ears(self, sample_rate: int, *, contacts: bool = True, level: Level | None = None) -> Ears:
+        own = CrnnStream(self.network, sample_rate, level=level)
+        return Ears(own, PhoneEar(sample_rate) if contacts and self.makes_contacts else None)
+
+    def level_of(self, sound: Waveform) -> Level:
+        """Mean and peak of the sound at the network's own rate."""
+        return level_of(sound)
+
+    def weights(self, heard: Heard, style: None, span: Span) -> Array:
+        """(frame, component) on `basis`."""
+        features = heard.features
+        places = frame_places(span.first, span.count, features.rate, span.fps)
+        return read_rows(features.values, places - features.first)
+
+    def curves(
+        self, heard: Heard, style: None, span: Span, strength: float = 1.0, *, blinks: bool = True
+    ) -> Curves:
+        """Curves 0…1 of the built-in head with contacts made, or weights of its own shapes."""
+        if not self.makes_contacts or heard.phones is None:
+            weights = self.weights(heard, style, span)
+            return Curves(weights * np.float32(strength), self._own_names, span.fps)
+        rows = _near(heard, span)
+        built = replace(rows.features, values=as_builtin(rows.features.values, self.basis))
+        values = self.weights(Heard(built), style, span)
+        bare = Curves(np.clip(values * strength, 0, 1), speech_names(), span.fps)
+        return make_contacts(
+            bare, heard.phones.values, heard.phones.rate,
+            Style() if blinks else Style(blink_per_min=0.0),
+            first_frame=span.first, first_row=heard.phones.first, total_frames=span.total,
+        )  # fmt: skip
+
+    def rig(self, head: HeadModel) -> HeadModel:
+        """Raises ModelError for a head of another topology than it was trained in."""
+        if self.makes_contacts:
+            return head
+        return rigged(head, self.basis, self._own_names, self.path)
+
+    @property
+    def _own_names(self) -> tuple[str, ...]:
+        return tuple(f"speech{index:03d}" for index in range(len(self.basis)))
+
+
+def _near(heard: Heard, span: Span) -> Heard:
+    """Only the rows between which the frames of a span lie."""
+    features = heard.features
+    places = frame_places(span.first, span.count, features.rate, span.fps) - features.first
+    last = len(features.values) - 1
+    low, high = min(int(places[0]), last), min(int(places[-1]) + 2, last + 1)
+    near = replace(features, values=features.values[low:high], first=features.first + low)
+    return Heard(near)

@@ -1,0 +1,43 @@
+"""Any speech model by its name or file; the only place that tells kinds apart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from elocute.errors import ModelError
+from elocute.models import articulation, crnn_network, voca
+from elocute.models.articulation import ArticulationModel
+from elocute.models.crnn import CrnnModel
+from elocute.models.onnx_record import check_file, open_session, stored_record
+from elocute.models.protocol import SpeechModel
+from elocute.models.voca import VocaModel
+
+DEFAULT = articulation.NAME
+
+
+def model_names() -> tuple[str, ...]:
+    """Names that `open_model` knows besides files."""
+    return (articulation.NAME, voca.SHIPPED, crnn_network.SHIPPED)
+
+
+def open_model(model: str | Path = DEFAULT) -> SpeechModel:
+    """The model of that name, or of a trained model's file (.onnx).
+
+    Raises ModelError where the file is missing, too large or no model of Elocute.
+    """
+    if str(model) == articulation.NAME:
+        return ArticulationModel()
+    if str(model) == voca.SHIPPED:
+        return VocaModel(model)
+    if str(model) == crnn_network.SHIPPED:
+        return CrnnModel(model)
+    path = Path(model)
+    if path.suffix.lower() != ".onnx":
+        raise ModelError.about(
+            f"model {str(model)!r}", found="unknown",
+            allowed=f"{', '.join(model_names())}, or a trained model (.onnx)",
+        )  # fmt: skip
+    check_file(path, "make one: elocute train voca, or elocute train crnn")
+    session = open_session(path)
+    kind = CrnnModel if stored_record(session).get("kind") == "crnn" else VocaModel
+    return kind(path, session)

@@ -1,0 +1,228 @@
+"""Somebody's speaking style, from a few seconds of their motion (VOCA 2019, section 7.2).
+
+The paper mixes styles convexly and leaves estimating the mix for the future. One-hot vectors
+enter before a hyperbolic tangent, so the output is not linear in the mix and no least squares
+solves it: shares are moved from style to style, in ever smaller steps, as long as the network's
+motion comes closer to the observed one.
+
+Closer is meant by a Schatten quasi-norm of the residual, between the sum of squares and the
+determinant of its covariance (maximum likelihood where nobody knows how noise is spread). What was
+misheard moves jaw and lips by millimetres and drowns a sum of squares; a lopsided smile is small,
+but lies where hearing errs little.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.track import MM, Track
+from elocute.errors import ModelError
+from elocute.models.protocol import Heard, Span, SpeechModel
+from elocute.models.styles import basis_of
+from elocute.numerics.sampling import frame_places, frames_in, read_rows
+
+Array = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+SECONDS_LEAST, SECONDS_MOST = 0.5, 60.0
+STEPS = (0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625)
+POWER = 0.25  # of variances in the loss: 1 is the sum of squares, towards 0 the determinant
+BEYOND_S = 1.0  # of sound after the last frame: more than any model looks ahead
+SHARE_LEAST = 0.005  # smaller shares are left out of the mix
+GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
+
+
+@dataclass(frozen=True)
+class StyleFit:
+    """What explains the motion best.
+
+    mix         share per style, largest first, summing to one
+    best_style  the single style that explains it best
+    error_mm    distance of vertices (root of the mean square) between the model with this mix
+                and the motion
+    styles      the same error for every style alone
+    seconds     how much motion was looked at
+    """
+
+    mix: dict[str, float]
+    best_style: str
+    error_mm: float
+    styles: dict[str, float]
+    seconds: float
+
+    @property
+    def text(self) -> str:
+        """As `--style` takes it: NAME:SHARE,…"""
+        return ",".join(f"{name}:{share:.3f}" for name, share in self.mix.items())
+
+    def record(self) -> dict[str, Any]:
+        """For JSON, without the mix."""
+        return {
+            "best_style": self.best_style, "error_mm": self.error_mm, "styles_mm": self.styles,
+            "seconds": self.seconds,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """One take: what the model hears, and the motion, over its own neutral face."""
+
+    heard: Heard
+    motion: Track
+
+
+@dataclass(frozen=True, eq=False)
+class _Target:
+    """A take in orthonormal coordinates of what the model can do: distances are those of vertices.
+
+    heard   as far as these frames hear
+    places  (frame, direction) mm, at the model's frame rate
+    beyond  mm², summed over frames and vertices: what no weights reach
+    """
+
+    heard: Heard
+    places: Doubles
+    beyond: float
+
+
+def fit_style(model: SpeechModel, takes: Sequence[Observed]) -> StyleFit:
+    """The convex mix of the model's styles that best explains some takes.
+
+    Raises ModelError for takes of another topology, too short, not finite or none, and for a
+    model that has no styles.
+    """
+    if not model.styles:
+        raise ModelError.about(
+            f"model {model.name}", found="no styles", allowed="a model that has some: "
+            "articulation, voca, or one that elocute train voca wrote",
+        )  # fmt: skip
+    basis = basis_of(model.components, model.basis).astype(np.float64)
+    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
+    targets = [_target(model, take, directions) for take in takes]
+    problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
+    if problem.seconds < SECONDS_LEAST:
+        raise ModelError.about(
+            "motion", found=f"{problem.seconds:.2f} s of it with sound",
+            allowed=f"{SECONDS_LEAST} s or more",
+        )  # fmt: skip
+    names = model.styles
+    corners = np.eye(len(names))
+    alone = [problem.loss(corner) for corner in corners]
+    if not np.isfinite(alone).all():
+        raise ModelError.about(
+            "style fit", found="NaN or infinity in the motion, or in what the model makes of it",
+            remedy="look at the corpus: elocute corpus check",
+        )  # fmt: skip
+    nearest = int(np.argmin(alone))
+    mix = search(problem.loss, corners[nearest])
+    shares = np.where(mix < SHARE_LEAST, 0, mix)
+    shares /= shares.sum()
+    order = [int(index) for index in np.argsort(-shares) if shares[index] > 0]
+    return StyleFit(
+        {names[index]: round(float(shares[index]), 6) for index in order},
+        names[nearest],
+        problem.error_mm(shares),
+        {name: problem.error_mm(corner) for name, corner in zip(names, corners, strict=True)},
+        problem.seconds,
+    )
+
+
+def search(loss: Callable[[Doubles], float], start: Doubles) -> Doubles:
+    """(style,) on the simplex: give shares from one style to another while the loss falls.
+
+    Exchanges between two styles span all directions on the simplex, so where none helps at the
+    smallest step there is no better mix nearby.
+    """
+    mix = start.astype(np.float64)
+    value = loss(mix)
+    for step in STEPS:
+        while True:
+            tried = [(loss(other), other) for other in _exchanges(mix, step)]
+            best, other = min(tried, key=lambda pair: pair[0], default=(value, mix))
+            if not value - best > GAIN_LEAST * value:
+                break
+            value, mix = best, other
+    return mix
+
+
+def _exchanges(mix: Doubles, step: float) -> list[Doubles]:
+    found = []
+    for giver in np.flatnonzero(mix > 1e-9):
+        for taker in range(len(mix)):
+            if taker != giver:
+                other, given = mix.copy(), min(step, mix[giver])
+                other[giver] -= given
+                other[taker] += given
+                found.append(other)
+    return found
+
+
+class _Problem:
+    """The loss over all takes; shapes (component, direction) are the model's, in mm."""
+
+    def __init__(
+        self, model: SpeechModel, shapes: Doubles, targets: Sequence[_Target], vertices: int
+    ) -> None:
+        self.model, self.shapes, self.targets = model, shapes, targets
+        frames = sum(len(target.places) for target in targets)
+        self.seconds, self.per = frames / model.fps, max(frames, 1) * vertices
+
+    def loss(self, mix: Doubles) -> float:
+        """mm² a vertex: (Σ λ^p)^(1/p), λ the residual's variances along its axes, within reach."""
+        products = sum(away.T @ away for away in self._away(mix))
+        if not np.isfinite(products).all():
+            return math.nan
+        variances = np.maximum(np.linalg.eigvalsh(products), 0) / self.per
+        return float(np.power(variances, POWER).sum() ** (1 / POWER))
+
+    def error_mm(self, mix: Doubles) -> float:
+        """mm: root of the mean squared distance of vertices."""
+        within = sum(float(np.square(away).sum()) for away in self._away(mix))
+        return math.sqrt((within + sum(target.beyond for target in self.targets)) / self.per)
+
+    def _away(self, mix: Doubles) -> Iterator[Doubles]:
+        """(frame, direction) mm of every take: the model's motion less the observed one."""
+        style = self.model.mix(dict(zip(self.model.styles, mix.tolist(), strict=True)))
+        for target in self.targets:
+            span = Span.whole(len(target.places), self.model.fps)
+            weights = self.model.weights(target.heard, style, span)
+            yield weights @ self.shapes - target.places
+
+
+def _target(model: SpeechModel, take: Observed, directions: Doubles) -> _Target:
+    """A take at the model's frame rate, as far as it has both sound and motion.
+
+    directions (3 · vertex, direction) is orthonormal.
+    """
+    if take.motion.vertex_count * 3 != len(directions):
+        raise ModelError.about(
+            "motion", found=f"{take.motion.vertex_count} vertices",
+            allowed=f"{len(directions) // 3}, the topology that {model.name} moves",
+        )  # fmt: skip
+    fps, features = model.fps, take.heard.features
+    motion, heard_s = _at_rate(take.motion, fps), len(features.values) / features.rate
+    frames = min(motion.frame_count, round(heard_s * fps), round(SECONDS_MOST * fps))
+    rest = np.asarray(motion.template, np.float64) * MM
+    places, beyond = [], 0.0
+    for block in motion.cut(frames).blocks():
+        moved = (block - rest).reshape(len(block), -1)
+        places.append(moved @ directions)
+        beyond += float(np.square(moved - places[-1] @ directions.T).sum())
+    rows = math.ceil((frames / fps + BEYOND_S) * features.rate)
+    heard = Heard(replace(features, values=features.values[:rows]))
+    return _Target(heard, np.concatenate(places), beyond)
+
+
+def _at_rate(motion: Track, fps: float) -> Track:
+    """The first SECONDS_MOST of it, linear between frames."""
+    motion = motion.cut(math.ceil(SECONDS_MOST * motion.fps) + 1)
+    if motion.fps == fps:
+        return motion
+    count = frames_in(motion.frame_count / motion.fps, fps)
+    values = read_rows(np.asarray(motion.values), frame_places(0, count, motion.fps, fps))
+    return Track(values, motion.template, fps, motion.basis)

@@ -1,0 +1,243 @@
+"""A trained VOCA at run time: features and a mix of styles in, weights of shapes out.
+
+Regression averages over what it is unsure of and so leaves lips a little open where they should
+meet: on the built-in head the driver's contacts and rests come after the network.
+
+ONNX alone, no torch. The file says which encoder it hears with, how its styles are called and
+what its weights weigh; nothing in it is executed but the network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.driver import LOOKAHEAD_S, make_contacts
+from elocute.articulation.style import Style
+from elocute.audio.features import Features
+from elocute.audio.waveform import Waveform
+from elocute.encoders.registry import resolve_encoder
+from elocute.errors import ModelError
+from elocute.head.model import HeadModel
+from elocute.models.ears import RESAMPLING_S, PhoneEar, WholeEar, phone_lookahead_s
+from elocute.models.onnx_record import check_file, open_session, run_session, stored_record
+from elocute.models.protocol import Ears, Heard, Level, Span
+from elocute.models.styles import mixed, rigged, style_shares
+from elocute.motion.curves import Curves
+from elocute.numerics.sampling import frame_places, read_rows
+
+Array = NDArray[np.float32]
+SHIPPED = "voca"
+SHIPPED_PATH = Path(__file__).parent / "assets" / "voca.onnx"
+BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded
+FPS_MAX, FEATURES_MAX, STYLES_MAX = 1000.0, 100_000, 10_000
+REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
+
+
+@dataclass(frozen=True)
+class VocaRecord:
+    """What training wrote into the file.
+
+    components  names of the weights where they are those of a known head, () where the file
+                carries its own basis
+    topology    the head whose mesh it moves, or ""
+    """
+
+    encoder: str
+    fps: float
+    styles: tuple[str, ...]
+    features: int
+    components: tuple[str, ...]
+    topology: str
+    vertices: int
+    note: str
+
+
+class VocaModel:
+    """`voca`, the one that ships, or a file of one's own, as a SpeechModel.
+
+    Raises ModelError where the file is missing, too large or no VOCA of Elocute.
+    """
+
+    def __init__(self, path: str | Path, session: Any = None) -> None:
+        self.path = SHIPPED_PATH if str(path) == SHIPPED else Path(path)
+        self._opened = session  # of the same file, where it was opened before
+        check_file(self.path, "make one: elocute train voca CORPUS -o FOLDER")
+
+    @cached_property
+    def _session(self) -> Any:
+        return self._opened or open_session(self.path)
+
+    @cached_property
+    def record(self) -> VocaRecord:
+        stored = stored_record(self._session)
+        try:
+            if stored["kind"] != "voca":
+                raise ValueError(stored["kind"])
+            record = VocaRecord(
+                str(stored["encoder"]), float(stored["fps"]), tuple(map(str, stored["styles"])),
+                int(stored["features"]), tuple(map(str, stored["components"])),
+                str(stored["topology"]), int(stored["vertices"]), str(stored["note"]),
+            )  # fmt: skip
+            if not 0 < record.fps <= FPS_MAX or not 1 <= record.features <= FEATURES_MAX:
+                raise ValueError("fps or features out of range")
+            if not 1 <= len(record.styles) == len(set(record.styles)) <= STYLES_MAX:
+                raise ValueError("no styles, or one twice")
+            return record
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
+            raise ModelError.about(
+                self.path, found="an ONNX file without Elocute's record",
+                allowed="a model that elocute train wrote",
+            ) from error  # fmt: skip
+
+    needs_whole = False
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    @property
+    def encoder(self) -> str:
+        return self.record.encoder
+
+    @property
+    def styles(self) -> tuple[str, ...]:
+        return self.record.styles
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        return self.record.components
+
+    @property
+    def topology(self) -> str:
+        return self.record.topology
+
+    @property
+    def vertex_count(self) -> int:
+        return self.record.vertices
+
+    @property
+    def fps(self) -> float:
+        return self.record.fps
+
+    @property
+    def makes_contacts(self) -> bool:
+        return bool(self.record.components)
+
+    @property
+    def answer_lookahead_s(self) -> float:
+        network_s = (REACH / 2 + 2) / self.record.fps
+        return max(network_s, LOOKAHEAD_S) if self.makes_contacts else network_s
+
+    @property
+    def lookahead_s(self) -> float:
+        if self.record.encoder != "phones":
+            return float("inf")
+        return RESAMPLING_S + phone_lookahead_s() + self.answer_lookahead_s
+
+    def style(self, given: str | Style) -> Array:
+        """(style,) shares. Raises ModelError for a style that it never learned."""
+        return style_shares(given, self.styles, self.name)
+
+    def mix(self, shares: Mapping[str, float]) -> Array:
+        """(style,) shares. Raises ModelError for a style that it never learned."""
+        return mixed(shares, self.styles, self.name)
+
+    def ears(self, sample_rate: int, *, contacts: bool = True, level: Level | None = None) -> Ears:
+        if self.record.encoder == "phones":
+            return Ears(PhoneEar(sample_rate))
+        own = WholeEar(sample_rate, resolve_encoder(self.record.encoder))
+        return Ears(own, PhoneEar(sample_rate) if contacts and self.makes_contacts else None)
+
+    def level_of(self, sound: Waveform) -> None:
+        """It hears no level: its features bring their own normalisation."""
+
+    def weights(self, heard: Heard, style: Array, span: Span) -> Array:
+        """(frame, component) for shares (style,).
+
+        Raises ModelError for features of another size than it was trained on.
+        """
+        features, fps = heard.features, self.record.fps
+        if features.values.shape[1] != self.record.features:
+            raise ModelError.about(
+                self.path, found=f"{features.values.shape[1]} features from {features.encoder}",
+                allowed=f"{self.record.features} ({self.record.encoder})",
+            )  # fmt: skip
+        # The network's frames whose features are known, and those of them that are asked for.
+        stop = round((features.first + len(features.values)) * fps / features.rate)
+        places = frame_places(span.first, span.count, fps, span.fps)
+        first = min(int(places[0]), max(stop - 1, 0))
+        last = min(max(stop, 1), int(places[-1]) + 2 + REACH)
+        return read_rows(self._run(features, style, first, last), places - first)
+
+    def _run(self, features: Features, style: Array, first: int, last: int) -> Array:
+        """(frame, component) of the network's frames `first` … `last` - 1."""
+        begin = max(0, first - REACH)
+        values = features.at(begin, last - begin, self.record.fps)
+        blocks = []
+        for start in range(first, last, BLOCK_FRAMES):
+            stop = min(last, start + BLOCK_FRAMES)
+            before = max(0, start - REACH)
+            window = values[before - begin : stop + REACH - begin]
+            given = {"features": window, "style": style[None].astype(np.float32)}
+            block = run_session(self._session, self.path, ["weights"], given)[0]
+            if getattr(block, "ndim", 0) != 2 or len(block) != len(window):
+                raise ModelError.about(
+                    self.path, found="a network of another form", allowed="(frame, component)"
+                )
+            blocks.append(block[start - before : stop - before])
+        return np.concatenate(blocks)
+
+    def curves(
+        self, heard: Heard, style: Array, span: Span, strength: float = 1.0, *, blinks: bool = True
+    ) -> Curves:
+        """Curves 0…1 of the built-in head with contacts made, or weights of its own shapes."""
+        weights = self.weights(heard, style, span)
+        if not self.makes_contacts:
+            return Curves(weights * np.float32(strength), self._own_names, span.fps)
+        bare = Curves(np.clip(weights * strength, 0, 1), self.record.components, span.fps)
+        phones = heard.phones or heard.features
+        return make_contacts(
+            bare, phones.values, phones.rate,
+            Style() if blinks else Style(blink_per_min=0.0),
+            first_frame=span.first, first_row=phones.first, total_frames=span.total,
+        )  # fmt: skip
+
+    def rig(self, head: HeadModel) -> HeadModel:
+        """Raises ModelError for a head of another topology than it was trained in."""
+        if self.basis is None:
+            return head
+        return rigged(head, self.basis, self._own_names, self.path)
+
+    @property
+    def _own_names(self) -> tuple[str, ...]:
+        assert self.basis is not None
+        count = len(self.basis) - 1
+        return (*(f"voca{index:03d}" for index in range(count)), "vocaMean")
+
+    @property
+    def basis(self) -> Array | None:
+        """(component, vertex, 3) m of a model that carries its own, or None."""
+        return self._basis
+
+    @cached_property
+    def _basis(self) -> Array | None:
+        if self.record.components:
+            return None
+        given = {
+            "features": np.zeros((REACH, self.record.features), np.float32),
+            "style": np.full((1, len(self.styles)), 1 / len(self.styles), np.float32),
+        }
+        basis = run_session(self._session, self.path, ["basis"], given)[0]
+        if getattr(basis, "ndim", 0) != 3 or basis.shape[1:] != (self.record.vertices, 3):
+            raise ModelError.about(
+                self.path, found="a basis of another form",
+                allowed=f"(component, {self.record.vertices}, 3)",
+            )  # fmt: skip
+        return basis

@@ -1,0 +1,1 @@
+"""Numerics that several packages share, each written once."""

@@ -1,0 +1,92 @@
+"""Ctrl-C at any moment: one line, exit 130, whole files or none."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elocute.motion.store import load_motion
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of Unix")
+# It says when the module of the console script is there: from then on Ctrl-C is ours to mind.
+START = "import os; from elocute.cli import main; os.write(1, b'.'); main()"
+
+
+def interrupted(*arguments: object, after_s: float, cwd: Path) -> tuple[int, str]:
+    """Exit code and stderr; the whole group hears it, as from a terminal."""
+    words = [sys.executable, "-c", START, *map(str, arguments)]
+    process = subprocess.Popen(
+        words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
+    )
+    assert process.stdout is not None
+    os.read(process.stdout.fileno(), 1)
+    time.sleep(after_s)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    return process.returncode, said.decode()
+
+
+def check(code: int, said: str, folder: Path) -> None:
+    if code != 0:
+        assert code == 130 and said.startswith("elocute: interrupted; "), said
+        assert said.count("\n") == 1, said
+    assert not [path for path in folder.iterdir() if path.name.endswith(".part")]
+
+
+@pytest.mark.parametrize("after_s", np.geomspace(0.002, 3, 12).round(3))
+def test_one_recording(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
+    code, said = interrupted(
+        "animate", speech_wav, "-o", "t.npz", "-o", "t.csv", after_s=after_s, cwd=tmp_path
+    )
+    check(code, said, tmp_path)
+    for path in tmp_path.glob("*.npz"):
+        assert load_motion(path).frame_count == 640
+    for path in tmp_path.glob("*.csv"):
+        assert path.read_text().count("\n") == 641
+    assert (code == 0) == ((tmp_path / "t.csv").exists() and not said)
+
+
+@pytest.mark.parametrize("after_s", [0.05, 0.5, 1.0, 1.5, 2.0, 3.0])
+def test_many_tell_how_many_are_done(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
+    sounds = [tmp_path / f"{number}.flac" for number in range(8)]
+    for sound in sounds:
+        sound.write_bytes(speech_wav.read_bytes())
+    code, said = interrupted("animate", *sounds, "-o", "out", after_s=after_s, cwd=tmp_path)
+    check(code, said, tmp_path)
+    done = list(tmp_path.glob("out/*.npz"))
+    if " of 8 done" in said:
+        told = int(said.split("; ")[1].split(" of ")[0])
+        assert told in (len(done), len(done) - 1)  # between a file and its count
+    for path in done:
+        assert load_motion(path).frame_count == 640
+
+
+@pytest.mark.parametrize("after_s", [0.7, 1.4, 2.5])
+def test_video(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
+    code, said = interrupted(
+        "animate", speech_wav, "-o", "t.mp4", "--size", "128", "--backend", "embreex",
+        after_s=after_s, cwd=tmp_path,
+    )  # fmt: skip
+    check(code, said, tmp_path)
+    assert code == 0 or not (tmp_path / "t.mp4").exists()
+
+
+def test_a_background_job_of_a_script_goes_on(speech_wav: Path, tmp_path: Path) -> None:
+    """Shells start those with Ctrl-C ignored, and so it stays."""
+    code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); " + START
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "animate", speech_wav, "-o", "t.npz"], cwd=tmp_path,
+        stdout=subprocess.PIPE,
+    )  # fmt: skip
+    assert process.stdout is not None
+    os.read(process.stdout.fileno(), 1)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 0 and (tmp_path / "t.npz").exists()

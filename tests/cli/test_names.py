@@ -1,0 +1,59 @@
+"""Names of files that are no plain names: each works, and is told in one line."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+NAMES = [
+    b"\xff\xfe.wav", b"talk:1.wav", b"file:x.wav", b"-x.wav", b"two\nlines.wav", b"quo'te\".wav",
+    b"%d.wav", "\N{GRINNING FACE}é.wav".encode(), b"[bold]x.wav", b"a  b.wav", b"\x1b[31mred.wav",
+    b"n" * 240 + b".wav",
+]  # fmt: skip
+
+
+def run(*arguments: bytes | str, cwd: Path, **environment: str) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, "-m", "elocute", *arguments], cwd=cwd, capture_output=True,
+        env=os.environ | environment, timeout=120, check=False,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path: Path, speech_wav: Path) -> Path:
+    import soundfile
+
+    samples, rate = soundfile.read(speech_wav, start=32000, stop=48000)
+    soundfile.write(tmp_path / "plain.wav", samples, rate)
+    return tmp_path
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse some of these names")
+@pytest.mark.parametrize("name", NAMES, ids=repr)
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
+def test_it_is_read_and_written(name: bytes, encoding: str, folder: Path) -> None:
+    (folder / "plain.wav").rename(folder / os.fsdecode(name))
+    stem = name.removesuffix(b".wav")
+    made = [stem + suffix for suffix in (b".npz", b".glb", b".html", b".csv", b".mp4")]
+    if encoding == "ascii":
+        made = made[:1]
+    outputs = [part for path in made for part in (b"-o", path)]
+    done = run(
+        "animate", "--size", "64", "--fps", "5", "--backend", "embreex", "--embed-audio",
+        *outputs, "--", name, cwd=folder, PYTHONIOENCODING=encoding,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, b""), done.stderr
+    assert done.stdout.count(b"\n") == len(made) and b"\x1b" not in done.stdout
+    assert sorted(os.fsencode(path.name) for path in folder.iterdir()) == sorted([name, *made])
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if len(n) < 200], ids=repr)
+def test_an_error_about_it_is_one_clear_line(name: bytes, folder: Path) -> None:
+    done = run("animate", "-o", "x.npz", "--", name, cwd=folder, LC_ALL="C")
+    assert done.returncode == 2 and done.stderr.count(b"\n") == 1
+    assert done.stderr.endswith(b"\n") and b"\x1b" not in done.stderr
+    assert b"no such file" in done.stderr

@@ -1,0 +1,28 @@
+"""Option texts that hold numbers of any length are told in one short line."""
+
+import pytest
+
+from elocute.articulation.style import parse_mix, resolve_style
+from elocute.cli.keyframes import parse_list, parse_numbers
+from elocute.cli.options import parse_size
+from elocute.errors import InputError
+from elocute.head.identity import resolve_identity
+
+LONG = "9" * 5000
+
+
+@pytest.mark.parametrize(
+    ("read", "text"),
+    [
+        (parse_size, LONG), (parse_size, f"{LONG}x100"), (parse_size, "٣٣٣x"),
+        (parse_mix, f"calm:{LONG}"), (parse_mix, "calm:1e308,broad:1e308"),
+        (resolve_style, LONG), (resolve_identity, LONG),
+        (lambda text: parse_numbers("--neck", text, 3), LONG),
+        (lambda text: parse_numbers("--neck", text, 3), f"{LONG}:1,2,3; 2:1,2,3"),
+        (lambda text: parse_list("--blinks", text), LONG),
+    ],
+)  # fmt: skip
+def test_numbers_of_five_thousand_digits(read, text):
+    with pytest.raises(InputError) as caught:
+        read(text)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 500

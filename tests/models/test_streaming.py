@@ -1,0 +1,170 @@
+"""Live speech: however it is cut, a stream gives what the whole sound gives."""
+
+from __future__ import annotations
+
+import math
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import elocute
+from elocute.audio.read import read_audio
+from elocute.audio.waveform import Waveform
+from elocute.errors import InputError
+from elocute.models.registry import model_names, open_model
+from elocute.models.streaming import CurveStream
+
+MODELS = model_names()
+NEAR = 1e-5
+
+
+@pytest.fixture(scope="module")
+def speech(speech_wav) -> Waveform:
+    """Speech with a second of real silence in its middle."""
+    sound = read_audio(speech_wav, sample_rate=48000).samples
+    parts = [sound[48_000:168_000], np.zeros(48_000, np.float32), sound[168_000:240_000]]
+    return Waveform(np.concatenate(parts), 48000)
+
+
+def streamed(name: str, sound: Waveform, block: int, fps: float = 60.0):
+    """Curves of a sound pushed in blocks of so many samples, and how many came before the end."""
+    model = open_model(name)
+    live = CurveStream(model, sound.sample_rate, fps=fps, level=model.level_of(sound))
+    pieces = [
+        live.push(sound.samples[at : at + block]) for at in range(0, len(sound.samples), block)
+    ]
+    early = live.frames_given
+    pieces.append(live.flush())
+    return np.concatenate([piece.values for piece in pieces if piece is not None]), early
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("block", [480, 4801, 48000])
+def test_a_stream_gives_what_the_whole_sound_gives(speech, name, block):
+    whole = elocute.animate(speech, model=name).curves.values
+    live, _ = streamed(name, speech, block)
+    assert live.shape == whole.shape
+    assert np.abs(live - whole).max() < NEAR
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_blocks_of_a_millisecond_too(speech, name):
+    sound = Waveform(speech.samples[:72_000], 48000)
+    whole = elocute.animate(sound, model=name).curves.values
+    live, _ = streamed(name, sound, 48)
+    assert np.abs(live - whole).max() < NEAR
+
+
+@pytest.mark.parametrize(("rate", "fps"), [(44100, 60.0), (48000, 24.0), (16000, 29.97)])
+def test_at_any_rate_of_sound_and_frames(speech, rate, fps):
+    sound = speech.resample(rate)
+    whole = elocute.animate(sound, fps=fps).curves.values
+    live, _ = streamed("articulation", sound, rate // 7, fps)
+    assert live.shape == whole.shape
+    assert np.abs(live - whole).max() < NEAR
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_frame_comes_after_the_declared_look_ahead_and_no_later(speech, name):
+    model, late = open_model(name), []
+    live = CurveStream(model, 48000)
+    assert live.lookahead_s < 1.5
+    for at in range(0, len(speech.samples), 480):
+        live.push(speech.samples[at : at + 480])
+        heard_s = (at + 480) / 48000
+        late.append(heard_s - live.frames_given / 60)
+    assert max(late) <= live.lookahead_s + 0.01
+    assert min(late[200:]) > 0.2  # and it does look ahead
+
+
+def test_without_the_level_the_recurrent_model_does_not_depend_on_the_blocks(speech):
+    def live(block):
+        stream = CurveStream(open_model("crnn"), 48000)
+        parts = [
+            stream.push(speech.samples[at : at + block])
+            for at in range(0, len(speech.samples), block)
+        ]
+        return np.concatenate([p.values for p in (*parts, stream.flush()) if p is not None])
+
+    assert np.abs(live(480) - live(48000)).max() < NEAR
+
+
+def test_the_public_call(speech):
+    live = elocute.stream(rate=48000, model="articulation", fps=60)
+    frames = []
+    for at in range(0, len(speech.samples), 4800):
+        frames += live.push(speech.samples[at : at + 4800])
+    frames += live.flush()
+    take = elocute.animate(speech)
+    assert len(frames) == take.motion.frame_count
+    assert frames[90].time_s == pytest.approx(1.5)
+    expected = take.curves["jawOpen"]
+    assert [f["jawOpen"] for f in frames] == pytest.approx(expected.tolist(), abs=NEAR)
+    assert frames[0]["browInnerUp"] == 0.0
+    assert frames[0].rotations.shape == (len(take.motion.head.joint_names), 4)
+    with pytest.raises(KeyError):
+        frames[0]["noSuchCurve"]
+    assert "\n" not in repr(frames[0]) + repr(live)
+
+
+def test_sixteen_bit_integers_are_taken(speech):
+    integers = np.round(speech.samples[:48000] * 32767).astype(np.int16)
+    live = elocute.stream()
+    assert len([*live.push(integers), *live.flush()]) == 60
+
+
+def test_a_long_silence_rests_and_the_end_may_come_at_any_time():
+    live = elocute.stream()
+    assert [*live.push(np.zeros(1, np.float32)), *live.flush()] == []  # too short to be sound
+    live = elocute.stream()
+    frames = [*live.push(np.zeros(48000 * 4, np.float32)), *live.flush()]
+    assert len(frames) == 240
+    assert max(frame["jawOpen"] for frame in frames) == 0
+    for count in (2, 100, 5000):
+        live = elocute.stream()
+        frames = [*live.push(np.zeros(count, np.float32)), *live.flush()]
+        assert len(frames) == max(1, math.ceil(count / 800))
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        (np.zeros((2, 100), np.float32), "shape"),
+        (np.zeros(10, np.int64), "int64"),
+        (np.full(10, np.nan, np.float32), "NaN"),
+        (np.full(10, 3000.0), "3000"),
+    ],
+)
+def test_what_is_no_sound_is_refused(given, found):
+    with pytest.raises(InputError, match=found):
+        elocute.stream().push(given)
+
+
+def test_nothing_comes_after_the_end_and_settings_have_ranges():
+    live = elocute.stream()
+    live.flush()
+    with pytest.raises(InputError, match="new stream"):
+        live.push(np.zeros(10, np.float32))
+    for wrong in ({"fps": 0.5}, {"fps": 1000}, {"strength": 3}, {"rate": 3}, {"model": "nobody"}):
+        with pytest.raises(InputError):
+            elocute.stream(**wrong)
+    with pytest.raises(InputError, match="no styles"):
+        elocute.stream(model="crnn", style="broad")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_memory_stays_bounded(speech, name):
+    """What a stream holds after 24 seconds is what it holds after ten."""
+    live = CurveStream(open_model(name), 16000, fps=30.0)
+    block = speech.resample(16000).samples[:16000]
+    tracemalloc.start()
+    try:
+        held = []
+        for second in range(24):
+            live.push(block)
+            if second in (9, 23):
+                held.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    assert held[1] - held[0] < 300_000

@@ -1,0 +1,101 @@
+"""What Windows and macOS lack is not needed: simulated here by taking it away.
+
+Each program runs in a Python of its own, in which Elocute's modules cannot import what only POSIX
+has, and in which `os` lacks what it lacks on Windows.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import elocute
+
+HERE = Path(elocute.__file__).parents[1]
+TAKE_AWAY = """
+import builtins, os, shutil, signal, sys, tempfile
+POSIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "termios", "tty"}
+real = builtins.__import__
+def lacking(name, globals=None, *rest, **more):
+    importer = (globals or {}).get("__name__", "")
+    if name.split(".")[0] in POSIX_ONLY and importer.split(".")[0] in ("elocute", "__main__"):
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+    return real(name, globals, *rest, **more)
+builtins.__import__ = lacking
+shutil._use_fd_functions = False
+for name in ("fork", "forkpty", "getegid", "geteuid", "getgid", "getpgid", "getuid", "killpg",
+             "mkfifo", "O_DIRECTORY", "O_NOFOLLOW", "O_NONBLOCK", "setsid", "statvfs"):
+    if hasattr(os, name):
+        delattr(os, name)
+for name in ("SIGALRM", "SIGHUP", "SIGKILL", "SIGPIPE", "SIGQUIT"):
+    if hasattr(signal, name):
+        delattr(signal, name)
+"""
+EVERY_MODULE = """
+import importlib, pkgutil, elocute
+seen = 0
+for module in pkgutil.walk_packages(elocute.__path__, "elocute."):
+    if module.name == "elocute.__main__":
+        continue
+    try:
+        importlib.import_module(module.name)
+    except ModuleNotFoundError as error:
+        assert error.name.split(".")[0] in EXTRAS, f"{module.name}: {error}"
+    seen += 1
+print(seen)
+"""
+EXTRAS = {
+    "lightning_fabric", "mediapipe", "numba", "onnx", "pocketsphinx", "pyarrow", "ray",
+    "safetensors", "scipy", "tensorboard", "torch", "transformers",
+}  # fmt: skip
+
+
+def run(program: str, *arguments: object) -> str:
+    path = f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
+    result = subprocess.run(
+        [sys.executable, "-c", path + TAKE_AWAY + program, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def test_every_module_is_imported_without_posix():
+    assert int(run(f"EXTRAS = {EXTRAS!r}\n{EVERY_MODULE}")) > 150
+
+
+def test_the_simulation_takes_something_away():
+    with pytest.raises(AssertionError, match="No module named 'fcntl'"):
+        run("import fcntl")
+
+
+@pytest.mark.parametrize("suffix", ["npz", "csv", "glb", "html"])
+def test_speech_is_animated_without_posix(tmp_path, speech_wav, suffix):
+    run(
+        "from elocute.cli import main; main()",
+        "animate", speech_wav, "-o", tmp_path / f"talk.{suffix}",
+    )  # fmt: skip
+    assert (tmp_path / f"talk.{suffix}").stat().st_size > 10_000
+
+
+def test_the_package_holds_no_scripts_of_a_shell():
+    package = Path(elocute.__file__).parent
+    files = [path for path in package.rglob("*") if path.is_file()]
+    assert not [path for path in files if path.read_bytes().startswith(b"#!")]
+    assert not [path for path in files if path.suffix in (".sh", ".bash")]
+
+
+def test_file_names_are_allowed_on_every_system():
+    """Windows reserves some names and characters, and takes capitals for the same letters."""
+    package = Path(elocute.__file__).parent
+    names = [path.relative_to(package).as_posix() for path in package.rglob("*")]
+    reserved = {"con", "prn", "aux", "nul", *(f"{x}{i}" for x in ("com", "lpt") for i in range(10))}
+    parts = {part for name in names for part in name.split("/")}
+    assert not [
+        p for p in parts if p.split(".")[0].lower() in reserved or set(p) & set('<>:"|?*\\')
+    ]
+    assert len({name.lower() for name in names}) == len(names)

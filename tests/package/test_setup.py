@@ -1,0 +1,61 @@
+"""`scripts/setup` never runs apt without saying so first. apt and Python are stand-ins here."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="a script for Debian and its like")
+PYTHON = """#!/bin/sh
+if [ "$2" = venv ]; then mkdir -p .venv/bin; cp "$0" .venv/bin/python; fi
+"""
+
+
+def setup(folder: Path, user: int, **variables: str) -> tuple[str, list[str]]:
+    """What it prints, and what apt-get was asked, where libEGL is missing."""
+    (folder / "scripts").mkdir()
+    shutil.copy(ROOT / "scripts/setup", folder / "scripts/setup")
+    tools = folder / "bin"
+    tools.mkdir()
+    said = folder / "said"
+    stand_ins = {
+        "python": PYTHON,
+        "apt-get": f'#!/bin/sh\necho "apt-get $*" >> {said}\n',
+        "id": f"#!/bin/sh\necho {user}\n",
+        "ldconfig": "#!/bin/sh\n",
+    }
+    for name, text in stand_ins.items():
+        (tools / name).write_text(text)
+        (tools / name).chmod(0o755)
+    environment = {name: text for name, text in os.environ.items() if name != "ELOCUTE_NO_APT"}
+    environment |= {"PATH": f"{tools}:{os.environ['PATH']}", "PYTHON": str(tools / "python")}
+    with said.open("a") as file:
+        subprocess.run(
+            ["bash", "scripts/setup", "demo"],
+            cwd=folder,
+            env=environment | variables,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            check=True,
+        )
+    lines = said.read_text().splitlines()
+    return lines[0], [line for line in lines if line.startswith("apt-get")]
+
+
+def test_root_is_told_the_line_before_it_runs(tmp_path):
+    first, asked = setup(tmp_path, user=0)
+    line = "apt-get install -y --no-install-recommends libegl1 libegl-mesa0 libgl1-mesa-dri"
+    assert first.startswith(f"setup: running, as root: apt-get update && {line} ")
+    assert asked == ["apt-get update -qq", f"{line} -qq"]
+
+
+@pytest.mark.parametrize(("user", "variables"), [(0, {"ELOCUTE_NO_APT": "1"}), (1000, {})])
+def test_others_are_told_what_to_run(tmp_path, user, variables):
+    first, asked = setup(tmp_path, user, **variables)
+    assert first.startswith("setup: for fast rendering and all tests run: sudo apt-get install -y ")
+    assert asked == []

@@ -1,0 +1,288 @@
+"""What the README says to type is typed here: every command and every block of Python.
+
+Files that a command names are made small. What would take hours, needs another's data or another
+program is named in ONLY_PARSED with the reason; there the options are at least understood.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import pytest
+import soundfile
+from typer.main import get_command
+
+from elocute.cli import main
+from elocute.cli.app import app
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, re.M | re.S)
+LINES = [
+    re.split(r"\s+# ", line)[0].strip()
+    for kind, text in BLOCKS
+    if kind == "sh"
+    for line in text.split("\n")
+]
+TABLED = re.findall(r"^\| `(elocute [^`|\\]* [^`|\\]*)` \|", README, re.M)
+COMMANDS = [line for line in LINES if line.startswith("elocute ")] + [
+    line for line in TABLED if not re.search(r"\b[A-Z]{2,}\b", line)
+]
+PYTHON = [text for kind, text in BLOCKS if kind == "python"]
+
+SPEECH_S = 0.7
+SPOKEN = (
+    "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "
+    "Five wolves move through the blue fog. Now I rest."
+)
+SMALLER = {
+    r"animate .*\.mp4": "--size 64 --fps 10",
+    r"render .*\.mp4": "--size 64 --fps 10",
+    r"head sample": "--size 128",
+    r"capture scans": "--jobs 1",
+    r"capture simulate": "--seconds 0.05 --points 15000",
+    r"train voca": "--epochs 1",
+    r"train crnn": "--epochs 1",
+    r"propagate": "--method dtw",
+    r"align ": "--method dtw",
+    r"blendshapes learn": "--components 3",
+}
+"""What is added so that a command takes a second; the last of two options holds."""
+ONLY_PARSED = {
+    "elocute capture video": "needs MediaPipe and a filmed face: tests/capture/video",
+    "elocute capture landmarks": "needs MediaPipe: tests/capture/scans/test_found_landmarks.py",
+    "elocute evaluate wild": "trains seventeen models: tests/cli/test_crnn.py",
+    "elocute evaluate real": "needs filmed talkers: tests/cli/test_cli.py",
+    "elocute propagate": "needs recorded words: tests/propagation/test_propagate.py",
+}
+
+
+def speech(seconds: float = SPEECH_S) -> tuple[np.ndarray, int]:
+    samples, rate = soundfile.read(ROOT / "src/elocute/assets/example.flac", dtype="float32")
+    first = 0 if seconds > 5 else rate
+    return samples[first : first + round(seconds * rate)], rate
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Files that were made already, by name."""
+    return {"": tmp_path_factory.mktemp("readme")}
+
+
+@pytest.fixture(scope="module")
+def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -> Callable:
+    """give("talk.npz") makes that file once, with what it needs."""
+
+    def make(name: str, place: Path) -> None:
+        if name.endswith(".wav"):
+            samples, rate = speech(11 if name == "reading.wav" else SPEECH_S)
+            soundfile.write(place, samples, rate)
+        elif name == "clips":
+            place.mkdir()
+            for clip in ("a.wav", "b.wav"):
+                soundfile.write(place / clip, *speech())
+        elif name == "talk.npz":
+            run("animate", one("reading.wav"), "-o", place)
+        elif name == "vertices.npy":
+            run("animate", one("speech.wav"), "-o", place, "--fps", 10)
+        elif name in ("corpus", "captured", "build/corpus"):
+            request.getfixturevalue("make_corpus")(place, vertices=True, fps=30.0)
+        elif name == "sequence":
+            run("capture", "simulate", one("speech.wav"), "-o", place, "--seconds", 0.05,
+                "--points", 15000)  # fmt: skip
+        elif name == "face.ply":
+            shutil.copy(one("sequence") / "00000.ply", place)
+        elif name == "speech.npz":
+            run("blendshapes", "learn", one("corpus"), "-o", place, "--components", 3)
+        elif name == "trained/model.onnx":
+            shutil.copy(request.getfixturevalue("learned").model, place)
+        elif name == "of_flame/model.onnx":
+            corpus, trained = place.with_name("corpus"), place.with_name("trained")
+            run("corpus", "convert", one("VOCASET"), "-o", corpus)
+            run("train", "voca", corpus, "-o", trained, "--epochs", 1)
+            shutil.copy(trained / "model.onnx", place)
+        elif name == "captured/corpus":
+            shutil.copytree(one("corpus"), place)
+        elif name == "mine.json":
+            run("style", "fit", one("talk.npz"), "--sound", one("speech.wav"), "--model",
+                one("trained/model.onnx"), "-o", place)  # fmt: skip
+        elif name == "shards":
+            shutil.copytree(request.getfixturevalue("speech_shards").folder, place)
+        elif name == "recordings":
+            shutil.copytree(request.getfixturevalue("speech_shards").sound_root, place)
+        elif name == "drafts/ann.r000.json":
+            run("words", "segment", one("reading.wav"), "--text-file", one("reading.txt"),
+                "-o", place)  # fmt: skip
+        elif name == "edit.TextGrid":
+            run("words", "check", one("drafts/ann.r000.json"), one("reading.wav"),
+                "-o", place.with_name("page.html"), "--textgrid", place)  # fmt: skip
+        elif name == "reading.txt":
+            place.write_text(SPOKEN)
+        elif name in ("VOCASET", "generic_model.pkl"):
+            _make_vocaset(place, name, request)
+        else:
+            pytest.fail(f"README names {name}, which nothing here makes")
+
+    def one(name: str) -> Path:
+        if name not in made:
+            place = made[""] / name
+            place.parent.mkdir(exist_ok=True, parents=True)
+            make(name, place)
+            made[name] = place
+        return made[name]
+
+    return one
+
+
+def _make_vocaset(place: Path, name: str, request: pytest.FixtureRequest) -> None:
+    from elocute.corpus.importers import vocaset
+
+    python2: Any = request.getfixturevalue("python2")
+    if name == "VOCASET":
+        people = (vocaset.TRAIN[0], vocaset.TRAIN[1], vocaset.VALIDATION[0], vocaset.TEST[0])
+        request.getfixturevalue("sources").write_vocaset(place, python2, people)
+    else:
+        place.write_bytes(python2.dumps(python2.flame(vertices=5023)))
+
+
+@pytest.fixture(scope="module")
+def run() -> Callable[..., str]:
+    """Type a command; it succeeds. In this process: dozens of new ones would take their time."""
+
+    def typed(*arguments: object) -> str:
+        out, err, kept = io.StringIO(), io.StringIO(), signal.getsignal(signal.SIGINT)
+        with (
+            mock.patch.object(sys, "argv", ["elocute", *map(str, arguments)]),
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+            pytest.raises(SystemExit) as left,
+        ):
+            main()
+        signal.signal(signal.SIGINT, kept)
+        assert left.value.code == 0, f"{arguments}: {err.getvalue()}{out.getvalue()}"
+        return out.getvalue()
+
+    return typed
+
+
+def split(line: str) -> tuple[list[str], list[str]]:
+    """The words of a command after its first, and those among them that name what is read."""
+    words = shlex.split(line)[1:]
+    reads = [
+        word.rstrip("/")
+        for before, word in zip(["", *words], words, strict=False)
+        if re.search(r"\.(wav|npz|npy|onnx|pkl|ply|json|txt|TextGrid|mp4)$|/|^VOCASET", word)
+        and before not in ("-o", "--output", "--plot", "--textgrid")
+    ]
+    return words, reads
+
+
+@pytest.mark.parametrize("line", dict.fromkeys(COMMANDS))
+def test_a_command_of_the_readme_runs(
+    line: str, give: Callable, run: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words, reads = split(line.replace("calm:", "tense:"))  # what the small model knows
+    if line.startswith(tuple(ONLY_PARSED)):
+        assert understood(words)
+        return
+    for extra, package in (("train", "lightning_fabric"), ("propagate", "pyarrow"),
+                           ("align", "numba"), ("words", "pocketsphinx")):  # fmt: skip
+        if words[0] == extra:
+            pytest.importorskip(package)
+    monkeypatch.chdir(tmp_path)
+    for name in reads:
+        place = tmp_path / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        given = give("of_flame/model.onnx" if "generic_model" in line and "onnx" in name else name)
+        (shutil.copytree if given.is_dir() else shutil.copy)(given, place)
+    for pattern, more in SMALLER.items():
+        if re.match(f"elocute {pattern}", line):
+            words += shlex.split(more)
+    for before, word in pairwise(words):
+        if before == "-o" and "/" in word.rstrip("/"):
+            Path(word).parent.mkdir(exist_ok=True)
+    run(*words)
+    for before, word in pairwise(words):
+        if before in ("-o", "--plot", "--textgrid"):
+            made = Path(word)
+            assert made.is_file() or any(made.iterdir()), f"{word} is empty"
+
+
+def understood(words: list[str]) -> bool:
+    """Whether the option parser takes them. Raises as it does."""
+    command: Any = get_command(app)
+    context = command.make_context("elocute", list(words), resilient_parsing=True)
+    while hasattr(command, "commands"):
+        command = command.commands[words[0]]
+        words = words[1:]
+        rest = [word for word in words if not hasattr(command, "commands") or word]
+        context = command.context_class(command, parent=context)
+    command.parse_args(context, rest)
+    return True
+
+
+@pytest.mark.parametrize("name", sorted({line.split()[1] for line in TABLED}))
+def test_a_command_of_the_table_is_there(name: str) -> None:
+    assert name in get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
+
+
+@pytest.mark.parametrize("line", [line for line in LINES if line.startswith("python ")])
+def test_a_script_of_the_readme_says_how_it_is_used(line: str) -> None:
+    script = ROOT / line.split()[1]
+    if "argparse" not in script.read_text(encoding="utf-8"):
+        compile(script.read_text(encoding="utf-8"), script, "exec")
+        return
+    done = subprocess.run([sys.executable, script, "--help"], capture_output=True, text=True)
+    assert done.returncode == 0 and "usage" in done.stdout, done.stderr
+    for option in re.findall(r"--[\w-]+", line):
+        assert option in done.stdout
+
+
+def test_what_is_installed_and_made_is_there() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"][
+        "optional-dependencies"
+    ]
+    named = {name for group in re.findall(r'"\.\[([\w,]+)\]"', README) for name in group.split(",")}
+    assert named and named <= set(extras)
+    goals = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(), re.M)
+    wanted = [line.split()[1] for line in LINES if line.startswith("make ")]
+    assert wanted and set(wanted) <= set(goals)
+
+
+def test_every_line_is_of_a_kind_that_is_tested() -> None:
+    kinds = ("elocute ", "python ", "make ", "pip install ")
+    assert [line for line in LINES if line and not line.startswith(kinds)] == []
+
+
+@pytest.mark.parametrize("number", range(len(PYTHON)))
+def test_python_of_the_readme_runs(
+    number: int, give: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = PYTHON[number].replace("epochs=50", "epochs=1").replace("1920, 1080", "64, 64")
+    code = code.replace('"dcaw"', '"ctw"')
+    if "training" in code or "aligner" in code:
+        pytest.importorskip("lightning_fabric")
+        pytest.importorskip("numba")
+    monkeypatch.chdir(tmp_path)
+    for name in ("speech.wav", "corpus", "shards", "recordings"):
+        if name in code:
+            given = give(name)
+            (shutil.copytree if given.is_dir() else shutil.copy)(given, tmp_path / name)
+    import elocute
+
+    sounds = [give(f"{name}.wav") for name in ("one", "two", "three")]
+    exec(code, {"elocute": elocute, "recordings": sounds})
