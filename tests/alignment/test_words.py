@@ -191,3 +191,17 @@ def test_commands(tmp_path: Path, speech_wav: Path, segmented: Words):
     assert isinstance(result.exception, AlignmentError) and "as the words say" in str(
         result.exception
     )
+
+
+@pytest.mark.parametrize(
+    "number", ["1e999", "NaN", "-Infinity", "9" * 400, "9" * 9000, "true", '"1"']
+)
+@pytest.mark.parametrize("field", ["start_s", "end_s", "confidence", "duration_s"])
+def test_times_that_are_no_numbers(tmp_path: Path, field: str, number: str):
+    path = tmp_path / "a.json"
+    write_words(Words((Word("one", 0.1, 0.2),), 1.0), path)
+    path.write_text(re.sub(rf'"{field}": [0-9.]+', f'"{field}": {number}', path.read_text()))
+    with pytest.raises(AlignmentError) as caught:
+        read_words(path)
+    assert str(path) in str(caught.value)
+    assert len(str(caught.value)) < 600

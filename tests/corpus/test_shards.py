@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -224,3 +225,50 @@ def test_places_are_checked(tmp_path: Path, folder: Path, sounds: Path, basis: M
         open_shards(folder, sounds).sound(word(1, start_s=100.0, end_s=101.0))
     with pytest.raises(CorpusError, match="no clip"), shard_writer(tmp_path / "none", basis):
         pass
+
+
+def forged(folder: Path, data: bytes) -> Path:
+    """The folder with another first shard, which its manifest vouches for."""
+    path = folder / "words-00000.parquet"
+    path.write_bytes(data)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["shards"][0]["sha256"] = hashlib.sha256(data).hexdigest()
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    return folder
+
+
+@pytest.mark.parametrize("what", ["parameters", "clip"])
+def test_a_small_shard_that_unpacks_to_much_is_refused(
+    tmp_path: Path, folder: Path, sounds: Path, what: str
+) -> None:
+    """Run lengths make a billion values of a few bytes."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(folder / "words-00000.parquet").slice(0, 1)
+    if what == "parameters":
+        values = pa.array(np.zeros(28 * 1_000_000, np.float32))
+        rows = pa.FixedSizeListArray.from_arrays(values, 28)
+        large = pa.ListArray.from_arrays(pa.array([0, 1_000_000], pa.int32()), rows)
+    else:
+        large = pa.array(["x" * 70_000_000])
+    table = table.set_column(table.schema.get_field_index(what), what, large)
+    pq.write_table(table, tmp_path / "a.parquet", compression="zstd")
+    data = (tmp_path / "a.parquet").read_bytes()
+    assert len(data) < 200_000
+    broken = dict(open_shards(forged(folder, data), sounds).broken)
+    assert "allowed: a shard that unpacks to 100 times its size" in broken["words-00000.parquet"]
+
+
+def test_any_changed_byte_of_a_shard_is_read_or_refused(folder: Path, sounds: Path) -> None:
+    """pyarrow ends the process where a footer lacks a part; the reader looks first."""
+    data = (folder / "words-00000.parquet").read_bytes()
+    footer = len(data) - 8 - int.from_bytes(data[-8:-4], "little")
+    for place in range(footer, len(data), 7):
+        changed = bytearray(data)
+        changed[place] ^= 1 << place % 8
+        try:
+            shards = open_shards(forged(folder, bytes(changed)), sounds)
+            assert sum(1 for _ in shards.clips()) in (14, 20)
+        except CorpusError as error:
+            assert "words-00000.parquet" in str(error)

@@ -134,7 +134,7 @@ class _Tokens:
             self.number()
 
     def count(self) -> int:
-        value = self.number()
+        value = self.number()  # finite, so it has a whole part
         if value != int(value) or not 0 <= value <= ITEMS_MAX:
             raise _fault(f"{value:g} items", f"0 to {ITEMS_MAX}")
         return int(value)

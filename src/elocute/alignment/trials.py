@@ -7,7 +7,6 @@ A sentence that holds a word has "word": [start_s, end_s] beside them.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,10 +20,12 @@ from elocute.alignment.types import Array
 from elocute.alignment.types import Path as Steps
 from elocute.brief import one_line
 from elocute.errors import AlignmentError
+from elocute.files.records import read_record
 
 RATE = 50.0  # Hz, of every encoder's features
 ALIKE = 0.7  # of two recordings' phones that must be the same for a truth between them
-PARTS_MAX = 10_000
+PARTS_MAX = 1000  # comparing two takes grows with the square of it
+FILE_MAX_BYTES = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,18 +109,22 @@ def matched_parts(source: Sequence[str], target: Sequence[str]) -> list[tuple[in
 
 def read_parts(path: Path) -> tuple[tuple[tuple[float, float, str], ...], Interval | None]:
     """Parts and the word of a `.json`. Raises AlignmentError for a file that is none."""
+    allowed = '{"phones": [[start_s, end_s, phone], …]}'
+    record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AlignmentError)
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
         parts = tuple((float(a), float(b), str(c)) for a, b, c in record["phones"])
         span = record.get("word")
         word = (float(span[0]), float(span[1])) if span is not None else None
-    except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, IndexError) as error:
         raise AlignmentError.about(
-            path, found=f"no list of phones ({type(error).__name__})",
-            allowed='{"phones": [[start_s, end_s, phone], …]}',
-        ) from error  # fmt: skip
+            path, found=f"no list of phones ({type(error).__name__})", allowed=allowed
+        ) from error
+    if len(parts) > PARTS_MAX or (word is not None and not _in_order(np.array([word]))):
+        raise AlignmentError.about(
+            path, found="too many phones, or a word out of order", allowed=f"up to {PARTS_MAX}"
+        )
     times = np.array([part[:2] for part in parts] or [(0.0, 0.0)])
-    if not parts or len(parts) > PARTS_MAX or not _in_order(times):
+    if not parts or not _in_order(times):
         raise AlignmentError.about(path, found="phones out of order, or none", allowed="in order")
     return parts, word
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,8 @@ from typing import Any
 from elocute.alignment.textgrid import Interval, intervals_of, textgrid_of
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
+from elocute.files.reading import read_bytes
+from elocute.files.records import finite_number, parse_json
 
 FORMAT, VERSION = "elocute-words", 1
 FILE_MAX_BYTES = 32_000_000
@@ -40,8 +41,9 @@ class Word:
         if len(text) > WORD_LONGEST:
             self._refuse(f"{len(text)} letters", f"up to {WORD_LONGEST}")
         numbers = (self.start_s, self.end_s, self.confidence)
-        if not all(isinstance(n, (int, float)) and math.isfinite(n) for n in numbers):
-            self._refuse(f"times {self.start_s!r}, {self.end_s!r}", "finite seconds")
+        if any(finite_number(number) is None for number in numbers):
+            told = ", ".join(repr(number)[:40] for number in numbers)
+            self._refuse(f"times and confidence {told}", "finite numbers")
         if not 0 <= self.start_s < self.end_s:
             self._refuse(f"{self.start_s:g} to {self.end_s:g} s", "0 <= start < end")
         if not 0 <= self.confidence <= 1:
@@ -62,10 +64,11 @@ class Words:
     duration_s: float
 
     def __post_init__(self) -> None:
-        if not 0 < self.duration_s <= DURATION_MAX_S:
+        if not 0 < (finite_number(self.duration_s) or 0.0) <= DURATION_MAX_S:
             raise AlignmentError.about(
-                "words", found=f"a duration of {self.duration_s} s", allowed="above 0, up to a day"
-            )
+                "words", found=f"a duration of {str(self.duration_s)[:40]} s",
+                allowed="above 0, up to a day",
+            )  # fmt: skip
         if not 0 < len(self.words) <= WORDS_MAX:
             raise AlignmentError.about(
                 "words", found=f"{len(self.words)}", allowed=f"1 to {WORDS_MAX}"
@@ -95,18 +98,13 @@ def read_words(path: str | Path) -> Words:
     path = Path(path)
     if path.suffix.lower() not in READERS:
         raise AlignmentError.about(path, found=f"suffix {path.suffix!r}", allowed=" ".join(READERS))
-    try:
-        if path.stat().st_size > FILE_MAX_BYTES:
-            raise AlignmentError.about(path, found="more than 32 MB", allowed="words with times")
-        data = path.read_bytes()
-    except OSError as error:
-        raise AlignmentError.about(
-            path, found=f"cannot be read ({error.strerror})", allowed="words with times"
-        ) from error
+    data = read_bytes(
+        path, max_bytes=FILE_MAX_BYTES, allowed="words with times", error=AlignmentError
+    )
     try:
         return READERS[path.suffix.lower()](data)
     except AlignmentError as error:
-        raise AlignmentError(f"{path}: {error}") from error
+        raise AlignmentError.about(path, found=str(error)) from error
 
 
 def write_words(words: Words, path: str | Path) -> None:
@@ -146,15 +144,16 @@ def _json_of(words: Words) -> str:
 
 
 def _from_json(data: bytes) -> Words:
+    allowed = f"format {FORMAT}, version {VERSION}"
+    record: Any = parse_json(data, "words", allowed=allowed, error=AlignmentError)
     try:
-        record: Any = json.loads(data.decode("utf-8-sig"))
         if record["format"] != FORMAT or record["version"] != VERSION:
             raise ValueError("another format")
         rows = [(w["word"], w["start_s"], w["end_s"], w["confidence"]) for w in record["words"]]
-        duration = float(record["duration_s"])
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise AlignmentError(
-            f"no words that can be read ({error}); allowed: format {FORMAT}, version {VERSION}"
+        duration = record["duration_s"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise AlignmentError.about(
+            "words", found=f"none that can be read ({str(error)[:120]})", allowed=allowed
         ) from error
     return Words(tuple(Word(*row) for row in rows), duration)
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from elocute.audio.source import (
+    AGAIN,
     BLOCK_VALUES_MAX,
     FORMATS,
     SHORTFALL_S,
@@ -21,6 +22,12 @@ from elocute.audio.source import (
 from elocute.errors import AudioError
 from elocute.files.media import open_media
 
+# FFmpeg decodes a picture or two to find where they start; 8K is 33 million.
+PIXELS_MAX = 40_000_000
+# Silence before the first sample: a few bytes can promise a day of it.
+SILENCE_MAX_S = 600.0
+SILENCE_VALUES_MAX = 200_000_000
+
 
 class ContainerSource:
     """The first audio track of a container. Raises AudioError.
@@ -30,22 +37,33 @@ class ContainerSource:
     """
 
     def __init__(self, path: Path) -> None:
-        import av.error
-
         self._path = path
         try:
-            self._file = open_media(path)
-        except (av.error.FFmpegError, OSError, ValueError) as error:
+            self._file = open_media(path, pixels_max=PIXELS_MAX)
+        except Exception as error:  # PyAV has no common base for what a file makes it raise
             raise _unreadable(path) from error
+        try:
+            self._look()
+        except BaseException:
+            self.close()
+            raise
+
+    def _look(self) -> None:
+        """Find the track and what it says of itself. Raises AudioError."""
+        path = self._path
         streams = self._file.streams.audio
         if not streams:
-            self._file.close()
             raise AudioError.about(
                 path, found="no audio track", allowed="a file with sound",
                 remedy="add the sound or give its .wav",
             )  # fmt: skip
         self._stream: Any = streams[0]
         context = self._stream.codec_context
+        if context is None:
+            raise AudioError.about(
+                path, found="sound in a coding that FFmpeg does not know", allowed=FORMATS,
+                remedy="convert it to .wav",
+            )  # fmt: skip
         rate, seconds = context.sample_rate or 0, self._seconds()
         self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
         self.info = AudioInfo(
@@ -69,7 +87,9 @@ class ContainerSource:
             return None
         with contextlib.suppress(KeyError, ValueError):
             hours, minutes, rest = self._stream.metadata["DURATION"].split(":")
-            return int(hours) * 3600 + int(minutes) * 60 + float(rest)
+            told = float(hours) * 3600 + float(minutes) * 60 + float(rest)
+            if 0 <= told < 1e9:
+                return told
         return seconds if len(self._file.streams) == 1 else None
 
     def blocks(self, size: int) -> Iterator[Array]:
@@ -87,20 +107,24 @@ class ContainerSource:
 
     def _pieces(self, size: int) -> Iterator[Array]:
         """Decoded frames as (sample, channel), placed so that the first sample is at time zero."""
-        import av.error
+        import av
 
-        resampler = av.AudioResampler(format="fltp", rate=self.info.sample_rate)
+        # Packed samples: PyAV reads planes of more than eight channels from where none are.
+        resampler = av.AudioResampler(format="flt", rate=self.info.sample_rate)
         early = None
         try:
             for frame in self._file.decode(self._stream):
+                channels = frame.layout.nb_channels
                 if early is None:
                     early = self._early(frame)
-                    yield from self._silence(-early, size)
+                    yield from self._silence(-early, channels, size)
                 for ready in resampler.resample(frame):
-                    piece = ready.to_ndarray().T.astype(np.float32, copy=False)
+                    piece = ready.to_ndarray().reshape(-1, channels).astype(np.float32, copy=False)
                     yield piece[max(0, early) :]
                     early = max(0, early - len(piece))
-        except (av.error.FFmpegError, ValueError) as error:
+        except AudioError:
+            raise
+        except Exception as error:  # PyAV has no common base for what a damaged file makes it raise
             raise damaged(self._path, "its packets cannot be decoded") from error
 
     def _early(self, frame: Any) -> int:
@@ -114,9 +138,15 @@ class ContainerSource:
         ends_at_zero = abs(early - frame.samples) <= tick < frame.samples / 2
         return frame.samples if ends_at_zero else early
 
-    def _silence(self, count: int, size: int) -> Iterator[Array]:
+    def _silence(self, count: int, channels: int, size: int) -> Iterator[Array]:
+        seconds = count / self.info.sample_rate
+        if seconds > SILENCE_MAX_S or count * channels > SILENCE_VALUES_MAX:
+            raise AudioError.about(
+                self._path, found=f"sound that begins after {seconds:.0f} s of nothing",
+                allowed=f"{SILENCE_MAX_S:.0f} s", remedy=AGAIN,
+            )  # fmt: skip
         for start in range(0, count, size):
-            yield np.zeros((min(size, count - start), self.info.channels), np.float32)
+            yield np.zeros((min(size, count - start), channels), np.float32)
 
     def close(self) -> None:
         with contextlib.suppress(Exception):

@@ -9,7 +9,9 @@ from elocute.audio import sndfile, wav_header
 from elocute.audio.container import ContainerSource
 from elocute.audio.source import AGAIN, FORMATS, Source, check_format, cut_off
 from elocute.errors import AudioError
+from elocute.files.reading import open_regular
 
+FILE_MAX_BYTES = 2**40
 OGG_PAGE_MAX = 27 + 255 + 255 * 255
 
 
@@ -19,8 +21,10 @@ def open_source(path: Path) -> Source:
     header = wav_header.read_wav_header(path)
     if header:
         _check_wav(path, header)
-        if header.promised_bytes is None:
-            return ContainerSource(path)  # libsndfile would take a size of 0 at its word
+        if header.promised_bytes is None or not header.orderly:
+            # libsndfile would take a size of 0 at its word, and runs in circles in lists whose
+            # parts lead backwards.
+            return ContainerSource(path)
     with path.open("rb") as file:
         head = file.read(24)
     _check_outer_size(path, head)
@@ -35,25 +39,14 @@ def open_source(path: Path) -> Source:
 
 
 def _check_file(path: Path) -> None:
-    found = None
-    try:
-        if path.is_dir():
-            found = "a folder"
-        elif not path.exists():
-            found = "no such file"
-        elif not path.is_file():
-            found = "no regular file"
-        else:
-            with path.open("rb") as file:
-                found = None if file.read(1) else "an empty file"
-    except OSError as error:
-        raise AudioError.about(
-            path, found=f"cannot be read ({error.strerror})", allowed="a file you may read",
-            remedy="check its permissions",
-        ) from error  # fmt: skip
-    if found:
-        remedy = AGAIN if found == "an empty file" else "check the name"
-        raise AudioError.about(path, found=found, allowed=f"a file: {FORMATS}", remedy=remedy)
+    """No pipe, which would be waited for, no folder, nothing empty."""
+    allowed = f"a file: {FORMATS}"
+    with open_regular(
+        path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AudioError, remedy="check the name"
+    ) as file:
+        if file.read(1):
+            return
+    raise AudioError.about(path, found="an empty file", allowed=allowed, remedy=AGAIN)
 
 
 def _check_wav(path: Path, header: wav_header.WavHeader) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from elocute.audio.opening import open_source
-from elocute.audio.source import Array, AudioInfo, check_format, cut_off
+from elocute.audio.source import Array, AudioInfo, check_format, cut_off, damaged
 from elocute.audio.waveform import Waveform, check_rate, check_samples
 from elocute.errors import AudioError
 
@@ -26,6 +26,9 @@ __all__ = [
 
 DURATION_MAX_S = 24 * 3600.0
 BLOCK_S = 10.0
+WHOLE_MAX_BYTES = 400_000_000
+WHOLE_TIMES = 100
+"""A sound read whole may take as much memory as WHOLE_MAX_BYTES or this many times its file."""
 
 
 class AudioStream:
@@ -84,6 +87,8 @@ class AudioStream:
         """
         done = 0
         for block in self._source.blocks(max(1, round(block_s * self.sample_rate))):
+            if (self._channel or 0) >= block.shape[1]:
+                raise damaged(self.path, f"{block.shape[1]} channels of {self.channels}")
             heard = block if self._channel is None else block[:, self._channel, None]
             check_samples(self.path, heard, self.sample_rate, done)
             done += len(heard)
@@ -133,14 +138,27 @@ def read_audio(
 ) -> Waveform:
     """A whole sound, mixed down or one channel of it, at its own rate or another.
 
-    It is held in memory whole; read an hour with `resampled_blocks`. Raises AudioError with what
-    was found, what is allowed and what to do.
+    It is held in memory whole, up to 400 MB or a hundred times its file; read hours with
+    `resampled_blocks`. Raises AudioError with what was found, what is allowed and what to do.
     """
     if sample_rate is None:
         sample_rate = probe_audio(path).sample_rate
-    samples = np.concatenate(list(resampled_blocks(path, sample_rate, channel)))
+    samples = np.concatenate(list(_within_budget(path, sample_rate, channel)))
     _check_length(Path(path), len(samples))
     return Waveform(samples, sample_rate)
+
+
+def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator[Array]:
+    taken, budget = 0, None
+    for block in resampled_blocks(path, rate, channel):
+        taken += block.nbytes
+        budget = budget or max(WHOLE_MAX_BYTES, WHOLE_TIMES * Path(path).stat().st_size)
+        if taken > budget:
+            raise AudioError.about(
+                path, found=f"more than {budget / 4 / rate / 60:.0f} minutes of sound",
+                allowed="as much in memory at once", remedy="cut it into parts",
+            )  # fmt: skip
+        yield block
 
 
 def _check_length(path: Path, count: int) -> None:

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
 from elocute.files.atomic import write_atomically
+from elocute.files.parquet import unpacked_bytes
+from elocute.files.reading import bytes_text, open_regular
 
 FILE_MAX_BYTES = 4_000_000_000
 BATCH_ROWS = 64  # rows in memory at once while reading
+TEXT_MAX = 10_000
+# A shard may unpack to this many times its own size, or to this much, whichever is more.
+UNPACKED_TIMES = 100
+UNPACKED_FREE_BYTES = 64_000_000
 TEXTS = ("clip", "word", "speaker", "source", "split", "audio")
 NUMBERS = ("start_s", "end_s", "fps", "confidence")
 
@@ -90,16 +97,13 @@ def _table(clips: Sequence[WordClip], components: int) -> Any:
 
 
 def sha256_of(path: Path) -> str:
-    """Of a file, read in blocks."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    """Of a regular file, read in blocks. Raises CorpusError."""
+    with open_regular(path, max_bytes=2**40, allowed="a file", error=CorpusError) as file:
+        return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
 
 
 def fault(path: Path, entry: ShardEntry, components: int) -> str | None:
     """Why a shard cannot be used, or None."""
-    import pyarrow as pa
-
-    pq = parquet()
     if not path.is_file():
         return "no such file"
     if path.stat().st_size > FILE_MAX_BYTES:
@@ -107,39 +111,118 @@ def fault(path: Path, entry: ShardEntry, components: int) -> str | None:
     if sha256_of(path) != entry.sha256:
         return "another checksum than the manifest's: truncated or altered"
     try:
-        with pq.ParquetFile(path) as file:
+        with _opened(path) as file:
             rows, found = file.metadata.num_rows, file.schema_arrow
-    except (pa.ArrowException, OSError, ValueError) as error:
-        return f"no Parquet file ({' '.join(str(error).split())[:120]})"
+    except CorpusError as error:
+        return str(error)
     if rows != entry.rows:
         return f"{rows} rows instead of {entry.rows}"
-    return None if found.equals(schema(components)) else "other columns than a shard has"
+    same = _plain_types(found).equals(schema(components))
+    return None if same else "other columns than a shard has"
 
 
-def read_columns(path: Path, names: Sequence[str]) -> list[dict[str, str]]:
-    """Some text columns of all rows."""
-    return parquet().read_table(path, columns=list(names)).to_pylist()
+def read_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, str]]:
+    """Some text columns of all rows, few rows in memory. Raises CorpusError naming the row."""
+    row = 0
+    for batch in _batches(path, names):
+        for index in range(batch.num_rows):
+            row += 1
+            yield {name: _text(path, row, batch[name][index]) for name in names}
 
 
 def read_clips(path: Path, components: int, split: str | None = None) -> Iterator[WordClip]:
     """Rows one after another, few in memory. Raises CorpusError naming shard and row."""
     row = 0
-    with parquet().ParquetFile(path) as file:
-        for batch in file.iter_batches(BATCH_ROWS):
-            for index in range(batch.num_rows):
-                row += 1
-                if split in (None, batch["split"][index].as_py()):
-                    yield _clip(path, batch, index, row, components)
+    for batch in _batches(path):
+        for index in range(batch.num_rows):
+            row += 1
+            if split in (None, _text(path, row, batch["split"][index])):
+                yield _clip(path, batch, index, row, components)
+
+
+def _batches(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
+    with _opened(path) as file:
+        try:
+            for batch in file.iter_batches(BATCH_ROWS, columns=names and list(names)):
+                batch.validate(full=True)
+                yield batch
+        except _arrow_errors() as error:
+            raise _unreadable(path, error) from error
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """The shard as a pyarrow ParquetFile, once it is known what it unpacks to.
+
+    Texts come as dictionaries, so that one that is repeated is held once. Raises CorpusError.
+    """
+    _check_unpacked(path)
+    try:
+        file = parquet().ParquetFile(path, read_dictionary=list(TEXTS))
+    except _arrow_errors() as error:
+        raise _unreadable(path, error) from error
+    with file:
+        yield file
+
+
+def _check_unpacked(path: Path) -> None:
+    """Refuse what would take far more memory than the file. Raises CorpusError."""
+    allowed = "a shard"
+    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CorpusError) as file:
+        try:
+            unpacked, size = unpacked_bytes(file), path.stat().st_size
+        except ValueError as error:
+            raise _unreadable(path, error) from error
+    if unpacked > max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * size):
+        raise CorpusError.about(
+            path, found=f"{bytes_text(unpacked)} in {bytes_text(size)}",
+            allowed=f"a shard that unpacks to {UNPACKED_TIMES} times its size",
+        )  # fmt: skip
+
+
+def _arrow_errors() -> tuple[type[Exception], ...]:
+    import pyarrow as pa
+
+    return pa.ArrowException, OSError, ValueError, KeyError, IndexError, TypeError, MemoryError
+
+
+def _unreadable(path: Path, error: Exception) -> CorpusError:
+    reason = " ".join(str(error).split())[:120]
+    return CorpusError.about(path, found=f"no Parquet file ({reason})", allowed="a shard")
+
+
+def _plain_types(found: Any) -> Any:
+    """A schema as it is stored: texts that were asked for as dictionaries are texts."""
+    import pyarrow as pa
+
+    fields = [
+        field.with_type(field.type.value_type) if pa.types.is_dictionary(field.type) else field
+        for field in found
+    ]
+    return pa.schema(fields)
+
+
+def _text(path: Path, row: int, value: Any) -> str:
+    try:
+        text = value.as_py()
+    except ValueError:  # bytes that are no UTF-8
+        text = None
+    if not isinstance(text, str) or len(text) > TEXT_MAX:
+        raise CorpusError.about(
+            f"{path}, row {row}", found="cannot be used (a text that is none)", allowed="names"
+        )
+    return text
 
 
 def _clip(path: Path, batch: Any, index: int, row: int, components: int) -> WordClip:
     try:
         scalar = batch["parameters"][index].values
+        frames = batch["frames"][index].as_py()
         # `flatten` leaves out rows that are null, so a hole shows as a missing frame.
         values = scalar.flatten().to_numpy(zero_copy_only=False).reshape(-1, components)
-        if len(values) != batch["frames"][index].as_py():
+        if len(values) != frames:
             raise ValueError("frames and parameters differ in number")
         fields = {name: batch[name][index].as_py() for name in (*TEXTS, *NUMBERS)}
         return WordClip(**fields, parameters=values)
-    except (CorpusError, ValueError, TypeError, AttributeError) as error:
+    except (*_arrow_errors(), AttributeError) as error:
         raise CorpusError.about(f"{path}, row {row}", found=f"cannot be used ({error})") from error

@@ -10,7 +10,6 @@ reads says in which folder.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -39,8 +38,9 @@ from elocute.corpus.shard_writer import (
     take_apart,
     write_manifest,
 )
-from elocute.corpus.word_clip import SPLITS, WordClip, is_inside
+from elocute.corpus.word_clip import COMPONENTS_MAX, SPLITS, WordClip, is_inside
 from elocute.errors import CorpusError
+from elocute.files.records import read_record
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion
 
@@ -51,6 +51,7 @@ __all__ = [
 
 MANIFEST_MAX_BYTES = 64_000_000
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}\.parquet")
+SHA256 = re.compile(r"[0-9a-f]{64}")
 SOUNDS_KEPT = 4  # recordings in memory: words often follow one another in one file
 
 
@@ -172,24 +173,37 @@ def _read_manifest(folder: Path) -> tuple[int, list[ShardEntry], str]:
             folder, found="no manifest.json in it", allowed="a folder of shards",
             remedy="make one: elocute propagate",
         )  # fmt: skip
-    if path.stat().st_size > MANIFEST_MAX_BYTES:
-        raise CorpusError.about(path, found="more than 64 MB", allowed="a manifest of shards")
+    allowed = f"a manifest of shards, format {FORMAT}"
+    record = read_record(path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed, error=CorpusError)
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
         if record["format"] != FORMAT or record["version"] != VERSION:
-            raise ValueError(f"format {record['format']!r}, version {record['version']!r}")
+            raise ValueError("another format or version")
         entries = [
-            ShardEntry(_shard_name(item["name"]), int(item["rows"]), str(item["sha256"]))
+            ShardEntry(_shard_name(item["name"]), _count(item["rows"]), _digest(item["sha256"]))
             for item in record["shards"]
         ]
-        components = int(record["components"])
-        if not entries or components < 1 or len({e.name for e in entries}) != len(entries):
-            raise ValueError("no shard, a shard twice, or no parameter")
-        return components, entries, str(record["note"])
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        components, note = _count(record["components"]), record["note"]
+        if not entries or len({entry.name for entry in entries}) != len(entries):
+            raise ValueError("no shard, or a shard twice")
+        if components > COMPONENTS_MAX or not isinstance(note, str):
+            raise ValueError(f"more than {COMPONENTS_MAX} parameters, or a note that is no text")
+        return components, entries, note
+    except (ValueError, KeyError, TypeError) as error:
         raise CorpusError.about(
-            path, found=f"no manifest of shards ({error})", allowed=f"format {FORMAT}"
+            path, found=f"no manifest of shards ({str(error)[:120]})", allowed=allowed
         ) from error
+
+
+def _count(value: object) -> int:
+    if type(value) is not int or value < 1:
+        raise ValueError("a number of rows or parameters that is none")
+    return value
+
+
+def _digest(value: object) -> str:
+    if not isinstance(value, str) or not SHA256.fullmatch(value):
+        raise ValueError("a checksum that is none")
+    return value
 
 
 def _shard_name(name: object) -> str:

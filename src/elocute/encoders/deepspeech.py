@@ -30,6 +30,7 @@ COEFFICIENTS = 26
 CONTEXT = 9  # frames before and after
 INPUTS = (2 * CONTEXT + 1) * COEFFICIENTS
 RELU_LIMIT = 20.0
+WIDTH_MAX = 8192  # of a layer; the release has 2048
 FORGET_BIAS = 1.0  # TensorFlow's BasicLSTMCell adds it; it is not in the stored bias
 FULL_SCALE = 32768.0
 LONGEST_S = 300.0
@@ -128,8 +129,8 @@ def _check_ends(graph: FrozenGraph) -> None:
 def _read_dense(graph: FrozenGraph, layer: str, width: int, weights: Weights) -> int:
     """Read h (in, out) and b (out,) of a layer; returns its width."""
     matrix = _floats(graph, f"h{layer}")
-    if matrix.ndim != 2 or len(matrix) != width:
-        raise _misshapen(graph, f"h{layer}", matrix.shape, f"({width}, *)")
+    if matrix.ndim != 2 or len(matrix) != width or matrix.shape[1] > WIDTH_MAX:
+        raise _misshapen(graph, f"h{layer}", matrix.shape, f"({width}, up to {WIDTH_MAX})")
     bias = _floats(graph, f"b{layer}")
     if bias.shape != matrix.shape[1:]:
         raise _misshapen(graph, f"b{layer}", bias.shape, str(matrix.shape[1:]))
@@ -141,7 +142,7 @@ def _read_cell(graph: FrozenGraph, cell: str, width: int) -> tuple[Array, Array]
     """Kernel (input + unit, 4 unit) and bias (4 unit,) of one direction, gates i j f o."""
     kernel = _floats(graph, _either(graph, f"{cell}/kernel", f"{cell}/weights"))
     units = kernel.shape[-1] // 4 if kernel.ndim == 2 else 0
-    if not units or kernel.shape != (width + units, 4 * units):
+    if not 0 < units <= WIDTH_MAX or kernel.shape != (width + units, 4 * units):
         raise _misshapen(graph, f"{cell}/kernel", kernel.shape, f"({width} + n, 4 n)")
     bias = _floats(graph, _either(graph, f"{cell}/bias", f"{cell}/biases"))
     if bias.shape != (4 * units,):

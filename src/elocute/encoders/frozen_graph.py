@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 
 from elocute.errors import InputError
 from elocute.files.protobuf import BYTES, Value, read_fields, read_varints
+from elocute.files.reading import read_bytes
 
 FILE_MAX_BYTES = 2**31 - 1  # the limit of protocol buffers themselves
 NODES_MAX = 20_000  # DeepSpeech has some hundreds
 FIELDS_MAX = 2_000  # of one node, or values that stand one by one in a tensor
 SPREAD_MAX = 1 << 20  # elements for which one value may stand: a bias, never a matrix
+LISTED_MAX_BYTES = 1 << 20  # of whole numbers, each of which is an object while it is read
 AXES_MAX = 8
 DTYPES = {1: np.dtype("<f4"), 3: np.dtype("<i4")}  # DT_FLOAT, DT_INT32
 
@@ -56,14 +58,9 @@ class FrozenGraph:
 def read_frozen_graph(path: str | Path) -> FrozenGraph:
     """Read a `.pb` file's nodes. Raises InputError for a file that is no GraphDef."""
     path = Path(path)
-    if not path.is_file():
-        raise InputError.about(path, found="missing", allowed="a frozen graph (.pb)")
-    if not 0 < path.stat().st_size <= FILE_MAX_BYTES:
-        raise InputError.about(
-            path, found=f"{path.stat().st_size} bytes", allowed="a frozen graph of 1 byte to 2 GB"
-        )
+    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed="a frozen graph (.pb)")
     try:
-        return FrozenGraph(path, _nodes(memoryview(path.read_bytes())))
+        return FrozenGraph(path, _nodes(memoryview(data)))
     except ValueError as error:
         raise InputError.about(
             path, found=f"no whole frozen graph: {error}",
@@ -152,6 +149,8 @@ def _listed(message: memoryview, dtype: np.dtype) -> NDArray:
     for number, _, value in read_fields(message, FIELDS_MAX):
         if number != wanted:
             continue
+        if not isinstance(value, int) and dtype.kind == "i" and len(value) > LISTED_MAX_BYTES:
+            raise ValueError(f"a list of more than {LISTED_MAX_BYTES} bytes of whole numbers")
         if isinstance(value, int) or dtype.kind == "i":
             numbers = [value] if isinstance(value, int) else read_varints(value)
             # Negative numbers are written as 64 bits; the lower half is what int32 holds.

@@ -9,7 +9,6 @@ export to ONNX would need the same torch once, and a second file to keep true to
 from __future__ import annotations
 
 import importlib
-import json
 import math
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -23,6 +22,7 @@ from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
 from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
 from elocute.errors import InputError
+from elocute.files.records import read_record
 
 Array = NDArray[np.float32]
 
@@ -42,7 +42,9 @@ LARGEST = {
     "intermediate_size": 32768,
     "num_attention_heads": 128,
     "num_conv_pos_embeddings": 1024,
+    "num_conv_pos_embedding_groups": 1024,
     "num_buckets": 4096,
+    "adapter_attn_dim": 1024,
 }
 # transformers' own, where config.json is silent.
 CONVOLUTIONS = {
@@ -51,6 +53,7 @@ CONVOLUTIONS = {
     "conv_kernel": [10, 3, 3, 3, 3, 2, 2],
 }
 LAYERS, INNER = 12, 3072
+POSITIONS = {"num_conv_pos_embeddings": 128, "num_conv_pos_embedding_groups": 16}
 CONVERT = (
     "convert it where you trust it: transformers' "
     "AutoModel.from_pretrained(FOLDER).save_pretrained(OTHER, safe_serialization=True)"
@@ -131,12 +134,16 @@ def read_config(folder: Path, kind: str) -> dict[str, Any]:
     config = _read_json(path)
     if config.get("model_type") != kind:
         raise InputError.about(
-            path, found=f"model_type {config.get('model_type')!r}", allowed=repr(kind)
+            path, found=f"model_type {str(config.get('model_type'))[:40]!r}", allowed=repr(kind)
         )
     for field, most in LARGEST.items():
         value = config.get(field, 1)
+        if value is None and field == "adapter_attn_dim":
+            continue  # as transformers writes it where there is none
         if type(value) is not int or not 0 < value <= most:
-            raise InputError.about(path, found=f"{field} {value!r}", allowed=f"1 to {most}")
+            raise InputError.about(
+                path, found=f"{field} {repr(value)[:40]}", allowed=f"1 to {most}"
+            )
     if "hidden_size" not in config:
         raise InputError.about(path, found="no hidden_size", allowed="a whole config.json")
     _check_frames(path, config)
@@ -173,7 +180,10 @@ def least_bytes(config: dict[str, Any]) -> int:
     kernels = config.get("conv_kernel", CONVOLUTIONS["conv_kernel"])
     pairs = zip([1, *dims], dims, kernels, strict=False)  # the last width has no layer after it
     convolutions = sum(before * after * kernel for before, after, kernel in pairs)
-    return config.get("num_hidden_layers", LAYERS) * layer + convolutions
+    layer += 2 * width * (config.get("adapter_attn_dim") or 0)
+    kernel, groups = (config.get(field, default) for field, default in POSITIONS.items())
+    positions = width * (width // groups) * kernel
+    return config.get("num_hidden_layers", LAYERS) * layer + convolutions + positions
 
 
 def _normalises(folder: Path) -> bool:
@@ -185,7 +195,9 @@ def _normalises(folder: Path) -> bool:
     settings = _read_json(path)
     rate = settings.get("sampling_rate", SAMPLE_RATE)
     if rate != SAMPLE_RATE:
-        raise InputError.about(path, found=f"sampling_rate {rate!r}", allowed=str(SAMPLE_RATE))
+        raise InputError.about(
+            path, found=f"sampling_rate {repr(rate)[:40]}", allowed=str(SAMPLE_RATE)
+        )
     return bool(settings.get("do_normalize", True))
 
 
@@ -208,14 +220,4 @@ def _check_weights(folder: Path, least: int) -> None:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    try:
-        if path.stat().st_size > JSON_MAX_BYTES:
-            raise ValueError("more than 1 MB")
-        content = json.loads(path.read_bytes())
-    except FileNotFoundError as error:
-        raise InputError.about(path, found="missing") from error
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError.about(path, found=f"no JSON: {error}") from error
-    if not isinstance(content, dict):
-        raise InputError.about(path, found=f"a {type(content).__name__}", allowed="a JSON object")
-    return content
+    return read_record(path, max_bytes=JSON_MAX_BYTES, allowed="transformers' settings, as JSON")

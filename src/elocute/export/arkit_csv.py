@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import csv
+import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.errors import MotionError
 from elocute.files.atomic import write_atomically
+from elocute.files.reading import open_regular
 from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion
 from elocute.motion.motion import Motion
 
@@ -26,6 +30,7 @@ NEAREST: dict[str, dict[str, float]] = {
     "tongueTipUp": {},
 }  # fmt: skip
 BYTES_MAX = 500_000_000
+VALUE_MAX = 1e6
 
 
 def arkit_curves(motion: Motion) -> Curves:
@@ -76,22 +81,33 @@ def timecode(frame: int, fps: float) -> str:
 def read_csv_curves(path: str | Path, fps: float) -> Curves:
     """Read such a file back. Raises MotionError naming the row."""
     path = Path(path)
-    if not path.is_file() or path.stat().st_size > BYTES_MAX:
-        raise MotionError.about(path, found="no readable file", allowed="a CSV up to 500 MB")
-    with path.open(newline="", encoding="utf-8", errors="replace") as file:
-        rows = csv.reader(file)
-        header = next(rows, [])
-        names = [name[:1].lower() + name[1:] for name in header]
-        missing = [name for name in ARKIT_NAMES if name not in names]
-        if missing:
-            raise MotionError.about(path, found=f"no column {missing[0]}", allowed="ARKit's 52")
-        columns = [names.index(name) for name in ARKIT_NAMES]
-        values = []
-        for number, row in enumerate(rows, 2):
-            try:
-                values.append([float(row[column]) for column in columns])
-            except (ValueError, IndexError) as error:
-                raise MotionError.about(f"{path} row {number}", found="no numbers") from error
+    with open_regular(
+        path, max_bytes=BYTES_MAX, allowed="a CSV of ARKit's curves", error=MotionError
+    ) as file:
+        try:
+            lines = io.TextIOWrapper(file, encoding="utf-8-sig", errors="replace", newline="")
+            values = _curve_rows(path, csv.reader(lines))
+        except csv.Error as error:
+            raise MotionError.about(path, found=f"no CSV ({error})") from error
     if not values:
         raise MotionError.about(path, found="no frames", allowed="one or more")
-    return Curves(np.array(values, np.float32), ARKIT_NAMES, fps)
+    return Curves(np.stack(values), ARKIT_NAMES, fps)
+
+
+def _curve_rows(path: Path, rows: Iterator[list[str]]) -> list[NDArray[np.float32]]:
+    header = next(rows, [])
+    names = [name[:1].lower() + name[1:] for name in header]
+    missing = [name for name in ARKIT_NAMES if name not in names]
+    if missing:
+        raise MotionError.about(path, found=f"no column {missing[0]}", allowed="ARKit's 52")
+    columns = [names.index(name) for name in ARKIT_NAMES]
+    values = []
+    for number, row in enumerate(rows, 2):
+        try:
+            frame = np.array([float(row[column]) for column in columns])
+        except (ValueError, IndexError) as error:
+            raise MotionError.about(f"{path} row {number}", found="no numbers") from error
+        if not (np.abs(frame) < VALUE_MAX).all():  # NaN is not below anything
+            raise MotionError.about(f"{path} row {number}", found="NaN, infinity or beyond 1e6")
+        values.append(frame.astype(np.float32))
+    return values

@@ -12,15 +12,18 @@ DEMUXERS = (
 )
 
 
-def open_media(path: str | Path) -> Any:
+def open_media(path: str | Path, *, pixels_max: int | None = None) -> Any:
     """An av.container.InputContainer of a local file of sound or video; close it.
 
     It never follows a playlist or an address. Titles and other text that is not UTF-8 do no harm.
+    Pictures of more than `pixels_max` pixels are not decoded, not even to look what they are.
     Raises what PyAV raises: av.error.FFmpegError, OSError or ValueError.
     """
     import av
 
     options = {"format_whitelist": DEMUXERS, "protocol_whitelist": "file"}
+    if pixels_max is not None:
+        options["max_pixels"] = str(pixels_max)
     if int(av.__version__.split(".")[0]) >= 19:  # text is decoded without errors there
         return av.open(f"file:{path}", options=options)
     return av.open(f"file:{path}", options=options, metadata_errors="ignore")

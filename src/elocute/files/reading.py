@@ -105,7 +105,8 @@ def bytes_text(count: int) -> str:
 def _why(path: Path, problem: OSError | ValueError) -> str:
     if isinstance(problem, FileNotFoundError):
         return "no such file"
-    if isinstance(problem, IsADirectoryError) or path.is_dir():  # Windows denies opening a folder
+    denied = isinstance(problem, PermissionError)  # so Windows calls it to open a folder
+    if isinstance(problem, IsADirectoryError) or (denied and path.is_dir()):
         return "a folder"
     reason = problem.strerror if isinstance(problem, OSError) else str(problem)
     return f"cannot be read ({reason or 'unknown reason'})"

@@ -48,17 +48,17 @@ def parse_json(
     *,
     allowed: str,
     error: type[InputError] = InputError,
+    nan: bool = False,
 ) -> Any:
     """The value of a JSON text, UTF-8 with or without a byte-order mark.
 
-    Numbers are whole ones of at most `INTEGER_MAX_DIGITS` digits or finite fractions. Raises
-    `error` about `subject` for anything else.
+    Numbers are whole ones of at most `INTEGER_MAX_DIGITS` digits or finite fractions; NaN, which
+    is no JSON, where `nan` allows it. Raises `error` about `subject` for anything else.
     """
+    constant = _nan_alone if nan else _refuse_constant
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
-        return json.loads(
-            text, parse_constant=_refuse_constant, parse_int=_integer, parse_float=_fraction
-        )
+        return json.loads(text, parse_constant=constant, parse_int=_integer, parse_float=_fraction)
     except (ValueError, RecursionError) as problem:
         reason = "nested too deeply" if isinstance(problem, RecursionError) else str(problem)
         raise error.about(subject, found=f"no JSON ({reason[:120]})", allowed=allowed) from None
@@ -85,6 +85,10 @@ def finite_number(value: Any) -> float | None:
 
 def _refuse_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is no number of JSON")
+
+
+def _nan_alone(name: str) -> float:
+    return math.nan if name == "NaN" else _refuse_constant(name)
 
 
 def _integer(digits: str) -> int:

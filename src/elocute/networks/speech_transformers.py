@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.encoders.speech_transformer import WEIGHTS_MAX_BYTES
 from elocute.errors import InputError, MachineError
+from elocute.files.tensors import read_tensor_header
 
 Array = NDArray[np.float32]
 
@@ -88,6 +90,10 @@ def _read_weights(path: Path) -> dict[str, Any]:
     import safetensors
     from safetensors.torch import load_file
 
+    read_tensor_header(
+        path, max_bytes=WEIGHTS_MAX_BYTES, allowed="a whole safetensors file",
+        remedy="download or copy it again",
+    )  # fmt: skip
     try:
         return {_present_name(name): array for name, array in load_file(path).items()}
     except (safetensors.SafetensorError, OSError, ValueError, KeyError) as error:

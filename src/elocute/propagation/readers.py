@@ -19,11 +19,14 @@ from pathlib import Path
 
 from elocute.corpus.clip import NAME
 from elocute.errors import CorpusError
+from elocute.files.reading import read_text
 
 SUFFIXES = {".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a", ".mp4"}
 FOLDERS = {"train": "train", "val": "validation", "validation": "validation", "test": "test"}
 LRW_NAME = re.compile(r"(.+)_\d{5}")
-DURATION = re.compile(r"^Duration:\s*([0-9]+(?:\.[0-9]+)?)\s*seconds?\s*$", re.MULTILINE)
+DURATION = re.compile(
+    r"^Duration:[ \t]*([0-9]{1,9}(?:\.[0-9]{1,30})?)[ \t]*seconds?[ \t\r]*$", re.MULTILINE
+)
 TXT_MAX_BYTES = 100_000
 VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
 
@@ -122,12 +125,10 @@ def word_span(recordings: Path, recording: Recording, duration_s: float) -> tupl
     if not recording.timing:
         return 0.0, duration_s
     path = recordings / recording.timing
-    try:
-        if path.stat().st_size > TXT_MAX_BYTES:
-            raise ValueError("more than 100 kB")
-        match = DURATION.search(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise CorpusError.about(path, found=f"cannot be read ({error})") from error
+    text = read_text(
+        path, max_bytes=TXT_MAX_BYTES, allowed="a text as LRW has them", error=CorpusError
+    )
+    match = DURATION.search(text)
     seconds = float(match.group(1)) if match else 0.0
     if not 0 < seconds <= duration_s + 0.1:
         raise CorpusError.about(

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +23,12 @@ from elocute.alignment.speech import speech_view
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.brief import one_line
+from elocute.corpus.shards import NAME as SHARD_NAME
 from elocute.corpus.shards import ShardEntry, WordClip, write_shard
 from elocute.corpus.store import open_corpus
 from elocute.errors import AlignmentError, InputError
 from elocute.files.atomic import write_atomically
+from elocute.files.records import read_record
 from elocute.motion.store import load_motion
 from elocute.propagation.captured import MARGIN_S, Capture, CapturedWord, cut
 from elocute.propagation.readers import Recording, word_span
@@ -37,6 +40,7 @@ SHORTEST_FRAMES = 4  # of a view: 80 ms; nothing shorter is a word
 LONGEST_S = 10.0
 SOURCES_MAX = 8  # takes of captured speakers that a recording is compared with
 RECORDS = "records"
+RECORD_MAX_BYTES = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -297,12 +301,33 @@ def save_record(record: WordRecord, path: Path) -> None:
 def load_record(path: Path) -> WordRecord | None:
     """What `save_record` wrote, or None where it is missing or broken."""
     try:
-        stored = json.loads(path.read_text(encoding="utf-8"))
-        stored["shard"] = stored["shard"] and ShardEntry(**stored["shard"])
-        stored["rejects"] = tuple(Reject(**each) for each in stored["rejects"])
+        stored = read_record(path, max_bytes=RECORD_MAX_BYTES, allowed="a record of a word")
+        if not _are_whole(stored, "aligned", "captured", "pairs"):
+            return None
+        shard = stored["shard"]
+        stored["shard"] = None if shard is None else _stored_shard(shard)
+        stored["rejects"] = tuple(_stored_reject(each) for each in stored["rejects"])
         return WordRecord(**stored)
-    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+    except (InputError, ValueError, TypeError, KeyError):
         return None
+
+
+def _stored_shard(stored: dict[str, Any]) -> ShardEntry:
+    """Raises ValueError for a name that is no shard's: it becomes a place in the folder."""
+    entry = ShardEntry(**stored)
+    if not SHARD_NAME.fullmatch(entry.name) or not _are_whole(stored, "rows"):
+        raise ValueError("no shard")
+    return entry
+
+
+def _stored_reject(stored: Any) -> Reject:
+    if not isinstance(stored, dict) or not all(isinstance(text, str) for text in stored.values()):
+        raise ValueError("no reject")
+    return Reject(**stored)
+
+
+def _are_whole(stored: dict[str, Any], *names: str) -> bool:
+    return all(type(stored[name]) is int and stored[name] >= 0 for name in names)
 
 
 def reject_lines(rejects: tuple[Reject, ...]) -> str:

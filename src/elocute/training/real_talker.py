@@ -7,7 +7,6 @@ and `lip_width` (in units of the outer eye-corner distance), `valid` and `words`
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,8 @@ from numpy.typing import NDArray
 
 from elocute.brief import one_line
 from elocute.errors import InputError
+from elocute.files.arrays import read_npz
+from elocute.files.records import parse_json
 from elocute.motion.curves import Curves
 
 Array = NDArray[np.float64]
@@ -30,6 +31,8 @@ CLOSED = 0.02  # inner-lip gap in eye distances: below it, tracked lips count as
 # Around a word's start. With this window the tracked talker himself closes at 0.99 of his b/p
 # words and 0.46 of the others.
 CLOSURE_WINDOW_S = 0.080
+TRACKS = ("t", "inner_opening_mean", "lip_width", "valid")
+FIELDS = frozenset((*TRACKS, "words"))
 FIELDS_MAX_BYTES = 16_000_000
 
 
@@ -103,22 +106,22 @@ def read_take(path: Path) -> Take:
     sound = next((s for s in (path.with_suffix(x) for x in SOUNDS) if s.is_file()), None)
     if sound is None:
         raise InputError.about(path, found="no sound beside it", allowed=" ".join(SOUNDS))
-    if path.stat().st_size > FIELDS_MAX_BYTES:
-        raise InputError.about(path, found="more than 16 MB", allowed="one short recording")
+    allowed = "a short recording with the fields of grid_s1"
+    fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=allowed, only=FIELDS)
     try:
-        with np.load(path, allow_pickle=False) as fields:
-            times_s = np.asarray(fields["t"], float)
-            opening = np.asarray(fields["inner_opening_mean"], float)
-            width = np.asarray(fields["lip_width"], float)
-            valid = np.asarray(fields["valid"]) > 0.5
-            words = [(float(a), float(b), str(w)) for a, b, w in json.loads(str(fields["words"]))]
-    except (KeyError, ValueError, TypeError, OSError, EOFError) as error:
+        times_s, opening, width, valid = (np.asarray(fields[name], float) for name in TRACKS)
+        rows = parse_json(str(fields["words"]), path, allowed=allowed)
+        words = [(float(a), float(b), str(w)) for a, b, w in rows]
+    except (KeyError, ValueError, TypeError) as error:
         raise InputError.about(
-            path, found=f"no tracked mouth in it ({error})", allowed="the fields of grid_s1"
+            path, found=f"no tracked mouth in it ({str(error)[:120]})", allowed=allowed
         ) from error
-    if not len(times_s) == len(opening) == len(width) == len(valid) or valid.sum() < 10:
+    tracks, seen = (times_s, opening, width), valid > 0.5
+    if any(track.shape != valid.shape or track.ndim != 1 for track in tracks) or seen.sum() < 10:
         raise InputError.about(path, found="too few valid frames", allowed="10 frames or more")
-    return Take(path.stem, sound, times_s, opening, width, valid, words)
+    if not (np.isfinite(times_s).all() and all(np.isfinite(t[seen]).all() for t in tracks)):
+        raise InputError.about(path, found="NaN or infinity in it", allowed="finite numbers")
+    return Take(path.stem, sound, times_s, opening, width, seen, words)
 
 
 def score_take(take: Take, predicted: Curves, eye_distance_mm: float) -> TakeScore:

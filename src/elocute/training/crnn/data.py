@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +20,17 @@ from elocute.audio.mel3 import BANDS, CONTEXT, HOP, MARGIN, RATE, column_starts,
 from elocute.audio.waveform import Waveform
 from elocute.brief import one_line
 from elocute.corpus.shards import Shards, WordClip
+from elocute.corpus.word_clip import COMPONENTS_MAX
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile, RowWriter
 from elocute.files.atomic import write_folder_atomically
+from elocute.files.records import finite_number, read_record
 
 Array = NDArray[np.float32]
 Progress = Callable[[float], None]
 VERSION = 2
 STATIC, TARGETS = "static.npy", "targets.npy"
+ROWS_MAX_BYTES = 400_000_000
 AROUND_S = (CONTEXT + MARGIN + 1) * HOP / RATE  # what windows reach beyond a clip
 
 
@@ -130,19 +134,43 @@ def _hear(shards: Shards, folder: Path, fps: float, progress: Progress | None) -
 
 
 def _open(folder: Path) -> Heard:
+    remedy = "remove that folder"
+    record = read_record(
+        folder / "rows.json", max_bytes=ROWS_MAX_BYTES, allowed="features that were kept",
+        error=CorpusError, remedy=remedy,
+    )  # fmt: skip
     try:
-        record = json.loads((folder / "rows.json").read_text(encoding="utf-8"))
+        outputs, fps = record["parameters"], finite_number(record["fps"])
+        if type(outputs) is not int or not 0 < outputs <= COMPONENTS_MAX or not fps or fps < 0:
+            raise ValueError("no number of parameters or frames per second")
         static = ArrayFile(folder / STATIC, allowed="mel bands", error=CorpusError)
         targets = ArrayFile(folder / TARGETS, allowed="parameters", error=CorpusError)
-        rows = tuple(Row(*row) for row in record["rows"])
-        return Heard(
-            static, targets, rows, record["fps"],
-            tuple((clip, why) for clip, why in record["missing"]),
-        )  # fmt: skip
+        if static.shape[1:] != (BANDS,) or targets.shape[1:] != (outputs,):
+            raise ValueError("mel bands or parameters of another number")
+        rows = tuple(_row(row, len(static), len(targets)) for row in record["rows"])
+        if not rows:
+            raise ValueError("no clip")
+        missing = tuple((str(clip), str(why)) for clip, why in record["missing"])
+        return Heard(static, targets, rows, fps, missing)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CorpusError.about(
-            folder, found=f"features that cannot be read ({error})", remedy="remove that folder"
+            folder, found=f"features that cannot be read ({str(error)[:120]})", remedy=remedy
         ) from error
+
+
+def _row(stored: list[Any], columns: int, frames: int) -> Row:
+    """Raises ValueError or TypeError for one that reaches beyond what is there."""
+    row = Row(*stored)
+    places = row.column, row.columns, row.frame, row.frames, row.first
+    texts = row.clip, row.word, row.speaker, row.split
+    if not all(type(n) is int and n >= 0 for n in places) or not all(
+        isinstance(text, str) for text in texts
+    ):
+        raise ValueError("a row that is none")
+    beyond = row.column + row.columns > columns or row.frame + row.frames > frames
+    if beyond or not row.frames or row.first > row.columns:
+        raise ValueError(f"clip {row.clip[:120]} beyond the columns and frames that are there")
+    return row
 
 
 def hear_clip(

@@ -21,12 +21,15 @@ from elocute.training.crnn.batch import answer, random_batch, whole_batch
 from elocute.training.crnn.config import BETAS, CrnnTrainConfig
 from elocute.training.crnn.data import Heard, Row, batches, standard
 from elocute.training.crnn.loss import LOSSES, concordance, explained_shares, tempered
+from elocute.training.device import resolve_device
 from elocute.training.voca.checkpoint import (
+    check_state,
     load_checkpoint,
     network_tensors,
     restore_network,
     restore_optimiser,
     save_checkpoint,
+    stored_log,
 )
 
 CHECKPOINT = "checkpoint.safetensors"
@@ -72,15 +75,16 @@ class TrainedCrnn:
 
 def fit(
     lesson: Lesson, config: CrnnTrainConfig, folder: Path, *, resume: bool = False,
-    report: Report | None = None,
+    report: Report | None = None, device: str = "auto",
 ) -> TrainedCrnn:  # fmt: skip
     """Train; in `folder`: checkpoint.safetensors, log.csv, events for TensorBoard.
 
     A resumed training goes on bit for bit on one CPU, for whatever is random is drawn from seed,
-    epoch and batch. Raises ModelError where a checkpoint belongs to other settings.
+    epoch and batch. `device` is as for `resolve_device`; another one may go on where one stopped.
+    Raises ModelError where a checkpoint belongs to other settings, and for a device that is not
+    there.
     """
-    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    network = new_network(lesson, config).to(device)
+    network = new_network(lesson, config).to(resolve_device(device))
     optimiser = torch.optim.Adam(network.parameters(), config.learning_rate, BETAS)
     checkpoint = folder / CHECKPOINT
     log: list[dict[str, float]] = []
@@ -213,19 +217,21 @@ def _restore(
     wanted = _record(lesson, config, [])
     stored = {**record, "log": []}
     # More epochs may follow where the rate does not depend on how many there are.
-    if config.last_rate == 1.0 and "config" in stored:
+    if config.last_rate == 1.0 and isinstance(stored.get("config"), dict):
         stored["config"] = {**stored["config"], "epochs": config.epochs}
     if stored != wanted:
-        theirs, ours = stored.get("config", {}), config.record()
+        theirs, ours = stored.get("config"), config.record()
+        theirs = theirs if isinstance(theirs, dict) else {}
         differing = [k for k, v in ours.items() if theirs.get(k) != v] or ["clips"]
         raise ModelError.about(
             path, found=f"a training with other {', '.join(differing)}",
             allowed="the same settings and shards", remedy="choose another output folder",
         )  # fmt: skip
     restore_network(path, network, tensors)
-    restore_optimiser(optimiser, tensors)
+    restore_optimiser(path, optimiser, tensors)
     best = {k.removeprefix("best."): v for k, v in tensors.items() if k.startswith("best.")}
-    return list(record["log"]), best
+    check_state(path, network, best)
+    return stored_log(path, record), best
 
 
 def _line(row: dict[str, float]) -> str:

@@ -11,6 +11,8 @@ from torch import Tensor
 
 from elocute.errors import ModelError, OutputError
 from elocute.files.atomic import write_atomically
+from elocute.files.records import as_record, finite_number, parse_json
+from elocute.files.tensors import read_tensor_header
 
 FILE_MAX_BYTES = 4_000_000_000
 
@@ -32,18 +34,39 @@ def load_checkpoint(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
     """Read what `save_checkpoint` wrote. Raises ModelError."""
     from safetensors import SafetensorError, safe_open
 
-    if not path.is_file():
-        raise ModelError.about(path, found="no such file", allowed="a checkpoint (.safetensors)")
-    if path.stat().st_size > FILE_MAX_BYTES:
-        raise ModelError.about(path, found="more than 4 GB", allowed="a checkpoint")
+    allowed = "a checkpoint (.safetensors) that training wrote"
+    header = read_tensor_header(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=ModelError)
+    text = header.metadata.get("elocute", "")
+    record = as_record(
+        parse_json(text, path, allowed=allowed, error=ModelError, nan=True),
+        path, allowed, ModelError,
+    )  # fmt: skip
     try:
         with safe_open(path, framework="pt") as stored:
-            record = json.loads((stored.metadata() or {})["elocute"])
-            return {name: stored.get_tensor(name) for name in stored.keys()}, record  # noqa: SIM118
-    except (SafetensorError, OSError, KeyError, ValueError) as error:
+            tensors = {name: stored.get_tensor(name) for name in header.shapes}
+    except (SafetensorError, OSError, ValueError) as error:
         raise ModelError.about(
-            path, found="no checkpoint that can be read", allowed="a file that training wrote"
+            path, found="no checkpoint that can be read", allowed=allowed
         ) from error
+    for name, tensor in tensors.items():
+        if not torch.isfinite(tensor).all():
+            raise ModelError.about(path, found=f"NaN or infinity in {name}", allowed=allowed)
+    return tensors, record
+
+
+def stored_log(path: Path, record: dict[str, Any]) -> list[dict[str, float]]:
+    """The rows of a checkpoint's log. Raises ModelError where they are none."""
+    log = record.get("log")
+    if not isinstance(log, list) or not all(map(_is_row, log)):
+        raise ModelError.about(path, found="no log in it", allowed="a checkpoint of a training")
+    return log
+
+
+def _is_row(row: Any) -> bool:
+    """Numbers by name; NaN stands where there was nothing to validate on."""
+    return isinstance(row, dict) and all(
+        finite_number(value) is not None or value != value for value in row.values()
+    )
 
 
 def optimiser_tensors(optimiser: torch.optim.Optimizer) -> dict[str, Tensor]:
@@ -56,14 +79,25 @@ def optimiser_tensors(optimiser: torch.optim.Optimizer) -> dict[str, Tensor]:
     }
 
 
-def restore_optimiser(optimiser: torch.optim.Optimizer, tensors: dict[str, Tensor]) -> None:
-    """The inverse of `optimiser_tensors`."""
+def restore_optimiser(
+    path: Path, optimiser: torch.optim.Optimizer, tensors: dict[str, Tensor]
+) -> None:
+    """The inverse of `optimiser_tensors`. Raises ModelError where a moment has another shape."""
+    parameters = [p for group in optimiser.param_groups for p in group["params"]]
     state: dict[int, dict[str, Tensor]] = {}
     for key, value in tensors.items():
         head, _, rest = key.partition(".")
         if head == "optimiser":
             index, _, name = rest.partition(".")
+            known = index in map(str, range(len(parameters)))
+            if not known or value.shape not in ((), parameters[int(index)].shape):
+                raise ModelError.about(
+                    path, found=f"{key[:80]} of shape {tuple(value.shape)}",
+                    allowed="the optimiser's moments", remedy="choose another output folder",
+                )  # fmt: skip
             state.setdefault(int(index), {})[name] = value
+    if any(set(moments) != {"step", "exp_avg", "exp_avg_sq"} for moments in state.values()):
+        raise ModelError.about(path, found="moments that are missing", allowed="those of Adam")
     optimiser.load_state_dict({**optimiser.state_dict(), "state": state})
 
 
@@ -78,6 +112,15 @@ def network_tensors(
 def restore_network(path: Path, network: torch.nn.Module, tensors: dict[str, Tensor]) -> None:
     """The network's part of `network_tensors`. Raises ModelError where a shape differs."""
     state = {k.removeprefix("network."): v for k, v in tensors.items() if k.startswith("network.")}
+    check_state(path, network, state)
+    network.load_state_dict(state)
+
+
+def check_state(path: Path, network: torch.nn.Module, state: dict[str, Tensor]) -> None:
+    """Raise ModelError where `state` is not all of the network's weights and nothing else."""
+    unknown = sorted(set(state) - set(network.state_dict()))
+    if unknown:
+        raise ModelError.about(path, found=f"{unknown[0][:80]}", allowed="the network's weights")
     for name, value in network.state_dict().items():
         if name not in state or state[name].shape != value.shape:
             found = tuple(state[name].shape) if name in state else "nothing"
@@ -85,4 +128,3 @@ def restore_network(path: Path, network: torch.nn.Module, tensors: dict[str, Ten
                 path, found=f"{name} of shape {found}", allowed=str(tuple(value.shape)),
                 remedy="what it learns from has changed: choose another output folder",
             )  # fmt: skip
-    network.load_state_dict(state)
