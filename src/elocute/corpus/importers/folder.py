@@ -21,6 +21,7 @@ from elocute.corpus.importers.common import (
     Progress,
     Skipped,
     finish,
+    mapped,
     metres_per_unit,
     templates_of,
 )
