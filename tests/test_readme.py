@@ -285,4 +285,6 @@ def test_python_of_the_readme_runs(
     import elocute
 
     sounds = [give(f"{name}.wav") for name in ("one", "two", "three")]
-    exec(code, {"elocute": elocute, "recordings": sounds})
+    samples = elocute.read_audio(sounds[0], sample_rate=48000).samples
+    blocks = [samples[at : at + 4800] for at in range(0, len(samples), 4800)]
+    exec(code, {"elocute": elocute, "recordings": sounds, "blocks": blocks})
