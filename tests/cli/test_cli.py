@@ -164,7 +164,7 @@ class TestRefusals:
             for packet in [*stream.encode(frame), *stream.encode(None)]:
                 file.mux(packet)
         before = path.read_bytes()
-        refused("animate", path, "-o", path, says=["recording itself"])
+        refused("animate", path, "-o", path, says=["an input of this run"])
         assert path.read_bytes() == before
 
     @pytest.mark.parametrize(

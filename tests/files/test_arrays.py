@@ -2,15 +2,17 @@
 
 import io
 import os
+import pickle
 import struct
 import threading
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from elocute.errors import CorpusError, InputError, MotionError
-from elocute.files.arrays import ArrayFile, read_npy, read_npz, write_npz
+from elocute.files.arrays import ArrayFile, RowWriter, read_npy, read_npz, write_npz
 
 LIMITS = {"max_bytes": 10_000_000, "allowed": "numbers (.npz)"}
 
@@ -116,3 +118,36 @@ def test_a_file_cut_short_while_it_is_open_is_an_error_that_can_be_told(tmp_path
         file.truncate(5000)
     with pytest.raises(CorpusError, match="cut short while it was read"):
         rows[999]
+
+
+def test_rows_are_written_one_after_another_and_read_anywhere(tmp_path):
+    numbers = np.arange(60, dtype=np.float32).reshape(20, 3)
+    with RowWriter(tmp_path / "a.npy", (3,)) as rows:
+        for start in range(0, 20, 7):
+            rows.add(numbers[start : start + 7])
+    assert (np.load(tmp_path / "a.npy") == numbers).all()
+    file = ArrayFile(tmp_path / "a.npy", allowed="numbers")
+    places = np.array([3, 4, 5, 0, 19, 19, -1, 7])
+    assert (file[places] == numbers[places]).all() and (file[[2, 9]] == numbers[[2, 9]]).all()
+    assert file[np.zeros(0, int)].shape == (0, 3)
+    with pytest.raises(IndexError):
+        _ = file[[20]]
+
+
+def test_a_part_is_an_array_of_its_own(tmp_path):
+    numbers = np.arange(60, dtype=np.float32).reshape(20, 3)
+    np.save(tmp_path / "a.npy", numbers)
+    part = ArrayFile(tmp_path / "a.npy", allowed="numbers").part(5, 12)
+    assert part.shape == (7, 3) and (np.asarray(part) == numbers[5:12]).all()
+    assert (part.part(1, 100)[-1] == numbers[11]).all()
+    copy = pickle.loads(pickle.dumps(part))
+    assert (copy[2:4] == numbers[7:9]).all()
+
+
+def test_threads_may_read_one_file(tmp_path):
+    numbers = np.arange(300_000, dtype=np.float32).reshape(1000, 300)
+    np.save(tmp_path / "a.npy", numbers)
+    file = ArrayFile(tmp_path / "a.npy", allowed="numbers")
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda row: file[row], [*range(1000)] * 4))
+    assert (np.stack(found[:1000]) == numbers).all() and (found[3999] == numbers[-1]).all()

@@ -6,7 +6,12 @@ import sys
 import pytest
 
 from elocute.errors import OutputError
-from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
+from elocute.files.atomic import (
+    check_output,
+    moved_aside,
+    write_atomically,
+    write_folder_atomically,
+)
 
 
 def test_a_file_appears_when_it_is_whole(tmp_path):
@@ -82,3 +87,35 @@ def test_a_name_that_no_file_can_have_is_one_line(tmp_path):
     for name in ("a" * 300 + ".mp4", "a\0b.mp4"):
         with pytest.raises(OutputError, match="no possible name"):
             check_output(tmp_path / name)
+
+
+def test_a_folder_that_is_replaced_comes_back_where_that_fails(tmp_path):
+    (tmp_path / "frames").mkdir()
+    (tmp_path / "frames" / "1").write_text("before")
+    with pytest.raises(ZeroDivisionError), moved_aside(tmp_path / "frames"):
+        assert not (tmp_path / "frames").exists()
+        raise ZeroDivisionError
+    assert (tmp_path / "frames" / "1").read_text() == "before"
+    with (
+        moved_aside(tmp_path / "frames"),
+        write_folder_atomically(tmp_path / "frames") as room,
+    ):
+        (room / "1").write_text("after")
+    assert (tmp_path / "frames" / "1").read_text() == "after"
+    assert [p.name for p in tmp_path.iterdir()] == ["frames"]
+
+
+def test_a_folder_comes_back_with_the_next_run_where_one_was_killed(tmp_path):
+    killed = (
+        "import os, signal, sys; from pathlib import Path\n"
+        "from elocute.files.atomic import moved_aside\n"
+        "with moved_aside(Path(sys.argv[1])): os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    (tmp_path / "frames").mkdir()
+    (tmp_path / "frames" / "1").write_text("before")
+    subprocess.run([sys.executable, "-c", killed, str(tmp_path / "frames")], check=False)
+    assert not (tmp_path / "frames").exists()
+    with write_atomically(tmp_path / "other.txt") as draft:
+        draft.write_text("whole")
+    assert (tmp_path / "frames" / "1").read_text() == "before"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["frames", "other.txt"]

@@ -188,7 +188,7 @@ class TestFiles:
             ("J_regressor", csc_matrix((2**30, 3)), "sparse matrix (1073741824, 3)"),
             ("J_regressor", None, "J_regressor is NoneType"),
             ("weights", np.ones((200, 5)), "do not sum to one"),
-            ("weights", np.zeros((200, 70)), "J_regressor"),
+            ("weights", np.zeros((200, 70)), "weights are (200, 70)"),
             ("kintree_table", np.array([[9, 2, 1, 1, 1], [0, 1, 2, 3, 4]]), "root first"),
             ("kintree_table", np.zeros((3, 5), int), "kintree_table is (3, 5)"),
             ("kintree_table", np.zeros((2, 5)), "whole numbers"),

@@ -11,7 +11,7 @@ import pytest
 
 from elocute.errors import InputError
 from elocute.jobs.local import checked_jobs, run_local
-from elocute.propagation.run import Failed
+from elocute.jobs.pool import Failed
 
 Run = Callable[..., dict[int, Any]]
 

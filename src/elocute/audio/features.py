@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ class Features:
     values: NDArray[np.float32]
     rate: float
     encoder: str
-    first: int = 0
+    first: int = field(default=0, repr=False)
 
     __repr__ = one_line
 

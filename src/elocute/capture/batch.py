@@ -3,25 +3,23 @@
 OUTPUT/subjects/NAME.npz               a person's neutral face and joints
 OUTPUT/sequences/SUBJECT.SENTENCE/     frames/000000.npz …, frames.json, motion.npy
 OUTPUT/corpus/                         all sequences that have sound
+OUTPUT/corpus.sha256                   of its manifest: one that somebody changed is not replaced
 """
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
-from elocute.capture.clean import clean
+from elocute.capture.clean import cleaned_frames
 from elocute.capture.frame_file import FrameRecord, read_zero
 from elocute.capture.register import register_neutral
 from elocute.capture.report import write_report
@@ -30,16 +28,22 @@ from elocute.capture.sequence import ScanSequence, find_sequences, open_sequence
 from elocute.capture.track import Track, frame_landmarks, track_frames
 from elocute.corpus.clip import Clip
 from elocute.corpus.importers.common import even_split
+from elocute.corpus.shard_file import sha256_of
 from elocute.corpus.writer import CorpusWriter, corpus_writer
-from elocute.errors import AudioError, CaptureError, InputError, OutputError
-from elocute.files.arrays import read_npz
-from elocute.files.atomic import write_atomically
+from elocute.errors import AudioError, CaptureError, ElocuteError, InputError, OutputError
+from elocute.files.arrays import ArrayFile, RowWriter, read_npz
+from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.choice import open_head
 from elocute.head.model import HeadModel
+from elocute.jobs.local import checked_jobs, run_local
+from elocute.jobs.pool import Failed
 
+CORPUS, MADE = "corpus", "corpus.sha256"
 FILE_MAX_BYTES = 500_000_000
 CHUNK = 30
 """Frames that one worker takes at a time; the first of them starts from scratch."""
+NEUTRAL_TRIES = 5
+"""First frames of a sequence in which a neutral face is sought where none is named."""
 FLAGGED_MAX = 0.5
 """Share of frames beyond which a sequence is not worth filling in."""
 
@@ -71,21 +75,27 @@ def capture_scans(
     settings, output = settings or BatchSettings(), Path(output)
     sequences, results = _opened(find_sequences(folder), settings)
     head = open_head(settings.head)
+    _check_corpus_place(output)
     _make(output / "subjects")
     tracks: list[Track] = []
     for subject in dict.fromkeys(sequence.facts.subject for sequence in sequences):
         of_subject = [one for one in sequences if one.facts.subject == subject]
         try:
             own = _own_head(head, of_subject, output / "subjects" / f"{subject}.npz")
-        except CaptureError as error:
+        except OutputError:
+            raise
+        except ElocuteError as error:
             results += [SequenceResult(one.name, str(error)) for one in of_subject]
             continue
         for sequence in of_subject:
             frames = _make(output / "sequences" / sequence.name / "frames")
             tracks.append(Track(sequence, own, frames))
     _check_rates(tracks)
-    _track_all(tracks, settings, progress)
-    results += _write_corpus(output / "corpus", tracks, settings)
+    lost = _track_all(tracks, settings, progress)
+    again = "the frames that are done are kept: run it again to go on"
+    results += [SequenceResult(name, f"{name}: {why}; {again}") for name, why in lost.items()]
+    tracks = [track for track in tracks if track.sequence.name not in lost]
+    results += _write_corpus(output, tracks, settings)
     return sorted(results, key=lambda result: result.name)
 
 
@@ -98,7 +108,7 @@ def _opened(
     for folder in folders:
         try:
             sequence = open_sequence(folder, fps=settings.fps, unit=settings.unit)
-        except CaptureError as error:
+        except ElocuteError as error:
             if len(folders) == 1:
                 raise
             failed.append(SequenceResult(folder.name, str(error)))
@@ -130,19 +140,36 @@ def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> Hea
             return personal_head(head, template, joints)
     except (InputError, KeyError):
         pass  # not there yet, or broken: it is made (again)
+    own = _registered_neutral(head, sequences)
+    with write_atomically(path) as draft, draft.open("wb") as file:
+        np.savez(file, template=own.template, joints=own.joint_positions)
+    # As another process or a later run reads it.
+    return personal_head(head, own.template, own.joint_positions)
+
+
+def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadModel:
+    """From the frame that is named neutral, else from the first that can be used.
+
+    Raises CaptureError where there is none.
+    """
     named = [one for one in sequences if one.facts.neutral is not None]
     sequence = (named or sequences)[0]
-    landmarks = frame_landmarks(sequence, sequence.neutral)
-    own, found = register_neutral(head, sequence.scan(sequence.neutral), landmarks)
-    if found.lost:
-        raise CaptureError.about(
-            sequence.file(sequence.neutral), found=f"no neutral face: {found.lost}",
-            allowed="a scan of a resting face", remedy=f'name one: "neutral" in {sequence.folder}',
-        )  # fmt: skip
-    with write_atomically(path) as draft, draft.open("wb") as file:
-        np.savez(file, template=own.head.template, joints=own.head.joint_positions)
-    # As another process or a later run reads it.
-    return personal_head(head, own.head.template, own.head.joint_positions)
+    numbers = [sequence.neutral] if named else sequence.numbers[:NEUTRAL_TRIES]
+    problems: list[ElocuteError] = []
+    for number in numbers:
+        try:
+            landmarks = frame_landmarks(sequence, number)
+            own, found = register_neutral(head, sequence.scan(number), landmarks)
+            if not found.lost:
+                return own.head
+            raise CaptureError.about(
+                sequence.file(number), found=f"no neutral face: {found.lost}",
+                allowed="a scan of a resting face",
+                remedy=f'name one: "neutral" in {sequence.folder}',
+            )  # fmt: skip
+        except ElocuteError as problem:
+            problems.append(problem)
+    raise CaptureError(str(problems[0])) from problems[0]
 
 
 def personal_head(
@@ -155,8 +182,24 @@ def personal_head(
     )  # fmt: skip
 
 
-def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress) -> None:
-    """Every frame that is not there yet, in chunks, by as many processes as wished for."""
+@dataclass(frozen=True, eq=False)
+class _Chunk:
+    """Frames for one worker; heads are large, so only what a person has of their own is sent."""
+
+    sequence: str
+    folder: str
+    settings: BatchSettings
+    template: NDArray[np.float32]
+    joints: NDArray[np.float32]
+    frames: str
+    numbers: tuple[int, ...]
+
+
+def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress) -> dict[str, str]:
+    """Every frame that is not there yet, in chunks, by as many processes as wished for.
+
+    Sequences of which a chunk came to nothing, and why: its worker was killed again and again.
+    """
     chunks = [
         (track, track.numbers[start : start + CHUNK])
         for track in tracks
@@ -170,47 +213,33 @@ def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress)
         if progress:
             progress(done / max(total, 1))
 
-    jobs = settings.jobs or os.cpu_count() or 1
+    jobs = checked_jobs(settings.jobs) or os.cpu_count() or 1
     if jobs == 1:
         for track, numbers in chunks:
             track_frames(track, numbers, lambda _: count(1))
-        return
-    with _workers(jobs) as pool:
-        waiting = {
-            pool.submit(
-                _track_chunk, str(track.sequence.folder), settings, track.head.template,
-                track.head.joint_positions, str(track.folder), numbers,
-            )
-            for track, numbers in chunks
-        }  # fmt: skip
-        for finished in as_completed(waiting):
-            count(finished.result())
+        return {}
+    tasks = (
+        _Chunk(
+            track.sequence.name, str(track.sequence.folder), settings, track.head.template,
+            track.head.joint_positions, str(track.folder), numbers,
+        )
+        for track, numbers in chunks
+    )  # fmt: skip
+    lost: dict[str, str] = {}
+    for chunk, outcome in run_local(_track_chunk, tasks, min(jobs, len(chunks))):
+        if isinstance(outcome, Failed):
+            lost[chunk.sequence] = outcome.reason
+        count(len(chunk.numbers))
+    return lost
 
 
-@contextmanager
-def _workers(jobs: int) -> Iterator[Executor]:
-    """Processes with one thread each: their number is the parallelism."""
-    kept = {name: os.environ.get(name) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
-    os.environ.update(dict.fromkeys(kept, "1"))
-    try:
-        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-            yield pool
-    finally:
-        for name, value in kept.items():
-            os.environ.pop(name)
-            if value is not None:
-                os.environ[name] = value
-
-
-def _track_chunk(
-    folder: str, settings: BatchSettings, template: NDArray[np.float32],
-    joints: NDArray[np.float32], frames: str, numbers: Sequence[int],
-) -> int:  # fmt: skip
-    """In a worker: heads are large, so only what a person has of their own is sent."""
-    sequence = open_sequence(folder, fps=settings.fps, unit=settings.unit)
-    head = personal_head(open_head(settings.head), template, joints)
-    track_frames(Track(sequence, head, Path(frames)), numbers)
-    return len(numbers)
+def _track_chunk(chunk: _Chunk) -> int:
+    """In a worker. Frames that another worker made before it was killed are kept."""
+    settings = chunk.settings
+    sequence = open_sequence(chunk.folder, fps=settings.fps, unit=settings.unit)
+    head = personal_head(open_head(settings.head), chunk.template, chunk.joints)
+    track_frames(Track(sequence, head, Path(chunk.frames)), chunk.numbers)
+    return len(chunk.numbers)
 
 
 def _check_rates(tracks: list[Track]) -> None:
@@ -231,14 +260,16 @@ def _finished(track: Track, settings: BatchSettings) -> SequenceResult:
     result = _summary(track, records)
     if not result.failed:
         good = [number for number, record in records.items() if not record.flag]
-        shape = (track.sequence.frame_count, track.head.vertex_count, 3)
-        with write_atomically(place / "motion.npy") as draft:
+        fps, shape = track.sequence.facts.fps, (track.head.vertex_count, 3)
+        with (
+            write_atomically(place / "motion.npy") as draft,
+            RowWriter(draft, shape) as rows,
+        ):
             # On disk from the start: an hour of frames need not fit in memory.
-            frames = np.lib.format.open_memmap(draft, "w+", np.float32, shape)
-            _fill(track, good, frames)
-            clean(track.head, frames, track.sequence.facts.fps, eyes_s=settings.eyes_s)
-            frames.flush()
-            del frames
+            for frame in cleaned_frames(
+                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_s
+            ):
+                rows.add(frame[None])
     write_report(track, result, place / "report.html")
     return result
 
@@ -265,24 +296,42 @@ def _summary(track: Track, records: dict[int, FrameRecord]) -> SequenceResult:
     )
 
 
-def _fill(track: Track, good: list[int], frames: NDArray[np.float32]) -> None:
-    """Frames (frame, vertex, 3) m in zero pose; without a good scan, between their neighbours.
+def _filled(track: Track, good: list[int]) -> Iterator[NDArray[np.float32]]:
+    """Frames (vertex, 3) m in zero pose; without a good scan, between their neighbours.
 
     Before the first good frame and after the last, that frame stands.
     """
-    first, count = track.numbers[0], len(frames)
-    for number in good:
-        frames[number - first] = read_zero(track.path(number))
-    there = np.array(good) - first
-    for frame in np.setdiff1d(np.arange(count), there):
-        after = int(np.searchsorted(there, frame))
-        low, high = there[max(after - 1, 0)], there[min(after, len(there) - 1)]
-        share = np.float32((frame - low) / (high - low)) if high > low else np.float32(0)
-        frames[frame] = frames[low] * (1 - share) + frames[high] * share
+    first = track.numbers[0]
+    low = high = read_zero(track.path(good[0]))
+    before = after = good[0]
+    following = iter(good[1:])
+    for number in range(first, first + track.sequence.frame_count):
+        if number > after:
+            low, before = high, after
+            after = next(following, after)
+            high = read_zero(track.path(after))
+        if before < number < after:
+            share = np.float32((number - before) / (after - before))
+            yield (low * (1 - share) + high * share).astype(np.float32)
+        else:
+            yield high
+
+
+def _check_corpus_place(output: Path) -> None:
+    """Raises OutputError where a corpus is that was not made here, or was changed since."""
+    manifest, place = output / CORPUS / "corpus.json", output / MADE
+    if not os.path.lexists(output / CORPUS):
+        return
+    made = place.read_text(encoding="utf-8", errors="replace") if place.is_file() else ""
+    if not manifest.is_file() or made.strip() != sha256_of(manifest):
+        raise OutputError.about(
+            output / CORPUS, found="a folder that capture did not make, or that was changed since",
+            remedy="move it away, or choose another output folder",
+        )  # fmt: skip
 
 
 def _write_corpus(
-    folder: Path, tracks: list[Track], settings: BatchSettings
+    output: Path, tracks: list[Track], settings: BatchSettings
 ) -> list[SequenceResult]:
     """Finish all sequences; those with sound become one corpus, which replaces an older one."""
     results = [_finished(track, settings) for track in tracks]
@@ -295,9 +344,9 @@ def _write_corpus(
         return results
     heads = {tracks[place].sequence.facts.subject: tracks[place].head for place, _ in spoken}
     head = tracks[0].head
-    if (folder / "corpus.json").is_file():
-        shutil.rmtree(folder)
-    with corpus_writer(
+    folder = output / CORPUS
+    before = moved_aside(folder) if folder.exists() else nullcontext()
+    with before, corpus_writer(
         folder, {subject: own.template for subject, own in heads.items()},
         fps=tracks[0].sequence.facts.fps, faces=head.triangles, topology=head.name,
         note="registered from scans by elocute capture",
@@ -306,6 +355,8 @@ def _write_corpus(
             results[place] = _add(writer, tracks[place], results[place], sound)
         if writer.entries:
             writer.splits["default"] = even_split(writer.entries, [])
+    with write_atomically(output / MADE) as draft:
+        draft.write_text(sha256_of(folder / "corpus.json") + "\n", encoding="utf-8")
     return results
 
 
@@ -316,6 +367,6 @@ def _add(writer: CorpusWriter, track: Track, result: SequenceResult, sound: Path
         waveform = read_audio(sound)
     except AudioError as error:
         return replace(result, failed=str(error))
-    frames = np.load(track.folder.parent / "motion.npy", mmap_mode="r", allow_pickle=False)
+    frames = ArrayFile(track.folder.parent / "motion.npy", allowed="registered motion")
     writer.add(Clip(facts.subject, facts.sentence, facts.text, waveform, frames))
     return replace(result, in_corpus=True)

@@ -12,7 +12,7 @@ from elocute.capture.scan import checked_scan
 from elocute.capture.sequence import ScanSequence, find_sequences, open_sequence
 from elocute.capture.track import frame_landmarks
 from elocute.corpus.check import Finding
-from elocute.errors import AudioError, CaptureError
+from elocute.errors import AudioError, CaptureError, ElocuteError
 
 LENGTH_APART_S = 0.25
 
@@ -73,11 +73,11 @@ def _of_sequence(sequence: ScanSequence) -> Iterator[Finding]:
 def _of_scan(sequence: ScanSequence, number: int, notes: Counter[str]) -> Iterator[Finding]:
     try:
         _, found = checked_scan(sequence.scan(number))
-    except CaptureError as error:
+    except ElocuteError as error:
         yield Finding("error", sequence.name, str(error), number)
         return
     notes.update(re.sub(r"^\d+ ", "", note) for note in found)
     try:
         frame_landmarks(sequence, number)
-    except CaptureError as error:
+    except ElocuteError as error:
         yield Finding("error", sequence.name, str(error), number)

@@ -7,6 +7,8 @@ region so as to preserve subtle motions."
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,25 +46,41 @@ def cleaned(
     The head's template is the person's neutral face. Vertices about the mouth come out bit by
     bit as they went in.
     """
-    result = np.array(frames, np.float32)
-    clean(head, result, fps, eyes_s=eyes_s)
-    return result
+    given = np.asarray(frames, np.float32)
+    return np.stack(list(cleaned_frames(head, lambda: iter(given), fps, eyes_s=eyes_s)))
 
 
-def clean(
-    head: HeadModel, frames: NDArray[np.float32], fps: float, *, eyes_s: float = EYES_S
-) -> None:
-    """`cleaned` in place: frames may lie on disk."""
+def cleaned_frames(
+    head: HeadModel,
+    frames: Callable[[], Iterator[NDArray[np.float32]]],
+    fps: float,
+    *,
+    eyes_s: float = EYES_S,
+) -> Iterator[NDArray[np.float32]]:
+    """`cleaned`, frame by frame (vertex, 3); `frames` is asked twice, for one pass each.
+
+    Only what is smoothed is held in memory for all frames, so an hour may lie on disk.
+    """
     held, smoothed = held_share(head), smoothed_share(head)
-    still = np.flatnonzero(held)
-    for frame in frames:
-        apart = frame[still] - head.template[still]
-        frame[still] -= (held[still, None] * apart).astype(np.float32)
-    moving = np.flatnonzero(smoothed)
-    if len(moving) and len(frames) > 1 and eyes_s > 0:
-        around = frames[:, moving]
-        change = smoothed[moving, None] * (_blurred(around, eyes_s * fps) - around)
-        frames[:, moving] = around + change.astype(np.float32)
+    still, moving = np.flatnonzero(held), np.flatnonzero(smoothed)
+
+    def calmed() -> Iterator[NDArray[np.float32]]:
+        for frame in frames():
+            result = np.array(frame, np.float32)
+            apart = result[still] - head.template[still]
+            result[still] -= (held[still, None] * apart).astype(np.float32)
+            yield result
+
+    around = None
+    if len(moving) and eyes_s > 0:
+        around = np.stack([frame[moving] for frame in calmed()])
+        if len(around) > 1:
+            change = smoothed[moving, None] * (_blurred(around, eyes_s * fps) - around)
+            around = around + change.astype(np.float32)
+    for number, frame in enumerate(calmed()):
+        if around is not None:
+            frame[moving] = around[number]
+        yield frame
 
 
 def _blurred(frames: NDArray[np.float32], width: float) -> NDArray[np.float32]:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.audio.flac import write_flac
 from elocute.audio.waveform import Waveform
 from elocute.brief import one_line
 from elocute.capture.landmarks import Landmarks, write_landmarks
@@ -23,6 +24,7 @@ from elocute.capture.scan_file import write_scan
 from elocute.capture.sequence import SequenceFacts, write_facts
 from elocute.capture.smooth_surface import Refinement, refinement_of, smooth_points
 from elocute.errors import CaptureError
+from elocute.files.arrays import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms
@@ -263,32 +265,27 @@ def simulate_scans(
         write_facts(draft, facts)
         (draft / "landmarks").mkdir()
         (draft / "truth").mkdir()
-        shape = (motion.frame_count, motion.head.vertex_count, 3)
-        posed, zero = (
-            np.lib.format.open_memmap(draft / "truth" / f"{name}.npy", "w+", np.float32, shape)
-            for name in ("vertices", "zero")
-        )
         template = (motion.head.template + stage.bumps).astype(np.float32)
-        np.save(draft / "truth" / "template.npy", template)
-        for number in range(motion.frame_count):
-            scanned = stage.frame(number)
-            write_scan(
-                draft / f"{number:05d}.ply", scanned.points, scanned.triangles, scanned.colors
-            )
-            write_landmarks(draft / "landmarks" / f"{number:05d}.json", scanned.landmarks)
-            posed[number], zero[number] = scanned.truth.posed, scanned.truth.zero
-            if progress:
-                progress((number + 1) / motion.frame_count)
-        posed.flush()
-        zero.flush()
+        save_npy(draft / "truth" / "template.npy", template)
+        with (
+            RowWriter(draft / "truth" / "vertices.npy", template.shape) as posed,
+            RowWriter(draft / "truth" / "zero.npy", template.shape) as zero,
+        ):
+            for number in range(motion.frame_count):
+                scanned = stage.frame(number)
+                write_scan(
+                    draft / f"{number:05d}.ply", scanned.points, scanned.triangles, scanned.colors
+                )
+                write_landmarks(draft / "landmarks" / f"{number:05d}.json", scanned.landmarks)
+                posed.add(scanned.truth.posed[None])
+                zero.add(scanned.truth.zero[None])
+                if progress:
+                    progress((number + 1) / motion.frame_count)
 
 
 def _write_sound(path: Path, sound: Waveform, seconds: float) -> None:
     """As much of the sound as there is motion, in 16 bits."""
-    import soundfile
-
-    samples = np.clip(sound.samples[: round(seconds * sound.sample_rate)], -1, 1)
-    soundfile.write(path, samples, sound.sample_rate, format="FLAC", subtype="PCM_16")
+    write_flac(path, sound.samples[: round(seconds * sound.sample_rate)], sound.sample_rate)
 
 
 def _stereo_noise(seen: Seen, rng: np.random.Generator) -> Floats:

@@ -20,10 +20,10 @@ from elocute.capture.register import Registration, register_scan
 from elocute.capture.scan_file import unit_m
 from elocute.capture.sequence import ScanSequence
 from elocute.capture.template import Template
-from elocute.errors import CaptureError
+from elocute.errors import CaptureError, ElocuteError
 from elocute.head.model import HeadModel
 
-SETTINGS_VERSION = 2
+SETTINGS_VERSION = 3
 """To be raised where registration itself changes: frames made before are then made again."""
 
 
@@ -69,9 +69,9 @@ def track_frames(
     for number in numbers:
         record = read_frame_record(track.path(number), key)
         if record is None:
-            record, before = _track_one(track, template, key, number, before)
-        else:
-            before = read_registration(track.path(number), record)
+            record = _track_one(track, template, key, number, before)
+        # As a later run would find it: a run that was interrupted comes to the very same.
+        before = read_registration(track.path(number), record)
         records.append(record)
         if done:
             done(record)
@@ -80,13 +80,15 @@ def track_frames(
 
 def _track_one(
     track: Track, template: Template, key: str, number: int, before: Registration | None
-) -> tuple[FrameRecord, Registration | None]:
+) -> FrameRecord:
     landmarks = no_landmarks()
     try:
         landmarks = frame_landmarks(track.sequence, number)
         found = register_scan(template, track.sequence.scan(number), landmarks, before)
         flag = found.lost
-    except (CaptureError, MemoryError, np.linalg.LinAlgError, RuntimeError) as error:
+    except (
+        ElocuteError, MemoryError, np.linalg.LinAlgError, RuntimeError, ArithmeticError,
+    ) as error:  # fmt: skip
         # RuntimeError: a sparse system that SuperLU finds singular.
         found, flag = None, str(error) or type(error).__name__
     record = FrameRecord(number, flag, landmarks=int(landmarks.good.sum()))
@@ -96,7 +98,7 @@ def _track_one(
             found.notes,
         )  # fmt: skip
     write_frame(track.path(number), key, record, found)
-    return record, None if flag else found
+    return record
 
 
 def frame_landmarks(sequence: ScanSequence, number: int) -> Landmarks:

@@ -16,7 +16,8 @@ from elocute.errors import CorpusError
 
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
-    from elocute.propagation.run import Pool, Summary
+    from elocute.jobs.pool import Pool
+    from elocute.propagation.run import Summary
 
 DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
 
@@ -88,7 +89,7 @@ def _pool(jobs: int, address: str | None, method: str) -> Pool:
 
         return ray_pool(address, jobs)
     if jobs == 1 and method not in DEEP:
-        from elocute.propagation.run import one_after_another
+        from elocute.jobs.pool import one_after_another
 
         return one_after_another
     from elocute.jobs.local import local_pool

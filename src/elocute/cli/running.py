@@ -20,6 +20,11 @@ from typing import Any
 from elocute.errors import ElocuteError, InputError, Interrupted, printable
 
 INTERRUPTED, UNREAD = 130, 141
+DISK_ERRORS = {
+    errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EMFILE,
+    errno.ENFILE, getattr(errno, "EDQUOT", errno.ENOSPC),
+}  # fmt: skip
+"""What a disk or a limit says, wherever it is met."""
 PATIENCE_S = 2.0
 """How long clearing up may take undisturbed before a further Ctrl-C ends the process at once."""
 
@@ -58,6 +63,9 @@ def _leave(interrupts: _Interrupts) -> int:
             return _say(str(error), 2 if isinstance(error, InputError) else 1)
         if hasattr(error, "exit_code"):
             return _usage(error)
+        if isinstance(error, OSError) and error.errno in DISK_ERRORS:
+            where = error.filename or "a temporary file"
+            return _say(f"{where}: cannot be written ({error.strerror})", 2)
         raise
 
 

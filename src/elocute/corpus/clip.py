@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from elocute.audio.waveform import Waveform
 from elocute.brief import one_line
 from elocute.errors import CorpusError
+from elocute.files.arrays import ArrayFile
 
 # Names become file names: nothing else may stand in them.
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}")
@@ -35,7 +36,7 @@ class Clip:
     text      the words, or ""
     sound     the recording
     frames    (frame, component) weights on the corpus's basis, or (frame, vertex, 3) m in zero
-              pose; frame f is at time f / fps of the corpus
+              pose; frame f is at time f / fps of the corpus; in memory, or left on disk
 
     Raises CorpusError for unusable names or no frame at all.
     """
@@ -44,14 +45,16 @@ class Clip:
     sentence: str
     text: str
     sound: Waveform
-    frames: NDArray[np.float32]
+    frames: NDArray[np.float32] | ArrayFile
 
     __repr__ = one_line
 
     def __post_init__(self) -> None:
         check_name(self.subject, "subject")
         check_name(self.sentence, "sentence")
-        frames = np.ascontiguousarray(self.frames, np.float32)
+        frames = self.frames
+        if not isinstance(frames, ArrayFile):
+            frames = np.ascontiguousarray(frames, np.float32)
         if frames.ndim not in (2, 3) or not len(frames):
             raise CorpusError.about(
                 f"clip {self.name}", found=f"motion of shape {frames.shape}",

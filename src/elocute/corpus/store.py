@@ -131,18 +131,14 @@ class Corpus:
             )
         return self.templates[self.subjects.index(subject)]
 
-    def frames(self, name: str) -> Array:
-        """(frame, component) or (frame, vertex, 3) of one clip."""
-        return self._part(name, 0, None)
-
-    def _part(self, name: str, start: int, stop: int | None) -> Array:
+    def frames(self, name: str) -> ArrayFile:
+        """(frame, component) or (frame, vertex, 3) of one clip: nothing is read yet."""
         entry = self.entry(name)
-        first, last, _ = slice(start, stop).indices(entry.frames)
-        return self.motion[entry.start + first : entry.start + max(first, last)]
+        return self.motion.part(entry.start, entry.start + entry.frames)
 
     def displacements(self, name: str, start: int = 0, stop: int | None = None) -> Array:
         """(frame, vertex, 3) m from the subject's template."""
-        frames = self._part(name, start, stop)
+        frames = self.frames(name)[start:stop]
         if self.basis is None:
             return frames - self.template(self.entry(name).subject)
         flat = frames @ self.basis.reshape(len(self.basis), -1)
@@ -151,7 +147,7 @@ class Corpus:
     def vertices(self, name: str, start: int = 0, stop: int | None = None) -> Array:
         """(frame, vertex, 3) m."""
         if self.basis is None:
-            return self._part(name, start, stop)
+            return self.frames(name)[start:stop]
         return self.displacements(name, start, stop) + self.template(self.entry(name).subject)
 
     def sound_path(self, name: str) -> Path:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from elocute.brief import one_line
 from elocute.corpus.store import Corpus
 from elocute.errors import CorpusError
+from elocute.files.arrays import ArrayFile
 
 BLOCK_FRAMES = 256
 MM = 1000.0
@@ -30,7 +31,7 @@ class Track:
     Raises CorpusError where the shapes do not fit or there is no frame.
     """
 
-    values: NDArray[np.floating]
+    values: NDArray[np.floating] | ArrayFile
     template: NDArray[np.floating]
     fps: float
     basis: NDArray[np.floating] | None = None
@@ -58,7 +59,9 @@ class Track:
 
     def cut(self, frames: int) -> Track:
         """The first frames."""
-        return Track(self.values[:frames], self.template, self.fps, self.basis)
+        values = self.values
+        first = values.part(0, frames) if isinstance(values, ArrayFile) else values[:frames]
+        return Track(first, self.template, self.fps, self.basis)
 
     def blocks(self, vertices: Indices | None = None, overlap: int = 0) -> Iterator[Doubles]:
         """(frame, vertex, 3) mm of all or of some vertices, a few seconds at a time.

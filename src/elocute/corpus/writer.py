@@ -10,13 +10,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.audio.flac import write_flac
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import Entry, Split
 from elocute.corpus.store import Corpus, manifest_of, open_corpus, write_manifest
 from elocute.errors import CorpusError
+from elocute.files.arrays import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
 
-HEADER_BYTES = 256  # of motion.npy, filled in when the number of frames is known
+BLOCK = 120  # frames of a clip that are in memory at once where the clip lies on disk
 
 
 class CorpusWriter:
@@ -45,14 +47,12 @@ class CorpusWriter:
         stacked = np.stack(list(templates.values())).astype(np.float32)
         self._shape = stacked.shape[1:] if basis is None else (len(basis),)
         (folder / "sound").mkdir()
-        np.save(folder / "templates.npy", stacked)
+        save_npy(folder / "templates.npy", stacked)
         if basis is not None:
-            np.save(folder / "basis.npy", basis.astype(np.float32))
+            save_npy(folder / "basis.npy", basis.astype(np.float32))
         if faces is not None:
-            np.save(folder / "faces.npy", faces.astype(np.int32))
-        self._file = (folder / "motion.npy").open("wb")
-        self._file.write(b" " * HEADER_BYTES)
-        self._frames = 0
+            save_npy(folder / "faces.npy", faces.astype(np.int32))
+        self._rows = RowWriter(folder / "motion.npy", self._shape)
         self._names: set[str] = set()
 
     def add(self, clip: Clip) -> None:
@@ -69,19 +69,19 @@ class CorpusWriter:
             )  # fmt: skip
         if clip.name in self._names:
             raise CorpusError.about(f"clip {clip.name}", found="there already")
-        _write_flac(self._corpus.folder / "sound" / f"{clip.name}.flac", clip)
-        self._file.write(clip.frames.astype("<f4").tobytes())
+        path = self._corpus.folder / "sound" / f"{clip.name}.flac"
+        write_flac(path, clip.sound.samples, clip.sound.sample_rate)
+        start = self._rows.count
+        for block in range(0, len(clip.frames), BLOCK):
+            self._rows.add(clip.frames[block : block + BLOCK])
         self._names.add(clip.name)
         self.entries.append(
-            Entry(clip.name, clip.subject, clip.sentence, clip.text, self._frames, len(clip.frames))
+            Entry(clip.name, clip.subject, clip.sentence, clip.text, start, len(clip.frames))
         )
-        self._frames += len(clip.frames)
 
     def close(self) -> None:
         """Fill in the header and write the manifest."""
-        self._file.seek(0)
-        self._file.write(_header((self._frames, *self._shape)))
-        self._file.close()
+        self._rows.close()
         whole = replace(self._corpus, entries=tuple(self.entries), splits=self.splits)
         write_manifest(self._corpus.folder, manifest_of(whole))
 
@@ -112,8 +112,11 @@ def corpus_writer(
         )  # fmt: skip
         try:
             yield writer
-        finally:
-            writer.close()
+        except BaseException:
+            with contextlib.suppress(OSError):
+                writer.close()
+            raise
+        writer.close()
         open_corpus(draft)  # refuse to leave behind what could not be read again
 
 
@@ -125,17 +128,3 @@ def set_split(corpus: Corpus, name: str, split: Split) -> None:
     record["splits"][name] = split.parts()
     with write_atomically(corpus.folder / "corpus.json") as draft:
         write_manifest(draft.parent, record)
-
-
-def _header(shape: tuple[int, ...]) -> bytes:
-    """The .npy header (format 1.0) of little-endian float32, padded to HEADER_BYTES."""
-    fields = repr({"descr": "<f4", "fortran_order": False, "shape": shape}).encode()
-    lead = b"\x93NUMPY\x01\x00" + (HEADER_BYTES - 10).to_bytes(2, "little")
-    return lead + fields.ljust(HEADER_BYTES - 10 - 1) + b"\n"
-
-
-def _write_flac(path: Path, clip: Clip) -> None:
-    import soundfile
-
-    samples = np.clip(clip.sound.samples, -1, 1)
-    soundfile.write(path, samples, clip.sound.sample_rate, format="FLAC", subtype="PCM_16")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import OutputError
+from elocute.files.arrays import RowWriter
 from elocute.files.atomic import write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
@@ -76,19 +76,14 @@ def write_npy(
     motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
 ) -> None:
     """Vertices (frame, vertex, 3) float32 m, written block by block. Raises OutputError."""
-    shape = (motion.frame_count, motion.head.vertex_count, 3)
-    with write_atomically(path) as draft:
-        try:
-            array = np.lib.format.open_memmap(draft, "w+", np.float32, shape)
-        except OSError as error:
-            size = np.prod(shape) * 4 / 1e9
-            raise OutputError.about(path, found=f"no room for {size:.1f} GB") from error
-        for start in range(0, motion.frame_count, BLOCK):
-            array[start : start + BLOCK] = motion.vertices(start, start + BLOCK)
+    with (
+        write_atomically(path) as draft,
+        RowWriter(draft, (motion.head.vertex_count, 3)) as rows,
+    ):
+        for block in motion.blocks(BLOCK):
+            rows.add(block)
             if progress:
-                progress(min(1.0, (start + BLOCK) / motion.frame_count))
-        array.flush()
-        del array
+                progress(rows.count / motion.frame_count)
 
 
 def _write_sequence(

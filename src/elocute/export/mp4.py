@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
 from collections.abc import Callable, Iterator
@@ -53,6 +54,19 @@ def write_mp4(
                     progress(done / motion.frame_count)
 
 
+@contextlib.contextmanager
+def _told() -> Iterator[None]:
+    """Errors of the system stay what they are; what else the encoder says is an OutputError."""
+    from av.error import FFmpegError
+
+    try:
+        yield
+    except FFmpegError as error:
+        if isinstance(error, OSError):
+            raise
+        raise OutputError(f"video encoder: {error}") from error
+
+
 class _Encoder:
     """Encodes in a thread of its own while the next frame is drawn."""
 
@@ -99,11 +113,15 @@ class _Encoder:
     def __exit__(self, kind: object, *_: object) -> None:
         self._pictures.put(None) if kind is None else self._abandon()
         self._thread.join()
+        whole = kind is None and not self._failure
         try:
-            if kind is None and not self._failure:
-                self._finish()
-        finally:
-            self._file.close()
+            with _told():
+                if whole:
+                    self._finish()
+                self._file.close()
+        except (OSError, OutputError):
+            if whole:
+                raise
         if self._failure and kind is None:
             raise self._failure
 
@@ -116,19 +134,17 @@ class _Encoder:
 
     def _work(self) -> None:
         import av
-        from av.error import FFmpegError
 
         try:
             while (picture := self._pictures.get()) is not None:
-                frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
-                frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709")
-                frame.pts, frame.time_base = self._frames, 1 / self._rate
-                self._frames += 1
-                for packet in self._video.encode(frame):
-                    self._file.mux(packet)
-                self._catch_up(self._frames / self._rate)
-        except FFmpegError as error:
-            self._failure = OutputError(f"video encoder: {error}")
+                with _told():
+                    frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+                    frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709")
+                    frame.pts, frame.time_base = self._frames, 1 / self._rate
+                    self._frames += 1
+                    for packet in self._video.encode(frame):
+                        self._file.mux(packet)
+                    self._catch_up(self._frames / self._rate)
         except BaseException as error:
             self._failure = error
 

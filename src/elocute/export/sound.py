@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import io
+import wave
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.source import system_name
 from elocute.audio.waveform import Waveform
 
 Sound = str | Path | Waveform
@@ -46,12 +46,11 @@ def sound_duration_s(sound: Sound) -> float | None:
 
 
 def write_wav(sound: Sound, path: Path, rate: int = RATE) -> None:
-    """Mono 16-bit .wav, block by block."""
-    import soundfile
-
-    with soundfile.SoundFile(system_name(path), "w", rate, 1, "PCM_16", format="WAV") as file:
+    """Mono 16-bit .wav, block by block. Raises OSError: libsndfile would not say why."""
+    with path.open("wb") as opened, wave.open(opened, "wb") as file:
+        file.setparams((1, 2, rate, 0, "NONE", "not compressed"))
         for block in sound_blocks(sound, rate):
-            file.write(np.clip(block, -1, 1))
+            file.writeframes(np.rint(np.clip(block, -1, 1) * 32767).astype("<i2").tobytes())
 
 
 def pack_sound(sound: Sound) -> tuple[bytes, str]:

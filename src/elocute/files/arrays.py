@@ -8,14 +8,18 @@ are held against the bytes that are there, and what an archive may unpack to is 
 from __future__ import annotations
 
 import ast
+import contextlib
+import copy
 import math
 import os
 import struct
+import threading
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -37,6 +41,7 @@ UNPACKED_TIMES = 100
 UNPACKED_FREE_BYTES = 64_000_000
 """… or to this much, whichever is more."""
 
+_SEEKING = threading.Lock()
 _Packed = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED
 
 
@@ -116,6 +121,60 @@ def read_npy(
         return _numbers(file, header)
 
 
+class RowWriter:
+    """A .npy that grows row by row; its header is filled in at the end.
+
+    Ordinary writes, not a memory map: a disk that is full is then an error, not the end of the
+    program.
+    """
+
+    HEADER_BYTES = 256
+
+    def __init__(self, path: str | Path, row: tuple[int, ...], dtype: str = "<f4") -> None:
+        self._row, self._dtype = tuple(row), np.dtype(dtype)
+        self._file = Path(path).open("wb")  # noqa: SIM115
+        self.count = 0
+        """Rows written so far."""
+        try:
+            self._file.write(b" " * self.HEADER_BYTES)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def add(self, rows: Any) -> None:
+        """Append (count, *row)."""
+        array = np.ascontiguousarray(rows, self._dtype)
+        if array.shape[1:] != self._row:
+            raise ValueError(f"rows of shape {array.shape[1:]} where {self._row} is written")
+        self._file.write(array.data if array.size else b"")
+        self.count += len(array)
+
+    def close(self) -> None:
+        """Fill in the header of format 1.0."""
+        shape = (self.count, *self._row)
+        fields = {"descr": self._dtype.str, "fortran_order": False, "shape": shape}
+        lead = MAGIC + b"\x01\x00" + struct.pack("<H", self.HEADER_BYTES - 10)
+        with self._file:
+            self._file.seek(0)
+            self._file.write(lead + repr(fields).encode().ljust(self.HEADER_BYTES - 11) + b"\n")
+
+    def __enter__(self) -> RowWriter:
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            with contextlib.suppress(OSError):  # what made the block fail is told
+                self._file.close()
+
+
+def save_npy(path: str | Path, array: NDArray[Any]) -> None:
+    """Write a .npy of rows where it is named. Raises OSError that says why, as NumPy's does not."""
+    with RowWriter(path, array.shape[1:], array.dtype.newbyteorder("<").str) as rows:
+        rows.add(array)
+
+
 class ArrayFile:
     """A .npy on disk whose rows are read when they are asked for, by `array[…]` as a memory map.
 
@@ -144,7 +203,7 @@ class ArrayFile:
             if not self._header.shape or self._header.by_columns:
                 raise _UnusableError("no array of rows (C order)")
             _check_promise(file, self._header)
-        self._file: BinaryIO | None = None
+        self._opened = _Opened(self.path)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -178,17 +237,20 @@ class ArrayFile:
                 return self._rows(start, max(stop - start, 0))
             return self[np.arange(start, stop, step)]
         if _many(index):
-            places = np.asarray(index)
-            if places.dtype == bool:
-                places = np.flatnonzero(places)
-            result = np.empty((len(places), *self.shape[1:]), self.dtype)
-            for row, place in enumerate(places.tolist()):
-                result[row] = self[place]
-            return result
+            return self._chosen(np.asarray(index))
         place = int(index) + (len(self) if index < 0 else 0)
         if not 0 <= place < len(self):
             raise IndexError(f"row {index} of {len(self)}")
         return self._rows(place, 1)[0]
+
+    def part(self, start: int, stop: int) -> ArrayFile:
+        """Some rows as an ArrayFile of their own: nothing is read. Bounds are cut to the array."""
+        start, stop, _ = slice(start, stop).indices(len(self))
+        result = copy.copy(self)
+        row_bytes = math.prod(self.shape[1:]) * self.dtype.itemsize
+        result._start = self._start + start * row_bytes
+        result._header = replace(self._header, shape=(max(stop - start, 0), *self.shape[1:]))
+        return result
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         return (self[row] for row in range(len(self)))
@@ -197,23 +259,32 @@ class ArrayFile:
         whole = self._rows(0, len(self))
         return whole if dtype is None else whole.astype(dtype, copy=False)
 
-    def __getstate__(self) -> dict[str, Any]:
-        """An open file does not travel to another process."""
-        return self.__dict__ | {"_file": None}
-
-    def __del__(self) -> None:
-        file = getattr(self, "_file", None)
-        if file is not None:
-            file.close()
+    def _chosen(self, places: NDArray[Any]) -> NDArray[Any]:
+        """Rows in any order, those that follow one another in the file read at once."""
+        if places.dtype == bool:
+            places = np.flatnonzero(places)
+        places = np.where(places < 0, places + len(self), places)
+        if len(places) and not (places.min() >= 0 and places.max() < len(self)):
+            raise IndexError(f"rows {places.min()} to {places.max()} of {len(self)}")
+        result = np.empty((len(places), *self.shape[1:]), self.dtype)
+        breaks = np.flatnonzero(np.diff(places) != 1) + 1
+        ends = [*breaks.tolist(), len(places)] if len(places) else []
+        start = 0
+        for end in ends:
+            self._read_into(result[start:end], int(places[start]))
+            start = end
+        return result
 
     def _rows(self, start: int, count: int) -> NDArray[Any]:
         result = np.empty((count, *self.shape[1:]), self.dtype)
+        self._read_into(result, start)
+        return result
+
+    def _read_into(self, rows: NDArray[Any], first: int) -> None:
+        """Fill rows with those of the file from `first` on."""
         row_bytes = math.prod(self.shape[1:]) * self.dtype.itemsize
         try:
-            if self._file is None:
-                self._file = self.path.open("rb", buffering=0)
-            self._file.seek(self._start + start * row_bytes)
-            if not _filled(self._file, result):
+            if not _filled_from(self._opened.file, rows, self._start + first * row_bytes):
                 raise self._error.about(
                     self.path, found="cut short while it was read", allowed=self._allowed
                 )
@@ -221,7 +292,25 @@ class ArrayFile:
             raise self._error.about(
                 self.path, found=f"cannot be read ({problem.strerror})", allowed=self._allowed
             ) from problem
-        return result
+
+
+class _Opened:
+    """A file that is opened when it is first read, shared by an ArrayFile and its parts."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    @cached_property
+    def file(self) -> BinaryIO:
+        return self._path.open("rb", buffering=0)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """An open file does not travel to another process."""
+        return {"_path": self._path}
+
+    def __del__(self) -> None:
+        if "file" in self.__dict__:
+            self.file.close()
 
 
 def read_header(file: Any) -> ArrayHeader:
@@ -267,6 +356,8 @@ def _parsed(text: str) -> ArrayHeader:
         dtype = np.dtype(described)
     except (TypeError, ValueError):
         raise _UnusableError(f"numbers of type {described!r}") from None
+    if dtype.kind == "O":
+        raise _UnusableError("an array of Python objects (type '|O')")
     text_like = dtype.kind in "SU" and dtype.itemsize <= TEXT_MAX_BYTES
     if not (dtype.kind in NUMBER_KINDS or text_like) or dtype.itemsize == 0:
         raise _UnusableError(f"numbers of type {described!r}")
@@ -296,6 +387,23 @@ def _filled(file: Any, array: NDArray[Any]) -> bool:
     view, done = array.reshape(-1).view(np.uint8).data, 0
     while done < len(view):
         got = file.readinto(view[done:])
+        if not got:
+            return False
+        done += got
+    return True
+
+
+def _filled_from(file: Any, array: NDArray[Any], place: int) -> bool:
+    """As `_filled`, from a place in a file: threads and forked processes share its position."""
+    if not array.size:
+        return True
+    if not hasattr(os, "preadv"):  # Windows
+        with _SEEKING:
+            file.seek(place)
+            return _filled(file, array)
+    view, done = array.reshape(-1).view(np.uint8).data, 0
+    while done < len(view):
+        got = os.preadv(file.fileno(), [view[done:]], place + done)
         if not got:
             return False
         done += got

@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from elocute.errors import ElocuteError, InputError
-from elocute.propagation.run import Failed, Pool
+from elocute.jobs.pool import Failed, Pool
 
 TRIES = 3
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")

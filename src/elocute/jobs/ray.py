@@ -22,7 +22,7 @@ from typing import Any
 
 from elocute.errors import ElocuteError, InputError, MachineError
 from elocute.jobs.local import THREADS, TRIES, TaskQueue, attempt, checked_jobs
-from elocute.propagation.run import Failed, Pool
+from elocute.jobs.pool import Failed, Pool
 
 LOCAL = "local"
 ADDRESS = re.compile(r"([A-Za-z0-9_.-]{1,253}):(\d{1,5})")

@@ -19,8 +19,9 @@ from pathlib import Path
 
 from elocute.corpus.shard_file import sha256_of
 from elocute.corpus.shards import ShardEntry, write_manifest
-from elocute.errors import CorpusError, ElocuteError, OutputError
+from elocute.errors import CorpusError, OutputError
 from elocute.files.atomic import write_atomically
+from elocute.jobs.pool import Failed, Pool, one_after_another
 from elocute.motion.store import load_motion
 from elocute.propagation.captured import CapturedWord
 from elocute.propagation.readers import Recordings
@@ -36,30 +37,6 @@ from elocute.propagation.word_job import (
 
 HEADER = "word,audio,reason\n"
 REJECTS = "rejects.csv"
-
-
-@dataclass(frozen=True)
-class Failed:
-    """Why a task came to nothing, though it was tried again."""
-
-    reason: str
-
-
-Outcome = tuple[WordTask, WordRecord | Failed]
-Pool = Callable[[Callable[[WordTask], WordRecord], Iterable[WordTask]], Iterator[Outcome]]
-"""Runs a function over tasks in any order and place; jobs.local and jobs.ray make one."""
-
-
-def one_after_another(
-    work: Callable[[WordTask], WordRecord], tasks: Iterable[WordTask]
-) -> Iterator[Outcome]:
-    """The Pool of this process alone."""
-    for task in tasks:
-        try:
-            outcome = work(task)
-        except ElocuteError as error:
-            outcome = Failed(str(error))
-        yield task, outcome
 
 
 @dataclass

@@ -3,23 +3,43 @@
 from __future__ import annotations
 
 import csv
+import os
+import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
+from elocute.errors import OutputError
 from elocute.files.atomic import write_atomically
+
+VERSION = "brain.Event:2"
 
 
 class Board:
-    """fields: columns, the first of them the epoch; done: epochs logged by a training before."""
+    """fields: columns, the first of them the epoch; done: epochs logged by a training before.
+
+    Raises OutputError where the disk refuses. Events are written here and now: TensorBoard's own
+    writer has a thread, whose failure would be a traceback of its own.
+    """
 
     def __init__(self, folder: Path, fields: Sequence[str], done: int) -> None:
-        from torch.utils.tensorboard import SummaryWriter
+        from tensorboard.compat.proto.event_pb2 import SessionLog  # pyright: ignore
 
         self.folder, self.fields = folder, tuple(fields)
-        self.events = SummaryWriter(folder / "events", purge_step=done)
+        stamp = f"{time.time():.6f}.{os.getpid()}"
+        self.events = folder / "events" / f"events.out.tfevents.{stamp}"
+        try:
+            self.events.parent.mkdir(exist_ok=True)
+        except OSError as error:
+            raise self._refused(error) from error
+        self._write(file_version=VERSION)
+        # TensorBoard forgets what a run that was broken off showed of later epochs.
+        self._write(step=done, session_log=SessionLog(status=SessionLog.START))
 
     def add(self, log: Sequence[dict[str, float]]) -> None:
         """Write the whole table anew, and the last row as an event."""
+        from tensorboard.compat.proto.summary_pb2 import Summary  # pyright: ignore
+
         with (
             write_atomically(self.folder / "log.csv") as draft,
             draft.open("w", newline="", encoding="utf-8") as file,
@@ -27,6 +47,22 @@ class Board:
             rows = csv.DictWriter(file, self.fields)
             rows.writeheader()
             rows.writerows(log)
-        for name in self.fields[1:]:
-            self.events.add_scalar(name, log[-1][name], int(log[-1][self.fields[0]]))
-        self.events.flush()
+        last = log[-1]
+        values = [
+            Summary.Value(tag=name, simple_value=float(last[name])) for name in self.fields[1:]
+        ]
+        self._write(step=int(last[self.fields[0]]), summary=Summary(value=values))
+
+    def _write(self, **event: Any) -> None:
+        from tensorboard.compat.proto.event_pb2 import Event  # pyright: ignore
+        from tensorboard.summary.writer.record_writer import RecordWriter
+
+        record = Event(wall_time=time.time(), **event).SerializeToString()
+        try:
+            with self.events.open("ab") as file:
+                RecordWriter(file).write(record)
+        except OSError as error:
+            raise self._refused(error) from error
+
+    def _refused(self, error: OSError) -> OutputError:
+        return OutputError.about(self.events, found=f"cannot be written ({error.strerror})")

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
+import os
 import shutil
+import signal
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +22,7 @@ from elocute.capture.result import SequenceResult
 from elocute.capture.scan import Scan
 from elocute.capture.simulate import Stage
 from elocute.corpus.store import open_corpus
-from elocute.errors import CaptureError
+from elocute.errors import CaptureError, OutputError
 from elocute.head.model import HeadModel
 
 
@@ -88,6 +93,93 @@ def test_two_processes_find_what_one_finds(
     place = Path("sequences") / "anna.ah" / "motion.npy"
     both = [np.load(folder / place) for folder in (captured[0], tmp_path / "out")]
     assert np.abs(both[0] - both[1]).max() < 1e-6
+
+
+def _bits(output: Path) -> dict[str, bytes]:
+    """Every array of every frame, and the motion."""
+    place = output / "sequences" / "anna.ah"
+    found = {"motion": (place / "motion.npy").read_bytes()}
+    for path in sorted((place / "frames").glob("*.npz")):
+        with np.load(path) as stored:
+            names = [name for name in stored.files if name != "record"]  # it holds seconds
+            found |= {f"{path.stem} {name}": stored[name].tobytes() for name in names}
+    return found
+
+
+@pytest.mark.parametrize("after", [1, 3])
+def test_an_interrupted_run_comes_to_the_very_same(
+    captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path, after: int
+):
+    """Frames that were not done yet are gone, as after a kill; the next run makes them."""
+    output = tmp_path / "out"
+    shutil.copytree(captured[0], output)
+    for path in (output / "sequences" / "anna.ah" / "frames").glob("*.npz"):
+        if int(path.stem) >= after:
+            path.unlink()
+    capture_scans(spoiled, output)
+    assert _bits(output) == _bits(captured[0])
+
+
+def _kill_workers(stop: threading.Event, times: float) -> None:
+    """SIGKILL to each worker of this process, at most so many times."""
+    killed: set[int | None] = set()
+    while not stop.is_set():
+        for worker in multiprocessing.active_children():
+            if worker.pid not in killed and len(killed) < times:
+                os.kill(worker.pid or 0, signal.SIGKILL)
+                killed.add(worker.pid)
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize("times", [1, float("inf")])
+def test_a_killed_worker_is_replaced_or_its_sequence_is_told(
+    captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path, times: float
+):
+    """One kill costs nothing; where every worker is killed, the good sequence stays."""
+    folder, output = tmp_path / "in", tmp_path / "out"
+    shutil.copytree(spoiled, folder / "ah")
+    shutil.copytree(captured[0], output)
+    shutil.copytree(spoiled, folder / "oh")
+    facts = json.loads((spoiled / "capture.json").read_text())
+    (folder / "oh" / "capture.json").write_text(json.dumps(facts | {"sentence": "oh"}))
+    capture_scans(folder / "ah", output)
+    stop = threading.Event()
+    killer = threading.Thread(target=_kill_workers, args=(stop, times))
+    killer.start()
+    try:
+        good, oh = capture_scans(folder, output, BatchSettings(jobs=2))
+    finally:
+        stop.set()
+        killer.join()
+    if times == 1:
+        assert not good.failed and not oh.failed and oh.in_corpus
+    else:
+        told = oh.failed
+        assert "SIGKILL" in told and "3 times" in told and "run it again to go on" in told
+
+
+@pytest.mark.parametrize("number", ["9" * 400, "-1e400"])
+def test_a_number_beyond_all_bounds_ends_no_sequence(spoiled: Path, tmp_path: Path, number: str):
+    folder = tmp_path / "sequence"
+    shutil.copytree(spoiled, folder)
+    (folder / "00005.ply").unlink()
+    path = folder / "landmarks" / "00001.json"
+    text = json.dumps({"points": [["X", 0, 0]] * 68}).replace('"X"', number)
+    path.write_text(text)
+    (result,) = capture_scans(folder, tmp_path / "out")
+    assert 1 in result.flagged and result.frames == 5
+
+
+def test_a_corpus_of_somebody_elses_is_not_replaced(
+    captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path
+):
+    output = tmp_path / "out"
+    shutil.copytree(captured[0], output)
+    manifest = output / "corpus" / "corpus.json"
+    manifest.write_text(manifest.read_text().replace('"note": "', '"note": "mine, '))
+    with pytest.raises(OutputError, match="corpus: a folder that capture did not make"):
+        capture_scans(spoiled, output)
+    assert "mine, " in manifest.read_text()
 
 
 def test_report_shows_worst_and_flagged(captured: tuple[Path, list[SequenceResult]]):

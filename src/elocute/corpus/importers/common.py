@@ -17,6 +17,8 @@ from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
 from elocute.files.records import finite_number
 
+FLOATS = "a .npy of floats, row after row, no Python objects"
+
 Progress = Callable[[float], None] | None
 Array = NDArray[np.float32]
 NAME_MAX = 120
@@ -74,11 +76,9 @@ def templates_of(source: Path, given: Any, vertices: int | None = None) -> dict[
 
 def mapped(path: Path) -> ArrayFile:
     """A .npy left on disk. Raises CorpusError for object arrays, damage and what is missing."""
-    array = ArrayFile(
-        path, allowed="a .npy of floats, row after row, no Python objects", error=CorpusError
-    )
+    array = ArrayFile(path, allowed=FLOATS, error=CorpusError)
     if array.dtype.kind != "f":
-        raise CorpusError.about(path, found=f"{array.dtype}", allowed="a .npy of floats")
+        raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
     return array
 
 

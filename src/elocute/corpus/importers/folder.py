@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.importers.common import (
+    FLOATS,
     Progress,
     finish,
-    mapped,
     metres_per_unit,
     templates_of,
 )
@@ -30,9 +30,11 @@ from elocute.corpus.importers.vocaset import (
 )
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
+from elocute.files.arrays import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle
 
 FPS = 30.0
+ARRAY_MAX_BYTES = 8_000_000_000
 FOLDERS = ("vertices_npy", "wav")
 
 
@@ -105,7 +107,9 @@ def _parts(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
 
 def _vertices(path: Path, count: int) -> NDArray[np.float32]:
     """(frame, vertex, 3) of either layout. Raises CorpusError for another topology."""
-    array = mapped(path)
+    array = read_npy(path, max_bytes=ARRAY_MAX_BYTES, allowed=FLOATS, error=CorpusError)
+    if array.dtype.kind != "f":
+        raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
     flat = array.ndim == 2 and array.shape[1] == 3 * count
     if not flat and (array.ndim != 3 or array.shape[1:] != (count, 3)):
         found = array.shape[1] // 3 if array.ndim == 2 else array.shape[1] if array.ndim > 1 else 0

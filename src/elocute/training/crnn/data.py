@@ -1,4 +1,4 @@
-"""What the training loop reads: mel columns and parameters of all clips, memory-mapped.
+"""What the training loop reads: mel columns and parameters of all clips, left on disk.
 
 Sounds are heard once; a later training on the same shards finds them in its folder.
 """
@@ -22,12 +22,14 @@ from elocute.brief import one_line
 from elocute.corpus.shards import Shards, WordClip
 from elocute.corpus.word_clip import COMPONENTS_MAX
 from elocute.errors import AudioError, CorpusError
+from elocute.files.arrays import ArrayFile, RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.records import finite_number, read_record
 
 Array = NDArray[np.float32]
 Progress = Callable[[float], None]
-VERSION = 1
+VERSION = 2
+STATIC, TARGETS = "static.npy", "targets.npy"
 ROWS_MAX_BYTES = 400_000_000
 AROUND_S = (CONTEXT + MARGIN + 1) * HOP / RATE  # what windows reach beyond a clip
 
@@ -52,11 +54,11 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """static (column, 128) float16 log-mel bands, targets (frame, parameter) float32, both
-    memory-mapped; rows say what is where."""
+    """static (column, 128) float16 log-mel bands, targets (frame, parameter) float32, both left
+    on disk; rows say what is where."""
 
-    static: NDArray[np.float16]
-    targets: Array
+    static: ArrayFile
+    targets: ArrayFile
     rows: tuple[Row, ...]
     fps: float
     missing: tuple[tuple[str, str], ...]
@@ -102,15 +104,18 @@ def _hear(shards: Shards, folder: Path, fps: float, progress: Progress | None) -
     rows: list[Row] = []
     missing: list[tuple[str, str]] = []
     column = frame = 0
-    with (folder / "static.f16").open("wb") as static, (folder / "targets.f32").open("wb") as out:
+    with (
+        RowWriter(folder / STATIC, (BANDS,), "<f2") as static,
+        RowWriter(folder / TARGETS, (shards.components,)) as out,
+    ):
         for done, clip in enumerate(shards.clips(), 1):
             try:
                 values, first, targets = hear_clip(shards, clip, fps)
             except (AudioError, CorpusError) as error:
                 missing.append((clip.clip, str(error)))
                 continue
-            static.write(values.astype("<f2").tobytes())
-            out.write(targets.astype("<f4").tobytes())
+            static.add(values)
+            out.add(targets)
             rows.append(
                 Row(clip.clip, clip.word, clip.speaker, clip.split, column, len(values), frame,
                     len(targets), first)
@@ -138,8 +143,11 @@ def _open(folder: Path) -> Heard:
         outputs, fps = record["parameters"], finite_number(record["fps"])
         if type(outputs) is not int or not 0 < outputs <= COMPONENTS_MAX or not fps or fps < 0:
             raise ValueError("no number of parameters or frames per second")
-        static = np.memmap(folder / "static.f16", np.dtype("<f2"), "r").reshape(-1, BANDS)
-        targets = np.memmap(folder / "targets.f32", np.dtype("<f4"), "r").reshape(-1, outputs)
+        static = ArrayFile(folder / STATIC, allowed="mel bands", error=CorpusError)
+        targets = ArrayFile(folder / TARGETS, allowed="parameters", error=CorpusError)
+        for array, width, kind in ((static, BANDS, np.float16), (targets, outputs, np.float32)):
+            if array.shape[1:] != (width,) or array.dtype != kind:
+                raise ValueError(f"{array.path.name} of shape {array.shape}")
         rows = tuple(_row(row, len(static), len(targets)) for row in record["rows"])
         if not rows:
             raise ValueError("no clip")

@@ -9,7 +9,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from elocute.errors import ModelError
+from elocute.errors import ModelError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.records import as_record, finite_number, parse_json
 from elocute.files.tensors import read_tensor_header
@@ -19,11 +19,15 @@ FILE_MAX_BYTES = 4_000_000_000
 
 def save_checkpoint(path: Path, tensors: dict[str, Tensor], record: dict[str, Any]) -> None:
     """Write tensors and a JSON record. Raises OutputError where the disk refuses."""
+    from safetensors import SafetensorError
     from safetensors.torch import save_file
 
     with write_atomically(path) as draft:
         flat = {name: tensor.detach().contiguous().cpu() for name, tensor in tensors.items()}
-        save_file(flat, draft, {"elocute": json.dumps(record)})
+        try:
+            save_file(flat, draft, {"elocute": json.dumps(record)})
+        except SafetensorError as error:
+            raise OutputError.about(path, found=f"cannot be written ({error})") from error
 
 
 def load_checkpoint(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:

@@ -1,0 +1,32 @@
+"""What a pool of workers is: a function over tasks, in any order and place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from elocute.errors import ElocuteError
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Why a task came to nothing, though it was tried again."""
+
+    reason: str
+
+
+Pool = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[tuple[Any, Any]]]
+"""(task, result or Failed) in the order in which they are done; `local` and `ray` make one."""
+
+
+def one_after_another(
+    work: Callable[[Any], Any], tasks: Iterable[Any]
+) -> Iterator[tuple[Any, Any]]:
+    """The Pool of this process alone."""
+    for task in tasks:
+        try:
+            outcome = work(task)
+        except ElocuteError as error:
+            outcome = Failed(str(error))
+        yield task, outcome

@@ -1,0 +1,128 @@
+"""A disk that takes no more, closed and full outputs: one line, nothing half-written.
+
+Where this process may mount, a file system of 32 kB is filled; a limit on the size of files, which
+every system has, stands for it elsewhere.
+"""
+
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elocute.head.builtin import load_builtin_head
+from elocute.motion.motion import Motion
+from elocute.motion.store import save_motion
+
+MAIN = [sys.executable, "-c", "from elocute.cli import main; main()"]
+LIMIT = 30_000
+
+
+@pytest.fixture(scope="module")
+def talk(tmp_path_factory):
+    """Two seconds of a mouth that opens, which no format stores in 30 kB."""
+    head = load_builtin_head()
+    weights = np.random.default_rng(0).random((120, len(head.expression_names)), np.float32)
+    path = tmp_path_factory.mktemp("talk") / "talk.npz"
+    save_motion(Motion(head, weights, 60.0), path)
+    return path
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A file system of 32 kB."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", str(folder)],
+        capture_output=True, check=False,
+    )  # fmt: skip
+    if mounted.returncode:
+        pytest.skip("may not mount a small file system")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+def limited():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, LIMIT))
+
+
+def one_line(done, says):
+    lines = done.stderr.strip().splitlines()
+    assert (done.returncode, len(lines)) == (2, 1), done.stderr
+    assert lines[0].startswith("elocute: ") and says in lines[0], lines[0]
+
+
+def run(*arguments, **options):
+    return subprocess.run(
+        [*MAIN, *map(str, arguments)], capture_output=True, text=True, timeout=300, check=False,
+        **options,
+    )  # fmt: skip
+
+
+FORMATS = ("npz", "glb", "html", "csv", "npy", "obj", "ply", "png", "mp4")
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_full_disk_is_one_line(talk, speech_wav, small, kind):
+    target = small / f"a.{kind}"
+    done = run("render", talk, "-o", target, "--audio", speech_wav, "--size", "640")
+    one_line(done, f"a.{kind}: cannot be written (No space left on device)")
+    assert list(small.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_limit_on_the_size_of_files_is_one_line(talk, speech_wav, tmp_path, kind):
+    arguments = ("render", talk, "-o", tmp_path / f"a.{kind}", "--audio", speech_wav)
+    done = run(*arguments, "--size", "640", preexec_fn=limited)
+    one_line(done, "cannot be written (File too large)")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_checkpoints_and_corpora_on_a_full_disk(small, speech_wav, make_corpus):
+    """SafetensorError and LibsndfileError do not leave as they are."""
+    torch = pytest.importorskip("torch", reason="needs the extra `train`")
+    from elocute.errors import OutputError
+    from elocute.training.voca.checkpoint import save_checkpoint
+
+    with pytest.raises(OutputError, match=r"a\.safetensors: cannot be written .*No space left"):
+        save_checkpoint(small / "a.safetensors", {"x": torch.zeros(100_000)}, {})
+    with pytest.raises(OutputError, match=r"corpus: cannot be written \(No space left"):
+        make_corpus(small / "corpus")
+    assert list(small.iterdir()) == []
+
+
+def test_the_log_of_a_training_on_a_full_disk(small):
+    pytest.importorskip("tensorboard", reason="needs the extra `train`")
+    from elocute.errors import OutputError
+    from elocute.training.board import Board
+
+    board = Board(small, ("epoch", "loss"), 0)
+    (small / "full").write_bytes(b"x" * (os.statvfs(small).f_bavail * 4096 - 4096))
+    with pytest.raises(OutputError, match="No space left on device"):
+        for epoch in range(1000):
+            board.add([{"epoch": epoch, "loss": 0.5}])
+
+
+def test_a_full_folder_for_temporary_files_does_not_matter(talk, small, tmp_path):
+    (small / "full").write_bytes(b"x" * os.statvfs(small).f_bavail * 4096)
+    environment = os.environ | {"TMPDIR": str(small)}
+    for kind in ("npz", "glb", "html", "png"):
+        target = tmp_path / f"a.{kind}"
+        assert run("render", talk, "-o", target, env=environment).returncode == 0
+        assert target.is_file()
+
+
+def test_standard_output_that_is_full_or_closed():
+    for command in (["head", "show", "builtin"], ["head", "show", "builtin", "--json"]):
+        with Path("/dev/full").open("w") as full:
+            done = subprocess.run([*MAIN, *command], stdout=full, stderr=subprocess.PIPE, text=True)
+        one_line(done, "standard output: cannot be written (No space left on device)")
+        reader, writer = os.pipe()
+        os.close(reader)
+        done = subprocess.run([*MAIN, *command], stdout=writer, stderr=subprocess.PIPE, text=True)
+        os.close(writer)
+        assert (done.returncode, done.stderr) == (1, "")
