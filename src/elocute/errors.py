@@ -22,6 +22,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
+SHOWN_MAX = 600
+"""Characters of what was found that a message shows."""
+
 
 class ElocuteError(Exception):
     """Base of every error that Elocute raises on purpose."""
@@ -54,14 +57,18 @@ class InputError(ElocuteError, ValueError):
 
     @classmethod
     def about(cls, subject: str | Path, *, found: str, allowed: str = "", remedy: str = "") -> Self:
-        """Compose the one-line message `subject: found; allowed: …; remedy`."""
-        parts = [found]
+        """Compose the one-line message `subject: found; allowed: …; remedy`.
+
+        What was found may be anything of a file's, of any length: its start is shown.
+        """
+        parts = [_start(printable(" ".join(found.split())))]
         if allowed:
             parts.append(f"allowed: {allowed}")
         if remedy:
             parts.append(remedy)
         told = " ".join("; ".join(parts).split())
-        return cls(f"{printable(subject)}: {printable(told)}")
+        shown = printable(subject)
+        return cls(f"{shown if isinstance(subject, Path) else _start(shown)}: {printable(told)}")
 
 
 class AudioError(InputError):
@@ -98,6 +105,10 @@ class OutputError(InputError):
 
 class MachineError(ElocuteError):
     """This machine lacks something that the request needs."""
+
+
+def _start(text: str) -> str:
+    return text if len(text) <= SHOWN_MAX else f"{text[:SHOWN_MAX]}…"
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -39,8 +40,28 @@ def test_two_recordings_are_aligned_and_drawn(
     assert record["frames"] == (path[-1] + 1).tolist() and 0 < record["score"] <= 1
     assert np.abs(path[:, 0] / 0.9 - path[:, 1]).mean() < 1.5
     assert plot.read_bytes().startswith(b"\x89PNG") and plot.stat().st_size > 10_000
+    plain = json.loads(cli("align", *pair, "--json").stdout)  # pyright: ignore
+    assert plain == record  # soft-DTW is what is taken where nothing is said
     text = cli("align", *pair, "--method", "dtw").stdout  # pyright: ignore[reportAttributeAccessIssue]
     assert "score" in text and "shift" in text
+
+
+def test_a_method_that_learns_says_how_far_it_is(words: Path) -> None:
+    pytest.importorskip("torch", reason="needs the extra `train`")
+    from elocute.alignment import speech_view
+    from elocute.alignment.dcaw import DcawConfig
+    from elocute.alignment.dctw import DctwConfig
+    from elocute.alignment.methods import align
+    from elocute.audio.read import read_audio
+
+    views = [speech_view(read_audio(words / "first" / f"{name}.wav")) for name in "ab"]
+    for method, config in (
+        ("dcaw", DcawConfig(steps=3)),
+        ("dctw", DctwConfig(steps=5, rounds=2)),
+    ):
+        told: list[float] = []
+        align(views, method, config, done=told.append)
+        assert told == [(step + 1) / config.steps for step in range(config.steps)]
 
 
 def test_bad_input_of_align_is_one_line(
@@ -61,10 +82,16 @@ def test_bad_input_of_align_is_one_line(
     refused("align", sound, sound, "--plot", tmp_path / "no" / "plot.png", says="mkdir")
 
 
-def test_methods_are_judged_by_known_times(words: Path, cli: Callable[..., object]) -> None:
+def test_methods_are_judged_by_known_times(
+    words: Path, tmp_path: Path, cli: Callable[..., object]
+) -> None:
     arguments = ("evaluate", "alignment", words, "--methods", "diagonal,dtw,ctw", "--json")
-    record = json.loads(cli(*arguments, "--per-word").stdout)  # pyright: ignore
+    table = tmp_path / "table.csv"
+    record = json.loads(cli(*arguments, "--per-word", "--table", table).stdout)  # pyright: ignore
     methods = record["methods"]
+    with table.open(newline="", encoding="utf-8") as file:
+        errors = {row["method"]: float(row["error frames"]) for row in csv.DictReader(file)}
+    assert errors == {name: cells["error_frames"] for name, cells in methods.items()}
     assert list(methods) == ["diagonal", "dtw", "ctw"] and len(record["words"]) == 3
     # Takes differ in pace alone, so proportion is the truth but for the ends of the features.
     assert methods["diagonal"]["error_frames"] < 0.5 and methods["diagonal"]["overlap"] > 0.9

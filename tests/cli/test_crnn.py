@@ -24,7 +24,7 @@ def trained(
 ) -> dict[str, Any]:
     """Two short epochs, by the command."""
     output = tmp_path_factory.mktemp("train") / "out"
-    made = cli("train", "crnn", *folders, "-o", output, "--epochs", 2, "--json")
+    made = cli("train", "crnn", *folders, "-o", output, "--epochs", 2, "--device", "cpu", "--json")
     return json.loads(made.stdout)
 
 
@@ -48,6 +48,7 @@ def test_bad_input_is_one_line(
     refused(*train, tmp_path, folders[1], *out, says="manifest.json")
     refused(*train, folders[0], tmp_path / "none", *out, says="folder of the sounds")
     refused(*train, *folders, *out, "--loss", "mae", says="concordance, mse")
+    refused(*train, *folders, *out, "--device", "cuda:99", says="allowed: auto, cpu")
     animate = ("animate", speech_wav, "-o", tmp_path / "a.npz")
     refused(*animate, "--model", trained["model"], "--style", "calm", says="no styles")
     refused(*animate, "--model", speech_wav, says="unknown")
@@ -66,7 +67,9 @@ def test_the_experiments_small(
     given = ("evaluate", "wild", *folders, "-o", tmp_path / "w", "--epochs", 1, *spoken)
     refused(*given, "eve", says="plain, broad, tense")
     given = (*given, "broad", "--json")
-    first = json.loads(cli(*given, "--trainings", "speaker,mse").stdout)
+    table = tmp_path / "wild.tex"
+    first = json.loads(cli(*given, "--trainings", "speaker,mse", "--table", table).stdout)
+    assert "speaker test & " in table.read_text() and "c5" in table.read_text()
     names = set(first["concordance"])
     assert {"speaker test", "speaker validation", "mse test", "white 0 dB", "babble 20 dB"} <= names
     assert first["concordance"]["sentences state"]["clips"] == 3

@@ -161,6 +161,7 @@ def test_contacts_are_made_for_models_of_the_built_in_head(
         (["--model", "nothing"], "unknown; allowed: articulation"),
         (["--model", "nothing.onnx"], "no such file"),
         (["--limit", "-1"], "--limit"),
+        (["--table", "t.xlsx"], ".csv or .tex"),
         (["--seed", "-1"], "--seed"),
         (["--lips", "nothing.txt"], "nothing.txt"),
         (["-o", "{}/report.txt"], ".json"),

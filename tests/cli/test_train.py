@@ -26,7 +26,7 @@ def test_a_corpus_becomes_a_model_that_animates(
     make_corpus(tmp_path / "corpus")
     done = elocute(
         "train", "voca", tmp_path / "corpus", "-o", tmp_path / "out", "--epochs", 2,
-        "--encoder", "fbank", "--json",
+        "--encoder", "fbank", "--device", "cpu", "--json",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
@@ -47,6 +47,8 @@ def test_a_corpus_becomes_a_model_that_animates(
     [
         (["nowhere"], "corpus.json"),
         (["{corpus}", "--epochs", "0"], "epochs"),
+        (["{corpus}", "--device", "cuda:99"], "no such device here; allowed: auto, cpu"),
+        (["{corpus}", "--device", "gpu"], "auto, cpu, cuda, cuda:N, mps"),
         (["{corpus}", "--encoder", "ears"], "phones"),
         (["{corpus}", "--split", "other"], "default"),
     ],

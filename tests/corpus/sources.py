@@ -71,6 +71,21 @@ def write_folder(folder: Path, subjects: tuple[str, ...], vertices: int = 60) ->
             soundfile.write(folder / "wav" / f"{stem}.wav", sound_of(15, 30, number), RATE)
 
 
+def write_prepared_biwi(folder: Path, clips: tuple[str, ...], fps: float = 25.0) -> None:
+    """BIWI as FaceFormer and CodeTalker keep it: SUBJECT_SENTENCE, each mesh centred and scaled
+    to a surface of about 1, so that a head is about as high as 1; five frames a clip."""
+    for part in ("vertices_npy", "wav"):
+        (folder / part).mkdir(parents=True)
+    subjects = dict.fromkeys(clip.split("_")[0] for clip in clips)
+    size = np.array([3.5, 4.2, 3.0], np.float32)
+    templates = {name: size * head_points(23370, i) for i, name in enumerate(subjects)}
+    (folder / "templates.pkl").write_bytes(pickle.dumps(templates))
+    for clip in clips:
+        frames = talk(templates[clip.split("_")[0]], 5).reshape(5, -1)
+        np.save(folder / "vertices_npy" / f"{clip}.npy", frames)
+        soundfile.write(folder / "wav" / f"{clip}.wav", sound_of(5, fps), RATE)
+
+
 def write_biwi(folder: Path, subjects: tuple[str, ...], vertices: int = 50) -> None:
     """Two sentences a subject of 10 frames, centimetres, faces that look along -Z, y down."""
     for i, name in enumerate(subjects):

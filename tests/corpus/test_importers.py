@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 import soundfile
 
-from elocute.corpus.importers import vocaset
+from elocute.corpus.check import check_corpus
+from elocute.corpus.importers import splits
 from elocute.corpus.importers.biwi import convert_biwi
+from elocute.corpus.importers.common import metres_per_unit
 from elocute.corpus.importers.folder import convert_folder
 from elocute.corpus.importers.grid import SCALARS, grid_clips, read_track
 from elocute.corpus.importers.registry import convert, detect_format
@@ -23,7 +25,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.motion.measures import measure_mouth
 from elocute.motion.motion import Motion
 
-TWO = (vocaset.TRAIN[0], vocaset.VALIDATION[0], vocaset.TEST[0])
+TWO = (splits.TRAIN[0], splits.VALIDATION[0], splits.TEST[0])
 
 
 @pytest.fixture
@@ -147,6 +149,136 @@ def test_the_folder_convention_is_refused_by_name(tmp_path, sources):
     refused(source, "Python objects")
     (source / "templates.pkl").write_bytes(pickle.dumps({"A": np.array([None])}))
     refused(source, "templates.pkl")
+
+
+BIWI_CLIPS = tuple(
+    f"{subject}_{sentence}"
+    for subject, sentences in (
+        *((name, ("e01", "e33", "e37")) for name in splits.BIWI_SEEN),
+        ("F1", ("e01", "e40")),
+    )
+    for sentence in sentences
+)
+
+
+@pytest.fixture(scope="module")
+def prepared_biwi(tmp_path_factory, sources) -> Path:
+    folder = tmp_path_factory.mktemp("prepared") / "BIWI"
+    sources.write_prepared_biwi(folder, BIWI_CLIPS)
+    return folder
+
+
+def test_a_prepared_biwi_folder_is_known_by_its_mesh(prepared_biwi, tmp_path):
+    """As FaceFormer and CodeTalker keep it: 25 frames/s, lost size, published split."""
+    notes = convert(prepared_biwi, tmp_path / "out")
+    corpus = open_corpus(tmp_path / "out")
+    assert (corpus.fps, corpus.topology, corpus.vertex_count) == (25.0, "biwi", 23370)
+    assert np.ptp(corpus.template("F2"), axis=0).max() == pytest.approx(0.25, rel=1e-3)
+    assert {
+        name: [len(part) for part in split.parts().values()]
+        for name, split in corpus.splits.items()
+    } == {
+        "default": [6, 6, 6],
+        "test-b": [6, 6, 1],
+    }
+    assert corpus.splits["test-b"].test == ("F1.e40",)
+    assert len(notes) == 4  # each says what was assumed, three of them what changes it
+    assert notes[0].startswith("mesh: BIWI's B3D(AC)2, by its 23370 vertices")
+    for note, start, option in zip(
+        notes[1:],
+        ("lengths: ", "frames/s: 25", "split: "),
+        ("--units", "--fps", "--split"),
+        strict=True,
+    ):
+        assert note.startswith(start) and option in note
+    findings = check_corpus(corpus)
+    assert {f.what for f in findings if f.about.startswith("split")} == {
+        "parts share subjects but no sentence: measures hold for these people alone"
+    }
+    assert not [f for f in findings if f.what.startswith(("length", "template"))]
+
+
+def test_a_biwi_scaled_to_a_box_is_told_from_one_scaled_to_a_surface(sources):
+    """FaceXHuBERT's preparation scales each axis, FaceFormer's the whole."""
+    points = sources.head_points(23370)
+    box = (points - points.min(axis=0)) / np.ptp(points, axis=0)
+    notes: list[str] = []
+    assert metres_per_unit(box, notes, None) == pytest.approx(0.25)
+    assert "each axis scaled to 1" in notes[0] and "proportions" in notes[0]
+    assert metres_per_unit(box * [0.8, 1.1, 0.7], notes, None) == pytest.approx(0.25 / 1.1)
+    assert "scaled to a surface of 1" in notes[1]
+    assert metres_per_unit(box, notes, "mm") == 0.001 and len(notes) == 2
+
+
+def test_a_wrong_frame_rate_is_one_line_that_names_the_option(prepared_biwi, tmp_path):
+    notes = convert(prepared_biwi, tmp_path / "out", fps=10.0, units="1", split="even")
+    assert "frames/s: 10 as --fps says, but the lengths of the sounds fit 25" in notes
+    corpus = open_corpus(tmp_path / "out")
+    assert np.ptp(corpus.template("F2"), axis=0).max() == pytest.approx(1.0, abs=0.02)
+    told = [f for f in check_corpus(corpus) if f.what.startswith("length")]
+    assert [f.about for f in told] == ["corpus"]
+    assert "in 20 of 20 clips" in told[0].what and "--fps 25" in told[0].what
+
+
+@pytest.mark.parametrize(
+    ("split", "judged"),
+    [
+        ("published", {"F2", "F3", "F4", "M3", "M4", "M5"}),
+        ("M4/F1,M5", {"F1"}),
+        ("sentences", {"F1"}),
+    ],
+)
+def test_the_split_is_ones_choice(prepared_biwi, tmp_path, split, judged):
+    convert(prepared_biwi, tmp_path / "out", split=split, leave_out=frozenset(["F3.e01"]))
+    corpus = open_corpus(tmp_path / "out")
+    assert {corpus.entry(clip).subject for clip in corpus.split().test} == judged
+
+
+def test_splits_and_units_that_are_none_are_refused(prepared_biwi, tmp_path):
+    for options, told in (
+        ({"split": "odd"}, "published, even, sentences"),
+        ({"split": "F1/"}, "published, even, sentences"),
+        ({"split": "F1/F1"}, "F1 in two parts"),
+        ({"split": "F1/ann"}, "no subject ann"),
+        ({"split": "F1/M5"}, "no sentence left"),
+        ({"units": "mile"}, "mm, cm, dm, inch, or metres"),
+        ({"units": "nan"}, "no unit of length"),
+        ({"units": "0"}, "no unit of length"),
+    ):
+        with pytest.raises(CorpusError, match=told):
+            convert(prepared_biwi, tmp_path / "out", **options)
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_a_published_split_needs_its_sentences(tmp_path, sources):
+    sources.write_prepared_biwi(tmp_path / "b", ("F2_e01", "F2_e37"))
+    refused(tmp_path / "b", "part without clips; allowed: VOCASET", split="published")
+    _, notes = converted(tmp_path / "b")
+    assert any("by sentences only" in note and "--split" in note for note in notes)
+
+
+def test_many_clips_without_sound_are_one_line(tmp_path, sources):
+    sources.write_folder(tmp_path / "f", ("A", "B"))
+    for path in (tmp_path / "f" / "wav").glob("*_e0[1-3].wav"):
+        path.unlink()
+    _, notes = converted(tmp_path / "f")
+    assert "no sound: 6 clips (A_e01, A_e02, A_e03 and 3 more)" in notes
+
+
+def test_biwi_sounds_under_other_names_are_asked_for(tmp_path, sources):
+    sources.write_biwi(tmp_path / "b", ("F1", "M1"))
+    for path in (tmp_path / "b" / "wav").iterdir():
+        path.rename(path.with_name(path.name.replace("_", "-")))
+    refused(
+        tmp_path / "b",
+        r"no clip that can be used \(no sound: 4 clips .*"
+        r"SUBJECT_SENTENCE_cut\.wav, .* in audio/ or wav/; there is F1-02\.wav",
+    )
+    (tmp_path / "b" / "wav").rename(tmp_path / "b" / "audio")
+    for path in (tmp_path / "b" / "audio").iterdir():
+        path.rename(path.with_name(path.stem.replace("-", "_") + "_cut.wav"))
+    corpus, _ = converted(tmp_path / "b")
+    assert len(corpus.entries) == 4
 
 
 def test_biwi_is_read_turned_and_scaled(tmp_path, sources):

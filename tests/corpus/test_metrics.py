@@ -15,14 +15,21 @@ from elocute.corpus.closures import Closures, closures, lip_opening, short_runs
 from elocute.corpus.metrics import (
     clip_metrics,
     dynamics_deviation,
+    dynamics_deviation_of_squares,
     lip_vertex_error,
     mean_jerk,
     mean_vertex_error,
     velocity_error,
 )
 from elocute.corpus.store import Corpus
+from elocute.corpus.topologies import BIWI, FLAME, topology_of
 from elocute.corpus.track import Track, true_track
-from elocute.corpus.vertex_lists import VertexList, builtin_list, read_vertex_list
+from elocute.corpus.vertex_lists import (
+    VertexList,
+    builtin_list,
+    published_list,
+    read_vertex_list,
+)
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.measures import measure_mouth
@@ -62,6 +69,22 @@ def test_every_metric_is_its_definition() -> None:
     difference = lively[0] - lively[1]
     expected = (difference.mean(), np.abs(difference).mean())
     assert dynamics_deviation(one, two, LIPS) == pytest.approx(expected)
+
+
+def test_dynamics_are_also_what_the_conventional_code_computes() -> None:
+    """Squared distances from the neutral face, deviation over time, mean over vertices, true
+    minus predicted: loops and all, as published figures are counted."""
+    predicted, true = random_track(1), random_track(2)
+    spread = []
+    for track in (true, predicted):
+        motion = (track.values - track.template) * 1000
+        squares = [[(frame[v] ** 2).sum() for v in LIPS.indices] for frame in motion]
+        spread.append(np.mean(np.std(squares, axis=0)))
+    expected = spread[0] - spread[1]
+    assert dynamics_deviation_of_squares(predicted, true, LIPS) == pytest.approx(expected)
+    scores = clip_metrics(predicted, true, LIPS, LIPS)
+    assert scores.fdd_code_mm2 == pytest.approx(expected)
+    assert scores.fdd_code_mm2 != pytest.approx(scores.fdd_mm)
 
 
 def test_a_clip_is_not_away_from_itself() -> None:
@@ -154,6 +177,26 @@ class TestVertexLists:
         assert head.template[upper.indices, 1].min() > head.template[lips.indices, 1].max()
         with pytest.raises(CorpusError, match="upper_face"):
             builtin_list("ears")
+
+    @pytest.mark.parametrize(
+        ("topology", "which", "count", "digest"),
+        [
+            (FLAME, "lips", 428, "9b310f02be5d"),
+            (FLAME, "upper_face", 1501, "6bee22a9fdf7"),
+            (BIWI, "lips", 4996, "bf030dc9cf39"),
+            (BIWI, "upper_face", 7784, "8e311af01cc6"),
+        ],
+    )
+    def test_the_published_lists(self, topology, which, count, digest) -> None:
+        found = published_list(topology, which)
+        assert (len(found.indices), found.digest) == (count, digest)
+        assert (np.diff(found.indices) > 0).all() and found.indices[-1] < topology.vertices
+        assert topology_of(topology.vertices) is topology
+
+    def test_another_mesh_has_no_published_list(self) -> None:
+        assert topology_of(5024) is None
+        with pytest.raises(CorpusError, match="lips, upper_face"):
+            published_list(FLAME, "ears")
 
     def test_the_hash_is_of_the_sorted_numbers(self, tmp_path: Path) -> None:
         raw = np.array([3, 5, 8], "<i8").tobytes()

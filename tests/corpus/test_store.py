@@ -89,6 +89,10 @@ def test_an_interrupted_corpus_leaves_nothing(tmp_path: Path) -> None:
     [
         (small_clip("ben"), "subject without template"),
         (Clip("ada", "s1", "", small_clip().sound, np.zeros((3, 4, 3))), r"\(5, 3\)"),
+        (
+            Clip("ada", "s1", "", Waveform(np.zeros(9000), 700_000), np.zeros((3, 5, 3))),
+            "sound at 700000 Hz",
+        ),
     ],
 )
 def test_clips_that_do_not_fit_are_refused(tmp_path: Path, clip: Clip, told: str) -> None:

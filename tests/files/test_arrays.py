@@ -151,3 +151,11 @@ def test_threads_may_read_one_file(tmp_path):
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(lambda row: file[row], [*range(1000)] * 4))
     assert (np.stack(found[:1000]) == numbers).all() and (found[3999] == numbers[-1]).all()
+
+
+def test_a_header_with_escapes_is_refused_without_a_warning(tmp_path):
+    header = rb"{'descr': '<f4\,', 'fortran_order': False, 'shape': (3,), }"
+    data = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes(12)
+    (tmp_path / "a.npy").write_bytes(data)
+    with pytest.raises(InputError, match="a header that cannot be read"):
+        read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers")

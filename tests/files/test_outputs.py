@@ -49,7 +49,7 @@ def test_a_new_file_is_written_and_the_same_command_runs_again(tmp_path, speech)
 def test_a_strangers_file_is_never_replaced(tmp_path, speech):
     (tmp_path / "talk.glb").write_text("mine")
     with pytest.raises(
-        OutputError, match=r"talk\.glb: a file that was not made from .*speech\.wav"
+        OutputError, match=r"talk\.glb: exists already: a file that was not made from .*speech\.wav"
     ):
         run(tmp_path / "talk.glb", speech)
     assert (tmp_path / "talk.glb").read_text() == "mine"

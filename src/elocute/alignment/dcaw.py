@@ -7,7 +7,7 @@ Eq. 9, and `fbank` in place of 41 x 128 x 3.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,8 +75,16 @@ def diagonal_prior(sources: int, targets: int) -> Tensor:
     return -((one[:, None] - other[None, :]) ** 2)
 
 
-def fit_dcaw(groups: Sequence[Group], config: DcawConfig, seed: int) -> DcawAligner:
-    """Gradient ascent on the correlation of the target with the source, warped by attention."""
+def fit_dcaw(
+    groups: Sequence[Group],
+    config: DcawConfig,
+    seed: int,
+    done: Callable[[float], None] | None = None,
+) -> DcawAligner:
+    """Gradient ascent on the correlation of the target with the source, warped by attention.
+
+    `done` is told the share of the steps that is done.
+    """
     widths = tuple(view.shape[1] for view in groups[0])
     shared = is_shared(config.shared, widths)
     network, linear = start(groups, config, shared, seed)
@@ -91,6 +99,8 @@ def fit_dcaw(groups: Sequence[Group], config: DcawConfig, seed: int) -> DcawAlig
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()
+        if done:
+            done((step + 1) / config.steps)
     aligner = DcawAligner(config, network, widths)
     aligner.projections = projected(aligner, groups, paths, shared)
     paths = [each.path for each in aligner.align_all(groups)]

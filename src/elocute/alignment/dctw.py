@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,8 +31,16 @@ class DctwConfig(DeepConfig):
     learning_rate: float = 1e-3
 
 
-def fit_dctw(groups: Sequence[Group], config: DctwConfig, seed: int) -> DeepAligner:
-    """Steps of gradient ascent on the correlation along paths, then paths by DTW, and again."""
+def fit_dctw(
+    groups: Sequence[Group],
+    config: DctwConfig,
+    seed: int,
+    done: Callable[[float], None] | None = None,
+) -> DeepAligner:
+    """Steps of gradient ascent on the correlation along paths, then paths by DTW, and again.
+
+    `done` is told the share of the steps that is done.
+    """
     widths = tuple(view.shape[1] for view in groups[0])
     shared = is_shared(config.shared, widths)
     network, linear = start(groups, config, shared, seed)
@@ -41,8 +49,8 @@ def fit_dctw(groups: Sequence[Group], config: DctwConfig, seed: int) -> DeepAlig
     for turn in range(config.rounds):
         paths = [each.path for each in aligner.align_all(groups)]
         network.train()
-        steps = config.steps * (turn + 1) // config.rounds - config.steps * turn // config.rounds
-        for _ in range(steps):
+        first_step = config.steps * turn // config.rounds
+        for step in range(first_step, config.steps * (turn + 1) // config.rounds):
             encoded = clips.encode(network)
             first, second = [], []
             for number in drawn(len(clips.pairs), config.pairs, rng):
@@ -54,6 +62,8 @@ def fit_dctw(groups: Sequence[Group], config: DctwConfig, seed: int) -> DeepAlig
             optimiser.zero_grad()
             (-norm).backward()  # pyright: ignore
             optimiser.step()
+            if done:
+                done((step + 1) / config.steps)
         aligner = DeepAligner(config, network, widths)
         aligner.projections = projected(aligner, groups, paths, shared)
     return aligner  # pyright: ignore[reportReturnType]

@@ -19,7 +19,11 @@ from elocute.alignment.ctw import CtwConfig, fit_ctw
 from elocute.alignment.types import Alignment, Array, Group, checked_group
 from elocute.errors import AlignmentError, needs_extra
 
-Fit = Callable[[Sequence[Group], Any, int], Aligner]
+Done = Callable[[float], None] | None
+"""Told the share of a fitting that is done, by methods that take long."""
+Fit = Callable[[Sequence[Group], Any, int, Done], Aligner]
+DEFAULT = "softdtw"
+"""Of two recordings alone: as fast as DTW, and a little better (docs/measurements.md)."""
 
 
 @dataclass(frozen=True)
@@ -38,20 +42,20 @@ def _deep(module: str, name: str) -> Any:
 
 
 METHODS: dict[str, Method] = {
-    "dtw": Method(lambda: PlainConfig, lambda _groups, config, _seed: DtwAligner(config), False),
-    "softdtw": Method(
-        lambda: SoftConfig, lambda _groups, config, _seed: SoftDtwAligner(config), False
-    ),
-    "ctw": Method(lambda: CtwConfig, lambda groups, config, _seed: fit_ctw(groups, config), True),
+    "dtw": Method(lambda: PlainConfig, lambda _g, config, _s, _d: DtwAligner(config), False),
+    "softdtw": Method(lambda: SoftConfig, lambda _g, config, _s, _d: SoftDtwAligner(config), False),
+    "ctw": Method(lambda: CtwConfig, lambda groups, config, _s, _d: fit_ctw(groups, config), True),
     "dctw": Method(
         lambda: _deep("dctw", "DctwConfig"),
-        lambda groups, config, seed: _deep("dctw", "fit_dctw")(groups, config, seed), True,
+        lambda groups, config, seed, done: _deep("dctw", "fit_dctw")(groups, config, seed, done),
+        True,
     ),
     "dcaw": Method(
         lambda: _deep("dcaw", "DcawConfig"),
-        lambda groups, config, seed: _deep("dcaw", "fit_dcaw")(groups, config, seed), True,
+        lambda groups, config, seed, done: _deep("dcaw", "fit_dcaw")(groups, config, seed, done),
+        True,
     ),
-}  # fmt: skip
+}
 
 
 def resolve_method(name: str) -> Method:
@@ -63,13 +67,14 @@ def resolve_method(name: str) -> Method:
 
 def fit_aligner(
     pairs: Sequence[Sequence[Array]], method: str = "dcaw", config: AlignConfig | None = None,
-    seed: int = 0,
+    seed: int = 0, done: Done = None,
 ) -> Aligner:  # fmt: skip
     """Fit a method to pairs (source, target), or larger groups, of (frame, feature) arrays.
 
     What is learned, is learned over all of them without any truth: a word's network from many
     recordings of it. Groups are equally large, and view k has one feature count in all. Equal
-    seeds give equal bits on one thread. Raises AlignmentError, MachineError without torch.
+    seeds give equal bits on one thread. `done` is told how far deep methods are. Raises
+    AlignmentError, MachineError without torch.
     """
     chosen = resolve_method(method)
     config = chosen.config()() if config is None else config
@@ -88,11 +93,12 @@ def fit_aligner(
         raise AlignmentError.about(
             "pairs", found=f"feature counts {sorted(kinds)}", allowed="one count for each view"
         )
-    return chosen.fit(groups, config, seed)
+    return chosen.fit(groups, config, seed, done)
 
 
 def align(
-    views: Sequence[Array], method: str = "dcaw", config: AlignConfig | None = None, seed: int = 0
-) -> Alignment:
+    views: Sequence[Array], method: str = DEFAULT, config: AlignConfig | None = None,
+    seed: int = 0, done: Done = None,
+) -> Alignment:  # fmt: skip
     """Align two or more sequences (frame, feature) by a method fitted to them alone."""
-    return fit_aligner([views], method, config, seed).align(*views)
+    return fit_aligner([views], method, config, seed, done).align(*views)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.capture.landmark_formats import COUNT, ljson_points, pts_points
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
 from elocute.files.reading import read_text
@@ -19,7 +19,6 @@ from elocute.files.records import parse_json
 
 Floats = NDArray[np.float64]
 
-COUNT = 68
 GOOD_MIN = 20
 """Landmarks below which a scan is flagged."""
 CONFIDENT = 0.3
@@ -70,21 +69,20 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
     """68 points from a file, in the unit of its scan.
 
     .json    {"points": [[x, y, z], …], "confidence": [c, …]}; null for a point not known
-    .ljson   the Menpo project's, versions 2 and 3: {"landmarks": {"points": …}} or
-             {"groups": {name: {"landmarks": {"points": …}}}}
+    .ljson   the Menpo project's, versions 1 to 3, by its labels (`landmark_formats`)
     .pts     "version: 1, n_points: 68 { x y z … }"
 
     Raises CaptureError for another count, flat points and anything that cannot be read.
     """
     path = Path(path)
-    readers = {".json": _json_points, ".ljson": _json_points, ".pts": _pts_points}
+    readers = {".json": _json_points, ".ljson": _ljson_points, ".pts": _pts_points}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise CaptureError.about(path, found="no landmarks", allowed=" ".join(readers))
     allowed = f"{COUNT} points of x, y, z in the unit of the scan"
     text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CaptureError)
     try:
-        points, confidence = reader(text)
+        points, confidence = reader(text, path)
         points = [[math.nan] * 3 if p is None or None in p else p for p in points]
         array = np.array(points, np.float64)
         if array.shape != (COUNT, 3):
@@ -93,9 +91,9 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
             confidence = np.isfinite(array).all(axis=1).astype(np.float64)
         with np.errstate(over="ignore"):  # what is infinite then counts as not known
             return Landmarks(unit_m * array, np.array(confidence, np.float64))
-    except (
-        ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, StopIteration,
-    ) as error:  # fmt: skip
+    except CaptureError:
+        raise
+    except (ValueError, TypeError, AttributeError, IndexError, OverflowError) as error:
         reason = " ".join(str(error).split())[:80]
         raise CaptureError.about(
             path, found=f"no landmarks that can be used ({reason})", allowed=allowed
@@ -113,19 +111,17 @@ def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
         draft.write_text(json.dumps(record) + "\n", encoding="utf-8")
 
 
-def _json_points(text: str) -> tuple[list[Any], Any]:
-    record = parse_json(text, "JSON", allowed="landmarks")
-    confidence = record.get("confidence")
-    if "groups" in record:
-        record = next(iter(record["groups"].values()))
-    if "landmarks" in record:
-        record = record["landmarks"]
-    return record["points"], confidence
+def _json_points(text: str, path: Path) -> tuple[list[Any], Any]:
+    """Points and confidence of our own record; a .ljson under the name .json is read as one."""
+    record = parse_json(text, path, allowed="landmarks", error=CaptureError)
+    if "points" not in record:
+        return ljson_points(text, path), record.get("confidence")
+    return record["points"], record.get("confidence")
 
 
-def _pts_points(text: str) -> tuple[list[Any], None]:
-    inside = re.search(r"\{(.*)\}", text, re.DOTALL)
-    if inside is None:
-        raise ValueError("no { … }")
-    lines = [line.split() for line in inside[1].split("\n")]
-    return [[float(x) for x in line] for line in lines if line], None
+def _ljson_points(text: str, path: Path) -> tuple[list[Any], None]:
+    return ljson_points(text, path), None
+
+
+def _pts_points(text: str, path: Path) -> tuple[list[Any], None]:
+    return pts_points(text, path), None

@@ -11,6 +11,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.outputs import plan_files
+from elocute.cli.progress import told_progress
 from elocute.errors import InputError, OutputError, needs_extra
 
 METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
@@ -19,7 +20,9 @@ METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
 def align_command(
     source: Path = typer.Argument(..., help="The recording that is warped."),
     target: Path = typer.Argument(..., help="The recording that it is warped onto."),
-    method: str = typer.Option("dcaw", help=f"One of {', '.join(METHODS)}."),
+    method: str = typer.Option(
+        "softdtw", help=f"One of {', '.join(METHODS)}; the last two learn, for a minute or more."
+    ),
     encoder: str = typer.Option("fbank", help="What hears the sound: fbank, phones, …"),
     find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
     band: float | None = typer.Option(
@@ -33,8 +36,8 @@ def align_command(
 ) -> None:
     """Which frame of one recording belongs to which of another, and how well they agree.
 
-    Learned methods are fitted to these two recordings alone; over many recordings of a word they
-    are better (`elocute.alignment.fit_aligner`).
+    Soft-DTW takes a second. Learned methods (ctw, dctw, dcaw) are fitted to these two recordings
+    alone; over many recordings of a word they are better (`elocute.alignment.fit_aligner`).
     """
     from elocute.audio.read import read_audio
 
@@ -51,7 +54,8 @@ def align_command(
             views.append(speech.speech_view(sound, encoder))
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
-    found = methods.align(views, method, config, seed)
+    with told_progress(f"fitting {method}", as_json) as progress:
+        found = methods.align(views, method, config, seed, progress)
     if plot is not None and plan.wants(plot):
         from elocute.export.alignment_plot import plot_alignment
 

@@ -82,7 +82,19 @@ def convert_command(
     format: str | None = typer.Option(
         None, help="vocaset, biwi, folder or grid; found out by default."
     ),
-    fps: float | None = typer.Option(None, help="Frame rate of folder (30) or grid (60)."),
+    fps: float | None = typer.Option(
+        None, help="Frames a second of folder (told by its sounds), or to make of grid (60)."
+    ),
+    units: str | None = typer.Option(
+        None,
+        help="Of lengths in biwi and folder: mm, cm, dm, m, inch, or metres a unit; told by the "
+        "size of a head.",
+    ),
+    split: str | None = typer.Option(
+        None,
+        help="published (VOCASET, BIWI), even, sentences, or subjects that choose and judge: "
+        "ann,bob/cy. By default published, or even where there is none.",
+    ),
     texts: Path | None = typer.Option(None, help="What was said: subject TAB sentence TAB text."),
     leave_out: Path | None = typer.Option(
         None, help="A text file of subjects or clips to leave out."
@@ -91,7 +103,10 @@ def convert_command(
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Make a corpus folder of recordings; say what was skipped and why."""
+    """Make a corpus folder of recordings; say what was assumed, and what was skipped and why.
+
+    folder is what FaceFormer, CodeTalker and later work keep: vertices_npy/, wav/, templates.pkl.
+    """
     from elocute.corpus.importers.registry import convert
     from elocute.corpus.store import open_corpus
 
@@ -102,8 +117,8 @@ def convert_command(
     unwanted = frozenset() if leave_out is None else _names(leave_out)
     with plan.writing(output), progress_bar(f"converting {source.name}", as_json) as progress:
         notes = convert(
-            source, output, format=format, fps=fps, texts=texts, leave_out=unwanted,
-            progress=progress,
+            source, output, format=format, fps=fps, texts=texts, leave_out=unwanted, units=units,
+            split=split, progress=progress,
         )  # fmt: skip
     corpus = open_corpus(output)
     if as_json:

@@ -15,6 +15,7 @@ from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
 DEFAULT_METHODS = "diagonal,dtw,softdtw,ctw,dctw,dcaw"
+COLUMNS = ("method", "error frames", "p of error", "overlap", "p of overlap", "found")
 NOISE_RANGE_DB = (-20.0, 60.0)
 
 
@@ -31,6 +32,7 @@ def alignment_command(
     words: int | None = typer.Option(None, min=1, help="Only the first so many words."),
     seed: int = typer.Option(0, help="Of what is learned."),
     per_word: bool = typer.Option(False, help="Print every word too."),
+    table: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:
     """Error (Eq. 11) and overlap of phones carried from one recording to another.
@@ -38,6 +40,8 @@ def alignment_command(
     NAME.json: {"phones": [[start_s, end_s, phone], …]}, and "word": [start_s, end_s] in sentences.
     """
     from elocute.cli.align import alignment_module
+    from elocute.cli.outputs import plan_files
+    from elocute.cli.tables import check_tables, write_tables
     from elocute.encoders.registry import resolve_encoder
 
     judge = alignment_module("judge")
@@ -51,25 +55,34 @@ def alignment_command(
         if place is not None and not place.is_dir():
             raise InputError.about(place, found="no folder", allowed="a folder of words")
     resolve_encoder(encoder)
+    files = check_tables(table)
+    plan = plan_files([folder], files, False, False)
     with progress_bar("aligning", as_json) as progress:
         rows, broken = judge.judge_folder(
             folder, names, sentences=sentences, encoder=encoder, noise_db=noise_db,
             words=judge.word_names(folder, sentences)[:words], seed=seed,
             done=lambda share, _rows: progress(share) if progress else None,
         )  # fmt: skip
-    table = judge.summarise(rows)
+    found = judge.summarise(rows)
+    write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])
     if as_json:
-        record: dict[str, Any] = {"methods": table, "encoder": encoder, "left_out": broken}
+        record: dict[str, Any] = {"methods": found, "encoder": encoder, "left_out": broken}
         print(json.dumps(record | ({"words": list(map(asdict, rows))} if per_word else {})))
     else:
         if per_word:
             for row in rows:
                 print(f"{row.word:16} {row.method:10} {row.error_frames:7.3f} {row.overlap:6.3f}")
-        print_table(table)
+        print_table(found)
     for line in broken:
         print(f"elocute: {line}", file=sys.stderr)
     if broken:
         raise typer.Exit(1)
+
+
+def _cells(method: str, cells: dict[str, Any]) -> list[Any]:
+    tests = cells.get("against", {})
+    ps = [tests[m]["p"] if tests else None for m in ("error_frames", "overlap")]
+    return [method, cells["error_frames"], ps[0], cells["overlap"], ps[1], cells["found"]]
 
 
 def print_table(table: dict[str, dict[str, Any]]) -> None:

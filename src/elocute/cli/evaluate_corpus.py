@@ -16,12 +16,14 @@ from elocute.errors import CorpusError, InputError
 if TYPE_CHECKING:
     from elocute.corpus.bootstrap import Interval
     from elocute.corpus.store import Corpus
+    from elocute.corpus.vertex_lists import VertexList
     from elocute.training.corpus_scores import Measure, Row
 
 PARTS = ("test", "validation", "train")
 CHOICES = ("each", "best", "even")
 COLUMNS = (
-    ("lve_mm", "LVE mm"), ("lve_mm2", "LVE mm²"), ("mve_mm", "MVE mm"), ("fdd_mm", "FDD mm"),
+    ("lve_mm", "LVE mm"), ("lve_mm2", "LVE mm²"), ("mve_mm", "MVE mm"),
+    ("fdd_mm", "FDD mm (paper)"), ("fdd_code_mm2", "FDD mm² (code)"),
     ("velocity_mm", "vel mm/frame"), ("jerk", "jerk mm/s³"), ("true_jerk", "true jerk"),
     ("closure_recall", "closed"), ("closure_precision", "closed rightly"),
 )  # fmt: skip
@@ -35,17 +37,28 @@ def corpus_command(
     style: str = typer.Option(
         "each", help="each, best (per subject, chosen by the truth), even, a name or a mix."
     ),
-    lips: Path | None = typer.Option(None, help="Lip vertices: .json, .txt or .npy."),
-    upper_face: Path | None = typer.Option(None, help="Upper-face vertices, likewise."),
+    lips: Path | None = typer.Option(
+        None,
+        help="Lip vertices of LVE: .json, .txt or .npy. By default the built-in head's own, or "
+        "for FLAME and BIWI the published list.",
+    ),
+    upper_face: Path | None = typer.Option(None, help="Upper-face vertices of FDD, likewise."),
     contacts: bool = typer.Option(False, help="Make rests and closures as `animate` does."),
     limit: int = typer.Option(0, min=0, help="Only so many clips, evenly taken; 0 takes all."),
     seed: int = typer.Option(0, min=0, help="Of the intervals."),
     output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
+    table: list[Path] | None = options.Table,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Predicted motion against recorded: lips, whole face, dynamics, closures."""
+    """Predicted motion against recorded: lips, whole face, dynamics, closures.
+
+    LVE is the worst lip vertex of each frame, its distance (mm) and its square (mm²). FDD is
+    given twice: as CodeTalker's paper defines it (of distances, mm) and as the code behind
+    published figures computes it (of squared distances, mm²).
+    """
+    from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.store import open_corpus
     from elocute.evaluation.clips import clip_predictor
     from elocute.files.atomic import write_atomically
@@ -54,8 +67,9 @@ def corpus_command(
 
     if output is not None and output.suffix.lower() != ".json":
         raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+    tables = check_tables(table)
     lists = [path for path in (lips, upper_face) if path is not None]
-    plan = plan_files([corpus, model, *lists], [output], overwrite, no_clobber)
+    plan = plan_files([corpus, model, *lists], [output, *tables], overwrite, no_clobber)
     opened = open_corpus(corpus)
     names = _names(opened, split, part, limit)
     measure = measure_of(opened, lips, upper_face)
@@ -64,20 +78,27 @@ def corpus_command(
     predict = clip_predictor(chosen, opened, contacts=contacts)
     with progress_bar("measuring", as_json) as progress:
         scores = score_clips(opened, names, styles, predict, measure, progress)
-    table = (best_rows if style == "best" else rows)(scores, seed)
+    found = (best_rows if style == "best" else rows)(scores, seed)
     report = {
         "corpus": corpus.name, "model": Path(model).name, "split": split, "part": part,
         "style": style, "contacts": contacts, "clips": len(names), **measure.record(),
-        "confidence": 0.95, "rows": [row.record() for row in table],
+        "confidence": 0.95, "rows": [row.record() for row in found],
     }  # fmt: skip
     text = json.dumps(report, allow_nan=False)
     if output is not None and plan.wants(output):
         with plan.writing(output), write_atomically(output) as draft:
             draft.write_text(text + "\n", encoding="utf-8")
+    there = _present(found)
+    write_tables(
+        plan,
+        tables,
+        ["subject", "style", "clips", *(title for _, title in there)],
+        [[r.subject, r.style, r.clips, *(r.summary[name] for name, _ in there)] for r in found],
+    )
     if as_json:
         print(text)
     else:
-        _show(table, measure)
+        _show(found, measure)
 
 
 def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:
@@ -91,21 +112,34 @@ def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:
 
 
 def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> Measure:
-    """Lists of the built-in head where its mesh is the corpus's, or those of files."""
-    from elocute.corpus.vertex_lists import builtin_list, read_vertex_list
+    """Lists of files; else those of the built-in head, FLAME or BIWI, whose mesh it is."""
+    from elocute.corpus.topologies import topology_of
+    from elocute.corpus.vertex_lists import builtin_list, published_list, read_vertex_list
     from elocute.head.builtin import load_builtin_head
     from elocute.training.corpus_scores import Measure
 
     head, count = load_builtin_head(), corpus.vertex_count
     ours = corpus.topology == head.name and count == head.vertex_count
-    given = [read_vertex_list(path, count) if path else None for path in (lips, upper_face)]
-    own = [builtin_list(name) if ours else None for name in ("lips", "upper_face")]
-    return Measure(given[0] or own[0], given[1] or own[1], mouth=ours)
+    known = topology_of(count)
+
+    def chosen(path: Path | None, name: str) -> VertexList | None:
+        if path is not None:
+            return read_vertex_list(path, count)
+        if ours:
+            return builtin_list(name)
+        return published_list(known, name) if known else None
+
+    return Measure(chosen(lips, "lips"), chosen(upper_face, "upper_face"), mouth=ours)
+
+
+def _present(table: list[Row]) -> list[tuple[str, str]]:
+    """Name and title of the measures that any row has."""
+    return [c for c in COLUMNS if any(row.summary[c[0]].record() for row in table)]
 
 
 def _show(table: list[Row], measure: Measure) -> None:
     """One line per row; what no row has is left out and named below."""
-    there = [c for c in COLUMNS if any(row.summary[c[0]].record() for row in table)]
+    there = _present(table)
     print(f"{'subject':12} {'style':12} {'clips':>5}", *(f"{title:>22}" for _, title in there))
     for row in table:
         cells = (f"{cell(row.summary[name]):>22}" for name, _ in there)

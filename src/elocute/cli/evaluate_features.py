@@ -26,6 +26,7 @@ def features_command(
     epochs: int = typer.Option(50, help="Of every training."),
     split: str = typer.Option("default", help="Which split of the corpus."),
     resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
+    table: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:
     """Train once per encoder, all else equal, and measure each on the test part.
@@ -34,11 +35,15 @@ def features_command(
     the mouth in the first test clip as recorded and as each model has it.
     """
     from elocute.cli.evaluate_corpus import cell, measure_of
+    from elocute.cli.outputs import plan_files
+    from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.store import open_corpus
 
     names = list(dict.fromkeys(name.strip() for name in encoders.split(",") if name.strip()))
     if not names:
         raise InputError.about(f"--encoders {encoders!r}", found="none", allowed="phones,fbank,…")
+    files = check_tables(table)
+    plan = plan_files([corpus], files, False, False)
     opened = open_corpus(corpus)
     clips = list(opened.split(split).test)
     if not clips:
@@ -53,13 +58,15 @@ def features_command(
         "encoders": {name: row.record() for name, row in rows.items()},
     }  # fmt: skip
     text = save_report(output / "report.json", report)
+    cells = [[name, *(row.summary[column] for column in SHOWN)] for name, row in rows.items()]
+    write_tables(plan, files, ["encoder", *SHOWN], cells)
     if as_json:
         print(text)
         return
     print(f"{'encoder':16}", *(f"{name:>24}" for name in SHOWN))
     for name, row in rows.items():
-        cells = (cell(row.summary[column]) for column in SHOWN)
-        print(f"{name:16}", *(f"{text:>24}" for text in cells))
+        shown = (cell(row.summary[column]) for column in SHOWN)
+        print(f"{name:16}", *(f"{text:>24}" for text in shown))
 
 
 def _train(
@@ -67,7 +74,7 @@ def _train(
     quiet: bool,
 ) -> dict[str, Path]:  # fmt: skip
     """Encoder to its model; all settings are checked before the first hour is spent."""
-    from elocute.cli.train import Lines
+    from elocute.cli.progress import Lines
     from elocute.cli.work_folder import prepare_folder
     from elocute.encoders.registry import resolve_encoder
 

@@ -38,6 +38,7 @@ def wild_command(
     trainings: str = typer.Option("speaker,word,mse", help="Which trainings, for trials."),
     seed: int = typer.Option(0, help="Of everything random."),
     resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
+    tables: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:
     """Train and measure: other speakers, other words, sentences, losses, noise, bases, a talker.
@@ -45,7 +46,10 @@ def wild_command(
     ρc is over all frames of the clips together, with 95 % by drawing clips again. Trainings go on
     where they were left; report.json is written last.
     """
-    from elocute.cli.train import Lines, name_broken
+    from elocute.cli.outputs import plan_files
+    from elocute.cli.progress import Lines
+    from elocute.cli.tables import check_tables, write_tables
+    from elocute.cli.train import name_broken
     from elocute.cli.work_folder import prepare_folder
     from elocute.corpus.shards import open_shards
 
@@ -63,6 +67,8 @@ def wild_command(
         epochs=epochs, learning_rate=learning_rate, last_rate=last_rate,
         weight_power=weight_power, augment=augment, highest_hz=highest_hz, seed=seed,
     )  # fmt: skip
+    files = check_tables(tables)
+    plan = plan_files([shards], files, False, False)
     opened = open_shards(shards, sounds)
     corpus, taken = _sentences(sentences, opened, subject, clips)
     prepare_folder(output, resume)
@@ -92,6 +98,13 @@ def wild_command(
         "bases_mm": bases, "talker": _talker(real, names, model) if real else {},
     }  # fmt: skip
     text = save_report(output / "report.json", report)
+    first = max((len(found.first) for found in table.values()), default=0)
+    write_tables(
+        plan,
+        files,
+        ["concordance", "clips", "mean", "weighted", *(f"c{k + 1}" for k in range(first))],
+        [[name, f.clips, f.mean, f.weighted, *f.first] for name, f in table.items()],
+    )
     if as_json:
         print(text)
     else:

@@ -34,6 +34,9 @@ Model = typer.Option(
 Head = typer.Option(
     "builtin", "--head", help="builtin, or a head or mesh file in the topology of the model."
 )
+Table = typer.Option(
+    None, "--table", help="Also write the table: .csv or .tex. May be given several times."
+)
 Json = typer.Option(False, "--json", help="Print one JSON record for machines.")
 
 _PICTURES = (".mp4", ".png")

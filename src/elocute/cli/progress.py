@@ -1,9 +1,11 @@
-"""Progress: bars on the terminal and nothing anywhere else, and how far an interrupted run got."""
+"""Progress: bars and lines on the terminal; in a log, a line per epoch and few others; and how far
+an interrupted run got."""
 
 from __future__ import annotations
 
 import contextlib
 import sys
+import time
 from collections.abc import Callable, Iterator
 
 from elocute.errors import Interrupted, printable
@@ -66,3 +68,64 @@ def _bar(label: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(printable(label), total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+@contextlib.contextmanager
+def told_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
+    """As `progress_bar`, and in a log a line at first and then one every QUIET_S: for work of
+    which nobody knows beforehand whether it takes a second or minutes."""
+    lines = Lines(quiet or sys.stderr.isatty())
+    with progress_bar(label, quiet) as bar:
+
+        def watch(share: float) -> None:
+            bar(share)
+            lines(0.0, f"{label}: {share:.0%}")
+
+        yield watch
+
+
+QUIET_S = 30.0
+"""Steps on the way to the first epoch are told at most so often in a log."""
+REDRAWN_S = 0.1
+
+
+class Lines:
+    """A line for every epoch, none for machines; around a training, tells how far it got.
+
+    Called with the share of all epochs done and a text. Texts at a share of nought tell steps
+    before the first epoch ("hearing the corpus: 12%"), of which there are hundreds: a terminal
+    shows them in one line that is drawn anew, a log the first of each kind and then one every
+    QUIET_S.
+    """
+
+    def __init__(self, quiet: bool) -> None:
+        self.quiet, self.terminal = quiet, sys.stderr.isatty()
+        self._last, self._kind, self._told, self._open = "", "", float("-inf"), 0
+
+    def __call__(self, share: float, line: str) -> None:
+        if self.quiet or line == self._last:
+            return
+        self._last = line
+        if share > 0:
+            self._write(f"{share:4.0%} {line}", "\n")
+            return
+        kind, now = line.partition(":")[0], time.monotonic()
+        pause = REDRAWN_S if self.terminal else QUIET_S
+        if kind == self._kind and now - self._told < pause:
+            return
+        self._kind, self._told = kind, now
+        self._write(line, "" if self.terminal else "\n")
+
+    def __enter__(self) -> Lines:
+        return self
+
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        if isinstance(error, Interrupted):
+            raise Interrupted(f"{self._last or 'no epoch'} done; --resume goes on") from None
+
+    def _write(self, text: str, end: str) -> None:
+        """Over the line that is still open, if one is."""
+        start = f"\r{' ' * self._open}\r" if self._open else ""
+        sys.stderr.write(f"{start}{text}{end}")
+        sys.stderr.flush()
+        self._open = 0 if end else len(text)

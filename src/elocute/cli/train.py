@@ -10,8 +10,9 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.commands import Commands
+from elocute.cli.progress import Lines
 from elocute.cli.work_folder import prepare_folder
-from elocute.errors import Interrupted, needs_extra
+from elocute.errors import needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
@@ -33,6 +34,7 @@ def voca_command(
     velocity: float = typer.Option(10.0, help="Weight of the velocity term."),
     seed: int = typer.Option(0, help="Of everything random."),
     full_decoder: bool = typer.Option(False, help="Train vertex by vertex: same loss, far slower."),
+    device: str = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu."),
     resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
@@ -41,15 +43,19 @@ def voca_command(
 
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):
+        from elocute.training.device import resolve_device
         from elocute.training.voca.config import TrainConfig
         from elocute.training.voca.run import MODEL, train_voca
     config = TrainConfig(
         epochs=epochs, batch_pairs=batch, learning_rate=learning_rate, velocity_weight=velocity,
         seed=seed, reduced=not full_decoder, encoder=encoder,
     )  # fmt: skip
+    resolve_device(device)
     prepare_folder(output, resume)
     with Lines(as_json) as report:
-        trained = train_voca(opened, config, output, split, resume=resume, report=report)
+        trained = train_voca(
+            opened, config, output, split, resume=resume, report=report, device=device
+        )
     sample = _sample(opened, split, output)
     record = {
         "model": str(output / MODEL), "styles": trained.styles, "sample": sample,
@@ -77,6 +83,7 @@ def crnn_command(
     ),
     highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
     seed: int = typer.Option(0, help="Of everything random."),
+    device: str = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu."),
     resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
@@ -89,15 +96,19 @@ def crnn_command(
     with needs_extra("training", "train"):
         from elocute.training.crnn.config import CrnnTrainConfig
         from elocute.training.crnn.run import MODEL, train_crnn
+        from elocute.training.device import resolve_device
     config = CrnnTrainConfig(
         epochs=epochs, batch_clips=batch, learning_rate=learning_rate, last_rate=last_rate,
         loss=loss, weight_power=weight_power, keep=keep, augment=augment, highest_hz=highest_hz,
         seed=seed,
     )  # fmt: skip
     opened = open_shards(shards, sounds)
+    resolve_device(device)
     prepare_folder(output, resume)
     with Lines(as_json) as report:
-        trained, missing = train_crnn(opened, config, output, resume=resume, report=report)
+        trained, missing = train_crnn(
+            opened, config, output, resume=resume, report=report, device=device
+        )
     broken = [*opened.broken, *missing]
     record = {
         "model": str(output / MODEL), "clips": len(opened),
@@ -115,25 +126,6 @@ def name_broken(broken: list[tuple[str, str]], clips: int) -> None:
     if broken:
         typer.echo(f"elocute: {len(broken)} left out; {clips} clips in sound shards", err=True)
         raise typer.Exit(1)
-
-
-class Lines:
-    """One line for every epoch, or none for machines; around a training, tells how far it got."""
-
-    def __init__(self, quiet: bool) -> None:
-        self.quiet, self.last = quiet, ""
-
-    def __call__(self, share: float, line: str) -> None:
-        if not self.quiet and line != self.last:
-            typer.echo(f"{share:4.0%} {line}", err=True)
-        self.last = line
-
-    def __enter__(self) -> Lines:
-        return self
-
-    def __exit__(self, kind: object, error: object, trace: object) -> None:
-        if isinstance(error, Interrupted):
-            raise Interrupted(f"{self.last or 'no epoch'} done; --resume goes on") from None
 
 
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elocute.audio.waveform import Waveform
+from elocute.corpus.frame_rate import TOLERANCE, fitting_rate
 from elocute.corpus.motion_checks import MotionFacts, Places, examine, find_places
-from elocute.corpus.split import Entry, leaks
+from elocute.corpus.split import Entry, Split, leaks
 from elocute.corpus.store import Corpus
 from elocute.corpus.sync import LAG_MAX_S, LagSums, Offset, estimate_offset, lag_sums
 from elocute.corpus.units import HEIGHT_RANGE_M, fitting_unit, height, is_head_sized
@@ -22,6 +23,8 @@ from elocute.errors import AudioError
 TURN_MAX_DEG, SHIFT_MAX_MM = 2.0, 5.0
 LENGTH_MAX_FRAMES = 2.0
 LENGTH_ERROR_S = 0.5
+LENGTH = "length:"
+SAME_RATIO_CLIPS = 3
 STILL_MM = 0.3  # mean distance of the mouth from rest: its range in a clip that hardly moves
 LOUD_RMS = 0.01
 OFFSET_MAX_S = 0.1
@@ -38,6 +41,15 @@ class Finding:
     about: str
     what: str
     frame: int | None = None
+
+
+@dataclass(frozen=True)
+class _Length:
+    """A clip whose sound and motion are not equally long."""
+
+    level: str
+    frames: int
+    seconds: float
 
 
 @dataclass
@@ -68,10 +80,15 @@ def check_corpus(corpus: Corpus, progress: Callable[[float], None] | None = None
     places = find_places(corpus)
     sums = _Sums()
     clips: list[Finding] = []
+    lengths: list[_Length] = []
     for done, entry in enumerate(corpus.entries, 1):
-        clips += _clip(corpus, entry, places, sums)
+        clips += _clip(corpus, entry, places, sums, lengths)
         if progress:
             progress(done / len(corpus.entries))
+    rate = _wrong_rate(corpus, lengths)
+    if rate is not None:
+        clips = [finding for finding in clips if not finding.what.startswith(LENGTH)]
+        found.append(rate)
     return [*found, *_offsets(sums), *clips]
 
 
@@ -94,12 +111,29 @@ def _splits(corpus: Corpus) -> Iterator[Finding]:
     # One or two people cannot be told apart by subject: measures then hold for them alone.
     few = len(corpus.subjects) < 3
     for name, split in corpus.splits.items():
-        for line in leaks(corpus.entries, split):
+        lines = leaks(corpus.entries, split)
+        if not few and _by_sentence(corpus, split, lines):
+            told = "parts share subjects but no sentence: measures hold for these people alone"
+            yield Finding("warning", f"split {name}", told)
+            continue
+        for line in lines:
             level = "warning" if few and line.startswith("subject ") else "error"
             yield Finding(level, f"split {name}", line)
 
 
-def _clip(corpus: Corpus, entry: Entry, places: Places, sums: _Sums) -> Iterator[Finding]:
+def _by_sentence(corpus: Corpus, split: Split, lines: list[str]) -> bool:
+    """Whether a split divides sentences on purpose: those who choose or judge are all taught,
+    or all not, and no sentence is shared, as in BIWI-Test-A and BIWI-Test-B."""
+    taught, *judged = (
+        {corpus.entry(clip).subject for clip in clips} for clips in split.parts().values()
+    )
+    shared = all(line.startswith("subject ") for line in lines)
+    return bool(lines) and shared and all(s <= taught or not s & taught for s in judged)
+
+
+def _clip(
+    corpus: Corpus, entry: Entry, places: Places, sums: _Sums, lengths: list[_Length]
+) -> Iterator[Finding]:
     facts = examine(corpus, entry.name, places)
     yield from _motion(entry, facts)
     try:
@@ -111,7 +145,8 @@ def _clip(corpus: Corpus, entry: Entry, places: Places, sums: _Sums) -> Iterator
     if abs(gap) * corpus.fps > LENGTH_MAX_FRAMES:
         level = "error" if abs(gap) > LENGTH_ERROR_S else "warning"
         than = "longer" if gap > 0 else "shorter"
-        yield Finding(level, entry.name, f"length: sound is {abs(gap):.2f} s {than} than motion")
+        lengths.append(_Length(level, entry.frames, sound.duration_s))
+        yield Finding(level, entry.name, f"{LENGTH} sound is {abs(gap):.2f} s {than} than motion")
     if facts.broken is not None:
         return
     if _loud(sound) and np.ptp(facts.activity) < STILL_MM:
@@ -121,6 +156,24 @@ def _clip(corpus: Corpus, entry: Entry, places: Places, sums: _Sums) -> Iterator
     measured = lag_sums(sound, facts.activity, corpus.fps)
     if measured is not None:
         sums.add(entry, measured)
+
+
+def _wrong_rate(corpus: Corpus, lengths: list[_Length]) -> Finding | None:
+    """One finding in place of many where most lengths are off by one ratio: another rate fits."""
+    if len(lengths) < SAME_RATIO_CLIPS or 2 * len(lengths) < len(corpus.entries):
+        return None
+    rates = np.array([length.frames / length.seconds for length in lengths])
+    middle = float(np.median(rates))
+    if np.abs(rates / middle - 1).max() > TOLERANCE or abs(middle / corpus.fps - 1) < TOLERANCE:
+        return None
+    rate = fitting_rate(middle) or middle
+    level = "error" if any(length.level == "error" for length in lengths) else "warning"
+    told = (
+        f"{LENGTH} in {len(lengths)} of {len(corpus.entries)} clips sound lasts "
+        f"{corpus.fps / middle:.2f} times as long as motion at {corpus.fps:g} frames/s; at "
+        f"{rate:.4g} they fit: make the corpus anew, corpus convert --fps {rate:.4g}"
+    )
+    return Finding(level, "corpus", told)
 
 
 def _motion(entry: Entry, facts: MotionFacts) -> Iterator[Finding]:

@@ -29,7 +29,9 @@ class ClipMetrics:
 
     lve_mm2, lve_mm      lip vertex error, squared and rooted
     mve_mm               mean vertex error
-    fdd_mm, fdd_abs_mm   upper-face dynamics deviation, signed (true - predicted) and absolute
+    fdd_mm, fdd_abs_mm   upper-face dynamics deviation as CodeTalker's paper defines it, signed
+                         (true - predicted) and absolute
+    fdd_code_mm2         the same as CodeTalker's code computes it, of squared distances, signed
     velocity_mm          error of the steps from frame to frame, mm a frame
     jerk, true_jerk      of the lips, mm/s³: as calm as the truth is best, not 0
     closures             met and counted, of the true lips and of the predicted
@@ -40,6 +42,7 @@ class ClipMetrics:
     mve_mm: float
     fdd_mm: float
     fdd_abs_mm: float
+    fdd_code_mm2: float
     velocity_mm: float
     jerk: float
     true_jerk: float
@@ -69,7 +72,7 @@ def clip_metrics(
     """
     check_alike(predicted, true)
     lve = lip_vertex_error(predicted, true, lips) if lips else (NAN, NAN)
-    fdd = dynamics_deviation(predicted, true, upper_face) if upper_face else (NAN, NAN)
+    fdd = _dynamics(predicted, true, upper_face) if upper_face else (NAN, NAN, NAN)
     jerks = (mean_jerk(predicted, lips), mean_jerk(true, lips)) if lips else (NAN, NAN)
     met = None
     if mouth:
@@ -115,11 +118,23 @@ def dynamics_deviation(
 
     Per vertex the standard deviation over time of its distance from the neutral face; true minus
     predicted, averaged over vertices, with its sign and without (FDD of Xing et al. 2023,
-    CodeTalker, section 4.2; their code squares the distance, their paper and this do not).
+    CodeTalker, section 4.2; their code squares the distance: `dynamics_deviation_of_squares`).
     """
-    lively = [_liveliness(track, upper_face) for track in (true, predicted)]
-    difference = lively[0] - lively[1]
-    return float(difference.mean()), float(np.abs(difference).mean())
+    return _dynamics(predicted, true, upper_face)[:2]
+
+
+def dynamics_deviation_of_squares(predicted: Track, true: Track, upper_face: VertexList) -> float:
+    """mm²: the same of squared distances, signed, as the code that published figures come from
+    computes it (CodeTalker's, and those of later work that took it over)."""
+    return _dynamics(predicted, true, upper_face)[2]
+
+
+def _dynamics(predicted: Track, true: Track, upper_face: VertexList) -> tuple[float, float, float]:
+    """FDD of distances, signed and absolute, and of their squares, signed."""
+    plain, squared = (
+        a - b for a, b in zip(*(_liveliness(t, upper_face) for t in (true, predicted)), strict=True)
+    )
+    return float(plain.mean()), float(np.abs(plain).mean()), float(squared.mean())
 
 
 def velocity_error(predicted: Track, true: Track) -> float:
@@ -140,11 +155,13 @@ def mean_jerk(track: Track, lips: VertexList) -> float:
     return _mean(steps) * track.fps**3
 
 
-def _liveliness(track: Track, places: VertexList) -> Doubles:
-    """(vertex,) mm."""
+def _liveliness(track: Track, places: VertexList) -> tuple[Doubles, Doubles]:
+    """(vertex,) mm and mm²: deviations over time of distances from rest, and of their squares."""
     rest = np.asarray(track.template, np.float64)[places.indices] * 1000
     distances = (np.linalg.norm(b - rest, axis=2) for b in track.blocks(places.indices))
-    return np.sqrt(moments(distances).variance)
+    both = moments(np.concatenate([d, d * d], axis=1) for d in distances)
+    plain, squared = np.split(np.sqrt(both.variance), 2)
+    return plain, squared
 
 
 def _pairs(

@@ -85,7 +85,8 @@ def examine(corpus: Corpus, name: str, places: Places) -> MotionFacts:
         activity.append(1000 * _distances(corpus, name, block, places.moving))
         before, start = block[-1:], start + len(block)
     turned, shifted, posed = (0.0, 0.0, 0)
-    if corpus.kind == "vertices":  # weights on a basis have nothing to turn by
+    whole = np.isfinite(corpus.template(corpus.entry(name).subject)).all()
+    if corpus.kind == "vertices" and whole:  # weights on a basis have nothing to turn by
         turned, shifted, posed = _pose(corpus, name, places.steady)
     found_mm = 1000 * jump_m if jump is not None else 0.0
     return MotionFacts(

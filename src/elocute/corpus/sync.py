@@ -68,12 +68,12 @@ def openness(sound: Waveform) -> Floats:
 
 def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
     """Correlation sums of one clip; None where it is too short or one of both is constant."""
+    if min(sound.duration_s, len(activity) / fps) * RATE < 3 * LAGS[-1]:
+        return None
     voice = openness(sound)
     times = np.arange(int(len(activity) / fps * RATE)) / RATE
     mouth = _blurred(np.interp(times, np.arange(len(activity)) / fps, activity))
     count = min(len(voice), len(mouth))
-    if count < 3 * LAGS[-1]:
-        return None
     voice, mouth = voice[:count] - voice[:count].mean(), mouth[:count] - mouth[:count].mean()
     if voice.std() < 1e-6 or mouth.std() < 1e-6:
         return None

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.brief import one_line
+from elocute.corpus.topologies import Topology, published_indices
 from elocute.errors import CorpusError
 from elocute.files.arrays import read_npy
 from elocute.files.reading import read_bytes, read_text
@@ -57,6 +58,15 @@ def builtin_list(which: str) -> VertexList:
             f"vertex list {which!r}", found="unknown", allowed=", ".join(BUILTIN_LISTS)
         )
     return VertexList(f"builtin:{which}", _places(load_builtin_head(), which))
+
+
+def published_list(topology: Topology, which: str) -> VertexList:
+    """The list of lips or upper_face that figures were published over, called `published:…`.
+
+    Raises CorpusError for another name.
+    """
+    indices = published_indices(topology, which)
+    return VertexList(f"published:{topology.published[which]}", indices)
 
 
 def _places(head: HeadModel, which: str) -> NDArray[np.int64]:

@@ -19,6 +19,7 @@ from elocute.files.arrays import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
 
 BLOCK = 120  # frames of a clip that are in memory at once where the clip lies on disk
+FLAC_MAX_HZ = 655_350
 
 
 class CorpusWriter:
@@ -69,6 +70,12 @@ class CorpusWriter:
             )  # fmt: skip
         if clip.name in self._names:
             raise CorpusError.about(f"clip {clip.name}", found="there already")
+        if clip.sound.sample_rate > FLAC_MAX_HZ:
+            raise CorpusError.about(
+                f"clip {clip.name}",
+                found=f"sound at {clip.sound.sample_rate} Hz",
+                allowed=f"up to {FLAC_MAX_HZ} Hz, as much as FLAC holds",
+            )
         path = self._corpus.folder / "sound" / f"{clip.name}.flac"
         write_flac(path, clip.sound.samples, clip.sound.sample_rate)
         start = self._rows.count

@@ -337,6 +337,8 @@ def read_header(file: Any) -> ArrayHeader:
 
 
 def _parsed(text: str) -> ArrayHeader:
+    if "\\" in text:  # never in what NumPy writes, and Python would warn of some
+        raise _UnusableError("a header that cannot be read")
     try:
         fields = ast.literal_eval(text.strip())
     except (ValueError, SyntaxError, MemoryError, RecursionError, TypeError):

@@ -142,7 +142,7 @@ def _refuse_strangers(planned: Planned, overwrite: bool, remedy: str) -> None:
     is_folder = path.is_dir() and not path.is_symlink()
     if overwrite and not is_folder:
         return
-    what = "a folder" if is_folder else "a file"
+    what = "exists already: " + ("a folder" if is_folder else "a file")
     if planned.beside is not None:
         what = f"{what} where the sound beside {planned.beside.name} belongs,"
     if known is None:

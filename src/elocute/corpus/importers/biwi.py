@@ -3,7 +3,8 @@
     faces/SUBJECT/SENTENCE/frame_NNN.vl  int32 vertex count, then float32 x y z of each vertex,
                                          little-endian; global rotation and shift removed; 25 fps
     rigid_scans/SUBJECT.obj              the neutral face, same topology (23370 vertices)
-    wav/SUBJECT_SENTENCE.wav             or audio/…, or SUBJECT/SENTENCE.wav below either
+    audio/SUBJECT_SENTENCE_cut.wav       or SUBJECT_SENTENCE.wav, or SUBJECT/SENTENCE.wav; or
+                                         below wav/
 
 `faces` and `rigid_scans` may be left out: subjects then lie in the folder itself, each with its
 SUBJECT.obj or neutral.obj or neutral.vl.
@@ -21,7 +22,9 @@ from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
-from elocute.corpus.importers.common import Progress, even_split, finish, metres_per_unit
+from elocute.corpus.importers.common import Progress, Skipped, finish, metres_per_unit
+from elocute.corpus.importers.splits import chosen_splits
+from elocute.corpus.topologies import topology_of
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.reading import bytes_text, read_bytes
@@ -29,6 +32,12 @@ from elocute.files.reading import bytes_text, read_bytes
 FPS = 25.0
 NOTE = "B3D(AC)2 (Fanelli et al. 2010), under the licence of its authors; not to be passed on."
 FILE_MAX_BYTES = 64_000_000
+SOUND_FOLDERS = ("audio", "wav", ".", "faces")
+SOUND_NAMES = (
+    "{subject}_{sentence}_cut.wav", "{subject}_{sentence}.wav", "{subject}/{sentence}.wav",
+    "{subject}/{sentence}/{sentence}.wav",
+)  # fmt: skip
+"""As distributed (`_cut` is trimmed to the motion), and as people sort them."""
 OBJ_WORDS_MAX = 6
 """Of a line: a corner after the fourth is not looked at."""
 Array = NDArray[np.float32]
@@ -39,11 +48,14 @@ def convert_biwi(
     output: Path,
     *,
     leave_out: frozenset[str] = frozenset(),
+    units: str | None = None,
+    split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Write the corpus folder `output`; returns a line for each thing that was skipped.
+    """Write the corpus folder `output`; returns a line for each thing assumed or skipped.
 
-    The unit is told by the size of the head. Scanners look at faces from the front with y down;
+    The unit is told by the size of the head, or by `units` (as for `metres_per_unit`); `split`
+    is as for `splits.chosen_splits`. Scanners look at faces from the front with y down;
     where the neutral mesh looks along -Z, all is turned by half a turn about x.
 
     Raises InputError for missing files and another topology; nothing is written then.
@@ -53,7 +65,7 @@ def convert_biwi(
         raise CorpusError.about(
             source, found="no SUBJECT/SENTENCE/frame_NNN.vl", allowed="the folders of B3D(AC)2"
         )
-    notes: list[str] = []
+    notes, skipped = list[str](), Skipped()
     neutral = {
         name: _neutral(source, name) for name in dict.fromkeys(f.parent.name for f in folders)
     }
@@ -66,9 +78,13 @@ def convert_biwi(
     for name, (template, _) in meshes.items():
         if len(template) != len(first):
             raise _topology(source / name, len(template), len(first))
-    turn = (_turn(first, faces, notes) * metres_per_unit(first, notes)).astype(np.float32)
+    scale = metres_per_unit(first, notes, units)
+    turn = (_turn(first, faces, notes) * scale).astype(np.float32)
     templates: dict[str, Array] = {name: mesh * turn for name, (mesh, _) in meshes.items()}
-    with corpus_writer(output, templates, fps=FPS, faces=faces, note=NOTE) as writer:
+    known = topology_of(len(first))
+    with corpus_writer(
+        output, templates, fps=FPS, faces=faces, topology=known.name if known else "", note=NOTE
+    ) as writer:
         for done, folder in enumerate(folders, 1):
             if progress:
                 progress(done / len(folders))
@@ -77,16 +93,17 @@ def convert_biwi(
                 continue
             sound = _sound(source, subject, sentence)
             if sound is None:
-                notes.append(f"{subject} {sentence}: no sound")
+                skipped.add("no sound", f"{subject} {sentence}")
                 continue
             try:
                 frames = _frames(folder, len(first), notes)
                 writer.add(Clip(subject, sentence, "", read_audio(sound), frames * turn))
             except (AudioError, _BrokenFrameError) as error:
-                notes.append(f"{subject} {sentence}: {error}")
-        finish(writer, source, notes)
-        writer.splits["default"] = even_split(writer.entries, notes)
-    return notes
+                skipped.add(str(error), f"{subject} {sentence}")
+        finish(writer, source, skipped.notes(), _names_looked_for(source))
+        numbers = {entry.name: entry.sentence for entry in writer.entries}
+        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+    return [*notes, *skipped.notes()]
 
 
 class _BrokenFrameError(CorpusError):
@@ -178,14 +195,20 @@ def _turn(vertices: Array, faces: NDArray[np.int32] | None, notes: list[str]) ->
 
 
 def _sound(source: Path, subject: str, sentence: str) -> Path | None:
-    for folder in (source / "wav", source / "audio", source, _root(source)):
-        for path in (
-            folder / f"{subject}_{sentence}.wav", folder / subject / f"{sentence}.wav",
-            folder / subject / sentence / f"{sentence}.wav",
-        ):  # fmt: skip
-            if path.is_file():
-                return path
+    names = [name.format(subject=subject, sentence=sentence) for name in SOUND_NAMES]
+    for folder in SOUND_FOLDERS:
+        for name in names:
+            if (source / folder / name).is_file():
+                return source / folder / name
     return None
+
+
+def _names_looked_for(source: Path) -> str:
+    """What sounds should be called, and what those that are there are called."""
+    there = [path for folder in SOUND_FOLDERS for path in sorted((source / folder).glob("*.wav"))]
+    names = ", ".join(n.format(subject="SUBJECT", sentence="SENTENCE") for n in SOUND_NAMES)
+    seen = f"; there is {there[0].name}" if there else "; there are no .wav"
+    return f"name sounds {names} in audio/ or wav/{seen}"
 
 
 def _frames(folder: Path, count: int, notes: list[str]) -> Array:

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
 from elocute.corpus.split import Entry, Split, split_by_subject
-from elocute.corpus.units import UNITS, fitting_unit, height, is_head_sized
+from elocute.corpus.topologies import BIWI, topology_of
+from elocute.corpus.units import (
+    TYPICAL_HEIGHT_M,
+    UNITS,
+    fitting_unit,
+    height,
+    is_head_sized,
+)
 from elocute.corpus.writer import CorpusWriter
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
@@ -21,19 +28,68 @@ FLOATS = "a .npy of floats, row after row, no Python objects"
 
 Progress = Callable[[float], None] | None
 Array = NDArray[np.float32]
+UNIT_AREA_HEIGHTS = (0.6, 2.0)
+"""Longest side of a face whose surface is 1, generously."""
+BOX_TOLERANCE = 0.01
+METRES_RANGE = (1e-6, 1e3)
+NAMED_AT_MOST = 3
 NAME_MAX = 120
 RATE_MAX = 1_000_000
 
 
-def metres_per_unit(template: NDArray[np.floating], notes: list[str]) -> float:
-    """What to multiply lengths by, judged by the size of a head; a note where it is not 1."""
+def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str | None) -> float:
+    """What to multiply lengths by: as told by `units`, else judged by the size of a head.
+
+    units  a name in units.UNITS, `m`, or metres as a number
+
+    A note says what was assumed where that is not 1. BIWI as FaceFormer's and CodeTalker's
+    preparation leaves it has been scaled to a surface of 1 (FaceXHuBERT's and FaceDiffuser's:
+    each axis to 1), which no unit undoes: a head of TYPICAL_HEIGHT_M is assumed. Raises CorpusError
+    for `units` that are none.
+    """
+    if units is not None:
+        return metres_of(units)
     size = height(template)
+    if topology_of(len(template)) is BIWI and UNIT_AREA_HEIGHTS[0] <= size <= UNIT_AREA_HEIGHTS[1]:
+        scale = TYPICAL_HEIGHT_M / size
+        boxed = bool(np.abs(np.ptp(template, axis=0) - 1).max() < BOX_TOLERANCE)
+        what = "each axis scaled to 1" if boxed else "scaled to a surface of 1"
+        lost = "its true size and proportions are" if boxed else "its true size is"
+        notes.append(
+            f"lengths: {BIWI.title} {what} ({size:.3g} units high): {lost} lost; taken as "
+            f"{TYPICAL_HEIGHT_M:g} m high, {scale:.3g} m a unit; --units sets another (1 keeps "
+            "the papers' unit)"
+        )
+        return scale
     unit = "" if is_head_sized(size) else fitting_unit(size)
     if unit:
-        notes.append(f"lengths: a head is {size:.4g} units high; taken as {unit}, now metres")
+        notes.append(
+            f"lengths: a head is {size:.4g} units high; taken as {unit}, now metres; "
+            "--units sets another"
+        )
     elif not is_head_sized(size):
-        notes.append(f"lengths: a head is {size:.4g} units high; no unit fits, left as it is")
+        notes.append(
+            f"lengths: a head is {size:.4g} units high; no unit fits, left as it is; "
+            "--units METRES sets one"
+        )
     return UNITS.get(unit, 1.0)
+
+
+def metres_of(units: str) -> float:
+    """Metres of a unit by name, or given as a number. Raises CorpusError."""
+    known = {"m": 1.0, **UNITS}
+    try:
+        metres = known[units] if units in known else float(units)
+    except ValueError:
+        metres = float("nan")
+    if not METRES_RANGE[0] <= metres <= METRES_RANGE[1]:
+        raise CorpusError.about(
+            f"--units {units}",
+            found="no unit of length",
+            allowed=f"{', '.join(known)}, or metres a unit, {METRES_RANGE[0]:g} to "
+            f"{METRES_RANGE[1]:g}",
+        )
+    return metres
 
 
 def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Array:
@@ -101,11 +157,34 @@ def waveform_of(audio: Any, sample_rate: Any) -> Waveform:
     )
 
 
-def finish(writer: CorpusWriter, source: Path, notes: Sequence[str]) -> None:
-    """Raises CorpusError, with the first reason, where every clip was skipped."""
+class Skipped:
+    """Clips left out, by reason: told one by one while they are few, summed where many."""
+
+    def __init__(self) -> None:
+        self._clips: dict[str, list[str]] = {}
+
+    def add(self, reason: str, clip: str) -> None:
+        self._clips.setdefault(reason, []).append(clip)
+
+    def notes(self) -> list[str]:
+        """`CLIP: REASON` each, or `REASON: N clips (…)` for more than NAMED_AT_MOST of one."""
+        lines = []
+        for reason, clips in self._clips.items():
+            if len(clips) <= NAMED_AT_MOST:
+                lines += [f"{clip}: {reason}" for clip in clips]
+                continue
+            first = ", ".join(clips[:NAMED_AT_MOST])
+            lines.append(
+                f"{reason}: {len(clips)} clips ({first} and {len(clips) - NAMED_AT_MOST} more)"
+            )
+        return lines
+
+
+def finish(writer: CorpusWriter, source: Path, skipped: Sequence[str], remedy: str = "") -> None:
+    """Raises CorpusError, with the first reason of `skipped`, where no clip is left."""
     if not writer.entries:
-        why = f" ({notes[0]})" if notes else ""
-        raise CorpusError.about(source, found=f"no clip that can be used{why}")
+        why = f" ({skipped[0]})" if skipped else ""
+        raise CorpusError.about(source, found=f"no clip that can be used{why}", remedy=remedy)
 
 
 def even_split(entries: Sequence[Entry], notes: list[str]) -> Split:
@@ -125,12 +204,19 @@ def even_split(entries: Sequence[Entry], notes: list[str]) -> Split:
             return split
         except CorpusError:
             notes.append("split: even, by subjects and sentences; clips between them are unused")
-            return _by_both(entries, set(validation), set(test))
+            return split_by_both(entries, set(validation), set(test))
     notes.append("split: by sentences only, since subjects are fewer than three")
-    return _by_both(entries, None, None)
+    return split_by_sentence(entries)
 
 
-def _by_both(entries: Sequence[Entry], validation: set[str] | None, test: set[str] | None) -> Split:
+def split_by_sentence(entries: Sequence[Entry]) -> Split:
+    """Sentences 80:10:10, whoever speaks them."""
+    return split_by_both(entries, None, None)
+
+
+def split_by_both(
+    entries: Sequence[Entry], validation: set[str] | None, test: set[str] | None
+) -> Split:
     """Sentences 70:15:15 (80:10:10 without subjects), and subjects where they are given."""
     sentences = sorted({entry.sentence for entry in entries})
     held = len(sentences) * (10 if validation is None else 15) // 100 or int(len(sentences) > 2)

@@ -13,47 +13,53 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.read import read_audio
+from elocute.audio.read import probe_audio, read_audio
 from elocute.corpus.clip import Clip
+from elocute.corpus.frame_rate import frame_rate
 from elocute.corpus.importers.common import (
     FLOATS,
     Progress,
+    Skipped,
     finish,
+    mapped,
     metres_per_unit,
     templates_of,
 )
-from elocute.corpus.importers.vocaset import (
-    PUBLISHED,
-    read_texts,
-    sentence_id,
-    vocaset_split,
-)
+from elocute.corpus.importers.splits import PUBLISHED, chosen_splits
+from elocute.corpus.importers.vocaset import read_texts, sentence_id
+from elocute.corpus.topologies import topology_of
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle
 
-FPS = 30.0
 ARRAY_MAX_BYTES = 8_000_000_000
 FOLDERS = ("vertices_npy", "wav")
+PROBED = 24
+"""Clips whose lengths tell the frame rate."""
 
 
 def convert_folder(
     source: Path,
     output: Path,
     *,
-    fps: float = FPS,
+    fps: float | None = None,
     texts: Path | None = None,
     leave_out: frozenset[str] = frozenset(),
+    units: str | None = None,
+    split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Write the corpus folder `output`; returns a line for each thing that was skipped.
+    """Write the corpus folder `output`; returns a line for each thing assumed or skipped.
 
-    fps    of the arrays: this convention stores no rate, and keeps every second frame of VOCASET
+    fps    of the arrays, which store none: by default told by the lengths of the sounds and by
+           the mesh (BIWI has 25; VOCASET 60, or 30 where every second frame was kept)
     texts  as for `convert_vocaset`
+    units  as for `metres_per_unit`: by default told by the size of the templates
+    split  as for `splits.chosen_splits`
 
-    Lengths are made metres where the templates' size tells their unit. Raises InputError for
-    missing, foreign or broken files and another topology; nothing is written then.
+    Raises InputError for missing, foreign or broken files and another topology; nothing is
+    written then.
     """
     for name in FOLDERS:
         if not (source / name).is_dir():
@@ -63,13 +69,20 @@ def convert_folder(
     path = source / "templates.pkl"
     templates = templates_of(path, read_pickle(path))
     words = {} if texts is None else read_texts(texts)
-    notes: list[str] = []
-    scale = metres_per_unit(next(iter(templates.values())), notes)
+    notes, skipped = list[str](), Skipped()
+    first = next(iter(templates.values()))
+    known = topology_of(len(first))
+    if known:
+        notes.append(f"mesh: {known.title}, by its {known.vertices} vertices")
+    scale = metres_per_unit(first, notes, units)
     arrays = sorted((source / "vertices_npy").glob("*.npy"))
     heard = {p.stem for p in (source / "wav").glob("*.wav")}
-    notes += [f"{name}: no motion" for name in sorted(heard - {p.stem for p in arrays})]
+    rate = frame_rate(_lengths(source, arrays, heard), known, fps, notes)
+    for name in sorted(heard - {p.stem for p in arrays}):
+        skipped.add("no motion", name)
     scaled = {name: template * np.float32(scale) for name, template in templates.items()}
-    with corpus_writer(output, scaled, fps=fps) as writer:
+    topology = known.name if known else ""
+    with corpus_writer(output, scaled, fps=rate, topology=topology) as writer:
         numbers: dict[str, str] = {}
         for done, array in enumerate(arrays, 1):
             if progress:
@@ -78,7 +91,7 @@ def convert_folder(
             if {array.stem, subject, f"{subject}.{number}"} & leave_out:
                 continue
             if not subject or array.stem not in heard:
-                notes.append(f"{array.stem}: no {'sound' if subject else 'template'}")
+                skipped.add("no sound" if subject else "no template", array.stem)
                 continue
             vertices = _vertices(array, len(templates[subject]))
             text = words.get((subject, number), "")
@@ -91,10 +104,29 @@ def convert_folder(
                 writer.add(clip)
                 numbers[clip.name] = number
             except (AudioError, CorpusError) as error:
-                notes.append(f"{array.stem}: {error}")
-        finish(writer, source, notes)
-        writer.splits["default"] = vocaset_split(writer.entries, numbers, notes)
-    return notes
+                skipped.add(str(error), array.stem)
+        finish(
+            writer,
+            source,
+            skipped.notes(),
+            "vertices_npy/SUBJECT_SENTENCE.npy, wav/SUBJECT_SENTENCE.wav, SUBJECT in templates.pkl",
+        )
+        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+    return [*notes, *skipped.notes()]
+
+
+def _lengths(source: Path, arrays: list[Path], heard: set[str]) -> list[tuple[int, float]]:
+    """Frames and seconds of sound of some clips, evenly taken; unreadable ones come up later."""
+    paired = [path for path in arrays if path.stem in heard]
+    found = []
+    for path in paired[:: max(1, len(paired) // PROBED)][:PROBED]:
+        try:
+            seconds = probe_audio(source / "wav" / f"{path.stem}.wav").duration_s
+            if seconds:
+                found.append((len(mapped(path)), seconds))
+        except (AudioError, CorpusError):
+            continue
+    return found
 
 
 def _parts(stem: str, templates: dict[str, Any]) -> tuple[str, str]:

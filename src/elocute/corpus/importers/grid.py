@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
-from elocute.corpus.importers.common import Progress, even_split, finish
+from elocute.corpus.importers.common import Progress, finish
 from elocute.corpus.importers.lip_fit import (
     CONTOURS,
     INNER_LOWER,
@@ -28,6 +28,7 @@ from elocute.corpus.importers.lip_fit import (
     fit_lips,
     lip_rows,
 )
+from elocute.corpus.importers.splits import chosen_splits
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npz
@@ -109,6 +110,7 @@ def convert_grid(
     *,
     fps: float = 60.0,
     leave_out: frozenset[str] = frozenset(),
+    split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
     """Write the corpus folder `output` of all clips of `source`, or of `source/clips`.
@@ -133,7 +135,8 @@ def convert_grid(
                 progress((len(residuals) + len(notes)) / total)
         finish(writer, source, notes)
         notes.append(f"residual: {np.median(residuals):.2f} mm (median over clips)")
-        writer.splits["default"] = even_split(writer.entries, notes)
+        numbers = {entry.name: entry.sentence for entry in writer.entries}
+        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
     return notes
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from elocute.corpus.importers import vocaset
 from elocute.corpus.importers.biwi import convert_biwi
-from elocute.corpus.importers.common import Progress
+from elocute.corpus.importers.common import Progress, metres_of
 from elocute.corpus.importers.folder import convert_folder
 from elocute.corpus.importers.grid import convert_grid
+from elocute.corpus.importers.splits import check_choice
 from elocute.corpus.importers.vocaset import convert_vocaset
 from elocute.errors import CorpusError
 
@@ -44,13 +46,18 @@ def convert(
     fps: float | None = None,
     texts: Path | None = None,
     leave_out: frozenset[str] = frozenset(),
+    units: str | None = None,
+    split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
     """Write a corpus folder; returns a line for each thing that was skipped or guessed.
 
     format     one of FORMATS, or None to find out
-    fps        of a `folder`'s arrays (30), or what `grid` is resampled to (60)
+    fps        of a `folder`'s arrays (told by its sounds), or what `grid` is resampled to (60)
     leave_out  names of subjects, or of clips as SUBJECT.SENTENCE (a file's name for `grid`)
+    units      of lengths in `biwi` and `folder`: mm, cm, dm, m, inch, or metres as a number;
+               None tells them by the size of a head
+    split      as for `splits.chosen_splits`; None takes the published one, or an even one
 
     Raises InputError; nothing is written then.
     """
@@ -67,12 +74,16 @@ def convert(
         )
     if texts is not None and known not in ("vocaset", "folder"):
         raise CorpusError.about("--texts", found=known, allowed="vocaset, folder")
+    if units is not None:
+        metres_of(units)
+        if known not in ("biwi", "folder"):
+            raise CorpusError.about("--units", found=known, allowed="biwi, folder")
+    check_choice(split)
+    shared: dict[str, Any] = {"leave_out": leave_out, "split": split, "progress": progress}
     if known == "vocaset":
-        return convert_vocaset(source, output, texts=texts, leave_out=leave_out, progress=progress)
+        return convert_vocaset(source, output, texts=texts, **shared)
     if known == "biwi":
-        return convert_biwi(source, output, leave_out=leave_out, progress=progress)
+        return convert_biwi(source, output, units=units, **shared)
     if known == "folder":
-        return convert_folder(
-            source, output, fps=fps or 30.0, texts=texts, leave_out=leave_out, progress=progress
-        )
-    return convert_grid(source, output, fps=fps or 60.0, leave_out=leave_out, progress=progress)
+        return convert_folder(source, output, fps=fps, texts=texts, units=units, **shared)
+    return convert_grid(source, output, fps=fps or 60.0, **shared)

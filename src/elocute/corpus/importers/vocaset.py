@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 from elocute.corpus.clip import Clip
 from elocute.corpus.importers.common import (
     Progress,
-    even_split,
     finish,
     mapped,
     plain,
     templates_of,
     waveform_of,
 )
-from elocute.corpus.split import Entry, Split
+from elocute.corpus.importers.splits import PUBLISHED, chosen_splits
+from elocute.corpus.split import Entry
 from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
@@ -42,18 +42,6 @@ TEXTS_MAX_BYTES = 16_000_000
 FRAMES_MAX = 10_000
 """Of one sentence: nearly three minutes."""
 
-# In the order of the released code, which is the order of its model's styles.
-TRAIN = (
-    "FaceTalk_170728_03272_TA", "FaceTalk_170904_00128_TA", "FaceTalk_170725_00137_TA",
-    "FaceTalk_170915_00223_TA", "FaceTalk_170811_03274_TA", "FaceTalk_170913_03279_TA",
-    "FaceTalk_170904_03276_TA", "FaceTalk_170912_03278_TA",
-)  # fmt: skip
-VALIDATION = ("FaceTalk_170811_03275_TA", "FaceTalk_170908_03277_TA")
-TEST = ("FaceTalk_170809_00138_TA", "FaceTalk_170731_00024_TA")
-PUBLISHED = (*TRAIN, *VALIDATION, *TEST)
-OWN_SENTENCES = frozenset(f"sentence{number}" for number in range(21, 41))
-"""Of validation and test, the sentences that nobody of another part speaks (section 5)."""
-
 Texts = dict[tuple[str, str], str]
 
 
@@ -63,10 +51,12 @@ def convert_vocaset(
     *,
     texts: Path | None = None,
     leave_out: frozenset[str] = frozenset(),
+    split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
     """Write the corpus folder `output`; returns a line for each thing that was skipped.
 
+    split  as for `splits.chosen_splits`: the published one by default
     texts  .json {subject: {sentence: text}} or lines `subject TAB sentence TAB text`. VOCASET's
            sentence numbers mean another text with each subject, so without texts no two
            subjects share a sentence identifier, and with them those share that say the same.
@@ -111,27 +101,8 @@ def convert_vocaset(
             if progress:
                 progress(done / len(order))
         finish(writer, source, notes)
-        writer.splits["default"] = vocaset_split(writer.entries, numbers, notes)
+        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
     return notes
-
-
-def vocaset_split(entries: Sequence[Entry], numbers: dict[str, str], notes: list[str]) -> Split:
-    """The published 8/2/2 split, or an even one for other subjects, and a note.
-
-    numbers  clip name to VOCASET's own sentence name
-    """
-    if not {entry.subject for entry in entries} <= set(PUBLISHED):
-        return even_split(entries, notes)
-
-    def part(subjects: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(
-            entry.name
-            for entry in entries
-            if entry.subject in subjects
-            and (subjects is TRAIN or numbers[entry.name] in OWN_SENTENCES)
-        )
-
-    return Split(part(TRAIN), part(VALIDATION), part(TEST))
 
 
 def read_texts(path: Path) -> Texts:

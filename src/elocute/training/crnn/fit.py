@@ -21,6 +21,7 @@ from elocute.training.crnn.batch import answer, random_batch, whole_batch
 from elocute.training.crnn.config import BETAS, CrnnTrainConfig
 from elocute.training.crnn.data import Heard, Row, batches, standard
 from elocute.training.crnn.loss import LOSSES, concordance, explained_shares, tempered
+from elocute.training.device import resolve_device
 from elocute.training.voca.checkpoint import (
     check_state,
     load_checkpoint,
@@ -74,15 +75,16 @@ class TrainedCrnn:
 
 def fit(
     lesson: Lesson, config: CrnnTrainConfig, folder: Path, *, resume: bool = False,
-    report: Report | None = None,
+    report: Report | None = None, device: str = "auto",
 ) -> TrainedCrnn:  # fmt: skip
     """Train; in `folder`: checkpoint.safetensors, log.csv, events for TensorBoard.
 
     A resumed training goes on bit for bit on one CPU, for whatever is random is drawn from seed,
-    epoch and batch. Raises ModelError where a checkpoint belongs to other settings.
+    epoch and batch. `device` is as for `resolve_device`; another one may go on where one stopped.
+    Raises ModelError where a checkpoint belongs to other settings, and for a device that is not
+    there.
     """
-    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    network = new_network(lesson, config).to(device)
+    network = new_network(lesson, config).to(resolve_device(device))
     optimiser = torch.optim.Adam(network.parameters(), config.learning_rate, BETAS)
     checkpoint = folder / CHECKPOINT
     log: list[dict[str, float]] = []

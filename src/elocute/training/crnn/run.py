@@ -9,19 +9,22 @@ from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.data import hear_shards
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.fit import Report, TrainedCrnn, fit, lesson_of
+from elocute.training.device import resolve_device
 
 MODEL = "model.onnx"
 
 
 def train_crnn(
     shards: Shards, config: CrnnTrainConfig, folder: Path, *, resume: bool = False,
-    report: Report | None = None, note: str = "",
+    report: Report | None = None, note: str = "", device: str = "auto",
 ) -> tuple[TrainedCrnn, tuple[tuple[str, str], ...]]:  # fmt: skip
     """Hear the shards, train, and leave model.onnx, checkpoint, log and events in `folder`.
 
     Gives the training and the clips that could not be heard, with the reason. Raises CorpusError
-    for shards that cannot be learned from, ModelError for settings that do not fit a checkpoint.
+    for shards that cannot be learned from, ModelError for settings that do not fit a checkpoint
+    and for a device that is not there (see `resolve_device`).
     """
+    resolve_device(device)  # before the shards are heard
 
     def hearing(share: float) -> None:
         if report:
@@ -32,6 +35,6 @@ def train_crnn(
     lesson = lesson_of(
         heard, basis.head.expression_basis, heard.chosen("train"), heard.chosen("validation")
     )
-    trained = fit(lesson, config, folder, resume=resume, report=report)
+    trained = fit(lesson, config, folder, resume=resume, report=report, device=device)
     export_crnn(trained, basis, folder / MODEL, note or shards.note)
     return trained, heard.missing

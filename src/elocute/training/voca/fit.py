@@ -18,6 +18,7 @@ from elocute.corpus.store import Corpus
 from elocute.errors import ModelError
 from elocute.networks.voca import Voca, VocaConfig
 from elocute.training.board import Board
+from elocute.training.device import resolve_device
 from elocute.training.voca.checkpoint import (
     load_checkpoint,
     network_tensors,
@@ -100,17 +101,16 @@ def fit(
     *,
     resume: bool = False,
     report: Report | None = None,
+    device: str = "auto",
 ) -> Trained:
     """Train for `config.epochs`; in `folder`: checkpoint.safetensors, log.csv, events for
     TensorBoard.
 
-    A resumed training goes on bit for bit on one CPU. Raises ModelError where a checkpoint
-    belongs to other settings.
+    `device` is as for `resolve_device`; another one may go on where one stopped. A resumed
+    training goes on bit for bit on one CPU. Raises ModelError where a checkpoint belongs to
+    other settings, and for a device that is not there.
     """
-    from lightning_fabric import Fabric
-
-    fabric = Fabric(accelerator="auto" if torch.cuda.is_available() else "cpu", devices="auto"
-                    if torch.cuda.is_available() else 1)  # fmt: skip
+    fabric = _fabric(device)
     fabric.launch()
     torch.manual_seed(config.seed)
     network = new_network(material, config)
@@ -142,6 +142,18 @@ def fit(
     )
     plain.eval()
     return Trained(plain, material.space, material.styles, config, material.fps, log)
+
+
+def _fabric(device: str) -> Any:
+    """One device as named; `auto` takes every CUDA device there is."""
+    from lightning_fabric import Fabric
+
+    place = resolve_device(device)
+    if place.type == "cpu":
+        return Fabric(accelerator="cpu", devices=1)
+    if place.type == "mps":
+        return Fabric(accelerator="mps", devices=1)
+    return Fabric(accelerator="cuda", devices="auto" if device == "auto" else [place.index])
 
 
 def new_network(material: Material, config: TrainConfig) -> Voca:
