@@ -89,7 +89,7 @@ def test_bad_sources_are_refused_in_one_line(tmp_path, sources, folder):
     refused("convert", later, *output, "--format", "grid", says=["NAME.npz"])
     refused("convert", later, *output, "--format", "biwi", says=[".vl"])
     refused("convert", later, *output, "--fps", "nan", says=["no frame rate"])
-    refused("convert", later, *output, "--leave-out", later, says=["cannot be read"])
+    refused("convert", later, *output, "--leave-out", later, says=["a folder"])
     refused("convert", later, "-o", tmp_path / "theirs", says=["exists already"])
     refused("convert", later, "-o", tmp_path / "theirs", "--overwrite", says=["exists already"])
     refused("convert", later, "-o", later, says=["an input of this run"])
