@@ -1,5 +1,6 @@
 """One plan of all outputs: nothing of a user's is replaced without being asked for."""
 
+import contextlib
 import multiprocessing
 import os
 import sqlite3
@@ -197,7 +198,7 @@ def test_the_ledger_forgets_the_oldest(tmp_path, speech, state, monkeypatch):
     monkeypatch.setattr(ledger, "ROWS_MAX", 3)
     for number in range(5):
         run(tmp_path / f"{number}.npz", speech)
-    with sqlite3.connect(state / ledger.NAME) as table:
+    with contextlib.closing(sqlite3.connect(state / ledger.NAME)) as table:
         assert table.execute("SELECT count(*) FROM outputs").fetchone() == (3,)
     run(tmp_path / "4.npz", speech)
     with pytest.raises(OutputError):
