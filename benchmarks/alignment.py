@@ -36,7 +36,8 @@ from alignment.natural import natural_words
 from alignment.speak import TUNING_VOICES, VOICES, speak_all, speak_sentences
 from alignment.texts import FRAMES, TUNING_WORDS, WORDS
 from alignment.visual import visual_words
-from elocute.alignment.judge import (
+from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
+from elocute.evaluation.alignments import (
     Row,
     judge_folder,
     judge_word,
@@ -44,7 +45,6 @@ from elocute.alignment.judge import (
     summarise,
     word_names,
 )
-from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
 
 
 def main() -> None:

@@ -28,12 +28,13 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from elocute.articulation.style import STYLES
 from elocute.corpus.store import Corpus, open_corpus
-from elocute.corpus.track import Track, true_track
+from elocute.evaluation.clips import true_track
 from elocute.head.builtin import load_builtin_head
 from elocute.models.hearing import hear
 from elocute.models.protocol import Span
 from elocute.models.registry import open_model
 from elocute.models.style_fit import Observed, fit_style
+from elocute.motion.track import Track
 
 Case = tuple[str, str, Track]
 """Clip, the style it was spoken in, its motion."""

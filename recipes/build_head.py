@@ -16,8 +16,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from elocute.export.surface import vertex_normals
 from elocute.head import HeadModel, save_head
+from elocute.head.normals import vertex_normals
 from head import marks, paint, shade
 from head.arkit import NAMES
 from head.face import NeutralFace

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.alignment.trials import Take
+from elocute.evaluation.trials import Take
 from encoder.natural import PAD_S, EnglishAligner, read
 
 CURVES = ("inner_opening_mean", "opening", "lip_width", "inner_width", "outer_height", "jaw",

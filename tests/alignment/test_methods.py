@@ -11,7 +11,6 @@ import pytest
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
 from elocute.alignment import METHODS, Alignment, align, fit_aligner
-from elocute.alignment.judge import read_softly
 from elocute.alignment.types import check_path
 from elocute.alignment.warp import (
     attention_path,
@@ -21,6 +20,7 @@ from elocute.alignment.warp import (
     path_attention,
 )
 from elocute.errors import AlignmentError
+from elocute.evaluation.alignments import read_softly
 
 DEEP = ("dctw", "dcaw")
 

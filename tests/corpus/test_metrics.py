@@ -9,10 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.corpus import track as track_module
-from elocute.corpus.bootstrap import mean_interval, ratio_interval, summarise
-from elocute.corpus.closures import Closures, closures, lip_opening, short_runs
-from elocute.corpus.metrics import (
+from elocute.corpus.store import Corpus
+from elocute.corpus.topologies import BIWI, FLAME, topology_of
+from elocute.errors import CorpusError
+from elocute.evaluation.clips import true_track
+from elocute.evaluation.closures import Closures, closures, lip_opening, short_runs
+from elocute.evaluation.intervals import mean_interval, ratio_interval, summarise
+from elocute.evaluation.metrics import (
     clip_metrics,
     dynamics_deviation,
     dynamics_deviation_of_squares,
@@ -21,19 +24,17 @@ from elocute.corpus.metrics import (
     mean_vertex_error,
     velocity_error,
 )
-from elocute.corpus.store import Corpus
-from elocute.corpus.topologies import BIWI, FLAME, topology_of
-from elocute.corpus.track import Track, true_track
-from elocute.corpus.vertex_lists import (
+from elocute.evaluation.vertex_lists import (
     VertexList,
     builtin_list,
     published_list,
     read_vertex_list,
 )
-from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
+from elocute.motion import track as track_module
 from elocute.motion.measures import measure_mouth
 from elocute.motion.motion import Motion
+from elocute.motion.track import Track
 
 FPS = 30.0
 LIPS = VertexList("some", np.array([1, 4, 6]))

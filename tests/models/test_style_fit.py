@@ -11,10 +11,9 @@ import pytest
 
 from elocute.audio.features import Features
 from elocute.audio.read import read_audio
-from elocute.corpus import track as track_module
-from elocute.corpus.track import Track, true_track
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import ModelError
+from elocute.evaluation.clips import true_track
 from elocute.head.builtin import load_builtin_head
 from elocute.models import style_fit
 from elocute.models.hearing import hear
@@ -23,6 +22,8 @@ from elocute.models.style_file import read_mix, write_mix
 from elocute.models.style_fit import Observed, fit_style, search
 from elocute.models.styles import basis_of
 from elocute.models.voca import VocaModel
+from elocute.motion import track as track_module
+from elocute.motion.track import Track
 
 MIX = {"broad": 0.6, "tense": 0.4}
 

@@ -16,6 +16,7 @@ from elocute.audio.mel3 import mel3_columns  # noqa: E402
 from elocute.audio.read import read_audio  # noqa: E402
 from elocute.audio.waveform import Waveform  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
+from elocute.evaluation.concordance import figures  # noqa: E402
 from elocute.models.crnn import CrnnModel  # noqa: E402
 from elocute.models.crnn_network import CrnnNetwork  # noqa: E402
 from elocute.models.crnn_stream import JOINS, CrnnStream, stream_weights, whole_level  # noqa: E402
@@ -27,7 +28,6 @@ from elocute.networks.crnn import SharedCrnn  # noqa: E402
 from elocute.training.crnn.batch import answer, random_batch, segment, whole_batch  # noqa: E402
 from elocute.training.crnn.config import CrnnTrainConfig  # noqa: E402
 from elocute.training.crnn.data import hear_shards  # noqa: E402
-from elocute.training.crnn.figures import figures  # noqa: E402
 from elocute.training.crnn.fit import audible_bands, fit, lesson_of  # noqa: E402
 from elocute.training.crnn.loss import (  # noqa: E402
     concordance,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from elocute.errors import InputError
+from elocute.evaluation.real_talker import evaluate_real, read_take, read_takes
 from elocute.motion.curves import Curves
-from elocute.training.real_talker import evaluate_real, read_take, read_takes
 
 EYES_MM = 90.0
 FPS = 25

@@ -24,7 +24,7 @@ from elocute.capture.landmarks import Landmarks
 from elocute.capture.scan import Scan
 from elocute.capture.surface import FineMesh
 from elocute.capture.template import Template
-from elocute.export.surface import vertex_normals
+from elocute.head.normals import vertex_normals
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from elocute.brief import one_line
 from elocute.corpus.units import HEIGHT_RANGE_M, fitting_unit, height, is_head_sized
 from elocute.errors import CaptureError
-from elocute.export.surface import vertex_normals
+from elocute.head.normals import vertex_normals
 
 Floats = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.brief import one_line
-from elocute.export.surface import vertex_normals
+from elocute.head.normals import vertex_normals
 
 Floats = NDArray[np.float64]
 

@@ -47,9 +47,9 @@ def real_command(
 ) -> None:
     """Predicted lips against those of a real talker: correlation and closures."""
     from elocute.animation import animate
+    from elocute.evaluation.real_talker import evaluate_real
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.measures import measure_mouth
-    from elocute.training.real_talker import evaluate_real
 
     wanted = read_names(names)
     eye_distance_mm = 1000 * load_builtin_head().eye_distance_m

@@ -14,10 +14,10 @@ from elocute.cli.progress import progress_bar
 from elocute.errors import CorpusError, InputError
 
 if TYPE_CHECKING:
-    from elocute.corpus.bootstrap import Interval
     from elocute.corpus.store import Corpus
-    from elocute.corpus.vertex_lists import VertexList
-    from elocute.training.corpus_scores import Measure, Row
+    from elocute.evaluation.corpus_scores import Measure, Row
+    from elocute.evaluation.intervals import Interval
+    from elocute.evaluation.vertex_lists import VertexList
 
 PARTS = ("test", "validation", "train")
 CHOICES = ("each", "best", "even")
@@ -61,9 +61,9 @@ def corpus_command(
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.store import open_corpus
     from elocute.evaluation.clips import clip_predictor
+    from elocute.evaluation.corpus_scores import best_rows, rows, score_clips
     from elocute.files.atomic import write_atomically
     from elocute.models.registry import open_model
-    from elocute.training.corpus_scores import best_rows, rows, score_clips
 
     if output is not None and output.suffix.lower() != ".json":
         raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
@@ -114,9 +114,9 @@ def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:
 def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> Measure:
     """Lists of files; else those of the built-in head, FLAME or BIWI, whose mesh it is."""
     from elocute.corpus.topologies import topology_of
-    from elocute.corpus.vertex_lists import builtin_list, published_list, read_vertex_list
+    from elocute.evaluation.corpus_scores import Measure
+    from elocute.evaluation.vertex_lists import builtin_list, published_list, read_vertex_list
     from elocute.head.builtin import load_builtin_head
-    from elocute.training.corpus_scores import Measure
 
     head, count = load_builtin_head(), corpus.vertex_count
     ours = corpus.topology == head.name and count == head.vertex_count

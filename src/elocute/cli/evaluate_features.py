@@ -14,7 +14,7 @@ from elocute.errors import CorpusError, InputError, needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.store import Corpus
-    from elocute.training.corpus_scores import Measure, Row
+    from elocute.evaluation.corpus_scores import Measure, Row
 
 SHOWN = ("lve_mm", "mve_mm", "velocity_mm", "closure_recall", "closure_precision")
 
@@ -97,8 +97,8 @@ def _train(
 def _measured(corpus: Corpus, clips: list[str], model: Path, measure: Measure) -> Row:
     """Every clip in the style that fits its subject best."""
     from elocute.evaluation.clips import clip_predictor
+    from elocute.evaluation.corpus_scores import best_rows, score_clips
     from elocute.models.registry import open_model
-    from elocute.training.corpus_scores import best_rows, score_clips
 
     opened = open_model(model)
     predict = clip_predictor(opened, corpus)
@@ -109,9 +109,8 @@ def _measured(corpus: Corpus, clips: list[str], model: Path, measure: Measure) -
 def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path) -> None:
     import numpy as np
 
-    from elocute.corpus.closures import lip_opening
-    from elocute.corpus.track import true_track
-    from elocute.evaluation.clips import clip_predictor
+    from elocute.evaluation.clips import clip_predictor, true_track
+    from elocute.evaluation.closures import lip_opening
     from elocute.export.overlay import plot_overlay
     from elocute.models.registry import open_model
     from elocute.models.styles import EVEN

@@ -13,7 +13,7 @@ from elocute.errors import InputError, needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.shards import Shards
-    from elocute.training.crnn.figures import Figures
+    from elocute.evaluation.concordance import Figures
 
 PAPER = {"speaker": 0.621, "word": 0.502, "sentences": 0.463}  # µ28 on test, Table 2
 
@@ -54,7 +54,7 @@ def wild_command(
     from elocute.corpus.shards import open_shards
 
     with needs_extra("training", "train"):
-        from elocute.training.crnn import wild
+        from elocute.evaluation import wild
         from elocute.training.crnn.config import CrnnTrainConfig
         from elocute.training.crnn.data import hear_shards
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
@@ -139,9 +139,9 @@ def _continuous(
     corpus: Any, names: list[str], model: Path, shards: Shards, shares: Any
 ) -> dict[str, Figures]:
     """With the state going on, and in pieces of 15 frames as the paper does."""
+    from elocute.evaluation.wild import judge_sentences
     from elocute.models.crnn_network import CrnnNetwork
     from elocute.models.crnn_stream import JOINS, stream_weights
-    from elocute.training.crnn.wild import judge_sentences
 
     opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
     return {
@@ -154,9 +154,9 @@ def _continuous(
 
 
 def _bases(corpus: Any, names: list[str], shards: Shards) -> dict[str, dict[str, float]]:
+    from elocute.evaluation.wild import compare_bases
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.curves import ARKIT_NAMES
-    from elocute.training.crnn.wild import compare_bases
 
     head = load_builtin_head()
     if corpus.vertex_count != head.vertex_count:
@@ -174,9 +174,9 @@ def _talker(folder: Path, names: Path | None, model: Path) -> dict[str, Any]:
 
     from elocute.animation import animate
     from elocute.cli.evaluate import read_names
+    from elocute.evaluation.real_talker import evaluate_real
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.measures import measure_mouth
-    from elocute.training.real_talker import evaluate_real
 
     eye_mm, wanted = 1000 * load_builtin_head().eye_distance_m, read_names(names)
     found = {}

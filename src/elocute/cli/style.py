@@ -81,10 +81,10 @@ def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[
 def _of_motion(path: Path, sound: Path, model: SpeechModel) -> Observed:
     """Joint rotations are left out, as measures do: a nod is no style."""
     from elocute.audio.read import read_audio
-    from elocute.corpus.track import Track
     from elocute.models.hearing import hear
     from elocute.models.style_fit import Observed
     from elocute.motion.store import load_motion
+    from elocute.motion.track import Track
 
     motion = load_motion(path)
     head = motion.head
@@ -94,7 +94,7 @@ def _of_motion(path: Path, sound: Path, model: SpeechModel) -> Observed:
 
 def _of_clip(path: Path, model: SpeechModel) -> Observed:
     from elocute.corpus.store import open_corpus
-    from elocute.corpus.track import true_track
+    from elocute.evaluation.clips import true_track
     from elocute.models.hearing import hear
     from elocute.models.style_fit import Observed
 

@@ -7,8 +7,8 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from elocute.corpus.bootstrap import Interval
 from elocute.errors import InputError
+from elocute.evaluation.intervals import Interval
 from elocute.files.atomic import write_atomically
 from elocute.files.outputs import OutputPlan
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.corpus.store import Corpus
-from elocute.corpus.track import Track
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.models.hearing import hear
 from elocute.models.protocol import Heard, Span, SpeechModel
 from elocute.models.styles import basis_of
+from elocute.motion.track import Track
 
 Array = NDArray[np.float32]
 HEARD_CLIPS = 2  # kept, so that many styles of one clip are heard once
@@ -54,6 +54,12 @@ def clip_predictor(
         return Track(weights, corpus.template(entry.subject), corpus.fps, basis)
 
     return predict
+
+
+def true_track(corpus: Corpus, name: str) -> Track:
+    """A clip as it was recorded. Raises CorpusError for a clip that is not there."""
+    subject = corpus.entry(name).subject
+    return Track(corpus.frames(name), corpus.template(subject), corpus.fps, corpus.basis)
 
 
 def _basis_for(names: tuple[str, ...], basis: Array | None, corpus: Corpus) -> Array:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from elocute.audio.noise import with_gain, with_noise
 from elocute.audio.waveform import Waveform
-from elocute.corpus.closures import CLOSED_MM
 from elocute.errors import InputError
+from elocute.evaluation.closures import CLOSED_MM
 from elocute.head.builtin import load_builtin_head
 from elocute.head.choice import sample_identities
 from elocute.head.model import HeadModel

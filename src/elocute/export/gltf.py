@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.sound import Sound, pack_sound, sound_source, write_wav
-from elocute.export.surface import (
+from elocute.files.atomic import write_atomically
+from elocute.files.outputs import OutputPlan
+from elocute.head.model import HeadModel
+from elocute.head.normals import (
     linear_colors,
     morphed_normals,
     moved_vertices,
     vertex_normals,
 )
-from elocute.files.atomic import write_atomically
-from elocute.files.outputs import OutputPlan
-from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 
 FLOAT, USHORT, UBYTE, UINT = 5126, 5123, 5121, 5125

@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.corpus.track import MM, Track
 from elocute.errors import ModelError
 from elocute.models.protocol import Heard, Span, SpeechModel
 from elocute.models.styles import basis_of
+from elocute.motion.track import MM, Track
 from elocute.numerics.sampling import frame_places, frames_in, read_rows
 
 Array = NDArray[np.float32]

@@ -111,8 +111,8 @@ def test_a_real_talker_becomes_a_corpus(shared_data, tmp_path):
     assert (entry.name, entry.text, corpus.fps) == (f"ann.{videos[0].stem}", "bin blue", 60)
     tracked = np.load(shared_data / f"grid_s1/clips/{videos[0].stem}.npz")
     gap = np.interp(np.arange(entry.frames) / 60, tracked["t"], tracked["inner_opening_mean"])
-    from elocute.corpus.closures import lip_opening
-    from elocute.corpus.track import true_track
+    from elocute.evaluation.clips import true_track
+    from elocute.evaluation.closures import lip_opening
 
     assert np.corrcoef(gap, lip_opening(true_track(corpus, entry.name)))[0, 1] > 0.95
 

@@ -62,7 +62,7 @@ def _words(path: Path) -> None:
 
 
 def _parts(path: Path) -> None:
-    from elocute.alignment.trials import read_parts
+    from elocute.evaluation.trials import read_parts
 
     read_parts(path)
 
@@ -156,7 +156,7 @@ def _scan(folder: Path, _out: Path) -> None:
 
 
 def _vertex_list(path: Path) -> None:
-    from elocute.corpus.vertex_lists import read_vertex_list
+    from elocute.evaluation.vertex_lists import read_vertex_list
 
     read_vertex_list(path, 100)
 
@@ -239,7 +239,7 @@ def _track(path: Path, _out: Path) -> None:
 
 
 def _take(path: Path, _out: Path) -> None:
-    from elocute.training.real_talker import read_take, read_takes
+    from elocute.evaluation.real_talker import read_take, read_takes
 
     for take in read_takes(path):
         read_take(take)
@@ -378,7 +378,7 @@ READERS: tuple[Reader, ...] = (
         {"*.json": "json", "*.TextGrid": "text"},
         ("elocute.alignment.words",),
     ),
-    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.alignment.trials",)),
+    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.trials",)),
     Reader(
         "phones",
         seeds.phones,
@@ -426,7 +426,7 @@ READERS: tuple[Reader, ...] = (
         seeds.vertex_lists,
         only(_vertex_list),
         {"*.npy": "npy", "*.json": "json", "*.txt": "text"},
-        ("elocute.corpus.vertex_lists",),
+        ("elocute.evaluation.vertex_lists",),
     ),
     Reader("track", seeds.tracks, _track, {"*.npz": "npz"}, ("elocute.corpus.importers.grid",)),
     Reader(
@@ -434,7 +434,7 @@ READERS: tuple[Reader, ...] = (
         seeds.tracks,
         _take,
         {"*.npz": "npz"},
-        ("elocute.training.real_talker",),
+        ("elocute.evaluation.real_talker",),
     ),
     Reader(
         "features",

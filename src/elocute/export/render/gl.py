@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from elocute.export.render import shading
 from elocute.export.render.camera import Camera
-from elocute.export.surface import vertex_normals
 from elocute.head.model import HeadModel
+from elocute.head.normals import vertex_normals
 
 # Drawn this much larger, then reduced: in software that is thirty times faster than multisampling.
 OVERSAMPLING = 2

@@ -14,8 +14,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.export.surface import linear_colors
 from elocute.head.model import HeadModel
+from elocute.head.normals import linear_colors
 
 Floats = NDArray[np.floating]
 

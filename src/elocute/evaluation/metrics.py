@@ -13,11 +13,11 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.corpus.closures import CLOSED_MM, Closures, closures, lip_opening
 from elocute.corpus.statistics import moments
-from elocute.corpus.track import Track
-from elocute.corpus.vertex_lists import VertexList
 from elocute.errors import CorpusError
+from elocute.evaluation.closures import CLOSED_MM, Closures, closures, lip_opening
+from elocute.evaluation.vertex_lists import VertexList
+from elocute.motion.track import Track
 
 Doubles = NDArray[np.float64]
 NAN = float("nan")

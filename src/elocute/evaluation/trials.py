@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.measures import Interval, true_path
 from elocute.alignment.types import Array
 from elocute.alignment.types import Path as Steps
 from elocute.brief import one_line
 from elocute.errors import AlignmentError
+from elocute.evaluation.path_error import Interval, true_path
 from elocute.files.records import read_record
 
 RATE = 50.0  # Hz, of every encoder's features

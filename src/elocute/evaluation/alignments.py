@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 
 from elocute.alignment.aligner import Aligner, PlainConfig
-from elocute.alignment.measures import carried_overlap, path_error
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.speech import DEFAULT, speech_view
-from elocute.alignment.trials import Pair, Take, read_parts, sentence_pair, word_pair
 from elocute.alignment.types import Path as Steps
 from elocute.alignment.warp import diagonal_path
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
 from elocute.errors import AlignmentError, ElocuteError
+from elocute.evaluation.path_error import carried_overlap, path_error
+from elocute.evaluation.trials import Pair, Take, read_parts, sentence_pair, word_pair
 
 EXPECTED = "/expected"
 """After a method's name: its features, with the path read along the expected alignment."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elocute.corpus.metrics import MEANS, ClipMetrics
+from elocute.evaluation.metrics import MEANS, ClipMetrics
 
 DRAWS = 2000
 CONFIDENCE = 0.95

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.corpus.track import Track
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
+from elocute.motion.track import Track
 
 CLOSED_MM = 0.5  # inner-lip gap below which nobody sees an opening
 REST_S = 0.28  # as the driver: a mouth shut for longer rests

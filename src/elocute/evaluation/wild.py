@@ -18,11 +18,11 @@ from elocute.corpus.shards import Shards
 from elocute.corpus.store import Corpus
 from elocute.corpus.word_clip import SENTENCE
 from elocute.errors import AudioError, CorpusError
+from elocute.evaluation.concordance import Figures, figures
 from elocute.networks.crnn import Crnn, SharedCrnn
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.data import Heard, Row, at_rate, hear_clip
 from elocute.training.crnn.export import export_crnn
-from elocute.training.crnn.figures import Figures, figures
 from elocute.training.crnn.fit import Report, TrainedCrnn, fit, lesson_of, predict_rows
 from elocute.training.crnn.loss import explained_shares
 

@@ -9,12 +9,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from elocute.corpus.bootstrap import Interval, summarise
-from elocute.corpus.closures import CLOSED_MM
-from elocute.corpus.metrics import ClipMetrics, clip_metrics
 from elocute.corpus.store import Corpus
-from elocute.corpus.track import Track, true_track
-from elocute.corpus.vertex_lists import VertexList
+from elocute.evaluation.clips import true_track
+from elocute.evaluation.closures import CLOSED_MM
+from elocute.evaluation.intervals import Interval, summarise
+from elocute.evaluation.metrics import ClipMetrics, clip_metrics
+from elocute.evaluation.vertex_lists import VertexList
+from elocute.motion.track import Track
 
 Predict = Callable[[str, str], Track]
 """(clip, style) to a motion of the clip's length."""

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.brief import one_line
-from elocute.corpus.store import Corpus
-from elocute.errors import CorpusError
+from elocute.errors import MotionError
 from elocute.files.arrays import ArrayFile
 
 BLOCK_FRAMES = 256
@@ -28,7 +27,7 @@ class Track:
     fps       frames per second
     basis     (component, vertex, 3) m, or None
 
-    Raises CorpusError where the shapes do not fit or there is no frame.
+    Raises MotionError where the shapes do not fit or there is no frame.
     """
 
     values: NDArray[np.floating] | ArrayFile
@@ -44,7 +43,7 @@ class Track:
         wrong_basis = self.basis is not None and self.basis.shape[1:] != shape
         if self.values.shape[1:] != inner or not len(self.values) or wrong_basis:
             basis = "no basis" if self.basis is None else f"a basis of shape {self.basis.shape}"
-            raise CorpusError.about(
+            raise MotionError.about(
                 "motion", found=f"values of shape {self.values.shape} with {basis}",
                 allowed=f"(frames, …) over a face of shape {shape}, one frame or more",
             )  # fmt: skip
@@ -81,9 +80,3 @@ class Track:
                 yield values[:, kept].astype(np.float64) * MM
             else:
                 yield (values @ shapes).reshape(len(values), -1, 3) + rest
-
-
-def true_track(corpus: Corpus, name: str) -> Track:
-    """A clip as it was recorded. Raises CorpusError for a clip that is not there."""
-    subject = corpus.entry(name).subject
-    return Track(corpus.frames(name), corpus.template(subject), corpus.fps, corpus.basis)
