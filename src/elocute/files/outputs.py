@@ -184,6 +184,8 @@ def _collision(one: Planned, other: Planned) -> OutputError:
 
 def _are_one_name(folder: Path, name: str, other: str) -> bool:
     """Whether the file system takes both for the same name: it is asked."""
+    while not folder.is_dir():  # it may be one that is yet to be made
+        folder = folder.parent
     with tempfile.TemporaryDirectory(prefix=".elocute-", dir=folder) as room:
         Path(room, name).touch()
         return Path(room, other).exists()
