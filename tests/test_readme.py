@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import re
 import shlex
 import shutil
@@ -149,11 +150,11 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
 
 
 def _make_vocaset(place: Path, name: str, request: pytest.FixtureRequest) -> None:
-    from elocute.corpus.importers import vocaset
+    from elocute.corpus.importers import splits
 
     python2: Any = request.getfixturevalue("python2")
     if name == "VOCASET":
-        people = (vocaset.TRAIN[0], vocaset.TRAIN[1], vocaset.VALIDATION[0], vocaset.TEST[0])
+        people = (splits.TRAIN[0], splits.TRAIN[1], splits.VALIDATION[0], splits.TEST[0])
         request.getfixturevalue("sources").write_vocaset(place, python2, people)
     else:
         place.write_bytes(python2.dumps(python2.flame(vertices=5023)))
@@ -215,11 +216,23 @@ def test_a_command_of_the_readme_runs(
     for before, word in pairwise(words):
         if before == "-o" and "/" in word.rstrip("/"):
             Path(word).parent.mkdir(exist_ok=True)
+    if "<" in words:
+        piped(words)
+        return
     run(*words)
     for before, word in pairwise(words):
         if before in ("-o", "--plot", "--textgrid"):
             made = Path(word)
             assert made.is_file() or any(made.iterdir()), f"{word} is empty"
+
+
+def piped(words: list[str]) -> None:
+    """A command between pipes, as a shell sets them up: JSON comes out."""
+    place = words.index("<")
+    with Path(words[place + 1]).open("rb") as given:
+        typed = [sys.executable, "-m", "elocute", *words[:place]]
+        done = subprocess.run(typed, stdin=given, capture_output=True, check=True)
+    assert json.loads(done.stdout)["frames"]
 
 
 def understood(words: list[str]) -> bool:
@@ -285,4 +298,6 @@ def test_python_of_the_readme_runs(
     import elocute
 
     sounds = [give(f"{name}.wav") for name in ("one", "two", "three")]
-    exec(code, {"elocute": elocute, "recordings": sounds})
+    samples = elocute.read_audio(sounds[0], sample_rate=48000).samples
+    blocks = [samples[at : at + 4800] for at in range(0, len(samples), 4800)]
+    exec(code, {"elocute": elocute, "recordings": sounds, "blocks": blocks})

@@ -187,7 +187,9 @@ def test_commands(tmp_path: Path, speech_wav: Path, segmented: Words):
     import soundfile
 
     soundfile.write(other, np.zeros(16000), 16000)
-    result = CliRunner().invoke(app, ["words", "check", str(words), str(other), "-o", str(page)])
+    result = CliRunner().invoke(
+        app, ["words", "check", str(words), str(other), "-o", str(tmp_path / "q.html")]
+    )
     assert isinstance(result.exception, AlignmentError) and "as the words say" in str(
         result.exception
     )

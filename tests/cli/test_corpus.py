@@ -79,6 +79,7 @@ def test_check_leaves_with_what_it_found(folder):
 
 def test_bad_sources_are_refused_in_one_line(tmp_path, sources, folder):
     later = tmp_path / "later"
+    (tmp_path / "theirs").mkdir()
     before = sorted(path.name for path in tmp_path.iterdir())
     output = "-o", tmp_path / "new"
     refused("convert", tmp_path / "none", *output, says=["no folder"])
@@ -88,8 +89,10 @@ def test_bad_sources_are_refused_in_one_line(tmp_path, sources, folder):
     refused("convert", later, *output, "--format", "grid", says=["NAME.npz"])
     refused("convert", later, *output, "--format", "biwi", says=[".vl"])
     refused("convert", later, *output, "--fps", "nan", says=["no frame rate"])
-    refused("convert", later, *output, "--leave-out", later, says=["cannot be read"])
-    refused("convert", later, "-o", folder, says=["exists already"])
+    refused("convert", later, *output, "--leave-out", later, says=["a folder"])
+    refused("convert", later, "-o", tmp_path / "theirs", says=["exists already"])
+    refused("convert", later, "-o", tmp_path / "theirs", "--overwrite", says=["exists already"])
+    refused("convert", later, "-o", later, says=["an input of this run"])
     refused("info", later, says=["corpus convert"])
     refused("check", tmp_path / "none", says=["corpus.json"])
     (later / "templates.pkl").write_bytes(b"cbuiltins\neval\n(S'1'\ntR.")

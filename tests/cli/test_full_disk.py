@@ -125,7 +125,7 @@ def test_standard_output_that_is_full_or_closed():
         os.close(reader)
         done = subprocess.run([*MAIN, *command], stdout=writer, stderr=subprocess.PIPE, text=True)
         os.close(writer)
-        assert (done.returncode, done.stderr) == (1, "")
+        assert (done.returncode, done.stderr) == (141, "")
 
 
 def test_standard_input_and_error_that_are_closed_or_full(tmp_path):

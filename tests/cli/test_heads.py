@@ -112,7 +112,7 @@ def test_a_sheet_shows_every_face(flame, tmp_path, chosen):
 class TestRefusals:
     def test_no_such_head(self, tmp_path):
         refused("show", "nobody", says=["nobody", "builtin", ".pkl"])
-        refused("show", tmp_path / "no.pkl", says=["no.pkl", "cannot be read"])
+        refused("show", tmp_path / "no.pkl", says=["no.pkl", "no such file"])
         refused("show", tmp_path / "no.npz", says=["no.npz"])
         refused("sample", "--head", "a.obj", "-o", tmp_path / "x", says=["a.obj"])
         assert list(tmp_path.iterdir()) == []

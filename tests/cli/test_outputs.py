@@ -39,7 +39,13 @@ def test_a_recording_beside_the_glb_is_not_replaced(say, tmp_path, refused):
     """`animate x.flac -o take.glb` once replaced an unrelated take.wav."""
     speech, mine = say("x.flac"), tmp_path / "take.wav"
     mine.write_bytes(b"my recording")
-    refused("animate", speech, "-o", tmp_path / "take.glb", says="take.wav: a file where the sound")
+    refused(
+        "animate",
+        speech,
+        "-o",
+        tmp_path / "take.glb",
+        says="take.wav: exists already: a file where the sound",
+    )
     assert mine.read_bytes() == b"my recording" and not (tmp_path / "take.glb").exists()
 
 
@@ -134,7 +140,7 @@ def test_every_writing_command_refuses_a_strangers_file(talk, tmp_path, refused,
         (["evaluate", "noise", say("s.wav"), "--plot", mine["a.png"]], "a.png"),
         (["evaluate", "styles", say("s.wav"), "--plot", mine["a.png"]], "a.png"),
     ):
-        refused(*arguments, says=f"{name}: a file that was not made from")
+        refused(*arguments, says=f"{name}: exists already: a file that was not made from")
     assert all(path.read_text() == "mine" for path in mine.values())
 
 

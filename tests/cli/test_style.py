@@ -90,7 +90,7 @@ def test_a_file_without_a_mix_moves_nobody(
 ) -> None:
     mine, output = tmp_path / "mine.json", tmp_path / "talk.npz"
     speak = "animate", words, "--model", learned.model, "--style", mine, "-o", output
-    refused(*speak, says="cannot be read")
+    refused(*speak, says="no such file")
     mine.write_text('{"amplitude": 1.2}')
     refused(*speak, says="no mix of styles")
     mine.write_text('{"mix": {"nobody": 1}}')

@@ -49,7 +49,7 @@ def test_a_new_file_is_written_and_the_same_command_runs_again(tmp_path, speech)
 def test_a_strangers_file_is_never_replaced(tmp_path, speech):
     (tmp_path / "talk.glb").write_text("mine")
     with pytest.raises(
-        OutputError, match=r"talk\.glb: a file that was not made from .*speech\.wav"
+        OutputError, match=r"talk\.glb: exists already: a file that was not made from .*speech\.wav"
     ):
         run(tmp_path / "talk.glb", speech)
     assert (tmp_path / "talk.glb").read_text() == "mine"
@@ -249,3 +249,16 @@ def test_names_that_are_no_text_are_remembered(tmp_path, speech):
     name = os.fsdecode(b"caf\xe9.npz")
     run(tmp_path / name, speech)
     run(tmp_path / name, speech)
+
+
+def test_files_of_a_folder_that_is_an_input_are_inputs(tmp_path):
+    corpus = tmp_path / "corpus"
+    corpus.mkdir()
+    (corpus / "corpus.json").write_text("{}")
+    for rules in ({}, {"overwrite": True}):
+        with pytest.raises(OutputError, match=r"corpus\.json: a file of an input of this run"):
+            run(corpus / "corpus.json", corpus, **rules)
+    assert (corpus / "corpus.json").read_text() == "{}"
+    for text in ("first", "second"):  # a report beside it is the run's own
+        run(corpus / "report.json", corpus, text=text)
+    assert (corpus / "report.json").read_text() == "second"

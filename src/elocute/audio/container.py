@@ -40,6 +40,8 @@ class ContainerSource:
         self._path = path
         try:
             self._file = open_media(path, pixels_max=PIXELS_MAX)
+        except ImportError:
+            raise  # PyAV itself is broken, not the file
         except Exception as error:  # PyAV has no common base for what a file makes it raise
             raise _unreadable(path) from error
         try:

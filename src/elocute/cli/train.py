@@ -11,7 +11,7 @@ import typer
 from elocute.cli import options
 from elocute.cli.commands import Commands
 from elocute.cli.progress import Lines
-from elocute.cli.work_folder import prepare_folder
+from elocute.cli.work_folder import prepare_training
 from elocute.errors import needs_extra
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def voca_command(
         seed=seed, reduced=not full_decoder, encoder=encoder,
     )  # fmt: skip
     resolve_device(device)
-    prepare_folder(output, resume)
+    prepare_training(output, resume)
     with Lines(as_json) as report:
         trained = train_voca(
             opened, config, output, split, resume=resume, report=report, device=device
@@ -104,7 +104,7 @@ def crnn_command(
     )  # fmt: skip
     opened = open_shards(shards, sounds)
     resolve_device(device)
-    prepare_folder(output, resume)
+    prepare_training(output, resume)
     with Lines(as_json) as report:
         trained, missing = train_crnn(
             opened, config, output, resume=resume, report=report, device=device

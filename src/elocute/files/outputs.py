@@ -142,7 +142,7 @@ def _refuse_strangers(planned: Planned, overwrite: bool, remedy: str) -> None:
     is_folder = path.is_dir() and not path.is_symlink()
     if overwrite and not is_folder:
         return
-    what = "a folder" if is_folder else "a file"
+    what = "exists already: " + ("a folder" if is_folder else "a file")
     if planned.beside is not None:
         what = f"{what} where the sound beside {planned.beside.name} belongs,"
     if known is None:
@@ -214,6 +214,11 @@ def _refuse_inputs(planned: Planned, inputs: dict[tuple[int, int], Source]) -> N
         place = os.path.realpath(planned.path)
         within = [s for s in inputs.values() if Path(os.path.realpath(s)).is_relative_to(place)]
         found = f"a folder that holds an input of this run ({within[0]})" if within else None
+    if found is None and stat.S_ISREG(facts.st_mode) and not (recall(planned.path) or ("", 0))[1]:
+        place = os.path.realpath(planned.path.parent)
+        folders = [s for s in inputs.values() if Path(s).is_dir()]
+        within = [s for s in folders if Path(place).is_relative_to(os.path.realpath(s))]
+        found = f"a file of an input of this run ({within[0]})" if within else None
     if found is not None:
         aside = "" if planned.beside is None else f", where the sound of {planned.beside.name} goes"
         raise OutputError.about(

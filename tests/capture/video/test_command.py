@@ -60,8 +60,9 @@ def test_bad_files_and_outputs_are_told_before_anything(tmp_path):
     one_line(
         run(tmp_path / "bad.mp4", tmp_path / "b.mp4", "-o", tmp_path / "o.npz"), "for 2 videos"
     )
-    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "bad.mp4"), "the video itself")
-    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path), "exists already")
+    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "bad.mp4"), "an input of this run")
+    (tmp_path / "there").mkdir()
+    one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "there"), "exists already")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["bad.mp4"]
 
 

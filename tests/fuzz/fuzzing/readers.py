@@ -440,7 +440,7 @@ READERS: tuple[Reader, ...] = (
         "features",
         seeds.features,
         _features,
-        {"*.json": "json", "*.f16": "bytes", "*.f32": "bytes"},
+        {"*.json": "json", "*.npy": "npy"},
         ("elocute.training.crnn.data",),
         needs=("torch", "pyarrow"),
     ),

@@ -479,11 +479,11 @@ def shards(folder: Path) -> None:
 
 def features(folder: Path) -> None:
     """What `train crnn` keeps of the shards it has heard."""
-    from elocute.training.crnn.data import BANDS
+    from elocute.training.crnn.data import BANDS, STATIC, TARGETS
 
     inner = place(folder, "one")
-    np.zeros((20, BANDS), "<f2").tofile(inner / "static.f16")
-    np.zeros((5, 3), "<f4").tofile(inner / "targets.f32")
+    np.save(inner / STATIC, np.zeros((20, BANDS), "<f2"))
+    np.save(inner / TARGETS, np.zeros((5, 3), "<f4"))
     rows = [["c0", "hello", "anna", "train", 0, 20, 0, 5, 0]]
     record = {"fps": 30.0, "parameters": 3, "missing": [["c1", "no sound"]], "rows": rows}
     (inner / "rows.json").write_text(json.dumps(record))

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from elocute.brief import one_line
 from elocute.capture.video.topology import POINT_COUNT
+from elocute.files.arrays import read_npz
 from elocute.files.atomic import write_atomically
 
 TABLE_PATH = Path(__file__).parent / "assets" / "face_points.npz"
+TABLE_MAX_BYTES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +45,8 @@ class FacePoints:
 @cache
 def builtin_face_points() -> FacePoints:
     """The table that ships, read once per process."""
-    with np.load(TABLE_PATH, allow_pickle=False) as stored:
-        return FacePoints(stored["vertices"], stored["shares"], stored["spread_mm"])
+    stored = read_npz(TABLE_PATH, max_bytes=TABLE_MAX_BYTES, allowed="the table that ships")
+    return FacePoints(stored["vertices"], stored["shares"], stored["spread_mm"])
 
 
 def save_table(points: FacePoints, path: Path = TABLE_PATH) -> None:

@@ -145,8 +145,9 @@ def _open(folder: Path) -> Heard:
             raise ValueError("no number of parameters or frames per second")
         static = ArrayFile(folder / STATIC, allowed="mel bands", error=CorpusError)
         targets = ArrayFile(folder / TARGETS, allowed="parameters", error=CorpusError)
-        if static.shape[1:] != (BANDS,) or targets.shape[1:] != (outputs,):
-            raise ValueError("mel bands or parameters of another number")
+        for array, width, kind in ((static, BANDS, np.float16), (targets, outputs, np.float32)):
+            if array.shape[1:] != (width,) or array.dtype != kind:
+                raise ValueError(f"{array.path.name} of shape {array.shape}")
         rows = tuple(_row(row, len(static), len(targets)) for row in record["rows"])
         if not rows:
             raise ValueError("no clip")

@@ -1,0 +1,57 @@
+"""Live streams: look-ahead, time per second of sound, and the distance from the whole sound.
+
+python benchmarks/streaming.py [SPEECH] [--block-ms 10]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+
+from elocute.audio.read import read_audio
+from elocute.audio.waveform import Waveform
+from elocute.models.hearing import hear
+from elocute.models.protocol import Span
+from elocute.models.registry import model_names, open_model
+from elocute.models.streaming import CurveStream
+from elocute.numerics.sampling import frames_in
+
+SPEECH = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
+FPS = 60.0
+
+
+def measured(name: str, sound: Waveform, block: int) -> str:
+    """One row of the table."""
+    model = open_model(name)
+    heard, duration_s = hear(model, sound)
+    span = Span.whole(frames_in(duration_s, FPS), FPS)
+    whole = model.curves(heard, model.style("plain"), span).values
+    live = CurveStream(model, sound.sample_rate, fps=FPS, level=model.level_of(sound))
+    pieces, late_s = [], 0.0
+    started = time.process_time()
+    for at in range(0, len(sound.samples), block):
+        pieces.append(live.push(sound.samples[at : at + block]))
+        late_s = max(late_s, (at + block) / sound.sample_rate - live.frames_given / FPS)
+    pieces.append(live.flush())
+    spent = (time.process_time() - started) / sound.duration_s
+    apart = np.abs(np.concatenate([p.values for p in pieces if p is not None]) - whole).max()
+    return f"| {name} | {model.lookahead_s:.2f} | {late_s:.2f} | {spent:.3f} | {apart:.1e} |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("speech", type=Path, nargs="?", default=SPEECH)
+    parser.add_argument("--block-ms", type=float, default=10.0)
+    given = parser.parse_args()
+    sound = read_audio(given.speech, sample_rate=48000)
+    print("| model | declared look-ahead, s | observed, s | CPU s per s | from the whole |")
+    print("|---|---|---|---|---|")
+    for name in model_names():
+        print(measured(name, sound, round(given.block_ms / 1000 * sound.sample_rate)))
+
+
+if __name__ == "__main__":
+    main()
