@@ -126,3 +126,17 @@ def test_standard_output_that_is_full_or_closed():
         done = subprocess.run([*MAIN, *command], stdout=writer, stderr=subprocess.PIPE, text=True)
         os.close(writer)
         assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_standard_input_and_error_that_are_closed_or_full(tmp_path):
+    def shell(line):
+        command = f'exec "$0" -m elocute {line}'
+        return subprocess.run(
+            ["sh", "-c", command, sys.executable], capture_output=True, text=True, cwd=tmp_path,
+            check=False,
+        )  # fmt: skip
+
+    one_line(shell("animate - -o talk.csv <&-"), "standard input: nothing")
+    assert shell("no-such-command 2>/dev/full").returncode == 2
+    assert shell("no-such-command 2>&-").returncode == 2
+    one_line(shell(f"animate x.wav -o {'a/' * 3000}talk.csv"), "no possible name")

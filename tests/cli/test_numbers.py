@@ -26,3 +26,13 @@ def test_numbers_of_five_thousand_digits(read, text):
     with pytest.raises(InputError) as caught:
         read(text)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("seed", ["-1", LONG])
+def test_seeds_that_no_generator_takes(seed, refused):
+    for command in (
+        ["capture", "simulate", "a.wav", "-o", "a"], ["align", "a.wav", "b.wav"],
+        ["train", "voca", "a", "-o", "b"], ["train", "crnn", "a", "b", "-o", "c"],
+        ["propagate", "a", "b", "-o", "c"],
+    ):  # fmt: skip
+        refused(*command, "--seed", seed, says="--seed")

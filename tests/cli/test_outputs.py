@@ -32,6 +32,7 @@ def test_the_same_command_runs_twice(say, tmp_path, cli):
     for _ in range(2):
         cli("animate", speech, "-o", tmp_path / "take.glb", "-o", tmp_path / "take.obj")
     assert (tmp_path / "take.wav").is_file() and (tmp_path / "take.obj" / "00000.obj").is_file()
+    assert not list((tmp_path / "take.obj").glob("*.npz"))  # it is the take, no folder of takes
 
 
 def test_a_recording_beside_the_glb_is_not_replaced(say, tmp_path, refused):

@@ -63,3 +63,14 @@ def test_what_cannot_be_trained_is_one_line(
     assert told in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     assert not (tmp_path / "out" / "model.onnx").exists()
+
+
+def test_a_training_goes_on_only_where_one_began(
+    tmp_path: Path, make_corpus: Callable[..., object]
+) -> None:
+    make_corpus(tmp_path / "corpus")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "log.csv").write_text("my notes")
+    done = elocute("train", "voca", tmp_path / "corpus", "-o", tmp_path / "mine", "--resume")
+    assert done.returncode == 2 and "no checkpoint.safetensors beside it" in done.stderr
+    assert (tmp_path / "mine" / "log.csv").read_text() == "my notes"

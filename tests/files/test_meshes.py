@@ -2,6 +2,8 @@
 
 import os
 import struct
+import subprocess
+import sys
 import zlib
 
 import numpy as np
@@ -76,6 +78,21 @@ def test_files_elsewhere_are_not_looked_for(mesh):
     assert [200, 10, 10] not in np.asarray(read(inner / "face.obj").colors).tolist()
     (inner / "face.obj").write_text(f"mtllib {mesh.parent}/face.mtl\n{TRIANGLE}")
     assert [200, 10, 10] not in np.asarray(read(inner / "face.obj").colors).tolist()
+
+
+def test_nothing_is_printed_of_a_picture_that_is_not_there(tmp_path, capfd):
+    (tmp_path / "face.ply").write_text(
+        "ply\nformat ascii 1.0\ncomment TextureFile /etc/hostname\nelement vertex 3\n"
+        "property float x\nproperty float y\nproperty float z\nelement face 1\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    )
+    code = (
+        "from elocute.files.meshes import read_mesh_file; from elocute.errors import HeadError; "
+        f"read_mesh_file({str(tmp_path / 'face.ply')!r}, max_bytes=9999, error=HeadError, "
+        "coloured=True)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_materials_that_copy_all_vertices_each_are_refused(tmp_path):

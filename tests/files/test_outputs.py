@@ -128,6 +128,20 @@ def test_names_that_differ_by_case_are_two_where_the_file_system_has_two(tmp_pat
     assert not list(tmp_path.glob(".elocute-*"))  # the file system was asked, and left as it was
 
 
+def test_names_that_differ_by_case_may_lie_in_a_folder_yet_to_be_made(tmp_path):
+    plan = OutputPlan()
+    plan.make_folder(tmp_path / "out" / "deep")
+    plan.add(tmp_path / "out" / "deep" / "Talk.npz", "a.wav")
+    plan.add(tmp_path / "out" / "deep" / "talk.npz", "b.wav")
+    (tmp_path / "x").touch()
+    if (tmp_path / "X").exists():  # macOS, Windows
+        with pytest.raises(OutputError, match=r"a\.wav and b\.wav"):
+            plan.check()
+    else:
+        plan.check()
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("link", [os.symlink, os.link])
 def test_an_output_is_never_an_input_by_whatever_name(tmp_path, speech, link):
     link(speech, tmp_path / "alias.wav")
@@ -236,3 +250,16 @@ def test_names_that_are_no_text_are_remembered(tmp_path, speech):
     name = os.fsdecode(b"caf\xe9.npz")
     run(tmp_path / name, speech)
     run(tmp_path / name, speech)
+
+
+def test_files_of_a_folder_that_is_an_input_are_inputs(tmp_path):
+    corpus = tmp_path / "corpus"
+    corpus.mkdir()
+    (corpus / "corpus.json").write_text("{}")
+    for rules in ({}, {"overwrite": True}):
+        with pytest.raises(OutputError, match=r"corpus\.json: a file of an input of this run"):
+            run(corpus / "corpus.json", corpus, **rules)
+    assert (corpus / "corpus.json").read_text() == "{}"
+    for text in ("first", "second"):  # a report beside it is the run's own
+        run(corpus / "report.json", corpus, text=text)
+    assert (corpus / "report.json").read_text() == "second"

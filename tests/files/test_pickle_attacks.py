@@ -87,6 +87,7 @@ ATTACKS = {
     + b"p1\n0}("
     + b"".join(b"S'%d'\ng1\n" % k for k in range(100_000))
     + b"u.",
+    "tuples three million deep": b"N" + b"\x85" * 3_000_000 + b".",
     "nothing, six million times": b"N0" * 3_000_000 + b"N.",
 }
 

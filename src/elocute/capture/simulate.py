@@ -73,6 +73,8 @@ class Scanner:
         amounts = (self.noise_mm, self.landmark_mm, self.bumps_mm, self.turn_deg, self.shift_mm)
         if not all(0 <= amount <= 100 for amount in amounts) or not 0 <= self.holes <= 1:
             raise CaptureError(f"scanner: found {self}; allowed: amounts 0 to 100, holes 0 to 1")
+        if self.seed < 0:
+            raise CaptureError(f"seed: found {self.seed}; allowed: 0 or more")
 
 
 @dataclass(frozen=True, eq=False)

@@ -184,7 +184,7 @@ def _outputs(
     for output in outputs:
         if output == PIPE:
             targets.append(output)
-        elif output.is_dir() or (not output.suffix and (formats or not single)):
+        elif _is_folder(output, formats, single):
             folder = output / take.below
             plan.make_folder(folder)
             name = "stdin" if take.file == PIPE else take.file.stem
@@ -197,6 +197,15 @@ def _outputs(
                 remedy="use -o FOLDER --format glb",
             )  # fmt: skip
     return targets
+
+
+def _is_folder(output: Path, formats: list[str], single: bool) -> bool:
+    """Whether outputs go into it: `-o take.obj` for one take is the take, also the second time."""
+    from elocute.export.registry import WRITERS
+
+    if single and not formats and output.suffix.lower() in WRITERS:
+        return False
+    return output.is_dir() or (not output.suffix and bool(formats or not single))
 
 
 def _read_phones(path: Path | None) -> list[tuple[float, float, str]] | None:

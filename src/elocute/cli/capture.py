@@ -215,7 +215,9 @@ def simulate_command(
     seconds: float | None = typer.Option(None, min=0.05, help="Only the first seconds."),
     points: int = typer.Option(120_000, help="Points of each scan."),
     noise_mm: float = typer.Option(0.1, min=0.0, help="Noise of the scanner."),
-    seed: int = typer.Option(0, help="The same seed gives the same scans."),
+    seed: int = typer.Option(
+        0, min=0, max=options.SEED_MAX, help="The same seed gives the same scans."
+    ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,

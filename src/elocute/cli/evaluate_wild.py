@@ -36,7 +36,7 @@ def wild_command(
     augment: float = typer.Option(0.0, help="Share of clips made worse in training."),
     highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
     trainings: str = typer.Option("speaker,word,mse", help="Which trainings, for trials."),
-    seed: int = typer.Option(0, help="Of everything random."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
     resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
     tables: list[Path] | None = options.Table,
     as_json: bool = options.Json,

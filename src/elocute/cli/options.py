@@ -11,6 +11,7 @@ from elocute.errors import InputError
 
 SIZES = {"720p": (1280, 720), "1080p": (1920, 1080), "4k": (3840, 2160)}
 SIDE_RANGE = (64, 4096)
+SEED_MAX = 2**32 - 1
 
 Output = typer.Option(
     ..., "-o", "--output",

@@ -41,7 +41,7 @@ def propagate_command(
     split: str = typer.Option("default", help="Which split of the corpus; train is carried over."),
     fit_pairs: int = typer.Option(50, help="Recordings that a word's network is fitted to."),
     confidence: float = typer.Option(0.3, help="Least confidence of what is kept, 0 to 1."),
-    seed: int = typer.Option(0, help="Of everything random."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
     jobs: int = typer.Option(1, help="Processes; 0 takes all processors."),
     ray: str | None = typer.Option(
         None, "--ray", help="HOST:PORT of a Ray cluster, or local; jobs is its number of actors."

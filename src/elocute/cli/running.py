@@ -6,6 +6,7 @@ is one line on stderr.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import io
 import os
@@ -13,6 +14,7 @@ import signal
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -66,12 +68,16 @@ def _leave(interrupts: _Interrupts) -> int:
         if isinstance(error, OSError) and error.errno in DISK_ERRORS:
             where = error.filename or "a temporary file"
             return _say(f"{where}: cannot be written ({error.strerror})", 2)
+        if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+            return _say(f"{str(error.filename)[:200]}…: no possible name ({error.strerror})", 2)
         raise
 
 
 def _run_app() -> int:
     from elocute.cli.app import app
 
+    if not sys.warnoptions:  # what matters of a result is checked, and told in one line
+        warnings.simplefilter("ignore", RuntimeWarning)
     return _number(app(prog_name="elocute", standalone_mode=False))
 
 
@@ -94,7 +100,8 @@ def _tell_interrupted(error: BaseException) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    print(f"elocute: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
+    with contextlib.suppress(OSError):  # where it cannot be said, the code still tells
+        print(f"elocute: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
     return code
 
 
@@ -137,6 +144,8 @@ def _open_closed_streams() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
+    if sys.stdin is None:
+        sys.stdin = Path(os.devnull).open()  # noqa: SIM115
     if sys.stdout is None:
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     if sys.stderr is None:

@@ -11,7 +11,7 @@ import typer
 from elocute.cli import options
 from elocute.cli.commands import Commands
 from elocute.cli.progress import Lines
-from elocute.cli.work_folder import prepare_folder
+from elocute.cli.work_folder import prepare_training
 from elocute.errors import needs_extra
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def voca_command(
     batch: int = typer.Option(64, help="Pairs of neighbouring frames in a batch."),
     learning_rate: float = typer.Option(1e-4, help="Of Adam."),
     velocity: float = typer.Option(10.0, help="Weight of the velocity term."),
-    seed: int = typer.Option(0, help="Of everything random."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
     full_decoder: bool = typer.Option(False, help="Train vertex by vertex: same loss, far slower."),
     device: str = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu."),
     resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
@@ -51,7 +51,7 @@ def voca_command(
         seed=seed, reduced=not full_decoder, encoder=encoder,
     )  # fmt: skip
     resolve_device(device)
-    prepare_folder(output, resume)
+    prepare_training(output, resume)
     with Lines(as_json) as report:
         trained = train_voca(
             opened, config, output, split, resume=resume, report=report, device=device
@@ -82,7 +82,7 @@ def crnn_command(
         0.0, help="Share of clips made worse: noise, room, voice, tempo."
     ),
     highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
-    seed: int = typer.Option(0, help="Of everything random."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
     device: str = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu."),
     resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
     as_json: bool = options.Json,
@@ -104,7 +104,7 @@ def crnn_command(
     )  # fmt: skip
     opened = open_shards(shards, sounds)
     resolve_device(device)
-    prepare_folder(output, resume)
+    prepare_training(output, resume)
     with Lines(as_json) as report:
         trained, missing = train_crnn(
             opened, config, output, resume=resume, report=report, device=device

@@ -6,6 +6,9 @@ from pathlib import Path
 
 from elocute.errors import OutputError
 
+TRAINED = ("log.csv", "model.onnx")
+"""What a training writes, after its checkpoint."""
+
 
 def prepare_folder(folder: Path, resume: bool) -> None:
     """Make the folder, or take the one that is there. Raises OutputError."""
@@ -20,3 +23,16 @@ def prepare_folder(folder: Path, resume: bool) -> None:
             remedy="add --resume to go on in it",
         )  # fmt: skip
     folder.mkdir(exist_ok=True)
+
+
+def prepare_training(folder: Path, resume: bool) -> None:
+    """The same for a training, which goes on from a checkpoint. Raises OutputError."""
+    prepare_folder(folder, resume)
+    if (folder / "checkpoint.safetensors").exists():
+        return
+    for path in (folder / name for name in TRAINED):
+        if path.exists():
+            raise OutputError.about(
+                path, found="no training made it: there is no checkpoint.safetensors beside it",
+                allowed="a folder to go on in", remedy="choose another folder",
+            )  # fmt: skip

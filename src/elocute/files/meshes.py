@@ -7,6 +7,7 @@ folder only, as regular files of limited size, and a picture's size is known bef
 from __future__ import annotations
 
 import io
+import logging
 import re
 import warnings
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ UNPACKED_TIMES = 100
 UNPACKED_FREE_BYTES = 4 * 4096 * 4096
 """A picture may unpack to this much, or to a hundred times its file."""
 VERTEX_BYTES = 24
+_SILENT = logging.NullHandler()
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +124,8 @@ def _checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
 def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:
     import trimesh
 
+    # It would print a traceback for each picture that is not there.
+    logging.getLogger("trimesh").addHandler(_SILENT)
     resolver: Any = folder or _Nothing()
     mesh: Any = trimesh.load(
         io.BytesIO(data), file_type=kind, resolver=resolver, process=False,

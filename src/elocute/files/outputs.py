@@ -184,6 +184,8 @@ def _collision(one: Planned, other: Planned) -> OutputError:
 
 def _are_one_name(folder: Path, name: str, other: str) -> bool:
     """Whether the file system takes both for the same name: it is asked."""
+    while not folder.is_dir():  # it may be one that is yet to be made
+        folder = folder.parent
     with tempfile.TemporaryDirectory(prefix=".elocute-", dir=folder) as room:
         Path(room, name).touch()
         return Path(room, other).exists()
@@ -212,6 +214,11 @@ def _refuse_inputs(planned: Planned, inputs: dict[tuple[int, int], Source]) -> N
         place = os.path.realpath(planned.path)
         within = [s for s in inputs.values() if Path(os.path.realpath(s)).is_relative_to(place)]
         found = f"a folder that holds an input of this run ({within[0]})" if within else None
+    if found is None and stat.S_ISREG(facts.st_mode) and not (recall(planned.path) or ("", 0))[1]:
+        place = os.path.realpath(planned.path.parent)
+        folders = [s for s in inputs.values() if Path(s).is_dir()]
+        within = [s for s in folders if Path(place).is_relative_to(os.path.realpath(s))]
+        found = f"a file of an input of this run ({within[0]})" if within else None
     if found is not None:
         aside = "" if planned.beside is None else f", where the sound of {planned.beside.name} goes"
         raise OutputError.about(

@@ -177,6 +177,7 @@ def _tuple(count: int | None) -> _Action:
             items = machine.pop_to_mark()
         else:
             items = [machine.pop() for _ in range(count)][::-1]
+        machine.purse.spend(CONTAINER_BYTES)
         machine.push(tuple_of(items, machine.purse))
 
     return act
@@ -191,6 +192,7 @@ def _empty(make: Callable[[], Any]) -> _Action:
 
 
 def _list(machine: _Machine, _: Any) -> None:
+    machine.purse.spend(CONTAINER_BYTES)
     machine.push([settled(item, machine.purse) for item in machine.pop_to_mark()])
 
 
