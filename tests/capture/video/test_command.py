@@ -63,6 +63,7 @@ def test_bad_files_and_outputs_are_told_before_anything(tmp_path):
     one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "bad.mp4"), "an input of this run")
     (tmp_path / "there").mkdir()
     one_line(run(tmp_path / "bad.mp4", "-o", tmp_path / "there"), "exists already")
+    (tmp_path / "there").rmdir()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["bad.mp4"]
 
 
