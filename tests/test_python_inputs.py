@@ -1,6 +1,7 @@
 """What a careless program hands over: one of our errors, never one from inside."""
 
 import io
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -41,3 +42,16 @@ def test_one_of_our_errors(name: str):
     with pytest.raises(elocute.InputError) as told:
         GIVEN[name]()
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("outputs", [b"0", b"1", b"99"])
+def test_a_model_that_says_less_or_more_of_itself(tmp_path: Path, outputs: bytes):
+    from elocute.models import crnn_network
+
+    said = re.compile(rb'"outputs": ?\d+')
+    whole = crnn_network.SHIPPED_PATH.read_bytes()
+    found = said.findall(whole)[0]
+    forged = b'"outputs":' + outputs.rjust(len(found) - 10)
+    (tmp_path / "forged.onnx").write_bytes(whole.replace(found, forged))
+    with pytest.raises(elocute.InputError, match=r"forged\.onnx"):
+        elocute.animate(SILENCE, rate=16000, model=tmp_path / "forged.onnx")
