@@ -1,5 +1,6 @@
 """Nothing half-written, nothing lost."""
 
+import os
 import subprocess
 import sys
 
@@ -119,3 +120,18 @@ def test_a_folder_comes_back_with_the_next_run_where_one_was_killed(tmp_path):
         draft.write_text("whole")
     assert (tmp_path / "frames" / "1").read_text() == "before"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["frames", "other.txt"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes")
+def test_what_is_no_file_is_never_replaced(tmp_path):
+    """As /dev/null, which would be a file from then on, for everybody."""
+    pipe, link = tmp_path / "pipe.csv", tmp_path / "link.csv"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for place in (pipe, link):
+        with (
+            pytest.raises(OutputError, match="a device, a pipe or a socket"),
+            write_atomically(place),
+        ):
+            pass
+    assert pipe.is_fifo() and link.is_symlink()

@@ -169,7 +169,13 @@ def posteriors_from_phones(
     count = max(1, int(np.ceil(duration_s * rate)))
     shares = np.zeros((count, len(PHONES)))
     centres = np.arange(count) / rate
-    for start_s, end_s, phone in phones:
+    for told in phones:
+        try:
+            start_s, end_s, phone = told
+        except ValueError:
+            raise InputError.about(
+                "phones", found=f"{told!r}", allowed="(start s, end s, phone)"
+            ) from None
         if phone not in PHONES:
             raise InputError.about(f"phone {phone!r}", found="unknown", allowed=" ".join(PHONES))
         if not 0 <= start_s <= end_s:

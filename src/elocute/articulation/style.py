@@ -141,12 +141,11 @@ def resolve_style(given: str | Style) -> Style:
     """
     if isinstance(given, Style):
         return given
-    if given in STYLES:
-        return STYLES[given]
     path = Path(given)
     if path.suffix == ".json":
         return _read_style(path)
-    return mix_styles(parse_mix(given))
+    name = str(given)
+    return STYLES[name] if name in STYLES else mix_styles(parse_mix(name))
 
 
 def _shares(path: Path, mix: dict[str, object]) -> dict[str, float]:

@@ -71,6 +71,11 @@ def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
             allowed="floats within ±1, or integers of 8, 16 or 32 bits as .wav files have them",
             remedy="or give a path, a Waveform, bytes or a binary file",
         )  # fmt: skip
+    if given.size > SAMPLES_MAX:
+        raise AudioError.about(
+            "array", found=f"{given.size} samples", allowed=f"up to {SAMPLES_MAX}",
+            remedy="give a path",
+        )  # fmt: skip
     if rate is None:
         raise AudioError.about(
             "array", found="samples without a rate", allowed="a rate in Hz",
@@ -83,7 +88,7 @@ def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
             remedy="turn (channel, sample) round: samples.T",
         )  # fmt: skip
     columns = given[:, None] if given.ndim == 1 else given
-    if channel is not None and channel not in range(columns.shape[1]):
+    if not (channel is None or (np.ndim(channel) == 0 and channel in range(columns.shape[1]))):
         raise AudioError.about(
             "array", found=f"no channel {channel}", allowed=f"0 to {columns.shape[1] - 1}"
         )

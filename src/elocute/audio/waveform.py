@@ -28,7 +28,10 @@ class Waveform:
     sample_rate: int
 
     def __post_init__(self) -> None:
-        given = np.asarray(self.samples)
+        try:
+            given = np.asarray(self.samples)
+        except ValueError:  # lists of unequal length
+            given = np.zeros((), object)
         if given.dtype.kind != "f":
             raise AudioError.about(
                 "waveform", found=f"samples of type {given.dtype}", allowed="floats within ±1",
@@ -66,10 +69,10 @@ def check_rate(subject: object, rate: float) -> int:
     """The rate as an integer. Raises AudioError for a sample rate that no speech has."""
     low, high = RATE_RANGE
     try:
-        whole = operator.index(int(rate))
+        whole = operator.index(int(rate)) if np.ndim(rate) == 0 else 0
     except (TypeError, ValueError, OverflowError):
         whole = 0
-    if whole != rate or not low <= whole <= high:
+    if not low <= whole <= high or whole != rate:
         raise AudioError.about(
             str(subject), found=f"sample rate {rate} Hz",
             allowed=f"{low} to {high} Hz, whole", remedy="export the sound at 16000 or 48000 Hz",

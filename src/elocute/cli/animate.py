@@ -189,6 +189,11 @@ def _outputs(
             plan.make_folder(folder)
             name = "stdin" if take.file == PIPE else take.file.stem
             targets += [folder / f"{name}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
+        elif single and formats and PIPE not in outputs:
+            raise OutputError.about(
+                output, found=f"a file, and --format {' '.join(formats)}",
+                allowed="--format with a folder or -", remedy="leave --format out",
+            )  # fmt: skip
         elif single:
             targets.append(output)
         else:

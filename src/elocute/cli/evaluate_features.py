@@ -75,7 +75,7 @@ def _train(
 ) -> dict[str, Path]:  # fmt: skip
     """Encoder to its model; all settings are checked before the first hour is spent."""
     from elocute.cli.progress import Lines
-    from elocute.cli.work_folder import prepare_folder
+    from elocute.cli.work_folder import prepare_trainings
     from elocute.encoders.registry import resolve_encoder
 
     with needs_extra("training", "train"):
@@ -84,13 +84,12 @@ def _train(
     configs = {name: TrainConfig(epochs=epochs, encoder=name) for name in encoders}
     for name in encoders:
         resolve_encoder(name)
-    prepare_folder(output, resume)
+    folders = {name: output / re.sub(r"\W+", "_", name) for name in encoders}
+    prepare_trainings(output, [folder.name for folder in folders.values()], resume)
     models = {}
     for name, config in configs.items():
-        folder = output / re.sub(r"\W+", "_", name)
-        folder.mkdir(exist_ok=True)
-        train_voca(corpus, config, folder, split, resume=resume, report=Lines(quiet))
-        models[name] = folder / MODEL
+        train_voca(corpus, config, folders[name], split, resume=resume, report=Lines(quiet))
+        models[name] = folders[name] / MODEL
     return models
 
 

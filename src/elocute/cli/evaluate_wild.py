@@ -50,7 +50,7 @@ def wild_command(
     from elocute.cli.progress import Lines
     from elocute.cli.tables import check_tables, write_tables
     from elocute.cli.train import name_broken
-    from elocute.cli.work_folder import prepare_folder
+    from elocute.cli.work_folder import prepare_trainings
     from elocute.corpus.shards import open_shards
 
     with needs_extra("training", "train"):
@@ -71,7 +71,7 @@ def wild_command(
     plan = plan_files([shards], files, False, False)
     opened = open_shards(shards, sounds)
     corpus, taken = _sentences(sentences, opened, subject, clips)
-    prepare_folder(output, resume)
+    prepare_trainings(output, chosen, resume)
     heard = hear_shards(opened, output, config.fps)
     for name in chosen:
         wild.rows_of(heard, name)

@@ -11,7 +11,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.progress import progress_bar, resumable
-from elocute.cli.work_folder import prepare_folder
+from elocute.cli.work_folder import prepare_work
 from elocute.errors import CorpusError
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from elocute.jobs.pool import Pool
     from elocute.propagation.run import Summary
 
+WRITTEN = ("basis.npz", "manifest.json", "rejects.csv", "*.parquet")
 DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
 
 
@@ -59,7 +60,7 @@ def propagate_command(
     from elocute.propagation.captured import captured_words
     from elocute.propagation.readers import find_recordings
     from elocute.propagation.run import propagate
-    from elocute.propagation.word_job import JobSettings
+    from elocute.propagation.word_job import RECORDS, JobSettings
 
     resolve_method(method)
     opened, found = open_corpus(corpus), find_recordings(recordings)
@@ -68,7 +69,8 @@ def propagate_command(
     if not found.folder.resolve().is_relative_to(top):
         raise CorpusError.about(recordings, found="not below --root", allowed=f"a folder in {top}")
     pool = _pool(jobs, ray, method)
-    prepare_folder(output, resume)
+    prepare_work(output, resume, RECORDS, WRITTEN)
+    (output / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
     settings = JobSettings(
         str(corpus.resolve()), str(_basis(opened, basis, split, output)),
         str(recordings.resolve()), str(top), str(output.resolve()), method, seed=seed,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from elocute.errors import OutputError
 
+CHECKPOINT = "checkpoint.safetensors"
 TRAINED = ("log.csv", "model.onnx")
 """What a training writes, after its checkpoint."""
 
@@ -25,14 +27,30 @@ def prepare_folder(folder: Path, resume: bool) -> None:
     folder.mkdir(exist_ok=True)
 
 
+def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]) -> None:
+    """The same for work whose folders are told by `mark`, the first that it leaves in them.
+
+    `written` are patterns of names that it writes later: without the mark, they are somebody
+    else's. Raises OutputError.
+    """
+    prepare_folder(folder, resume)
+    if any(folder.glob(mark)):
+        return
+    for path in (path for pattern in written for path in sorted(folder.glob(pattern))):
+        raise OutputError.about(
+            path, found=f"nothing of Elocute made it: there is no {mark} beside it",
+            allowed="a folder to go on in", remedy="choose another folder",
+        )  # fmt: skip
+
+
 def prepare_training(folder: Path, resume: bool) -> None:
     """The same for a training, which goes on from a checkpoint. Raises OutputError."""
-    prepare_folder(folder, resume)
-    if (folder / "checkpoint.safetensors").exists():
-        return
-    for path in (folder / name for name in TRAINED):
-        if path.exists():
-            raise OutputError.about(
-                path, found="no training made it: there is no checkpoint.safetensors beside it",
-                allowed="a folder to go on in", remedy="choose another folder",
-            )  # fmt: skip
+    prepare_work(folder, resume, CHECKPOINT, TRAINED)
+
+
+def prepare_trainings(folder: Path, names: Iterable[str], resume: bool) -> None:
+    """The same for trainings, each in a folder of its own, and their report. Raises OutputError."""
+    prepare_work(folder, resume, f"*/{CHECKPOINT}", ("report.json",))
+    for name in names:
+        # One that was not begun yet is begun, whichever the others are at.
+        prepare_training(folder / name, resume)

@@ -40,6 +40,7 @@ from elocute.corpus.shard_writer import (
 )
 from elocute.corpus.word_clip import COMPONENTS_MAX, SPLITS, WordClip, is_inside
 from elocute.errors import CorpusError
+from elocute.files.reading import is_file
 from elocute.files.records import read_record
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion
@@ -168,7 +169,7 @@ def _check_apart(folder: Path, entries: Sequence[ShardEntry]) -> None:
 
 def _read_manifest(folder: Path) -> tuple[int, list[ShardEntry], str]:
     path = folder / MANIFEST
-    if not path.is_file():
+    if not is_file(path):
         raise CorpusError.about(
             folder, found="no manifest.json in it", allowed="a folder of shards",
             remedy="make one: elocute propagate",

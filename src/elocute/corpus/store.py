@@ -29,6 +29,7 @@ from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import Entry, Split
 from elocute.errors import CorpusError
 from elocute.files.arrays import ArrayFile, read_npy
+from elocute.files.reading import is_file
 from elocute.files.records import finite_number, read_record
 
 FORMAT, VERSION = "elocute-corpus", 1
@@ -200,7 +201,7 @@ def manifest_of(corpus: Corpus) -> dict[str, Any]:
 
 def _read_manifest(folder: Path) -> dict[str, Any]:
     path = folder / "corpus.json"
-    if not path.is_file():
+    if not is_file(path):
         raise CorpusError.about(
             folder, found="no corpus.json in it", allowed="a corpus folder",
             remedy="make one: elocute corpus convert",

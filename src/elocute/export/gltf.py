@@ -357,4 +357,9 @@ def _embed(file: _File, sound: Sound) -> None:
 
 
 def _same(sound: Sound, beside: Path) -> bool:
-    return isinstance(sound, str | Path) and beside.exists() and Path(sound).samefile(beside)
+    if not isinstance(sound, str | Path):
+        return False
+    try:
+        return Path(sound).samefile(beside)
+    except (OSError, ValueError):  # one of them is not there, or cannot be
+        return False

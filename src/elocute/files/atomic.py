@@ -12,6 +12,7 @@ import os
 import platform
 import re
 import shutil
+import stat
 import tempfile
 import time
 from collections.abc import Iterator
@@ -33,6 +34,7 @@ def check_output(path: str | Path) -> Path:
 
     Raises OutputError where the folder is missing, is no folder, or denies writing; call it
     before long work so that nothing is computed for a place that cannot take it.
+    Devices, pipes and sockets are refused: they would be replaced, for everybody.
     """
     path = Path(path)
     folder = path.parent
@@ -50,6 +52,12 @@ def check_output(path: str | Path) -> Path:
             )
         with contextlib.suppress(FileNotFoundError):
             os.lstat(path)  # asks the system whether it can have such a name at all
+            mode = path.stat().st_mode
+            if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # a rename would take its place
+                raise OutputError.about(
+                    path, found="a device, a pipe or a socket", allowed="a file or a folder",
+                    remedy="choose another name",
+                )  # fmt: skip
     except (OSError, ValueError) as error:
         if isinstance(error, OutputError):
             raise

@@ -67,7 +67,7 @@ def session_of(
 
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    options.log_severity_level = 3
+    options.log_severity_level = 4  # what it says in many lines, our error says in one
     if initializers:
         options.add_external_initializers(list(initializers), list(initializers.values()))
     try:

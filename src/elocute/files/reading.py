@@ -110,3 +110,11 @@ def _why(path: Path, problem: OSError | ValueError) -> str:
         return "a folder"
     reason = problem.strerror if isinstance(problem, OSError) else str(problem)
     return f"cannot be read ({reason or 'unknown reason'})"
+
+
+def is_file(path: Path) -> bool:
+    """Whether a file is there; not where there cannot be one of such a name."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False

@@ -50,7 +50,7 @@ class ArticulationModel:
 
     def style(self, given: str | Style) -> Style:
         """A Style, a name, a mix, `even`, or a .json file. Raises InputError."""
-        if given == EVEN:
+        if isinstance(given, str) and given == EVEN:
             return mix_styles(dict.fromkeys(STYLES, 1 / len(STYLES)))
         return resolve_style(given)
 

@@ -22,6 +22,7 @@ SHIPPED = "crnn"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "crnn.onnx"
 SPAN = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame needs
 HIDDEN = 128
+OUTPUTS_MAX = 10_000
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,10 @@ class CrnnNetwork:
                 float(stored["fps"]), int(stored["outputs"]), str(stored["topology"]),
                 int(stored["vertices"]), str(stored["note"]),
             )  # fmt: skip
-            if not 1 <= record.fps <= RATE / HOP or record.outputs < 1 or record.vertices < 1:
+            if not 1 <= record.fps <= RATE / HOP or record.vertices < 1:
                 raise ValueError(f"fps {record.fps}")
+            if not 1 <= record.outputs <= OUTPUTS_MAX:
+                raise ValueError(f"{record.outputs} outputs")
             return record
         except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ModelError.about(
@@ -92,6 +95,11 @@ class CrnnNetwork:
         """(column, 128) and (frame,) first columns of windows to (frame, component) and state."""
         names = ["weights", "hidden_after", "cell_after"]
         weights, hidden, cell = self._run(names, columns, starts, state)
+        if weights.shape != (len(starts), self.record.outputs):
+            raise ModelError.about(
+                self.path, found=f"weights of shape {weights.shape}",
+                allowed=str((len(starts), self.record.outputs)),
+            )  # fmt: skip
         return weights, (hidden, cell)
 
     def _run(

@@ -268,7 +268,10 @@ def check_range(name: str, value: float, allowed: tuple[float, float]) -> None:
 
 def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Array:
     """(sample,) float32 within the range of sound. Raises AudioError."""
-    given = np.asarray(samples)
+    try:
+        given = np.asarray(samples)
+    except ValueError:  # lists of unequal length
+        given = np.zeros((), object)
     if given.ndim != 1 or (given.dtype.kind != "f" and given.dtype != np.int16):
         raise AudioError.about(
             "block", found=f"{given.dtype} of shape {given.shape}",

@@ -40,7 +40,10 @@ class Curves:
     fps: float
 
     def __post_init__(self) -> None:
-        values = np.ascontiguousarray(self.values, dtype=np.float32)
+        try:
+            values = np.ascontiguousarray(self.values, dtype=np.float32)
+        except ValueError as error:
+            raise MotionError(f"curves: found {error}; allowed: (frame, curve) of floats") from None
         if values.ndim != 2 or values.shape[1] != len(self.names):
             raise MotionError(
                 f"curves: found shape {values.shape} for {len(self.names)} names; "
@@ -50,6 +53,8 @@ class Curves:
             raise MotionError("curves: found a name twice; allowed: each name once")
         if not np.isfinite(values).all():
             raise MotionError("curves: found NaN or infinity")
+        if np.ndim(self.fps) or not isinstance(self.fps, int | float | np.number):
+            raise MotionError(f"curves: found fps {self.fps!r}; allowed: a number")
         object.__setattr__(self, "values", values)
 
     def __repr__(self) -> str:

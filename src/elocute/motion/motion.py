@@ -39,7 +39,12 @@ class Motion:
     rotations: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
-        weights = np.ascontiguousarray(self.weights, dtype=np.float32)
+        try:
+            weights = np.ascontiguousarray(self.weights, dtype=np.float32)
+        except ValueError as error:
+            raise MotionError(
+                f"motion weights: found {error}; allowed: (frame, component) of floats"
+            ) from None
         components = len(self.head.expression_names)
         if weights.ndim != 2 or weights.shape[1] != components or not len(weights):
             raise MotionError(
@@ -49,8 +54,7 @@ class Motion:
         if not np.isfinite(weights).all():
             frame = int(np.argwhere(~np.isfinite(weights))[0, 0])
             raise MotionError(f"motion weights: found NaN or infinity at frame {frame}")
-        if not (np.isfinite(self.fps) and 0 < self.fps <= FPS_MAX):
-            raise MotionError(f"fps: found {self.fps}; allowed: above 0, at most {FPS_MAX:g}")
+        _check_fps(self.fps)
         object.__setattr__(self, "weights", weights)
         object.__setattr__(self, "fps", float(self.fps))
         if self.rotations is not None:
@@ -124,8 +128,7 @@ class Motion:
 
     def at_fps(self, fps: float) -> Motion:
         """The same motion at another frame rate, linear between frames. Raises MotionError."""
-        if not (np.isfinite(fps) and 0 < fps <= FPS_MAX):
-            raise MotionError(f"fps: found {fps}; allowed: above 0, at most {FPS_MAX:g}")
+        _check_fps(fps)
         count = max(1, round(self.duration_s * fps))
         positions = np.minimum(np.arange(count) * (self.fps / fps), self.frame_count - 1)
         below = np.minimum(positions.astype(int), max(self.frame_count - 2, 0))
@@ -138,6 +141,11 @@ class Motion:
                 self.rotations[below], self.rotations[above], share[:, :, None]
             )
         return replace(self, weights=weights, fps=fps, rotations=rotations)
+
+
+def _check_fps(fps: float) -> None:
+    if np.ndim(fps) or not (np.isfinite(fps) and 0 < fps <= FPS_MAX):
+        raise MotionError(f"fps: found {fps}; allowed: above 0, at most {FPS_MAX:g}")
 
 
 def _blend_rotations(
