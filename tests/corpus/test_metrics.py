@@ -11,7 +11,7 @@ import pytest
 
 from elocute.corpus.store import Corpus
 from elocute.corpus.topologies import BIWI, FLAME, topology_of
-from elocute.errors import CorpusError
+from elocute.errors import CorpusError, MotionError
 from elocute.evaluation.clips import true_track
 from elocute.evaluation.closures import Closures, closures, lip_opening, short_runs
 from elocute.evaluation.intervals import mean_interval, ratio_interval, summarise
@@ -133,7 +133,7 @@ def test_what_cannot_be_compared_is_refused() -> None:
             clip_metrics(one, other)
     with pytest.raises(CorpusError, match="frames per second"):
         clip_metrics(one, Track(one.values, one.template, 60.0))
-    with pytest.raises(CorpusError, match="allowed"):
+    with pytest.raises(MotionError, match="allowed"):
         Track(one.values, one.template[:3], FPS)
 
 

@@ -12,7 +12,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError
+from elocute.errors import InputError, needs_extra
 
 DEFAULT_METHODS = "diagonal,dtw,softdtw,ctw,dctw,dcaw"
 COLUMNS = ("method", "error frames", "p of error", "overlap", "p of overlap", "found")
@@ -39,12 +39,12 @@ def alignment_command(
 
     NAME.json: {"phones": [[start_s, end_s, phone], …]}, and "word": [start_s, end_s] in sentences.
     """
-    from elocute.cli.align import alignment_module
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
     from elocute.encoders.registry import resolve_encoder
 
-    judge = alignment_module("judge")
+    with needs_extra("alignment", "wild"):
+        from elocute.evaluation import alignments as judge
     names = list(dict.fromkeys(name.strip() for name in methods.split(",") if name.strip()))
     low, high = NOISE_RANGE_DB
     if noise_db is not None and not low <= noise_db <= high:
