@@ -59,9 +59,11 @@ def main() -> None:
             given.experiment
         ](given, rows, record)
     table = summarise(rows)
-    print(f"{given.name}: {len({row.word for row in rows})} words, "
-          f"{sum(row.pairs for row in rows) // len(table)} pairs, "
-          f"{time.perf_counter() - started:.0f} s in this run")  # fmt: skip
+    print(
+        f"{given.name}: {len({row.word for row in rows})} words, "
+        f"{sum(row.pairs for row in rows) // len(table)} pairs, "
+        f"{time.perf_counter() - started:.0f} s in this run"
+    )
     print_table(table)
     print(json.dumps({"experiment": given.name, "methods": table}))
 
@@ -125,15 +127,25 @@ def natural(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
 
 
 def judged(
-    given: argparse.Namespace, rows: list[Row], record: Path, folder: Path, texts: list[str],
+    given: argparse.Namespace,
+    rows: list[Row],
+    record: Path,
+    folder: Path,
+    texts: list[str],
     sentences: Path | None = None,
-) -> None:  # fmt: skip
+) -> None:
     wanted = [text for text in texts if text not in {row.word for row in rows}]
     if wanted:
         _, broken = judge_folder(
-            folder, given.methods.split(","), sentences=sentences, encoder=given.encoder,
-            noise_db=given.noise_db, words=wanted, seed=given.seed, done=keep(rows, record),
-        )  # fmt: skip
+            folder,
+            given.methods.split(","),
+            sentences=sentences,
+            encoder=given.encoder,
+            noise_db=given.noise_db,
+            words=wanted,
+            seed=given.seed,
+            done=keep(rows, record),
+        )
         print(*(f"left out: {line}" for line in broken), sep="\n", file=sys.stderr)
 
 

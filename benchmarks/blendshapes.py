@@ -51,9 +51,11 @@ def main() -> None:
         print(f"| components that hold {share:.1%} | {enough} | |")
     parts, arkit = corpus.split(), load_builtin_head().expression_basis
     best = strongest_shapes(corpus, parts.train[::8], arkit, choice.components)
-    bases = [Basis("speech", learned.head.expression_basis),
-             Basis(f"ARKit, best {choice.components}", arkit[best]),
-             Basis(f"ARKit, all {len(arkit)}", arkit)]  # fmt: skip
+    bases = [
+        Basis("speech", learned.head.expression_basis),
+        Basis(f"ARKit, best {choice.components}", arkit[best]),
+        Basis(f"ARKit, all {len(arkit)}", arkit),
+    ]
     for found in project(corpus, parts.test, bases):
         print(f"| {found.name}: held-out people, mean distance | {found.mean_mm:.4f} mm | |")
 

@@ -108,27 +108,41 @@ def main() -> None:
     windows = with_slopes(static[None])[0][starts[:, None] + torch.arange(COLUMNS)][None]
     zero = torch.zeros(1, 1, 128)
     with tempfile.TemporaryDirectory() as room:
-        alone = session(_Alone(network).eval(), (windows[:, :2], zero, zero),
-                        ["windows", "hidden", "cell"], {"windows": {1: "frame"}}, room)  # fmt: skip
-        stream = session(_Stream(shared).eval(), (static, starts, zero, zero),
-                         ["columns", "starts", "hidden", "cell"],
-                         {"columns": {0: "column"}, "starts": {0: "frame"}}, room)  # fmt: skip
+        alone = session(
+            _Alone(network).eval(),
+            (windows[:, :2], zero, zero),
+            ["windows", "hidden", "cell"],
+            {"windows": {1: "frame"}},
+            room,
+        )
+        stream = session(
+            _Stream(shared).eval(),
+            (static, starts, zero, zero),
+            ["columns", "starts", "hidden", "cell"],
+            {"columns": {0: "column"}, "starts": {0: "frame"}},
+            room,
+        )
 
     def ask(window, state):
         given = dict(zip(("windows", "hidden", "cell"), (window, *state), strict=True))
         out, hidden, cell = alone.run(None, {k: np.asarray(v) for k, v in given.items()})
         return out, (hidden, cell)
 
-    given = {"columns": heard.static, "starts": heard.starts,
-             "hidden": zero.numpy(), "cell": zero.numpy()}  # fmt: skip
+    given = {
+        "columns": heard.static,
+        "starts": heard.starts,
+        "hidden": zero.numpy(),
+        "cell": zero.numpy(),
+    }
     rows: dict[str, tuple[float, np.ndarray]] = {
         "torch, window by window": timed(lambda: one_by_one(windows, network), choice.times),
         "torch, all windows at once": timed(lambda: network(windows)[0][0].numpy(), choice.times),
-        "torch, shared": timed(lambda: shared(static[None], starts[None])[0][0].numpy(),
-                               choice.times),
+        "torch, shared": timed(
+            lambda: shared(static[None], starts[None])[0][0].numpy(), choice.times
+        ),
         "onnxruntime, window by window": timed(lambda: one_by_one(windows, ask), choice.times),
         "onnxruntime, shared (run time)": timed(lambda: stream.run(None, given)[0], choice.times),
-    }  # fmt: skip
+    }
     true = rows["torch, window by window"][1]
     print(
         f"{len(starts)} windows, {choice.seconds:g} s of sound, CPU time of one thread, "

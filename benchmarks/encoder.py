@@ -29,9 +29,11 @@ from encoder.reference import read_reference
 
 REFERENCE = Path(__file__).with_name("encoder_reference.json")
 TARGETS = {
-    "viseme accuracy": 0.75, "bilabial F1": 0.62, "labiodental F1": 0.68,
+    "viseme accuracy": 0.75,
+    "bilabial F1": 0.62,
+    "labiodental F1": 0.68,
     "viseme accuracy, 10 dB noise": 0.66,
-}  # fmt: skip
+}
 
 
 def figures(clean: list[evaluate.Heard], noisy: list[evaluate.Heard]) -> dict[str, float]:
@@ -73,16 +75,20 @@ def main() -> None:
     )
     for label, (language, source) in groups.items():
         chosen = [
-            index for index, one in enumerate(clean)
+            index
+            for index, one in enumerate(clean)
             if one.language == language and source in (None, one.source)
-        ]  # fmt: skip
+        ]
         if not chosen:
             continue
         row = figures([clean[i] for i in chosen], [noisy[i] for i in chosen])
         minutes = sum(len(clean[i].labels) for i in chosen) / 3000
         speakers = len({clean[i].speaker for i in chosen})
-        print(f"{label:32}" + "".join(f"{row[name]:30.3f}" for name in TARGETS)
-              + f"{minutes:9.1f}{speakers:9d}")  # fmt: skip
+        print(
+            f"{label:32}"
+            + "".join(f"{row[name]:30.3f}" for name in TARGETS)
+            + f"{minutes:9.1f}{speakers:9d}"
+        )
     print(f"{'target':32}" + "".join(f"{value:30.2f}" for value in TARGETS.values()))
     print(f"CPU on one thread: {cpu_per_second(encoder):.4f} s per second of sound")
     print(f"look-ahead: {encoder.lookahead_s * 1000:.1f} ms")

@@ -39,9 +39,14 @@ COPIES = (1, 8)
 
 def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> word_job.JobSettings:
     return word_job.JobSettings(
-        str(folder / "captured"), str(room / "basis.npz"), str(recordings), str(recordings.parent),
-        str(room), method, truth=False,
-    )  # fmt: skip
+        str(folder / "captured"),
+        str(room / "basis.npz"),
+        str(recordings),
+        str(recordings.parent),
+        str(room),
+        method,
+        truth=False,
+    )
 
 
 def speed(folder: Path, room: Path, method: str, words: int) -> dict[str, float]:
@@ -71,10 +76,12 @@ def speed(folder: Path, room: Path, method: str, words: int) -> dict[str, float]
             pairs += len(task.recordings) * len(sources)
             clips += len(task.recordings)
     return {
-        "fit_s_per_word": round(fitted / words, 3), "fit_recordings": round(clips / words, 1),
+        "fit_s_per_word": round(fitted / words, 3),
+        "fit_recordings": round(clips / words, 1),
         "fit_s_per_word_of_8_times_as_many": round(many / words, 3),
-        "pairs_per_s": round(pairs / aligned, 1), "clips_per_s": round(clips / aligned, 1),
-    }  # fmt: skip
+        "pairs_per_s": round(pairs / aligned, 1),
+        "clips_per_s": round(clips / aligned, 1),
+    }
 
 
 def copied(folder: Path, room: Path, copies: int) -> Recordings:

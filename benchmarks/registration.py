@@ -86,8 +86,12 @@ class Column:
 
     def row(self) -> str:
         places = [np.mean([region[name] for region in self.regions]) for name in REGIONS]
-        numbers = [np.mean(self.seconds), *map(np.mean, (self.median, self.mean, self.p95)),
-                   np.mean(self.landmark), *places]  # fmt: skip
+        numbers = [
+            np.mean(self.seconds),
+            *map(np.mean, (self.median, self.mean, self.p95)),
+            np.mean(self.landmark),
+            *places,
+        ]
         told = f"{self.name:34}" + "".join(f"{number:9.3f}" for number in numbers)
         if self.open_mouth:
             told += f"{np.mean(self.open_mouth):9.3f}"
@@ -127,8 +131,13 @@ def ours(head: HeadModel, template: Template, cases: list[Case]) -> list[Column]
     for case in cases[:2]:
         _, found = register_neutral(head, case.scan, case.landmarks)
         alone.add(template, case, found.vertices, found.seconds)
-    return [cold, warm, alone, *(_nonrigid(template, cases, adapted) for adapted in (True, False)),
-            _nonrigid(template, cases, True, again=True)]  # fmt: skip
+    return [
+        cold,
+        warm,
+        alone,
+        *(_nonrigid(template, cases, adapted) for adapted in (True, False)),
+        _nonrigid(template, cases, True, again=True),
+    ]
 
 
 def _nonrigid(template: Template, cases: list[Case], adapted: bool, again: bool = False) -> Column:
@@ -138,9 +147,13 @@ def _nonrigid(template: Template, cases: list[Case], adapted: bool, again: bool 
         before, _ = register_nonrigid(template, cases[0].scan, cases[0].landmarks, icp=icp)
     for case in cases[1:] if again else cases:
         found, steps = register_nonrigid(
-            template, case.scan, case.landmarks, adapted=adapted, icp=icp if again else None,
+            template,
+            case.scan,
+            case.landmarks,
+            adapted=adapted,
+            icp=icp if again else None,
             before=before,
-        )  # fmt: skip
+        )
         before = found if again else None
         column.add(template, case, found.vertices, found.seconds)
         column.steps.append(steps)
@@ -161,8 +174,10 @@ def detected(head: HeadModel, neutral: Case, cases: list[Case]) -> Column:
             off += list(1000 * apart[marks.good])
             found = register_scan(template, case.scan, marks)
             column.add(template, case, found.vertices, found.seconds)
-    print(f"landmarks found: {len(off) / len(cases):.0f} of 68 good, {np.median(off):.2f} mm off "
-          f"in the median, {np.mean(off):.2f} mm in the mean")  # fmt: skip
+    print(
+        f"landmarks found: {len(off) / len(cases):.0f} of 68 good, {np.median(off):.2f} mm off "
+        f"in the median, {np.mean(off):.2f} mm in the mean"
+    )
     return column
 
 
@@ -219,8 +234,9 @@ def main() -> None:
     )
     print(
         f"{'':34}{'CPU s':>9}{'median':>9}{'mean':>9}{'p95':>9}{'landmark':>9}"
-        + "".join(f"{name[:8]:>9}" for name in REGIONS) + f"{'open lip':>9}{'steps':>7}"
-    )  # fmt: skip
+        + "".join(f"{name[:8]:>9}" for name in REGIONS)
+        + f"{'open lip':>9}{'steps':>7}"
+    )
     if arguments.detected:
         print(detected(head, neutral, cases).row())
         return

@@ -74,8 +74,12 @@ def main() -> None:
     parser.add_argument("--corpus", type=Path, required=True)
     parser.add_argument("--model", default="articulation")
     parser.add_argument("--split", default="default")
-    parser.add_argument("--part", default="test", choices=("train", "validation", "test", "all"),
-                        help="all: for a model that learned from none of it")  # fmt: skip
+    parser.add_argument(
+        "--part",
+        default="test",
+        choices=("train", "validation", "test", "all"),
+        help="all: for a model that learned from none of it",
+    )
     parser.add_argument("--names", type=Path, help="a text file of clips instead of a part")
     parser.add_argument("--resay", action="store_true", help="in every style, by the driver")
     parser.add_argument("--together", type=int, default=1, help="clips of a style at a time")
@@ -105,8 +109,10 @@ def main() -> None:
     print(f"| spoken in | {' | '.join(styles)} |\n|---{'|---' * len(styles)}|")
     for style in styles:
         print(f"| {style} | {' | '.join(str(confusion[style, found]) for found in styles)} |")
-    print(f"\n{total} times {choice.together} clips: largest share right {mixed / total:.1%}, "
-          f"nearest single style right {alone / total:.1%} (target 90 %)")  # fmt: skip
+    print(
+        f"\n{total} times {choice.together} clips: largest share right {mixed / total:.1%}, "
+        f"nearest single style right {alone / total:.1%} (target 90 %)"
+    )
 
 
 if __name__ == "__main__":

@@ -106,8 +106,12 @@ def start_up() -> None:
         samples, rate = soundfile.read(EXAMPLE)
         soundfile.write(f"{room}/clip.wav", samples[: 3 * rate], rate)
         row("elocute --help", wall_s("--help"), "s wall", "< 0.4")
-        row("3 s clip to .npz, cold", wall_s("animate", f"{room}/clip.wav", "-o", f"{room}/t.npz"),
-            "s wall", "< 1.2")  # fmt: skip
+        row(
+            "3 s clip to .npz, cold",
+            wall_s("animate", f"{room}/clip.wav", "-o", f"{room}/t.npz"),
+            "s wall",
+            "< 1.2",
+        )
 
 
 def memory() -> None:
@@ -124,8 +128,9 @@ def memory() -> None:
         begun = time.perf_counter()
         subprocess.run(
             [sys.executable, "-c", START, "animate", f"{room}/hour.flac", "-o", f"{room}/t.npz"],
-            check=True, capture_output=True,
-        )  # fmt: skip
+            check=True,
+            capture_output=True,
+        )
         row("one hour to .npz", time.perf_counter() - begun, "s wall", "")
         peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1e6
         row("one hour, peak memory", peak, "GB", "< 1")

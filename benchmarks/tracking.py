@@ -109,8 +109,16 @@ def main() -> None:
         else:
             before = found
             errors = correspondence_mm(template.head, found.vertices, taken.truth)
-            rows.append((number, found.surface.median, found.surface.mean, errors["face"],
-                         errors["lips"], found.seconds))  # fmt: skip
+            rows.append(
+                (
+                    number,
+                    found.surface.median,
+                    found.surface.mean,
+                    errors["face"],
+                    errors["lips"],
+                    found.seconds,
+                )
+            )
         if sys.stderr.isatty():
             print(f"\r{number + 1}/{arguments.frames}", end="", file=sys.stderr)
     report(np.array(rows), lost, taken_in, spoilt)

@@ -73,13 +73,19 @@ def main() -> None:
     worst = {name: float(np.max([row[name] for row in rows])) for name in rows[0]}
     print(f"\n| {len(videos)} videos, {frames} frames | mean | worst | target |")
     print("|---|---|---|---|")
-    print(f"| lip points beside those seen, share of the eye distance | {mean['lip miss']:.4f} "
-          f"| {worst['lip miss']:.4f} | <= 0.02 |")  # fmt: skip
+    print(
+        f"| lip points beside those seen, share of the eye distance | {mean['lip miss']:.4f} "
+        f"| {worst['lip miss']:.4f} | <= 0.02 |"
+    )
     print(f"| all points | {mean['face miss']:.4f} | {worst['face miss']:.4f} | |")
-    print(f"| gap of the inner lips against that tracked, r | {mean['r']:.3f} "
-          f"| {min(row['r'] for row in rows):.3f} | >= 0.95 |")  # fmt: skip
-    print(f"| frames tracked as closed in which lips are closed | {mean['closed']:.4f} "
-          f"| {min(row['closed'] for row in rows):.4f} | 1 |")  # fmt: skip
+    print(
+        f"| gap of the inner lips against that tracked, r | {mean['r']:.3f} "
+        f"| {min(row['r'] for row in rows):.3f} | >= 0.95 |"
+    )
+    print(
+        f"| frames tracked as closed in which lips are closed | {mean['closed']:.4f} "
+        f"| {min(row['closed'] for row in rows):.4f} | 1 |"
+    )
     print(f"| frames per CPU second | {frames / cpu_s:.1f} | | |")
     print(f"| frames per second of the clock | {frames / wall_s:.1f} | | >= 20 on two cores |")
 

@@ -66,8 +66,9 @@ def main() -> None:
         print(
             f"| {choice.clips} clips, {'reduced' if reduced else 'full'} decoder, "
             f"{config.epochs} epochs | {epoch_s(trained):.2f} s an epoch, "
-            f"validation {trained.log[-1]['validation_mm2']:.4f} mm² | |", flush=True,
-        )  # fmt: skip
+            f"validation {trained.log[-1]['validation_mm2']:.4f} mm² | |",
+            flush=True,
+        )
     one, two = (results[reduced].log[-1]["validation_mm2"] for reduced in (True, False))
     ratio = epoch_s(results[False]) / epoch_s(results[True])
     print(f"| full / reduced, time | {ratio:.1f} x | >= 5 |")
@@ -84,7 +85,7 @@ def main() -> None:
     print(
         f"| {config.epochs} epochs, {clips} clips, {pairs} pairs | {minutes:.1f} min, "
         f"{heard_s:.0f} s of it hearing them | < 25 min for 50 |"
-    )  # fmt: skip
+    )
 
 
 if __name__ == "__main__":

@@ -56,9 +56,12 @@ def simulate(
     head = load_builtin_head()
     quiet = replace(STYLES[style], blink_per_min=0.0)  # blinks cannot be heard
     curves = articulate(
-        posteriors_from_phones(phones, duration_s, PHONE_RATE), PHONE_RATE,
-        frame_count=round(duration_s * fps), fps=fps, style=quiet,
-    )  # fmt: skip
+        posteriors_from_phones(phones, duration_s, PHONE_RATE),
+        PHONE_RATE,
+        frame_count=round(duration_s * fps),
+        fps=fps,
+        style=quiet,
+    )
     return curves.select(head.expression_names).values
 
 
@@ -103,9 +106,15 @@ def main() -> None:
     if choice.grid:
         templates["grid"] = head.template
     with corpus_writer(
-        choice.folder, templates, fps=FPS, basis=head.expression_basis,
-        components=head.expression_names, faces=head.quads, topology=head.name, note=NOTE,
-    ) as writer:  # fmt: skip
+        choice.folder,
+        templates,
+        fps=FPS,
+        basis=head.expression_basis,
+        components=head.expression_names,
+        faces=head.quads,
+        topology=head.name,
+        note=NOTE,
+    ) as writer:
         write_simulated(writer, choice.seed, choice.limit)
         if choice.natural:
             natural.write_natural(writer, choice.natural, simulate)

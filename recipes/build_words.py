@@ -59,9 +59,15 @@ def write_captured(
     }
     (folder / "captured_words").mkdir()
     with corpus_writer(
-        folder / "captured", templates, fps=FPS, basis=head.expression_basis,
-        components=head.expression_names, faces=head.quads, topology=head.name, note=NOTE,
-    ) as writer:  # fmt: skip
+        folder / "captured",
+        templates,
+        fps=FPS,
+        basis=head.expression_basis,
+        components=head.expression_names,
+        faces=head.quads,
+        topology=head.name,
+        note=NOTE,
+    ) as writer:
         for subject in subjects:
             room = folder / "captured_words"
             for clip in readings(voices, subject, words, simulate, FPS, room, seed):
@@ -69,9 +75,10 @@ def write_captured(
             print(f"captured: {subject.style}", flush=True)
         names = [(entry.name, entry.subject) for entry in writer.entries]
         writer.splits["default"] = Split(
-            tuple(name for name, subject in names if subject != CAPTURED_TEST), (),
+            tuple(name for name, subject in names if subject != CAPTURED_TEST),
+            (),
             tuple(name for name, subject in names if subject == CAPTURED_TEST),
-        )  # fmt: skip
+        )
 
 
 def write_recordings(

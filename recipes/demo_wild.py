@@ -69,9 +69,12 @@ def scan_first_word(words: Path, room: Path) -> str:
     weights = np.array(corpus.frames(entry.name)[: round(seconds * corpus.fps)])
     sound = corpus.sound(entry.name)
     simulate_scans(
-        Motion(face, weights, corpus.fps), room / "scans", scanner=Scanner(points=POINTS),
-        facts=SequenceFacts(subject=SCANNED, sentence="r000", text=first["word"]), sound=sound,
-    )  # fmt: skip
+        Motion(face, weights, corpus.fps),
+        room / "scans",
+        scanner=Scanner(points=POINTS),
+        facts=SequenceFacts(subject=SCANNED, sentence="r000", text=first["word"]),
+        sound=sound,
+    )
     return first["word"]
 
 
@@ -80,9 +83,13 @@ def joined(parts: list[Corpus], folder: Path) -> None:
     templates = {s: np.array(part.template(s)) for part in parts for s in part.subjects}
     head = load_builtin_head()
     with corpus_writer(
-        folder, templates, fps=FPS, faces=head.quads, topology=head.name,
+        folder,
+        templates,
+        fps=FPS,
+        faces=head.quads,
+        topology=head.name,
         note="partly registered from simulated scans, partly straight from the simulator",
-    ) as writer:  # fmt: skip
+    ) as writer:
         for clip in _clips(parts):
             writer.add(clip)
         test = parts[0].split().test
@@ -116,23 +123,57 @@ def main() -> None:
         [sys.executable, build, words, "--words", str(choice.words), "--speakers", "3"], check=True
     )
     word = scan_first_word(words, folder)
-    elocute("capture", "scans", folder / "scans", "-o", folder / "registered", "--jobs",
-            choice.jobs)  # fmt: skip
+    elocute(
+        "capture", "scans", folder / "scans", "-o", folder / "registered", "--jobs", choice.jobs
+    )
     sound = folder / "registered" / "corpus" / "sound" / f"{SCANNED}.r000.flac"
     times = words / "captured_words" / f"{SCANNED}.r000.json"
     elocute("words", "segment", sound, "--text", word, "-o", times)
     elocute("words", "check", times, sound, "-o", folder / "words.html")
     registered = open_corpus(folder / "registered" / "corpus")
     joined([open_corpus(words / "captured"), registered], words / "all")
-    elocute("blendshapes", "learn", words / "all", "-o", folder / "blendshapes.npz", "--part",
-            "train")  # fmt: skip
-    elocute("propagate", words / "all", words / "recordings", "-o", folder / "shards", "--words",
-            words / "captured_words", "--root", words, "--basis", folder / "blendshapes.npz",
-            "--jobs", choice.jobs)  # fmt: skip
-    elocute("train", "crnn", folder / "shards", words, "-o", folder / "model", "--epochs",
-            choice.epochs, "--highest-hz", 8000, "--weight-power", 0.25)  # fmt: skip
-    elocute("animate", choice.speech, "--model", folder / "model" / "model.onnx", "-o",
-            folder / "talk.npz", "-o", folder / "talk.glb")  # fmt: skip
+    elocute(
+        "blendshapes", "learn", words / "all", "-o", folder / "blendshapes.npz", "--part", "train"
+    )
+    elocute(
+        "propagate",
+        words / "all",
+        words / "recordings",
+        "-o",
+        folder / "shards",
+        "--words",
+        words / "captured_words",
+        "--root",
+        words,
+        "--basis",
+        folder / "blendshapes.npz",
+        "--jobs",
+        choice.jobs,
+    )
+    elocute(
+        "train",
+        "crnn",
+        folder / "shards",
+        words,
+        "-o",
+        folder / "model",
+        "--epochs",
+        choice.epochs,
+        "--highest-hz",
+        8000,
+        "--weight-power",
+        0.25,
+    )
+    elocute(
+        "animate",
+        choice.speech,
+        "--model",
+        folder / "model" / "model.onnx",
+        "-o",
+        folder / "talk.npz",
+        "-o",
+        folder / "talk.glb",
+    )
     print(f"\n{folder}: talk.glb, talk.npz; {time.monotonic() - started:.0f} s in all")
 
 

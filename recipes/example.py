@@ -17,9 +17,12 @@ import soundfile
 
 TARGET = Path(__file__).parents[1] / "src" / "elocute" / "assets" / "example.flac"
 SENTENCES = (
-    "Hello.", "Give me any voice, and I will give it a face.", "My mouth closes on p, b and m.",
-    "Five wolves move through the blue fog.", "Now I rest.",
-)  # fmt: skip
+    "Hello.",
+    "Give me any voice, and I will give it a face.",
+    "My mouth closes on p, b and m.",
+    "Five wolves move through the blue fog.",
+    "Now I rest.",
+)
 BEFORE_S, BETWEEN_S, AFTER_S = 0.5, 0.1, 0.7
 LOUDNESS = 0.085  # root mean square
 SHOWN = ("p", "b", "m", "f", "v")

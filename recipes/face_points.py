@@ -134,9 +134,11 @@ def on_lines(head: HeadModel) -> list[tuple[tuple[int, ...], Indices]]:
     """Points of the detector, and the line of the head's vertices they lie on."""
     outer, inner = head.outer_corners, head.inner_corners
     lips = (
-        (head.outer_lip_upper, outer), (head.outer_lip_lower, outer),
-        (head.inner_lip_upper, inner), (head.inner_lip_lower, inner),
-    )  # fmt: skip
+        (head.outer_lip_upper, outer),
+        (head.outer_lip_lower, outer),
+        (head.inner_lip_upper, inner),
+        (head.inner_lip_lower, inner),
+    )
     lines = [
         (contour, np.concatenate([ends[:1], middle, ends[1:]]))
         for contour, (middle, ends) in zip(LIP_CONTOURS, lips, strict=True)

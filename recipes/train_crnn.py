@@ -55,15 +55,25 @@ def main() -> None:
             from crnn.shards import build
 
             shutil.rmtree(choice.folder / "reader", ignore_errors=True)
-            build(shards, sounds, choice.folder, speakers=choice.speakers,
-                  words_each=choice.words, sentences_each=choice.sentences,
-                  natural=choice.natural)  # fmt: skip
+            build(
+                shards,
+                sounds,
+                choice.folder,
+                speakers=choice.speakers,
+                words_each=choice.words,
+                sentences_each=choice.sentences,
+                natural=choice.natural,
+            )
     if sounds is None:
         sys.exit("--shards needs --sounds")
     config = CrnnTrainConfig(
-        epochs=choice.epochs, learning_rate=choice.learning_rate, last_rate=0.05,
-        augment=choice.augment, highest_hz=8000.0, weight_power=choice.weight_power,
-    )  # fmt: skip
+        epochs=choice.epochs,
+        learning_rate=choice.learning_rate,
+        last_rate=0.05,
+        augment=choice.augment,
+        highest_hz=8000.0,
+        weight_power=choice.weight_power,
+    )
     training = choice.folder / "training"
     training.mkdir(exist_ok=True)
 

@@ -168,9 +168,14 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
         basis = None if vertices else head.expression_basis
         names = () if vertices else head.expression_names
         with corpus_writer(
-            folder, templates, fps=fps, basis=basis, components=names, faces=head.quads,
+            folder,
+            templates,
+            fps=fps,
+            basis=basis,
+            components=names,
+            faces=head.quads,
             topology=head.name,
-        ) as writer:  # fmt: skip
+        ) as writer:
             for index, subject in enumerate(subjects):
                 for part in range(3):
                     piece = speech.samples[part * 16000 : part * 16000 + 24000]
@@ -185,9 +190,10 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
                         Clip(subject, sentence, f"words {sentence}", Waveform(piece, 16000), frames)
                     )
             writer.splits["default"] = Split(
-                tuple(e.name for e in writer.entries if e.subject == "plain"), ("broad.own1",),
+                tuple(e.name for e in writer.entries if e.subject == "plain"),
+                ("broad.own1",),
                 ("tense.own2",),
-            )  # fmt: skip
+            )
         return open_corpus(folder)
 
     return make
@@ -278,9 +284,17 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
             frames = int(draw.integers(12, 26))
             split = ("train", "train", "validation", "train", "test")[number % 5]
             clip = WordClip(
-                f"c{number:03}", f"word{number % 4}", f"{split}er", "a", split, "talk.flac",
-                first / fps, (first + frames) / fps, fps, curves[first : first + frames],
-            )  # fmt: skip
+                f"c{number:03}",
+                f"word{number % 4}",
+                f"{split}er",
+                "a",
+                split,
+                "talk.flac",
+                first / fps,
+                (first + frames) / fps,
+                fps,
+                curves[first : first + frames],
+            )
             writer.add(clip)
             first, number = first + frames, number + 1
     return open_shards(root / "shards", root / "sounds")
@@ -297,7 +311,14 @@ def wild(tmp_path_factory: pytest.TempPathFactory, need: Callable[[object, str],
         need(shutil.which(name), name)
     pytest.importorskip("pocketsphinx", reason="needs the extra `wild`")
     folder = tmp_path_factory.mktemp("wild") / "words"
-    command = [sys.executable, ROOT / "recipes" / "build_words.py", folder, "--words", "4",
-               "--speakers", "3"]  # fmt: skip
+    command = [
+        sys.executable,
+        ROOT / "recipes" / "build_words.py",
+        folder,
+        "--words",
+        "4",
+        "--speakers",
+        "3",
+    ]
     subprocess.run([str(part) for part in command], check=True, capture_output=True, cwd=ROOT)
     return folder

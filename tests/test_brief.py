@@ -21,10 +21,16 @@ def test_results_are_one_line(speech_wav: Path, make_corpus: Callable, tmp_path:
     take = elocute.animate(speech_wav)
     corpus = make_corpus(tmp_path / "corpus")
     shown = (
-        take, take.motion, take.curves, take.motion.head, elocute.read_audio(speech_wav), corpus,
-        corpus.clip(corpus.entries[0].name), Features(np.zeros((900, 40)), 50.0, "phones"),
+        take,
+        take.motion,
+        take.curves,
+        take.motion.head,
+        elocute.read_audio(speech_wav),
+        corpus,
+        corpus.clip(corpus.entries[0].name),
+        Features(np.zeros((900, 40)), 50.0, "phones"),
         Split(("a",) * 500, (), ("b",)),
-    )  # fmt: skip
+    )
     for result in shown:
         assert "\n" not in repr(result) and len(repr(result)) < 200, repr(result)
     assert repr(take) == "Animation(640 frames at 60 fps, 10.67 s, sound 'example.flac')"

@@ -103,8 +103,17 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
         elif name in ("corpus", "captured", "build/corpus"):
             request.getfixturevalue("make_corpus")(place, vertices=True, fps=30.0)
         elif name == "sequence":
-            run("capture", "simulate", one("speech.wav"), "-o", place, "--seconds", 0.05,
-                "--points", 15000)  # fmt: skip
+            run(
+                "capture",
+                "simulate",
+                one("speech.wav"),
+                "-o",
+                place,
+                "--seconds",
+                0.05,
+                "--points",
+                15000,
+            )
         elif name == "face.ply":
             shutil.copy(one("sequence") / "00000.ply", place)
         elif name == "speech.npz":
@@ -119,18 +128,42 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
         elif name == "captured/corpus":
             shutil.copytree(one("corpus"), place)
         elif name == "mine.json":
-            run("style", "fit", one("talk.npz"), "--sound", one("speech.wav"), "--model",
-                one("trained/model.onnx"), "-o", place)  # fmt: skip
+            run(
+                "style",
+                "fit",
+                one("talk.npz"),
+                "--sound",
+                one("speech.wav"),
+                "--model",
+                one("trained/model.onnx"),
+                "-o",
+                place,
+            )
         elif name == "shards":
             shutil.copytree(request.getfixturevalue("speech_shards").folder, place)
         elif name == "recordings":
             shutil.copytree(request.getfixturevalue("speech_shards").sound_root, place)
         elif name == "drafts/ann.r000.json":
-            run("words", "segment", one("reading.wav"), "--text-file", one("reading.txt"),
-                "-o", place)  # fmt: skip
+            run(
+                "words",
+                "segment",
+                one("reading.wav"),
+                "--text-file",
+                one("reading.txt"),
+                "-o",
+                place,
+            )
         elif name == "edit.TextGrid":
-            run("words", "check", one("drafts/ann.r000.json"), one("reading.wav"),
-                "-o", place.with_name("page.html"), "--textgrid", place)  # fmt: skip
+            run(
+                "words",
+                "check",
+                one("drafts/ann.r000.json"),
+                one("reading.wav"),
+                "-o",
+                place.with_name("page.html"),
+                "--textgrid",
+                place,
+            )
         elif name == "reading.txt":
             place.write_text(SPOKEN)
         elif name in ("VOCASET", "generic_model.pkl"):
@@ -200,8 +233,12 @@ def test_a_command_of_the_readme_runs(
     if line.startswith(tuple(ONLY_PARSED)):
         assert understood(words)
         return
-    for extra, package in (("train", "lightning_fabric"), ("propagate", "pyarrow"),
-                           ("align", "numba"), ("words", "pocketsphinx")):  # fmt: skip
+    for extra, package in (
+        ("train", "lightning_fabric"),
+        ("propagate", "pyarrow"),
+        ("align", "numba"),
+        ("words", "pocketsphinx"),
+    ):
         if words[0] == extra:
             pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)

@@ -65,9 +65,12 @@ def trimmed(samples: np.ndarray, phones: Phones, draw: np.random.Generator | Non
 
 
 def speak_all(
-    folder: Path, part: str, words: Sequence[str], voices: Sequence[Subject],
+    folder: Path,
+    part: str,
+    words: Sequence[str],
+    voices: Sequence[Subject],
     report: Callable[[float], None] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Write what is not there yet; a take that a voice cannot say is left out."""
     speaker = Speaker()
     for done, word in enumerate(words):
@@ -82,9 +85,13 @@ def speak_all(
 
 
 def speak_sentences(
-    folder: Path, part: str, words: Sequence[str], voices: Sequence[Subject],
-    frames: Sequence[str], report: Callable[[float], None] | None = None,
-) -> None:  # fmt: skip
+    folder: Path,
+    part: str,
+    words: Sequence[str],
+    voices: Sequence[Subject],
+    frames: Sequence[str],
+    report: Callable[[float], None] | None = None,
+) -> None:
     """The same of sentences with the word in them: one frame for each voice, turn by turn."""
     speaker = Speaker()
     for done, word in enumerate(words):

@@ -21,8 +21,14 @@ WORDS = (
     "monday moment months morning national needs"
 ).split()
 FRAMES = (
-    "we said {} to them again", "they will ask for {} in the spring", "now {} is on the list",
-    "you heard the word {} today", "tell me why {} came first", "one more thing is {} here",
-    "please write down {} for us", "it was {} that she meant", "there is no {} without a price",
+    "we said {} to them again",
+    "they will ask for {} in the spring",
+    "now {} is on the list",
+    "you heard the word {} today",
+    "tell me why {} came first",
+    "one more thing is {} here",
+    "please write down {} for us",
+    "it was {} that she meant",
+    "there is no {} without a price",
     "all of it was about {} then",
-)  # fmt: skip
+)

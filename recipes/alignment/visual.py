@@ -15,10 +15,37 @@ import numpy as np
 from elocute.evaluation.trials import Take
 from encoder.natural import PAD_S, EnglishAligner, read
 
-CURVES = ("inner_opening_mean", "opening", "lip_width", "inner_width", "outer_height", "jaw",
-          "lower_lip", "upper_lip", "protrusion")  # fmt: skip
-WORDS = ("please", "again", "seven", "white", "green", "place", "with", "blue", "soon", "four",
-         "five", "nine", "three", "now", "red", "zero", "eight", "six")  # fmt: skip
+CURVES = (
+    "inner_opening_mean",
+    "opening",
+    "lip_width",
+    "inner_width",
+    "outer_height",
+    "jaw",
+    "lower_lip",
+    "upper_lip",
+    "protrusion",
+)
+WORDS = (
+    "please",
+    "again",
+    "seven",
+    "white",
+    "green",
+    "place",
+    "with",
+    "blue",
+    "soon",
+    "four",
+    "five",
+    "nine",
+    "three",
+    "now",
+    "red",
+    "zero",
+    "eight",
+    "six",
+)
 AROUND_S = 0.08
 TAKES = 10
 
@@ -48,9 +75,12 @@ def visual_words(data: Path) -> dict[str, list[Take]]:
 
 
 def _cut(
-    name: str, curves: np.ndarray, fps: float, phones: list[tuple[float, float, str]],
+    name: str,
+    curves: np.ndarray,
+    fps: float,
+    phones: list[tuple[float, float, str]],
     span: tuple[float, float],
-) -> Take | None:  # fmt: skip
+) -> Take | None:
     first = max(0, int(np.floor((span[0] - AROUND_S) * fps)))
     view = curves[first : int(np.ceil((span[1] + AROUND_S) * fps)) + 1]
     inside = [p for p in phones if span[0] <= (p[0] + p[1]) / 2 < span[1]]

@@ -29,10 +29,23 @@ VERBS = (
     "forgave combed hugged buried baffled probed washed voiced"
 ).split()
 MOMENTS = (
-    "before five", "every morning", "for months", "without a pause", "at dawn", "by mistake",
-    "in February", "with pleasure", "after both showers", "rather awkwardly", "from above",
-    "this Thursday", "while we were away", "beyond measure", "as usual", "for a joke",
-)  # fmt: skip
+    "before five",
+    "every morning",
+    "for months",
+    "without a pause",
+    "at dawn",
+    "by mistake",
+    "in February",
+    "with pleasure",
+    "after both showers",
+    "rather awkwardly",
+    "from above",
+    "this Thursday",
+    "while we were away",
+    "beyond measure",
+    "as usual",
+    "for a joke",
+)
 PEOPLE = (
     "Ruth Bob Maya Joyce Phoebe Viv Walter Beth Georgia Thelma Hugo Pam Shawn Yara Boyd".split()
 )
@@ -56,9 +69,16 @@ def candidate(draw: random.Random) -> str:
     n, m = draw.sample(NOUNS, 2)
     w, x = draw.sample(PEOPLE, 2)
     return draw.choice(FORMS).format(
-        a=a, b=b, n=n, m=m, w=w, x=x, v=draw.choice(VERBS), p=draw.choice(PLACES),
+        a=a,
+        b=b,
+        n=n,
+        m=m,
+        w=w,
+        x=x,
+        v=draw.choice(VERBS),
+        p=draw.choice(PLACES),
         t=draw.choice(MOMENTS),
-    )  # fmt: skip
+    )
 
 
 def phonetically_rich(

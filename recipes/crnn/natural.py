@@ -37,7 +37,18 @@ def add_natural(writer: ShardWriter, basis: Motion, sounds: Path, work: Path) ->
         (sounds / speaker).mkdir(parents=True, exist_ok=True)
         soundfile.write(sounds / name, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
         end_s = len(parameters) / FPS
-        writer.add(WordClip(
-            f"n{number:06}", SENTENCE, speaker, speaker, part, name, 0.0, end_s, FPS, parameters,
-        ))  # fmt: skip
+        writer.add(
+            WordClip(
+                f"n{number:06}",
+                SENTENCE,
+                speaker,
+                speaker,
+                part,
+                name,
+                0.0,
+                end_s,
+                FPS,
+                parameters,
+            )
+        )
     print(f"natural speech: {len(chosen)} clips", flush=True)

@@ -31,18 +31,34 @@ from elocute.motion.motion import Motion
 from encoder.store import RATE
 
 CONTEXT_S = 0.1  # of rest that a word keeps at both ends
-WORDS = tuple(sorted({w.lower() for pool in (
-    sentences.ADJECTIVES, sentences.NOUNS, sentences.PLACES, sentences.VERBS, sentences.PEOPLE,
-) for w in pool}))  # fmt: skip
+WORDS = tuple(
+    sorted(
+        {
+            w.lower()
+            for pool in (
+                sentences.ADJECTIVES,
+                sentences.NOUNS,
+                sentences.PLACES,
+                sentences.VERBS,
+                sentences.PEOPLE,
+            )
+            for w in pool
+        }
+    )
+)
 
 
 def learn_basis(folder: Path, speaker: Speaker, seed: int, clips: int = 40) -> Motion:
     """28 speech blendshapes of one simulated reader; the corpus of it is left in `folder`."""
     head, draw = load_builtin_head(), random.Random(seed)
     with corpus_writer(
-        folder, {"reader": head.template}, fps=FPS, basis=head.expression_basis,
-        components=head.expression_names, topology=head.name,
-    ) as writer:  # fmt: skip
+        folder,
+        {"reader": head.template},
+        fps=FPS,
+        basis=head.expression_basis,
+        components=head.expression_names,
+        topology=head.name,
+    ) as writer:
         for number in range(clips):
             text = sentences.candidate(draw)
             style = ("plain", "broad", "smiling", "rounded")[number % 4]
@@ -54,9 +70,17 @@ def learn_basis(folder: Path, speaker: Speaker, seed: int, clips: int = 40) -> M
 
 
 def build(
-    folder: Path, sounds: Path, work: Path, *, speakers: int, words_each: int, sentences_each: int,
-    styles: tuple[str, ...] = ("plain",), natural: Path | None = None, seed: int = 1,
-) -> None:  # fmt: skip
+    folder: Path,
+    sounds: Path,
+    work: Path,
+    *,
+    speakers: int,
+    words_each: int,
+    sentences_each: int,
+    styles: tuple[str, ...] = ("plain",),
+    natural: Path | None = None,
+    seed: int = 1,
+) -> None:
     """Write sounds, then shards; the basis is learned first.
 
     natural  the work folder of train_encoder.py, whose training speakers are added
@@ -88,9 +112,15 @@ NOTE = (
 
 
 def _clip(
-    speaker: Speaker, voice: Voice, text: str, part: str, style: str, basis: Motion, sounds: Path,
+    speaker: Speaker,
+    voice: Voice,
+    text: str,
+    part: str,
+    style: str,
+    basis: Motion,
+    sounds: Path,
     number: int,
-) -> WordClip | None:  # fmt: skip
+) -> WordClip | None:
     """One utterance, its sound written as FLAC; None where the voice says nothing."""
     samples, phones = speaker.say(voice, text, number)
     if len(samples) < RATE * (LEAD_S + TAIL_S + 0.15):
@@ -105,6 +135,15 @@ def _clip(
     (sounds / voice.speaker).mkdir(parents=True, exist_ok=True)
     soundfile.write(sounds / name, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
     return WordClip(
-        f"c{number:06}", text if word else SENTENCE, voice.speaker, voice.speaker, part, name,
-        first / FPS, last / FPS, FPS, parameters[first:last], 1.0,
-    )  # fmt: skip
+        f"c{number:06}",
+        text if word else SENTENCE,
+        voice.speaker,
+        voice.speaker,
+        part,
+        name,
+        first / FPS,
+        last / FPS,
+        FPS,
+        parameters[first:last],
+        1.0,
+    )

@@ -18,8 +18,10 @@ def simulate(phones: list[tuple[float, float, str]], duration_s: float, style: s
     """(frame, component) weights of the built-in head; nobody blinks, as blinks cannot be heard."""
     head = load_builtin_head()
     curves = articulate(
-        posteriors_from_phones(phones, duration_s, PHONE_RATE), PHONE_RATE,
-        frame_count=max(1, round(duration_s * FPS)), fps=FPS,
+        posteriors_from_phones(phones, duration_s, PHONE_RATE),
+        PHONE_RATE,
+        frame_count=max(1, round(duration_s * FPS)),
+        fps=FPS,
         style=replace(STYLES[style], blink_per_min=0.0),
-    )  # fmt: skip
+    )
     return curves.select(head.expression_names).values

@@ -47,9 +47,10 @@ def voices(count: int, seed: int) -> dict[str, list[Voice]]:
     draw.shuffle(variants)
     tenth = max(1, len(variants) // 10)
     parts = {
-        "test": variants[:tenth], "validation": variants[tenth : 2 * tenth],
+        "test": variants[:tenth],
+        "validation": variants[tenth : 2 * tenth],
         "train": variants[2 * tenth :],
-    }  # fmt: skip
+    }
     chosen: dict[str, list[Voice]] = {
         "train": [Voice("flite", "slt"), Voice("flite", "rms"), Voice("festival", "kal_diphone")],
         "validation": [Voice("flite", "awb")],

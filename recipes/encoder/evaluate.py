@@ -60,10 +60,8 @@ def listen(
         posteriors = hear(samples)
         count = min(len(one.labels), len(posteriors))
         results.append(
-            Heard(
-                one.speaker, one.source, one.language, posteriors[:count], one.labels[:count]
-            )
-        )  # fmt: skip
+            Heard(one.speaker, one.source, one.language, posteriors[:count], one.labels[:count])
+        )
     return results
 
 

@@ -27,9 +27,15 @@ def fast_logits(net: PhoneNet, features: Tensor) -> Tensor:
 
 def _normalise(norm: nn.BatchNorm1d, x: Tensor) -> Tensor:
     return functional.batch_norm(
-        x, norm.running_mean, norm.running_var, norm.weight, norm.bias, norm.training,
-        norm.momentum or 0.1, norm.eps,
-    )  # fmt: skip
+        x,
+        norm.running_mean,
+        norm.running_var,
+        norm.weight,
+        norm.bias,
+        norm.training,
+        norm.momentum or 0.1,
+        norm.eps,
+    )
 
 
 def _drop(x: Tensor, share: float) -> Tensor:

@@ -53,11 +53,15 @@ def list_recordings(data: Path) -> list[Recording]:
         rows = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
     return [
         Recording(
-            data / row["path"], row["path"].split("/")[1], row["speaker"], row["language"],
-            row["text"] or "", row["phones"] or "",
+            data / row["path"],
+            row["path"].split("/")[1],
+            row["speaker"],
+            row["language"],
+            row["text"] or "",
+            row["phones"] or "",
         )
         for row in rows
-    ]  # fmt: skip
+    ]
 
 
 def list_precise(data: Path) -> list[Recording]:
@@ -99,9 +103,14 @@ def aligned_shard(recordings: list[Recording], folder: Path, name: str) -> int:
         if phones:
             labels = labels_from_times(phones, len(samples) // HOP)
             writer.add(
-                samples, labels, speaker=recording.speaker, source=recording.source,
-                language=recording.language, text=recording.text, path=recording.name,
-            )  # fmt: skip
+                samples,
+                labels,
+                speaker=recording.speaker,
+                source=recording.source,
+                language=recording.language,
+                text=recording.text,
+                path=recording.name,
+            )
     if writer.items:
         writer.save(folder, name)
     return len(writer.items)

@@ -100,10 +100,14 @@ def realigned_shards(data: Path, work: Path, checkpoint: Path, sources: list[str
                 refused += 1
                 continue
             writers[split_of(recording)].add(
-                samples[: len(path) * 2 * HOP], np.repeat(path, 2), speaker=recording.speaker,
-                source=recording.source, language=recording.language, text=recording.text,
+                samples[: len(path) * 2 * HOP],
+                np.repeat(path, 2),
+                speaker=recording.speaker,
+                source=recording.source,
+                language=recording.language,
+                text=recording.text,
                 path=recording.name,
-            )  # fmt: skip
+            )
         for split, writer in writers.items():
             print(source, split, len(writer.items), "realigned;", refused, "refused", flush=True)
             if writer.items:

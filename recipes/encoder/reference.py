@@ -26,10 +26,13 @@ def write_reference(work: Path, names: list[str], path: Path) -> None:
             runs = [f"{PHONES[k]}{len(list(run))}" for k, run in groupby(labels)]
             clips.append(
                 {
-                    "path": item.path, "speaker": item.speaker, "source": item.source,
-                    "language": item.language, "phones": " ".join(runs),
+                    "path": item.path,
+                    "speaker": item.speaker,
+                    "source": item.source,
+                    "language": item.language,
+                    "phones": " ".join(runs),
                 }
-            )  # fmt: skip
+            )
     clips.sort(key=lambda clip: clip["path"])
     lines = ",\n".join(json.dumps(clip, ensure_ascii=False) for clip in clips)
     path.write_text(f"[\n{lines}\n]\n", encoding="utf-8")
@@ -42,13 +45,18 @@ def read_reference(path: Path, speech: Path) -> list[Utterance]:
         samples, rate = soundfile.read(speech / clip["path"], dtype="float32")
         if rate != 16000:
             raise ValueError(f"{clip['path']}: {rate} Hz, not 16000")
-        runs = [(run.rstrip("0123456789"), run.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"))
-                for run in clip["phones"].split()]  # fmt: skip
+        runs = [
+            (run.rstrip("0123456789"), run.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"))
+            for run in clip["phones"].split()
+        ]
         labels = np.concatenate([np.full(int(n), PHONES.index(phone)) for phone, n in runs])
         utterances.append(
             Utterance(
-                clip["speaker"], clip["source"], clip["language"], samples,
+                clip["speaker"],
+                clip["source"],
+                clip["language"],
+                samples,
                 labels[: -(-len(samples) // 320)],
             )
-        )  # fmt: skip
+        )
     return utterances

@@ -40,11 +40,15 @@ def export(net: PhoneNet, path: Path, thresholds: dict[str, float]) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         torch.onnx.export(
-            _LogPosteriors(net), (torch.zeros(1, 400, front_end.BANDS),), str(draft),
-            input_names=["features"], output_names=["log_posteriors"],
+            _LogPosteriors(net),
+            (torch.zeros(1, 400, front_end.BANDS),),
+            str(draft),
+            input_names=["features"],
+            output_names=["log_posteriors"],
             dynamic_axes={"features": {1: "frame"}, "log_posteriors": {1: "phone_frame"}},
-            opset_version=17, dynamo=False,
-        )  # fmt: skip
+            opset_version=17,
+            dynamo=False,
+        )
     model = onnx.load(draft)
     entry = model.metadata_props.add()
     entry.key = "elocute"

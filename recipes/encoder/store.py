@@ -49,9 +49,16 @@ class ShardWriter:
         self.frames = 0
 
     def add(
-        self, samples: np.ndarray, labels: np.ndarray, *, speaker: str, source: str,
-        language: str, text: str, path: str = "",
-    ) -> None:  # fmt: skip
+        self,
+        samples: np.ndarray,
+        labels: np.ndarray,
+        *,
+        speaker: str,
+        source: str,
+        language: str,
+        text: str,
+        path: str = "",
+    ) -> None:
         """Add float samples in [-1, 1] at 16 kHz; both are cut to whole frames."""
         frames = min(len(samples) // HOP, len(labels))
         self.audio.append((np.clip(samples[: frames * HOP], -1, 1) * 32767).astype(np.int16))

@@ -24,9 +24,20 @@ RATE_PARAMETER, PITCH_PARAMETER, RANGE_PARAMETER = 1, 3, 4
 Phones = list[tuple[float, float, str]]
 
 ESPEAK_MINUTES = {
-    "en-us": 28, "en": 18, "en-gb-scotland": 7, "en-gb-x-rp": 7, "en-029": 5,
-    "en-gb-x-gbclan": 5, "de": 22, "nl": 14, "fr": 12, "es": 10, "it": 10, "pl": 8, "sv": 8,
-}  # fmt: skip
+    "en-us": 28,
+    "en": 18,
+    "en-gb-scotland": 7,
+    "en-gb-x-rp": 7,
+    "en-029": 5,
+    "en-gb-x-gbclan": 5,
+    "de": 22,
+    "nl": 14,
+    "fr": 12,
+    "es": 10,
+    "it": 10,
+    "pl": 8,
+    "sv": 8,
+}
 ESPEAK_VARIANTS = (
     "Alex Alicia Andrea Andy Annie Denis Gene Gene2 Henrique Hugo Jacky Lee Marco Mario Michael "
     "Mike adam anika antonio aunty belinda benjamin boris caleb david ed edward edward2 f1 f2 f3 "
@@ -44,10 +55,15 @@ class _Name(ctypes.Union):
 
 class _Event(ctypes.Structure):
     _fields_ = (
-        ("type", ctypes.c_int), ("uid", ctypes.c_uint), ("text_position", ctypes.c_int),
-        ("length", ctypes.c_int), ("audio_ms", ctypes.c_int), ("sample", ctypes.c_int),
-        ("user_data", ctypes.c_void_p), ("id", _Name),
-    )  # fmt: skip
+        ("type", ctypes.c_int),
+        ("uid", ctypes.c_uint),
+        ("text_position", ctypes.c_int),
+        ("length", ctypes.c_int),
+        ("audio_ms", ctypes.c_int),
+        ("sample", ctypes.c_int),
+        ("user_data", ctypes.c_void_p),
+        ("id", _Name),
+    )
 
 
 _CALLBACK = ctypes.CFUNCTYPE(
@@ -137,15 +153,24 @@ def espeak_shard(folder: Path, minutes: dict[str, float], seed: int = 1) -> None
             text = sentence(language, words, draw)
             variant = draw.choice(ESPEAK_VARIANTS)
             samples, phones = engine.speak(
-                text, f"{voice}+{variant}", draw.randint(120, 240), draw.randint(15, 85),
+                text,
+                f"{voice}+{variant}",
+                draw.randint(120, 240),
+                draw.randint(15, 85),
                 draw.randint(25, 80),
-            )  # fmt: skip
+            )
             if len(samples) < RATE // 4:
                 continue
             done += _add(
-                writer, samples, phones, draw, speaker=f"espeak-{voice}+{variant}",
-                source="espeak", language=language, text=text,
-            )  # fmt: skip
+                writer,
+                samples,
+                phones,
+                draw,
+                speaker=f"espeak-{voice}+{variant}",
+                source="espeak",
+                language=language,
+                text=text,
+            )
     writer.save(folder, "espeak")
 
 
@@ -158,9 +183,15 @@ def flite_shard(folder: Path, minutes: float, seed: int = 2) -> None:
             slower, pitch = draw.uniform(0.75, 1.3), draw.uniform(80, 240)
             samples, phones = flite_utterance(voice, text, slower, Path(room), pitch)
             done += _add(
-                writer, samples, phones, draw, speaker=f"flite-{voice}", source="flite",
-                language="en", text=text,
-            )  # fmt: skip
+                writer,
+                samples,
+                phones,
+                draw,
+                speaker=f"flite-{voice}",
+                source="flite",
+                language="en",
+                text=text,
+            )
     writer.save(folder, "flite")
 
 
@@ -208,9 +239,15 @@ def festival_shard(folder: Path, minutes: float, seed: int = 3) -> None:
                 texts = [sentence("en", words, draw) for _ in range(40)]
                 for text, samples, phones in _festival(voice, texts, Path(room), draw.uniform):
                     done += _add(
-                        writer, samples, phones, draw, speaker=f"festival-{voice}",
-                        source="festival", language="en", text=text,
-                    )  # fmt: skip
+                        writer,
+                        samples,
+                        phones,
+                        draw,
+                        speaker=f"festival-{voice}",
+                        source="festival",
+                        language="en",
+                        text=text,
+                    )
     writer.save(folder, "festival")
 
 

@@ -23,9 +23,17 @@ from encoder.store import HOP, UNKNOWN, Shard, load_shard
 
 # How often each kind of speech is heard; speakers count for more than minutes.
 MIX = {
-    "espeak": 0.20, "flite": 0.05, "festival": 0.05, "speechocean": 0.32, "kathleen_en": 0.11,
-    "wakeword": 0.09, "fsdd": 0.03, "kerstin_de": 0.07, "nathalie_nl": 0.05, "precise": 0.04,
-}  # fmt: skip
+    "espeak": 0.20,
+    "flite": 0.05,
+    "festival": 0.05,
+    "speechocean": 0.32,
+    "kathleen_en": 0.11,
+    "wakeword": 0.09,
+    "fsdd": 0.03,
+    "kerstin_de": 0.07,
+    "nathalie_nl": 0.05,
+    "precise": 0.04,
+}
 NOTHING_SHARE = 0.02
 LIPS = ("P", "B", "M", "F", "V")
 
@@ -163,9 +171,12 @@ def train(
         net.train()
         logits = fast_logits(net, features)
         loss = functional.cross_entropy(
-            logits.transpose(1, 2), target, weights, ignore_index=UNKNOWN,
+            logits.transpose(1, 2),
+            target,
+            weights,
+            ignore_index=UNKNOWN,
             label_smoothing=config.smoothing,
-        )  # fmt: skip
+        )
         optimiser.zero_grad()
         loss.backward()
         torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
@@ -184,8 +195,9 @@ def train(
         if now - logged > 30:
             print(
                 f"{elapsed / 60:.1f} min step {step} loss {loss.item():.3f} phone accuracy "
-                f"{right / heard:.3f} queue {queue.qsize()}", flush=True,
-            )  # fmt: skip
+                f"{right / heard:.3f} queue {queue.qsize()}",
+                flush=True,
+            )
             logged, heard, right = now, 0, 0
         if now - saved > config.checkpoint_s:
             _save(checkpoint, net, ema, optimiser, step, elapsed)
@@ -198,9 +210,13 @@ def _save(path: Path, net, ema, optimiser, step: int, spent: float) -> None:
     draft = path.with_suffix(".draft")
     torch.save(
         {
-            "net": net.state_dict(), "ema": ema.state_dict(), "step": step, "spent": spent,
-            "optimiser": optimiser.state_dict(), "config": asdict(net.config),
+            "net": net.state_dict(),
+            "ema": ema.state_dict(),
+            "step": step,
+            "spent": spent,
+            "optimiser": optimiser.state_dict(),
+            "config": asdict(net.config),
         },
         draft,
-    )  # fmt: skip
+    )
     draft.replace(path)

@@ -12,10 +12,19 @@ from .refine import refine
 from .topology import symmetrised
 
 PARTS = (
-    "skin", "eye_left", "eye_right", "tongue",
-    "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "bust", "brows", "lashes",
+    "skin",
+    "eye_left",
+    "eye_right",
+    "tongue",
+    "teeth_upper",
+    "teeth_lower",
+    "gums_upper",
+    "gums_lower",
+    "bust",
+    "brows",
+    "lashes",
     "scalp",
-)  # fmt: skip
+)
 UPPER_HELPER = slice(15060, 15128)
 LOWER_HELPER = slice(14992, 15060)
 EYE_SHELL_LEFT, EYE_SHELL_RIGHT = slice(0, 256), slice(532, 788)

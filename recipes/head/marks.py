@@ -21,8 +21,16 @@ def landmarks(face: NeutralFace) -> np.ndarray:
         distance = np.linalg.norm(skin - goal, axis=1) + np.where(front, 0, 1)
         return int(distance.argmin())
 
-    half_jaw = [(-66, 0, -58), (-65, -22, -58), (-63, -42, -56), (-58, -62, -48), (-49, -78, -32),
-                (-38, -90, -14), (-26, -99, 2), (-13, -105, 12)]  # fmt: skip
+    half_jaw = [
+        (-66, 0, -58),
+        (-65, -22, -58),
+        (-63, -42, -56),
+        (-58, -62, -48),
+        (-49, -78, -32),
+        (-38, -90, -14),
+        (-26, -99, 2),
+        (-13, -105, 12),
+    ]
     jaw = [nearest(*p) for p in half_jaw] + [nearest(0, -107, 15)]
     jaw += [nearest(-x, y, z) for x, y, z in reversed(half_jaw)]
     half_brow = [(-50, 18, -1), (-43, 23, 8), (-34, 24, 13), (-24, 22, 17), (-14, 19, 20)]
@@ -30,8 +38,10 @@ def landmarks(face: NeutralFace) -> np.ndarray:
         nearest(-x, y, z) for x, y, z in reversed(half_brow)
     ]
     bridge = [nearest(0, y, z) for y, z in ((2, 22), (-12, 27), (-25, 34), (-38, 41))]
-    base = [nearest(x, y, z) for x, y, z in
-            ((-14, -47, 20), (-7, -50, 25), (0, -52, 28), (7, -50, 25), (14, -47, 20))]  # fmt: skip
+    base = [
+        nearest(x, y, z)
+        for x, y, z in ((-14, -47, 20), (-7, -50, 25), (0, -52, 28), (7, -50, 25), (14, -47, 20))
+    ]
     eyes = []
     half_eye = [(-44, 0, 4), (-36, 5, 12), (-25, 5, 13), (-16, -2, 9), (-25, -6, 12), (-36, -6, 10)]
     eyes += [nearest(*p) for p in half_eye]

@@ -10,13 +10,27 @@ from .lip_forms import Aperture, aperture_moves, carried_block, reach
 from .lips import COLUMN_COUNT, RING_COUNT
 
 FUNNEL = Aperture(
-    half_width=11.0, above=2.2, below=5.8, forward=6.0, corner_back=4.2, evert_deg=14,
-    thickness=0.90, taper=0.40, roundness=0.75,
-)  # fmt: skip
+    half_width=11.0,
+    above=2.2,
+    below=5.8,
+    forward=6.0,
+    corner_back=4.2,
+    evert_deg=14,
+    thickness=0.90,
+    taper=0.40,
+    roundness=0.75,
+)
 PUCKER = Aperture(
-    half_width=9.6, above=-1.4, below=2.4, forward=7.5, corner_back=4.4, evert_deg=8,
-    thickness=0.88, taper=0.45, roundness=0.60,
-)  # fmt: skip
+    half_width=9.6,
+    above=-1.4,
+    below=2.4,
+    forward=7.5,
+    corner_back=4.4,
+    evert_deg=8,
+    thickness=0.88,
+    taper=0.45,
+    roundness=0.60,
+)
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
 

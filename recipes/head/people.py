@@ -27,7 +27,7 @@ PEOPLE = (
     Person("feng", Traits(1.0, 0.60, 0.50, 0.48, (0.0, 1.0, 0.0)), (("head/head-square", 0.2),)),
     Person("hana", Traits(0.0, 0.51, 0.45, 0.45, (0.0, 1.0, 0.0)), (("head/head-oval", 0.2),)),
     Person("otto", Traits(1.0, 0.84, 0.45, 0.62, (0.0, 0.0, 1.0)), (("nose/nose-hump-incr", 0.3),)),
-)  # fmt: skip
+)
 
 
 def coefficients(face: NeutralFace, identity: IdentityBasis) -> dict[str, np.ndarray]:

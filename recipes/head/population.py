@@ -10,16 +10,37 @@ from .makehuman import MakeHuman
 
 RACES = ("african", "asian", "caucasian")
 FOLDERS = (
-    "head", "forehead", "eyebrows", "eyes", "nose", "mouth", "chin", "cheek", "ears", "neck",
-)  # fmt: skip
+    "head",
+    "forehead",
+    "eyebrows",
+    "eyes",
+    "nose",
+    "mouth",
+    "chin",
+    "cheek",
+    "ears",
+    "neck",
+)
 OPPOSITES = (
-    ("decr", "incr"), ("down", "up"), ("in", "out"),
-    ("backward", "forward"), ("concave", "convex"), ("compress", "uncompress"),
-)  # fmt: skip
+    ("decr", "incr"),
+    ("down", "up"),
+    ("in", "out"),
+    ("backward", "forward"),
+    ("concave", "convex"),
+    ("compress", "uncompress"),
+)
 SPREAD = {
-    "mouth": 0.24, "nose": 0.26, "eyes": 0.21, "chin": 0.26, "cheek": 0.26,
-    "ears": 0.26, "forehead": 0.20, "eyebrows": 0.28, "head": 0.13, "neck": 0.15,
-}  # fmt: skip
+    "mouth": 0.24,
+    "nose": 0.26,
+    "eyes": 0.21,
+    "chin": 0.26,
+    "cheek": 0.26,
+    "ears": 0.26,
+    "forehead": 0.20,
+    "eyebrows": 0.28,
+    "head": 0.13,
+    "neck": 0.15,
+}
 """Standard deviation of a detail control, of its full range, by face part."""
 OUTLINES = ("oval", "round", "rectangular", "square", "triangular", "invertedtriangular", "diamond")
 ASYMMETRIES = ("jaw-1", "mouth-1", "nose-1", "eye-1", "cheek-1", "brown-1")

@@ -108,10 +108,14 @@ HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
     ("mean", "front", {}),
     ("esi", "three-quarter", VISEME_SHAPES["aa"]),
     ("hana", "front", VISEME_SHAPES["ou"]),
-    ("otto", "three-quarter",
-     VISEME_SHAPES["ih"] | dict.fromkeys(("mouthSmileLeft", "mouthSmileRight"), 0.5)
-     | dict.fromkeys(("cheekSquintLeft", "cheekSquintRight"), 0.4)),
-)  # fmt: skip
+    (
+        "otto",
+        "three-quarter",
+        VISEME_SHAPES["ih"]
+        | dict.fromkeys(("mouthSmileLeft", "mouthSmileRight"), 0.5)
+        | dict.fromkeys(("cheekSquintLeft", "cheekSquintRight"), 0.4),
+    ),
+)
 
 
 def hero_picture(head: HeadModel, path: Path) -> None:

@@ -149,9 +149,17 @@ def gums(arch: Arch, heights, stations: int = 19) -> Part:
     along = np.linspace(0, length[-1] * 0.995, stations)
     root = float(np.mean(heights)) - 0.6
     section = np.array(  # (out, up from the root line)
-        [[-0.2, -1.2], [0.3, 0.3], [0.0, 2.2], [-2.5, 3.6], [-7.0, 3.4], [-10.0, 2.0],
-         [-9.6, -0.8], [-5.0, -1.4]]
-    )  # fmt: skip
+        [
+            [-0.2, -1.2],
+            [0.3, 0.3],
+            [0.0, 2.2],
+            [-2.5, 3.6],
+            [-7.0, 3.4],
+            [-10.0, 2.0],
+            [-9.6, -0.8],
+            [-5.0, -1.4],
+        ]
+    )
     rows = []
     for s in along:
         point, _, outward = arch.frame(s)

@@ -21,9 +21,14 @@ Simulate = Callable[[Phones, float, str, float], np.ndarray]
 
 
 def readings(
-    voices: Voices, subject: Subject, texts: Sequence[str], simulate: Simulate, fps: float,
-    folder: Path, seed: int,
-) -> Iterator[Clip]:  # fmt: skip
+    voices: Voices,
+    subject: Subject,
+    texts: Sequence[str],
+    simulate: Simulate,
+    fps: float,
+    folder: Path,
+    seed: int,
+) -> Iterator[Clip]:
     """Clips of one subject; the times of their words go to FOLDER/SUBJECT.SENTENCE.json."""
     for number, start in enumerate(range(0, len(texts), IN_A_READING)):
         spoken = texts[start : start + IN_A_READING]

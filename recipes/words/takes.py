@@ -56,9 +56,10 @@ def cut_natural(data: Path, folder: Path, words: Sequence[str], limit: int) -> I
     """Words cut from natural English by forced alignment; speakers as the encoder's split."""
     aligner, wanted, taken = EnglishAligner(), set(words), 0
     english = [
-        one for one in list_recordings(data)
+        one
+        for one in list_recordings(data)
         if one.language == "en" and wanted & set(one.text.lower().split())
-    ]  # fmt: skip
+    ]
     random.Random("natural").shuffle(english)
     for recording in english:
         if taken >= limit:

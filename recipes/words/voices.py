@@ -18,12 +18,22 @@ CAPTURED = tuple(s for s in SUBJECTS if s.style in ("plain", "calm", "crisp", "p
 CAPTURED_TEST = "pouting"
 # Voices that no captured speaker has; whole speakers in each part.
 TRAIN = (
-    ("flite", "awb"), ("flite", "kal16"), ("festival", "ked_diphone"), ("espeak", "en-us+Andy"),
-    ("espeak", "en-us+adam"), ("espeak", "en-us+linda"), ("espeak", "en-us+f3"),
-    ("espeak", "en+antonio"), ("espeak", "en+belinda"), ("espeak", "en+m3"),
-    ("espeak", "en-gb-x-rp+iven"), ("espeak", "en-gb-x-rp+steph"), ("espeak", "en-gb-scotland+f4"),
-    ("espeak", "en-029+john"), ("espeak", "en-gb-x-gbclan+m7"),
-)  # fmt: skip
+    ("flite", "awb"),
+    ("flite", "kal16"),
+    ("festival", "ked_diphone"),
+    ("espeak", "en-us+Andy"),
+    ("espeak", "en-us+adam"),
+    ("espeak", "en-us+linda"),
+    ("espeak", "en-us+f3"),
+    ("espeak", "en+antonio"),
+    ("espeak", "en+belinda"),
+    ("espeak", "en+m3"),
+    ("espeak", "en-gb-x-rp+iven"),
+    ("espeak", "en-gb-x-rp+steph"),
+    ("espeak", "en-gb-scotland+f4"),
+    ("espeak", "en-029+john"),
+    ("espeak", "en-gb-x-gbclan+m7"),
+)
 VALIDATION = (("espeak", "en-us+michael"), ("espeak", "en-gb-x-rp+f5"), ("espeak", "en+aunty"))
 TEST = (("espeak", "en-us+steph2"), ("espeak", "en+victor"), ("espeak", "en-gb-scotland+m8"))
 PARTS = {"train": TRAIN, "val": VALIDATION, "test": TEST}
@@ -70,6 +80,8 @@ def varied(speaker: str, word: str, take: int, seed: int) -> tuple[float, int, f
     """Tempo, pitch, playing rate and signal to noise in dB of a take: by its name alone."""
     draw = random.Random(f"{seed} {speaker} {word} {take}")
     return (
-        draw.uniform(0.75, 1.3), draw.randint(25, 75), draw.uniform(0.92, 1.09),
+        draw.uniform(0.75, 1.3),
+        draw.randint(25, 75),
+        draw.uniform(0.92, 1.09),
         draw.uniform(15.0, 40.0),
-    )  # fmt: skip
+    )

@@ -158,9 +158,12 @@ def test_what_cannot_be_aligned_is_said(method: str) -> None:
     broken = view.copy()
     broken[7, 2] = np.nan
     for views, says in (
-        ([view], "two or more"), ([view, broken], "frame 7"), ([view, view[:0]], "at least one"),
-        ([view, view[0]], "shape"), ([view, "speech"], "numbers"),
-    ):  # fmt: skip
+        ([view], "two or more"),
+        ([view, broken], "frame 7"),
+        ([view, view[:0]], "at least one"),
+        ([view, view[0]], "shape"),
+        ([view, "speech"], "numbers"),
+    ):
         with pytest.raises(AlignmentError, match=says):
             align(views, method)  # pyright: ignore[reportArgumentType]
     aligner = fit_aligner([(view, view)], method, brief(method))

@@ -19,9 +19,14 @@ TEXT = (
 )
 # Where Festival spoke them: first and last phone of `speak` in recipes/example.py.
 TRUE_S = {
-    "hello": (0.665, 1.015), "voice": (2.155, 2.62), "face": (3.47, 3.94), "mouth": (4.42, 4.705),
-    "wolves": (7.215, 7.565), "fog": (8.37, 8.765), "rest": (9.51, 9.9),
-}  # fmt: skip
+    "hello": (0.665, 1.015),
+    "voice": (2.155, 2.62),
+    "face": (3.47, 3.94),
+    "mouth": (4.42, 4.705),
+    "wolves": (7.215, 7.565),
+    "fog": (8.37, 8.765),
+    "rest": (9.51, 9.9),
+}
 
 
 @pytest.fixture(scope="module")
@@ -146,10 +151,15 @@ def test_damaged_textgrids(tmp_path: Path, damage: tuple[str, str], says: str | 
 
 @pytest.mark.parametrize(
     "text",
-    ["", "[]", '{"format": "elocute-words", "version": 2}', "[" * 100_000,
-     '{"format": "elocute-words", "version": 1, "duration_s": 1, "words": [{"word": "a", '
-     '"start_s": NaN, "end_s": 1, "confidence": 1}]}'],
-)  # fmt: skip
+    [
+        "",
+        "[]",
+        '{"format": "elocute-words", "version": 2}',
+        "[" * 100_000,
+        '{"format": "elocute-words", "version": 1, "duration_s": 1, "words": [{"word": "a", '
+        '"start_s": NaN, "end_s": 1, "confidence": 1}]}',
+    ],
+)
 def test_damaged_json(tmp_path: Path, text: str):
     path = tmp_path / "w.json"
     path.write_text(text, encoding="utf-8")

@@ -22,9 +22,15 @@ def wav_header(
     )
     riff = (36 + data_bytes) % 2**32
     return (
-        b"RIFF" + struct.pack("<I", riff) + b"WAVE"
-        + b"fmt " + struct.pack("<I", 16) + fmt + b"data" + struct.pack("<I", data_bytes)
-    )  # fmt: skip
+        b"RIFF"
+        + struct.pack("<I", riff)
+        + b"WAVE"
+        + b"fmt "
+        + struct.pack("<I", 16)
+        + fmt
+        + b"data"
+        + struct.pack("<I", data_bytes)
+    )
 
 
 def floats(*values: float) -> bytes:
@@ -120,10 +126,17 @@ def test_damage_in_a_channel_that_is_not_chosen_does_no_harm(tmp_path):
 
 
 CUT = [
-    ("a.flac", None, None), ("a.ogg", None, None), ("a.aiff", None, None), ("a.w64", None, None),
-    ("a.m4a", "aac", {}), ("a.m4a", "aac", {"movflags": "faststart"}), ("a.opus", "libopus", {}),
-    ("a.mkv", "libopus", {}), ("a.webm", "libopus", {}), ("xing.mp3", "libmp3lame", {}),
-]  # fmt: skip
+    ("a.flac", None, None),
+    ("a.ogg", None, None),
+    ("a.aiff", None, None),
+    ("a.w64", None, None),
+    ("a.m4a", "aac", {}),
+    ("a.m4a", "aac", {"movflags": "faststart"}),
+    ("a.opus", "libopus", {}),
+    ("a.mkv", "libopus", {}),
+    ("a.webm", "libopus", {}),
+    ("xing.mp3", "libmp3lame", {}),
+]
 
 
 @pytest.mark.parametrize(("name", "codec", "options"), CUT)

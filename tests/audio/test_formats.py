@@ -70,16 +70,27 @@ def test_sound_that_starts_after_the_picture_keeps_its_place(
 
 
 WIDTHS = {
-    "PCM_U8": 2 / 256, "PCM_16": 2 / 2**16, "PCM_24": 2 / 2**24, "PCM_32": 2e-7,
-    "FLOAT": 0, "DOUBLE": 0, "ULAW": 0.02, "ALAW": 0.02, "IMA_ADPCM": 0.3,
-}  # fmt: skip
+    "PCM_U8": 2 / 256,
+    "PCM_16": 2 / 2**16,
+    "PCM_24": 2 / 2**24,
+    "PCM_32": 2e-7,
+    "FLOAT": 0,
+    "DOUBLE": 0,
+    "ULAW": 0.02,
+    "ALAW": 0.02,
+    "IMA_ADPCM": 0.3,
+}
 
 
 @pytest.mark.parametrize(
     ("kind", "subtype"),
-    [(kind, subtype) for kind in ("WAV", "WAVEX", "RF64") for subtype in WIDTHS
-     if soundfile.check_format(kind, subtype)],
-)  # fmt: skip
+    [
+        (kind, subtype)
+        for kind in ("WAV", "WAVEX", "RF64")
+        for subtype in WIDTHS
+        if soundfile.check_format(kind, subtype)
+    ],
+)
 def test_a_wav_of_any_width_gives_its_samples(tmp_path, speech, kind, subtype):
     original = speech(16000)
     path = tmp_path / "a.wav"
@@ -92,9 +103,15 @@ def test_a_wav_of_any_width_gives_its_samples(tmp_path, speech, kind, subtype):
 
 @pytest.mark.parametrize(
     ("name", "subtype"),
-    [("a.flac", "PCM_S8"), ("a.flac", "PCM_16"), ("a.flac", "PCM_24"), ("a.aiff", "PCM_16"),
-     ("a.caf", "PCM_16"), ("a.w64", "PCM_16")],
-)  # fmt: skip
+    [
+        ("a.flac", "PCM_S8"),
+        ("a.flac", "PCM_16"),
+        ("a.flac", "PCM_24"),
+        ("a.aiff", "PCM_16"),
+        ("a.caf", "PCM_16"),
+        ("a.w64", "PCM_16"),
+    ],
+)
 def test_other_lossless_files_give_their_samples(tmp_path, speech, name, subtype):
     original = speech(22050)
     soundfile.write(tmp_path / name, original, 22050, subtype=subtype)

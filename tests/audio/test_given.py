@@ -24,11 +24,14 @@ def test_it_is_heard_as_the_file_is(speech_wav: Path) -> None:
     stereo = np.stack([samples, samples], axis=1)
     with speech_wav.open("rb") as file:
         ways = [
-            elocute.animate(speech_wav.read_bytes()), elocute.animate(file),
+            elocute.animate(speech_wav.read_bytes()),
+            elocute.animate(file),
             elocute.animate(io.BytesIO(speech_wav.read_bytes())),
-            elocute.animate(samples, rate=rate), elocute.animate(whole, rate=rate),
-            elocute.animate(wide, rate=rate), elocute.animate(stereo, rate=rate),
-        ]  # fmt: skip
+            elocute.animate(samples, rate=rate),
+            elocute.animate(whole, rate=rate),
+            elocute.animate(wide, rate=rate),
+            elocute.animate(stereo, rate=rate),
+        ]
     for take in ways:
         assert isinstance(take.sound, Waveform)
         assert np.abs(take.motion.weights - known).max() < 1e-6
@@ -48,15 +51,24 @@ def test_one_channel_is_heard() -> None:
 @pytest.mark.parametrize(
     ("speech", "rate", "says"),
     [
-        (np.zeros(99), None, "without a rate"), (np.zeros(99), -5, "sample rate"),
-        (np.zeros((2, 99)), 8000, "samples.T"), (np.zeros((3, 3, 3)), 8000, "shape"),
-        (np.zeros(99, np.int64), 8000, "int64"), (np.zeros(99, complex), 8000, "complex"),
-        (np.zeros(99, bool), 8000, "bool"), (np.full(99, np.nan), 8000, "NaN"),
-        (np.zeros(0), 8000, "shape"), ([[1.0], [2.0, 3.0]], 8000, "list"), (None, 8000, "NoneType"),
-        (b"", None, "nothing"), (b"no sound", None, "no sound"), (b"x", 8000, "rate"),
-        (io.StringIO("x"), None, "mode 'rb'"), ("a.wav", 8000, "rate"),
+        (np.zeros(99), None, "without a rate"),
+        (np.zeros(99), -5, "sample rate"),
+        (np.zeros((2, 99)), 8000, "samples.T"),
+        (np.zeros((3, 3, 3)), 8000, "shape"),
+        (np.zeros(99, np.int64), 8000, "int64"),
+        (np.zeros(99, complex), 8000, "complex"),
+        (np.zeros(99, bool), 8000, "bool"),
+        (np.full(99, np.nan), 8000, "NaN"),
+        (np.zeros(0), 8000, "shape"),
+        ([[1.0], [2.0, 3.0]], 8000, "list"),
+        (None, 8000, "NoneType"),
+        (b"", None, "nothing"),
+        (b"no sound", None, "no sound"),
+        (b"x", 8000, "rate"),
+        (io.StringIO("x"), None, "mode 'rb'"),
+        ("a.wav", 8000, "rate"),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_sound_is_refused_in_one_line(speech: object, rate: int, says: str) -> None:
     with pytest.raises(AudioError) as refused:
         sound_of(speech, rate)  # pyright: ignore[reportArgumentType]

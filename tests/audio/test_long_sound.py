@@ -35,8 +35,10 @@ def test_an_hour_is_streamed_in_bounded_memory(tmp_path, name):
     write_noise(tmp_path / name, 3600)
     out = subprocess.run(
         [sys.executable, "-c", COUNT, tmp_path / f"minute_{name}", tmp_path / name],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     samples, more_mb = out.stdout.split()
     assert int(samples) == 3600 * 16000
     assert float(more_mb) < 20  # the hour itself is 230 MB

@@ -27,9 +27,15 @@ def samples(speech_wav):
 def test_filterbank_equals_librosa(scale, unit_area):
     ours = mel_filterbank(16000, 512, 40, 50, 7600, scale, unit_area)
     theirs = librosa.filters.mel(
-        sr=16000, n_fft=512, n_mels=40, fmin=50, fmax=7600, htk=scale == "htk",
-        norm="slaney" if unit_area else None, dtype=np.float64,
-    )  # fmt: skip
+        sr=16000,
+        n_fft=512,
+        n_mels=40,
+        fmin=50,
+        fmax=7600,
+        htk=scale == "htk",
+        norm="slaney" if unit_area else None,
+        dtype=np.float64,
+    )
     assert np.allclose(ours, theirs, atol=1e-9)
 
 
@@ -41,9 +47,17 @@ def test_mel_and_back(scale):
 
 def test_log_mel_equals_librosa(samples):
     theirs = librosa.feature.melspectrogram(
-        y=samples.astype(float), sr=16000, n_fft=512, win_length=400, hop_length=160, n_mels=64,
-        htk=True, norm=None, pad_mode="constant", dtype=np.float64,
-    )  # fmt: skip
+        y=samples.astype(float),
+        sr=16000,
+        n_fft=512,
+        win_length=400,
+        hop_length=160,
+        n_mels=64,
+        htk=True,
+        norm=None,
+        pad_mode="constant",
+        dtype=np.float64,
+    )
     ours = log_mel(samples, 16000)
     assert np.allclose(ours, np.log(np.maximum(theirs, 1e-10)).T[: len(ours)], atol=1e-6)
 

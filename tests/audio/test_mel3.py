@@ -22,9 +22,15 @@ def librosa_log_mel(sound: Waveform, shift: int) -> np.ndarray:
     samples -= samples.mean()
     samples /= np.abs(samples).max()
     power = librosa.feature.melspectrogram(
-        y=np.concatenate([np.zeros(441 * 50), samples, np.zeros(441 * 50)])[shift:], sr=44100,
-        n_fft=2048, win_length=882, hop_length=441, n_mels=128, htk=True, norm=None,
-    )  # fmt: skip
+        y=np.concatenate([np.zeros(441 * 50), samples, np.zeros(441 * 50)])[shift:],
+        sr=44100,
+        n_fft=2048,
+        win_length=882,
+        hop_length=441,
+        n_mels=128,
+        htk=True,
+        norm=None,
+    )
     return np.log(np.maximum(power.T, 1e-6))
 
 

@@ -61,8 +61,10 @@ def test_white_noise_holds_all_frequencies_alike():
 
 def test_babble_sounds_like_the_speaker_and_says_nothing(words):
     noise = babble(words, 0)
-    spectra = [np.abs(np.fft.rfft(s)).reshape(-1)[: 16000].reshape(16, -1).mean(axis=1)
-               for s in (noise, words.samples)]  # fmt: skip
+    spectra = [
+        np.abs(np.fft.rfft(s)).reshape(-1)[:16000].reshape(16, -1).mean(axis=1)
+        for s in (noise, words.samples)
+    ]
     assert np.corrcoef(np.log(spectra))[0, 1] > 0.9
     assert abs(np.corrcoef(noise, words.samples)[0, 1]) < 0.1
     assert level_db(noise) > level_db(words.samples) - 15

@@ -10,17 +10,32 @@ import pytest
 import soundfile
 
 COMMANDS = (
-    "animate", "render", "measure", "info", "doctor", "edit", "solve", "head", "corpus", "train",
-    "style", "evaluate", "capture", "blendshapes",
-)  # fmt: skip
+    "animate",
+    "render",
+    "measure",
+    "info",
+    "doctor",
+    "edit",
+    "solve",
+    "head",
+    "corpus",
+    "train",
+    "style",
+    "evaluate",
+    "capture",
+    "blendshapes",
+)
 
 
 def run(*arguments, cwd=None):
     """Run `elocute` in a process of its own."""
     return subprocess.run(
         [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)],
-        capture_output=True, text=True, cwd=cwd, timeout=120,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        timeout=120,
+    )
 
 
 def refused(*arguments, says=(), code=2, **options):
@@ -94,9 +109,22 @@ def test_measure_writes_a_table_and_a_plot(talk, tmp_path):
 
 def test_render_writes_other_formats_from_a_stored_motion(talk, speech_wav, tmp_path):
     result = run(
-        "render", talk / "talk.npz", "--audio", speech_wav, "--fps", "10", "--size", "96",
-        "-o", tmp_path / "t.mp4", "-o", tmp_path / "t.glb", "--embed-audio", "--backend", "embreex",
-    )  # fmt: skip
+        "render",
+        talk / "talk.npz",
+        "--audio",
+        speech_wav,
+        "--fps",
+        "10",
+        "--size",
+        "96",
+        "-o",
+        tmp_path / "t.mp4",
+        "-o",
+        tmp_path / "t.glb",
+        "--embed-audio",
+        "--backend",
+        "embreex",
+    )
     assert result.returncode == 0, result.stderr
     assert sorted(p.name for p in tmp_path.iterdir()) == ["t.glb", "t.mp4"]
 

@@ -40,9 +40,12 @@ def test_training_leaves_a_model_that_speaks(
 
 
 def test_bad_input_is_one_line(
-    trained: dict[str, Any], folders: tuple[Path, Path], refused: Callable[..., None],
-    tmp_path: Path, speech_wav: Path,
-) -> None:  # fmt: skip
+    trained: dict[str, Any],
+    folders: tuple[Path, Path],
+    refused: Callable[..., None],
+    tmp_path: Path,
+    speech_wav: Path,
+) -> None:
     train, out = ("train", "crnn"), ("-o", tmp_path / "new")
     refused(*train, *folders, "-o", Path(trained["model"]).parent, says="--resume")
     refused(*train, tmp_path, folders[1], *out, says="manifest.json")
@@ -59,9 +62,12 @@ def test_bad_input_is_one_line(
 
 
 def test_the_experiments_small(
-    folders: tuple[Path, Path], cli: Callable[..., Any], refused: Callable[..., None],
-    make_corpus: Callable[..., Any], tmp_path: Path,
-) -> None:  # fmt: skip
+    folders: tuple[Path, Path],
+    cli: Callable[..., Any],
+    refused: Callable[..., None],
+    make_corpus: Callable[..., Any],
+    tmp_path: Path,
+) -> None:
     corpus = make_corpus(tmp_path / "sentences")
     spoken = ("--sentences", corpus.folder, "--subject")
     given = ("evaluate", "wild", *folders, "-o", tmp_path / "w", "--epochs", 1, *spoken)

@@ -18,8 +18,10 @@ from elocute.motion.store import load_motion, save_motion
 def run(*arguments):
     return subprocess.run(
         [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)],
-        capture_output=True, text=True, timeout=120,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +36,18 @@ def talk(tmp_path_factory):
 
 def test_everything_at_once_is_what_the_library_does(talk, tmp_path):
     result = run(
-        "edit", talk, "-o", tmp_path / "o.npz", "--neck", "0:0,0,0; 1.5:0,20,0",
-        "--blinks", "0.5,2.1", "--identity-over-time", "0:ada; 2:ben", "--json",
-    )  # fmt: skip
+        "edit",
+        talk,
+        "-o",
+        tmp_path / "o.npz",
+        "--neck",
+        "0:0,0,0; 1.5:0,20,0",
+        "--blinks",
+        "0.5,2.1",
+        "--identity-over-time",
+        "0:ada; 2:ben",
+        "--json",
+    )
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["frames"] == 60
     faces = [(0, resolve_identity("ada")), (2, resolve_identity("ben"))]
@@ -49,12 +60,40 @@ def test_more_options_and_formats(talk, tmp_path):
     rate = 16000
     soundfile.write(tmp_path / "s.wav", np.sin(np.arange(3 * rate) / 20) * 0.1, rate)
     result = run(
-        "edit", talk, "-o", tmp_path / "o.glb", "-o", tmp_path / "o.npz", "-o", tmp_path / "o.mp4",
-        "--head-pose", "0,10,0", "--jaw", "2,0,0", "--eyes", "5,10", "--identity", "ada",
-        "--shape", "mouthSmileLeft=0.4", "--blink-per-min", "20", "--replace-blinks",
-        "--from", "1", "--to", "2", "--fps", "10", "--sound", tmp_path / "s.wav", "--size", "96",
-        "--backend", "embreex",
-    )  # fmt: skip
+        "edit",
+        talk,
+        "-o",
+        tmp_path / "o.glb",
+        "-o",
+        tmp_path / "o.npz",
+        "-o",
+        tmp_path / "o.mp4",
+        "--head-pose",
+        "0,10,0",
+        "--jaw",
+        "2,0,0",
+        "--eyes",
+        "5,10",
+        "--identity",
+        "ada",
+        "--shape",
+        "mouthSmileLeft=0.4",
+        "--blink-per-min",
+        "20",
+        "--replace-blinks",
+        "--from",
+        "1",
+        "--to",
+        "2",
+        "--fps",
+        "10",
+        "--sound",
+        tmp_path / "s.wav",
+        "--size",
+        "96",
+        "--backend",
+        "embreex",
+    )
     assert result.returncode == 0, result.stderr
     motion = load_motion(tmp_path / "o.npz")
     assert motion.frame_count == 10 and motion.fps == 10
@@ -111,8 +150,15 @@ class TestSolve:
         for extra in ((), ("--identity", "ada"), ("--head", tmp_path / "m.npz")):
             result = run("solve", tmp_path / "m.npz", "-o", tmp_path / "o.npz", *extra)
             assert result.returncode == 0 and "residual 0.000" in result.stdout, result.stderr
-        result = run("solve", tmp_path / "m.npz", "-o", tmp_path / "o.npz", "--zero-pose",
-                     "--bounded", "--json")  # fmt: skip
+        result = run(
+            "solve",
+            tmp_path / "m.npz",
+            "-o",
+            tmp_path / "o.npz",
+            "--zero-pose",
+            "--bounded",
+            "--json",
+        )
         assert json.loads(result.stdout)["residual_mean_mm"] > 1
 
     @pytest.mark.parametrize("content", [b"", b"hello", b"\x93NUMPY\x01\x00", None])

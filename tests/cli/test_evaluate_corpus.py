@@ -47,8 +47,9 @@ def test_the_best_style_is_the_one_that_made_the_clips(cli: Cli, corpus: Corpus)
     row = rows_of(best)["tense", "tense"]
     assert row["clips"] == 1 and row["lve_mm"]["value"] < 0.01
     each = json.loads(cli(*measure).stdout)
-    lips = {style: row["lve_mm"]["value"] for (who, style), row in rows_of(each).items()
-            if who == "all"}  # fmt: skip
+    lips = {
+        style: row["lve_mm"]["value"] for (who, style), row in rows_of(each).items() if who == "all"
+    }
     assert min(lips, key=lambda style: lips[style]) == "tense"
     assert set(SPEAKERS) < set(lips) and lips["broad"] > 0.3
     assert each["lips"]["sha256"] == builtin_list("lips").digest
@@ -81,14 +82,25 @@ def test_one_mix_a_few_clips_and_lips_of_ones_own(cli: Cli, corpus: Corpus, tmp_
     (tmp_path / "lips.txt").write_text("4 2 9")
     report = json.loads(
         cli(
-            "evaluate", "corpus", corpus.folder, "--part", "train", "--limit", 1, "--json",
-            "--style", "broad:0.5,plain:0.5", "--lips", tmp_path / "lips.txt",
+            "evaluate",
+            "corpus",
+            corpus.folder,
+            "--part",
+            "train",
+            "--limit",
+            1,
+            "--json",
+            "--style",
+            "broad:0.5,plain:0.5",
+            "--lips",
+            tmp_path / "lips.txt",
         ).stdout
-    )  # fmt: skip
+    )
     assert report["clips"] == 1 and report["lips"]["vertices"] == 3
     assert list(rows_of(report)) == [
-        ("plain", "broad:0.5,plain:0.5"), ("all", "broad:0.5,plain:0.5")
-    ]  # fmt: skip
+        ("plain", "broad:0.5,plain:0.5"),
+        ("all", "broad:0.5,plain:0.5"),
+    ]
 
 
 def test_another_topology_has_no_lips_of_its_own(

@@ -15,9 +15,13 @@ pytest.importorskip("torch", reason="needs the extra `train`")
 
 def elocute(*arguments: object) -> subprocess.CompletedProcess[str]:
     command = [
-        sys.executable, "-c", "from elocute.cli import main; main()", "evaluate", "features",
+        sys.executable,
+        "-c",
+        "from elocute.cli import main; main()",
+        "evaluate",
+        "features",
         *map(str, arguments),
-    ]  # fmt: skip
+    ]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

@@ -47,7 +47,7 @@ def test_noise_under_a_corpus_and_from_a_file(
         cli(
             "evaluate", "noise", corpus.folder, "--levels", "-30", "--noise", words, "--json"
         ).stdout
-    )  # fmt: skip
+    )
     assert record["clips"] == len(corpus.split().test) == 1
     assert 0 < record["levels"][0]["amplitude_share"] < 2
 

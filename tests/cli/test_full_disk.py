@@ -38,8 +38,9 @@ def small(tmp_path):
     folder.mkdir()
     mounted = subprocess.run(
         ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", str(folder)],
-        capture_output=True, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        check=False,
+    )
     if mounted.returncode:
         pytest.skip("may not mount a small file system")
     yield folder
@@ -58,9 +59,13 @@ def one_line(done, says):
 
 def run(*arguments, **options):
     return subprocess.run(
-        [*MAIN, *map(str, arguments)], capture_output=True, text=True, timeout=300, check=False,
+        [*MAIN, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
         **options,
-    )  # fmt: skip
+    )
 
 
 FORMATS = ("npz", "glb", "html", "csv", "npy", "obj", "ply", "png", "mp4")
@@ -132,9 +137,12 @@ def test_standard_input_and_error_that_are_closed_or_full(tmp_path):
     def shell(line):
         command = f'exec "$0" -m elocute {line}'
         return subprocess.run(
-            ["sh", "-c", command, sys.executable], capture_output=True, text=True, cwd=tmp_path,
+            ["sh", "-c", command, sys.executable],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
             check=False,
-        )  # fmt: skip
+        )
 
     one_line(shell("animate - -o talk.csv <&-"), "standard input: nothing")
     assert shell("no-such-command 2>/dev/full").returncode == 2

@@ -98,8 +98,9 @@ def test_the_suffix_of_a_folder_chooses_too(tmp_path):
 def test_a_sheet_shows_every_face(flame, tmp_path, chosen):
     head = flame if chosen == "flame" else chosen
     sheet = tmp_path / "sheet.png"
-    result = run("sample", "--count", 7, "-o", sheet, "--head", head, "--size", 160,
-                 "--backend", "embreex")  # fmt: skip
+    result = run(
+        "sample", "--count", 7, "-o", sheet, "--head", head, "--size", 160, "--backend", "embreex"
+    )
     assert result.returncode == 0, result.stderr
     from PIL import Image
 

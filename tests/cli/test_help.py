@@ -105,9 +105,12 @@ class TestCompletion:
 
         def typed(text: str) -> str:
             done = subprocess.run(
-                ["bash", "--norc", "-c", text], env=os.environ | home, capture_output=True,
-                text=True, check=True,
-            )  # fmt: skip
+                ["bash", "--norc", "-c", text],
+                env=os.environ | home,
+                capture_output=True,
+                text=True,
+                check=True,
+            )
             return done.stdout
 
         return typed

@@ -71,9 +71,17 @@ def test_many_tell_how_many_are_done(after_s: float, speech_wav: Path, tmp_path:
 @pytest.mark.parametrize("after_s", [0.7, 1.4, 2.5])
 def test_video(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     code, said = interrupted(
-        "animate", speech_wav, "-o", "t.mp4", "--size", "128", "--backend", "embreex",
-        after_s=after_s, cwd=tmp_path,
-    )  # fmt: skip
+        "animate",
+        speech_wav,
+        "-o",
+        "t.mp4",
+        "--size",
+        "128",
+        "--backend",
+        "embreex",
+        after_s=after_s,
+        cwd=tmp_path,
+    )
     check(code, said, tmp_path)
     assert code == 0 or not (tmp_path / "t.mp4").exists()
 
@@ -82,9 +90,10 @@ def test_a_background_job_of_a_script_goes_on(speech_wav: Path, tmp_path: Path) 
     """Shells start those with Ctrl-C ignored, and so it stays."""
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); " + START
     process = subprocess.Popen(
-        [sys.executable, "-c", code, "animate", speech_wav, "-o", "t.npz"], cwd=tmp_path,
+        [sys.executable, "-c", code, "animate", speech_wav, "-o", "t.npz"],
+        cwd=tmp_path,
         stdout=subprocess.PIPE,
-    )  # fmt: skip
+    )
     assert process.stdout is not None
     os.read(process.stdout.fileno(), 1)
     process.send_signal(signal.SIGINT)

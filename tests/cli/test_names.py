@@ -10,17 +10,30 @@ from pathlib import Path
 import pytest
 
 NAMES = [
-    b"\xff\xfe.wav", b"talk:1.wav", b"file:x.wav", b"-x.wav", b"two\nlines.wav", b"quo'te\".wav",
-    b"%d.wav", "\N{GRINNING FACE}é.wav".encode(), b"[bold]x.wav", b"a  b.wav", b"\x1b[31mred.wav",
+    b"\xff\xfe.wav",
+    b"talk:1.wav",
+    b"file:x.wav",
+    b"-x.wav",
+    b"two\nlines.wav",
+    b"quo'te\".wav",
+    b"%d.wav",
+    "\N{GRINNING FACE}é.wav".encode(),
+    b"[bold]x.wav",
+    b"a  b.wav",
+    b"\x1b[31mred.wav",
     b"n" * 240 + b".wav",
-]  # fmt: skip
+]
 
 
 def run(*arguments: bytes | str, cwd: Path, **environment: str) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, "-m", "elocute", *arguments], cwd=cwd, capture_output=True,
-        env=os.environ | environment, timeout=120, check=False,
-    )  # fmt: skip
+        [sys.executable, "-m", "elocute", *arguments],
+        cwd=cwd,
+        capture_output=True,
+        env=os.environ | environment,
+        timeout=120,
+        check=False,
+    )
 
 
 @pytest.fixture
@@ -43,9 +56,20 @@ def test_it_is_read_and_written(name: bytes, encoding: str, folder: Path) -> Non
         made = made[:1]
     outputs = [part for path in made for part in (b"-o", path)]
     done = run(
-        "animate", "--size", "64", "--fps", "5", "--backend", "embreex", "--embed-audio",
-        *outputs, "--", name, cwd=folder, PYTHONIOENCODING=encoding,
-    )  # fmt: skip
+        "animate",
+        "--size",
+        "64",
+        "--fps",
+        "5",
+        "--backend",
+        "embreex",
+        "--embed-audio",
+        *outputs,
+        "--",
+        name,
+        cwd=folder,
+        PYTHONIOENCODING=encoding,
+    )
     assert (done.returncode, done.stderr) == (0, b""), done.stderr
     assert done.stdout.count(b"\n") == len(made) and b"\x1b" not in done.stdout
     assert sorted(os.fsencode(path.name) for path in folder.iterdir()) == sorted([name, *made])

@@ -14,14 +14,18 @@ LONG = "9" * 5000
 @pytest.mark.parametrize(
     ("read", "text"),
     [
-        (parse_size, LONG), (parse_size, f"{LONG}x100"), (parse_size, "٣٣٣x"),
-        (parse_mix, f"calm:{LONG}"), (parse_mix, "calm:1e308,broad:1e308"),
-        (resolve_style, LONG), (resolve_identity, LONG),
+        (parse_size, LONG),
+        (parse_size, f"{LONG}x100"),
+        (parse_size, "٣٣٣x"),
+        (parse_mix, f"calm:{LONG}"),
+        (parse_mix, "calm:1e308,broad:1e308"),
+        (resolve_style, LONG),
+        (resolve_identity, LONG),
         (lambda text: parse_numbers("--neck", text, 3), LONG),
         (lambda text: parse_numbers("--neck", text, 3), f"{LONG}:1,2,3; 2:1,2,3"),
         (lambda text: parse_list("--blinks", text), LONG),
     ],
-)  # fmt: skip
+)
 def test_numbers_of_five_thousand_digits(read, text):
     with pytest.raises(InputError) as caught:
         read(text)
@@ -31,8 +35,10 @@ def test_numbers_of_five_thousand_digits(read, text):
 @pytest.mark.parametrize("seed", ["-1", LONG])
 def test_seeds_that_no_generator_takes(seed, refused):
     for command in (
-        ["capture", "simulate", "a.wav", "-o", "a"], ["align", "a.wav", "b.wav"],
-        ["train", "voca", "a", "-o", "b"], ["train", "crnn", "a", "b", "-o", "c"],
+        ["capture", "simulate", "a.wav", "-o", "a"],
+        ["align", "a.wav", "b.wav"],
+        ["train", "voca", "a", "-o", "b"],
+        ["train", "crnn", "a", "b", "-o", "c"],
         ["propagate", "a", "b", "-o", "c"],
-    ):  # fmt: skip
+    ):
         refused(*command, "--seed", seed, says="--seed")

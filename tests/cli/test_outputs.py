@@ -71,8 +71,18 @@ def test_an_input_is_not_destroyed_by_the_sound_beside_a_glb(say, tmp_path, talk
     before = sound.read_bytes()
     target = tmp_path / "take.glb"
     for more in ([], ["--overwrite"]):
-        refused("edit", talk, "-o", target, "--sound", sound, "--from", "0.1", *more,
-                says="take.wav: an input of this run")  # fmt: skip
+        refused(
+            "edit",
+            talk,
+            "-o",
+            target,
+            "--sound",
+            sound,
+            "--from",
+            "0.1",
+            *more,
+            says="take.wav: an input of this run",
+        )
     assert sound.read_bytes() == before and not target.exists()
 
 

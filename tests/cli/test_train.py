@@ -14,9 +14,7 @@ pytest.importorskip("torch", reason="needs the extra `train`")
 
 
 def elocute(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [
-        sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)
-    ]  # fmt: skip
+    command = [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
@@ -25,9 +23,19 @@ def test_a_corpus_becomes_a_model_that_animates(
 ) -> None:
     make_corpus(tmp_path / "corpus")
     done = elocute(
-        "train", "voca", tmp_path / "corpus", "-o", tmp_path / "out", "--epochs", 2,
-        "--encoder", "fbank", "--device", "cpu", "--json",
-    )  # fmt: skip
+        "train",
+        "voca",
+        tmp_path / "corpus",
+        "-o",
+        tmp_path / "out",
+        "--epochs",
+        2,
+        "--encoder",
+        "fbank",
+        "--device",
+        "cpu",
+        "--json",
+    )
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert record["epoch"] == 2

@@ -19,9 +19,7 @@ pytest.importorskip("torch", reason="needs the extra `train`")
 
 
 def elocute(*arguments: object) -> str:
-    command = [
-        sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)
-    ]  # fmt: skip
+    command = [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -36,9 +34,19 @@ def test_three_commands(tmp_path: Path, sources: Any, python2: Any, speech_wav: 
     elocute("corpus", "convert", tmp_path / "VOCASET", "-o", tmp_path / "corpus")
     elocute("train", "voca", tmp_path / "corpus", "-o", tmp_path / "trained", "--epochs", "1")
     elocute(
-        "animate", speech_wav, "--model", tmp_path / "trained" / "model.onnx", "--head", flame,
-        "--style", people[1], "-o", tmp_path / "talk.npz", "-o", tmp_path / "talk.glb",
-    )  # fmt: skip
+        "animate",
+        speech_wav,
+        "--model",
+        tmp_path / "trained" / "model.onnx",
+        "--head",
+        flame,
+        "--style",
+        people[1],
+        "-o",
+        tmp_path / "talk.npz",
+        "-o",
+        tmp_path / "talk.glb",
+    )
 
     motion = load_motion(tmp_path / "talk.npz")
     assert motion.head.vertex_count == 5023

@@ -42,7 +42,12 @@ def test_a_format_beside_a_file_name(
 ):
     for name in ("talk.glb", "talk.npz"):
         refused(
-            "animate", speech_wav, "-o", tmp_path / name, "--format", "csv",
+            "animate",
+            speech_wav,
+            "-o",
+            tmp_path / name,
+            "--format",
+            "csv",
             says="--format with a folder",
-        )  # fmt: skip
+        )
     assert not list(tmp_path.iterdir())

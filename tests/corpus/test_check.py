@@ -32,19 +32,25 @@ def takes(speech_wav) -> dict[str, Clip]:
     sound = read_audio(speech_wav).resample(16000)
     return {
         style: Clip(
-            style, f"own{style}", "", sound,
+            style,
+            f"own{style}",
+            "",
+            sound,
             elocute.animate(sound, fps=FPS, style=style).motion.weights,
         )
         for style in ("plain", "broad", "tense")
-    }  # fmt: skip
+    }
 
 
 def weights_corpus(folder: Path, clips: list[Clip]) -> Corpus:
     head = load_builtin_head()
     with corpus_writer(
-        folder, {clip.subject: head.template for clip in clips}, fps=FPS,
-        basis=head.expression_basis, components=head.expression_names,
-    ) as writer:  # fmt: skip
+        folder,
+        {clip.subject: head.template for clip in clips},
+        fps=FPS,
+        basis=head.expression_basis,
+        components=head.expression_names,
+    ) as writer:
         for clip in clips:
             writer.add(clip)
     return open_corpus(folder)

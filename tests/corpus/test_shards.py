@@ -25,9 +25,10 @@ FPS = 30.0
 def basis() -> Motion:
     head = load_builtin_head()
     few = replace(
-        head, expression_names=head.expression_names[:28],
+        head,
+        expression_names=head.expression_names[:28],
         expression_basis=head.expression_basis[:28],
-    )  # fmt: skip
+    )
     return Motion(few, np.eye(28, dtype=np.float32), FPS)
 
 
@@ -46,10 +47,18 @@ def word(number: int, **changed: Any) -> WordClip:
     values = np.random.default_rng(number).normal(size=(frames, 28)).astype(np.float32)
     split = ("train", "train", "validation", "test")[number % 4]
     given = {
-        "clip": f"w{number:03}", "word": f"word{number % 3}", "speaker": f"{split}-{number % 2}",
-        "source": "alice", "split": split, "audio": "deep/talk.flac", "start_s": 0.2 * number,
-        "end_s": 0.2 * number + frames / FPS, "fps": FPS, "parameters": values, "confidence": 0.5,
-    }  # fmt: skip
+        "clip": f"w{number:03}",
+        "word": f"word{number % 3}",
+        "speaker": f"{split}-{number % 2}",
+        "source": "alice",
+        "split": split,
+        "audio": "deep/talk.flac",
+        "start_s": 0.2 * number,
+        "end_s": 0.2 * number + frames / FPS,
+        "fps": FPS,
+        "parameters": values,
+        "confidence": 0.5,
+    }
     return WordClip(**{**given, **changed})
 
 
@@ -128,8 +137,9 @@ def test_damaged_shards_are_named_and_the_rest_goes_on(folder: Path, sounds: Pat
         open_shards(folder, sounds)
 
 
-def test_a_speaker_in_two_splits_is_refused(tmp_path: Path, folder: Path, sounds: Path,
-                                            basis: Motion) -> None:  # fmt: skip
+def test_a_speaker_in_two_splits_is_refused(
+    tmp_path: Path, folder: Path, sounds: Path, basis: Motion
+) -> None:
     with (
         pytest.raises(CorpusError, match="speaker eve: in train and in test"),
         shard_writer(tmp_path / "leak", basis) as writer,
@@ -151,8 +161,9 @@ def test_a_speaker_in_two_splits_is_refused(tmp_path: Path, folder: Path, sounds
         open_shards(other, sounds)
 
 
-@pytest.mark.parametrize("audio", ["../x.wav", "/etc/x.wav", "a/../../x.wav", "C:/x.wav", "a\\b",
-                                   "", "a\nb.wav"])  # fmt: skip
+@pytest.mark.parametrize(
+    "audio", ["../x.wav", "/etc/x.wav", "a/../../x.wav", "C:/x.wav", "a\\b", "", "a\nb.wav"]
+)
 def test_sounds_outside_are_refused(audio: str) -> None:
     with pytest.raises(CorpusError, match="below the folder of sounds"):
         word(1, audio=audio)
@@ -195,8 +206,9 @@ def test_rows_of_other_writers_are_checked_too(tmp_path: Path, folder: Path, sou
     names = ["../../secret.wav", *table["audio"].to_pylist()[1:]]
     import pyarrow as pa
 
-    pq.write_table(table.set_column(table.schema.get_field_index("audio"), "audio",
-                                    pa.array(names)), path)  # fmt: skip
+    pq.write_table(
+        table.set_column(table.schema.get_field_index("audio"), "audio", pa.array(names)), path
+    )
     manifest = json.loads((folder / "manifest.json").read_text())
     manifest["shards"][0]["sha256"] = sha256_of(path)
     (folder / "manifest.json").write_text(json.dumps(manifest))
@@ -206,9 +218,16 @@ def test_rows_of_other_writers_are_checked_too(tmp_path: Path, folder: Path, sou
 
 @pytest.mark.parametrize(
     "changed",
-    [{"format": "x"}, {"version": 9}, {"shards": []}, {"components": 0}, {"shards": [1]},
-     {"shards": [{"name": "../a.parquet", "rows": 1, "sha256": ""}]}, {"components": "many"}],
-)  # fmt: skip
+    [
+        {"format": "x"},
+        {"version": 9},
+        {"shards": []},
+        {"components": 0},
+        {"shards": [1]},
+        {"shards": [{"name": "../a.parquet", "rows": 1, "sha256": ""}]},
+        {"components": "many"},
+    ],
+)
 def test_other_manifests_are_refused(folder: Path, sounds: Path, changed: dict[str, Any]) -> None:
     record = json.loads((folder / "manifest.json").read_text())
     (folder / "manifest.json").write_text(json.dumps({**record, **changed}))

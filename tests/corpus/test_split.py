@@ -13,9 +13,14 @@ def entry(subject: str, sentence: str) -> Entry:
 
 
 ENTRIES = [
-    entry("ada", "shared"), entry("ada", "a1"), entry("ben", "shared"), entry("ben", "b1"),
-    entry("dana", "shared"), entry("dana", "d1"), entry("dana", "a1"),
-]  # fmt: skip
+    entry("ada", "shared"),
+    entry("ada", "a1"),
+    entry("ben", "shared"),
+    entry("ben", "b1"),
+    entry("dana", "shared"),
+    entry("dana", "d1"),
+    entry("dana", "a1"),
+]
 
 
 def test_validation_and_test_keep_only_sentences_of_their_own() -> None:
@@ -35,8 +40,9 @@ def test_leaks_name_what_is_shared() -> None:
 
 def test_one_text_under_two_names_leaks() -> None:
     entries = [
-        Entry("a.1", "a", "1", "Hello there", 0, 1), Entry("b.2", "b", "2", "hello  THERE", 0, 1)
-    ]  # fmt: skip
+        Entry("a.1", "a", "1", "Hello there", 0, 1),
+        Entry("b.2", "b", "2", "hello  THERE", 0, 1),
+    ]
     assert leaks(entries, Split(("a.1",), (), ("b.2",))) == [
         "text 'hello there' is in test and train"
     ]

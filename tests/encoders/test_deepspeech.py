@@ -67,8 +67,13 @@ def make_weights(hidden: int = HIDDEN, older: bool = False) -> dict[str, np.ndar
     def normal(*shape: int) -> np.ndarray:
         return (rng.standard_normal(shape) * 2 / np.sqrt(shape[0])).astype(np.float32)
 
-    sizes = {"1": (INPUTS, hidden), "2": (hidden, hidden), "3": (hidden, 2 * hidden),
-             "5": (2 * hidden, hidden), "6": (hidden, 29)}  # fmt: skip
+    sizes = {
+        "1": (INPUTS, hidden),
+        "2": (hidden, hidden),
+        "3": (hidden, 2 * hidden),
+        "5": (2 * hidden, hidden),
+        "6": (hidden, 29),
+    }
     weights = {f"h{layer}": normal(*size) for layer, size in sizes.items()}
     weights |= {f"b{layer}": normal(size[1]) for layer, size in sizes.items()}
     for cell in CELLS:
@@ -208,15 +213,34 @@ def refusal(path) -> str:
     return message
 
 
-@pytest.mark.parametrize("name", ["input_node", "input_lengths", "logits", "h1", "b3", "h6",
-                                  *(f"{cell}/kernel" for cell in CELLS)])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    [
+        "input_node",
+        "input_lengths",
+        "logits",
+        "h1",
+        "b3",
+        "h6",
+        *(f"{cell}/kernel" for cell in CELLS),
+    ],
+)
 def test_a_missing_node_is_named(name, weights, store):
     assert name in refusal(store(graph(weights, {name: b""})))
 
 
-@pytest.mark.parametrize("name", ["h1", "b1", "h3", "h5", "b6", "h6",
-                                  *(f"{cell}/{part}" for cell in CELLS
-                                    for part in ("kernel", "bias"))])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    [
+        "h1",
+        "b1",
+        "h3",
+        "h5",
+        "b6",
+        "h6",
+        *(f"{cell}/{part}" for cell in CELLS for part in ("kernel", "bias")),
+    ],
+)
 def test_a_wrong_shape_is_named(name, weights, store):
     assert name in refusal(store(graph(weights | {name: weights[name][:-4]})))
     assert name in refusal(store(graph(weights | {name: weights[name][None]})))
@@ -234,12 +258,18 @@ def const(name: str, proto: bytes) -> dict[str, bytes]:
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        (const("h2", field(1, 1) + field(2, shape_of(1 << 40, 1 << 40)) + field(5, b"\0\0\0\0")),
-         "1 values for a tensor of shape"),
-        (const("h2", field(1, 1) + field(2, shape_of(1 << 30)) + field(4, b"\0\0\0\0")),
-         "4 bytes for a tensor"),
-        (const("h2", field(1, 1) + field(2, field(2, b"\x08" + b"\xff" * 9 + b"\x01"))),
-         "unknown axis"),
+        (
+            const("h2", field(1, 1) + field(2, shape_of(1 << 40, 1 << 40)) + field(5, b"\0\0\0\0")),
+            "1 values for a tensor of shape",
+        ),
+        (
+            const("h2", field(1, 1) + field(2, shape_of(1 << 30)) + field(4, b"\0\0\0\0")),
+            "4 bytes for a tensor",
+        ),
+        (
+            const("h2", field(1, 1) + field(2, field(2, b"\x08" + b"\xff" * 9 + b"\x01"))),
+            "unknown axis",
+        ),
         (const("h2", field(1, 1) + field(2, shape_of(0))), "empty or unknown axis"),
         (const("h2", field(1, 1) + field(2, field(3, 1))), "unknown shape"),
         (const("h2", field(1, 2)), "type 2"),
@@ -257,7 +287,7 @@ def const(name: str, proto: bytes) -> dict[str, bytes]:
         ({"more": field(1, field(5, b"") * 3000)}, "more than 2000 fields"),
         ({"more": b"\x10\x01" * 30000}, "more than 20000 fields"),
     ],
-)  # fmt: skip
+)
 def test_a_forged_graph_is_refused(changes, says, weights, store):
     assert says in refusal(store(graph(weights, changes)))
 
@@ -283,7 +313,8 @@ def test_bytes_turned_at_random_never_raise_another_error(store):
             assert "\n" not in str(error)
 
 
-@pytest.mark.parametrize("content", [b"", b"not a graph", b"\x80\x04\x95pickle",
-                                     field(4, field(1, 24))])  # fmt: skip
+@pytest.mark.parametrize(
+    "content", [b"", b"not a graph", b"\x80\x04\x95pickle", field(4, field(1, 24))]
+)
 def test_what_is_no_graph_is_refused(content, store):
     refusal(store(content))

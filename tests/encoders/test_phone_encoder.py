@@ -21,10 +21,27 @@ LABIODENTAL = [PHONES.index(phone) for phone in ("F", "V")]
 REFERENCE = Path(__file__).parents[2] / "benchmarks" / "encoder_reference.json"
 # As `recipes/example.py` printed them: "Hello. Give me any voice, and I will give it a face. My
 # mouth closes on p, b and m. Five wolves move through the blue fog. Now I rest."
-LIPS_CLOSE_S = {"me": 1.69, "my": 4.28, "mouth": 4.45, "p": 5.46, "b": 5.86, "m": 6.34,
-                "move": 7.60, "blue": 8.18}  # fmt: skip
-LIP_MEETS_TEETH_S = {"give": 1.61, "voice": 2.22, "give it": 3.31, "face": 3.54, "five": 6.93,
-                     "fi-ve": 7.18, "wolves": 7.46, "move": 7.78, "fog": 8.44}  # fmt: skip
+LIPS_CLOSE_S = {
+    "me": 1.69,
+    "my": 4.28,
+    "mouth": 4.45,
+    "p": 5.46,
+    "b": 5.86,
+    "m": 6.34,
+    "move": 7.60,
+    "blue": 8.18,
+}
+LIP_MEETS_TEETH_S = {
+    "give": 1.61,
+    "voice": 2.22,
+    "give it": 3.31,
+    "face": 3.54,
+    "five": 6.93,
+    "fi-ve": 7.18,
+    "wolves": 7.46,
+    "move": 7.78,
+    "fog": 8.44,
+}
 
 
 @pytest.fixture(scope="module")

@@ -53,8 +53,13 @@ def test_features_last_as_long_as_the_sound(name, count, rate):
 
 def test_every_encoder_is_listed():
     assert encoder_names() == (
-        "phones", "fbank", "deepspeech:PATH.pb", "wav2vec2:FOLDER", "hubert:FOLDER", "wavlm:FOLDER",
-    )  # fmt: skip
+        "phones",
+        "fbank",
+        "deepspeech:PATH.pb",
+        "wav2vec2:FOLDER",
+        "hubert:FOLDER",
+        "wavlm:FOLDER",
+    )
 
 
 @pytest.mark.parametrize("name", ["", "mfcc", "Phones", "phones ", ":x"])

@@ -18,10 +18,17 @@ from elocute.errors import InputError, MachineError
 
 KINDS = {"wav2vec2": "Wav2Vec2", "hubert": "Hubert", "wavlm": "WavLM"}
 TINY = {
-    "hidden_size": 24, "num_hidden_layers": 2, "num_attention_heads": 2, "intermediate_size": 32,
-    "conv_dim": [16] * 7, "num_conv_pos_embeddings": 16, "num_conv_pos_embedding_groups": 2,
-    "num_buckets": 32, "max_bucket_distance": 80, "vocab_size": 32,
-}  # fmt: skip
+    "hidden_size": 24,
+    "num_hidden_layers": 2,
+    "num_attention_heads": 2,
+    "intermediate_size": 32,
+    "conv_dim": [16] * 7,
+    "num_conv_pos_embeddings": 16,
+    "num_conv_pos_embedding_groups": 2,
+    "num_buckets": 32,
+    "max_bucket_distance": 80,
+    "vocab_size": 32,
+}
 
 
 @pytest.fixture(scope="session")
@@ -210,8 +217,11 @@ def test_another_sampling_rate_is_refused(network):
 def test_a_configuration_larger_than_its_weights_is_refused_before_memory_is_taken(network):
     folder, _ = network("wav2vec2")
     path = folder / "config.json"
-    for change in ({"hidden_size": 8192}, {"num_hidden_layers": 96, "intermediate_size": 32768},
-                   {"conv_dim": [4096] * 7}):  # fmt: skip
+    for change in (
+        {"hidden_size": 8192},
+        {"num_hidden_layers": 96, "intermediate_size": 32768},
+        {"conv_dim": [4096] * 7},
+    ):
         path.write_text(json.dumps({"model_type": "wav2vec2"} | TINY | change))
         with pytest.raises(InputError, match=r"model\.safetensors: \d+ bytes; allowed"):
             Wav2Vec2(folder)
@@ -252,9 +262,11 @@ def test_settings_that_reach_for_code_or_kernels_are_not_passed_on(network, spee
     path = folder / "config.json"
     config = json.loads(path.read_text())
     config |= {
-        "auto_map": {"AutoModel": "evil--evil.Model"}, "_attn_implementation": "evil/kernel",
-        "attn_implementation": "evil/kernel", "quantization_config": {"quant_method": "awq"},
-    }  # fmt: skip
+        "auto_map": {"AutoModel": "evil--evil.Model"},
+        "_attn_implementation": "evil/kernel",
+        "attn_implementation": "evil/kernel",
+        "quantization_config": {"quant_method": "awq"},
+    }
     path.write_text(json.dumps(config))
     (folder / "adapter_config.json").write_text('{"base_model_name_or_path": "evil/model"}')
     after = resolve_encoder(f"wav2vec2:{folder}")(speech).values

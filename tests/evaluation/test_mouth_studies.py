@@ -151,7 +151,11 @@ class TestFaces:
         peaks = [score.peak_opening_mm for score in scores]
         row = spread(scores)["peak_opening_mm"]
         assert row == pytest.approx(
-            {"mean": np.mean(peaks), "deviation": np.std(peaks), "least": min(peaks),
-             "greatest": max(peaks)}
-        )  # fmt: skip
+            {
+                "mean": np.mean(peaks),
+                "deviation": np.std(peaks),
+                "least": min(peaks),
+                "greatest": max(peaks),
+            }
+        )
         assert set(spread(scores)) == set(vars(scores[0]))

@@ -22,9 +22,13 @@ def tracked(folder, name="clip", opening=None):
         opening = 0.08 - 0.08 * np.exp(-(((times - 1.0) / 0.06) ** 2))
     words = [[0, 0.8, "sil"], [1.0, 1.5, "blue"], [1.6, 2.0, "at"], [2.0, 3.0, "sil"]]
     np.savez(
-        folder / f"{name}.npz", t=times, inner_opening_mean=opening, lip_width=0.6 - opening,
-        valid=np.ones(75), words=json.dumps(words),
-    )  # fmt: skip
+        folder / f"{name}.npz",
+        t=times,
+        inner_opening_mean=opening,
+        lip_width=0.6 - opening,
+        valid=np.ones(75),
+        words=json.dumps(words),
+    )
     soundfile.write(folder / f"{name}.ogg", np.zeros(16000 * 3), 16000, format="OGG")
     return opening
 

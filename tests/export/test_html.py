@@ -31,11 +31,20 @@ def browser(need, tmp_path_factory):
     options.binary_location = chromium
     profile = tmp_path_factory.mktemp("profile")
     for flag in (
-        "headless", "no-sandbox", "use-angle=swiftshader", "enable-unsafe-swiftshader",
-        "disable-quic", "no-first-run", "disable-background-networking", "mute-audio",
-        "disable-component-update", "disable-sync", "window-size=700,700",
-        "autoplay-policy=no-user-gesture-required", f"user-data-dir={profile}",
-    ):  # fmt: skip
+        "headless",
+        "no-sandbox",
+        "use-angle=swiftshader",
+        "enable-unsafe-swiftshader",
+        "disable-quic",
+        "no-first-run",
+        "disable-background-networking",
+        "mute-audio",
+        "disable-component-update",
+        "disable-sync",
+        "window-size=700,700",
+        "autoplay-policy=no-user-gesture-required",
+        f"user-data-dir={profile}",
+    ):
         options.add_argument(f"--{flag}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     service = webdriver.ChromeService(shutil.which("chromedriver"))

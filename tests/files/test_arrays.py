@@ -100,9 +100,16 @@ def test_rows_of_a_file_are_read_as_a_memory_map_gives_them(tmp_path):
     assert (rows.shape, rows.dtype, len(rows), rows.nbytes) == ((10, 4, 3), array.dtype, 10, 480)
     mask = np.arange(10) % 3 == 0
     for index in (
-        3, -1, slice(2, 5), slice(None, None, 3), [7, 1], mask, (slice(1, 4), 2), (5, slice(1)),
+        3,
+        -1,
+        slice(2, 5),
+        slice(None, None, 3),
+        [7, 1],
+        mask,
+        (slice(1, 4), 2),
+        (5, slice(1)),
         (2, 1, 0),
-    ):  # fmt: skip
+    ):
         np.testing.assert_array_equal(rows[index], array[index])
     np.testing.assert_array_equal(np.asarray(rows), array)
     with pytest.raises(IndexError):

@@ -78,8 +78,10 @@ def test_a_full_disk_is_one_line(tmp_path):
     )
     done = subprocess.run(
         [sys.executable, "-c", full, str(tmp_path / "a.bin")],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert "a.bin: cannot be written (File too large)" in done.stdout
     assert list(tmp_path.iterdir()) == []
 

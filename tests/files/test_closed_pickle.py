@@ -185,10 +185,15 @@ class TestNothingRuns:
 
     @pytest.mark.parametrize(
         ("data", "name"),
-        [(b"P1\n.", "PERSID"), (b"NQ.", "BINPERSID"), (b"\x82\x01.", "EXT1"),
-         (b"\x80\x05\x97.", "NEXT_BUFFER"), (b"\x80\x04(\x91.", "FROZENSET"),
-         (b"\x80\x04cnumpy\ndtype\n)}\x92.", "NEWOBJ_EX")],
-    )  # fmt: skip
+        [
+            (b"P1\n.", "PERSID"),
+            (b"NQ.", "BINPERSID"),
+            (b"\x82\x01.", "EXT1"),
+            (b"\x80\x05\x97.", "NEXT_BUFFER"),
+            (b"\x80\x04(\x91.", "FROZENSET"),
+            (b"\x80\x04cnumpy\ndtype\n)}\x92.", "NEWOBJ_EX"),
+        ],
+    )
     def test_opcodes_that_no_such_file_needs_are_refused_by_name(self, refused, data, name):
         refused(data, f"found the opcode {name}")
 
@@ -292,7 +297,7 @@ class TestBrokenFiles:
             b"\x8b\xff\xff\xff\x7f",
             b"\x8b\xff\xff\xff\xff",
         ):
-            refused(data + b"abc.")  # fmt: skip
+            refused(data + b"abc.")
         refused(b"L" + b"9" * 10_000 + b"\n.", "no whole number")
         refused(b"r\xff\xff\xff\x7f.", "nothing on the stack")
 

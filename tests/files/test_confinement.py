@@ -52,8 +52,10 @@ def opened(reader: str, path: Path) -> set[str]:
     """Real paths below the test's folder that were opened, and events of networks and programs."""
     result = subprocess.run(
         [sys.executable, "-c", WATCHED, str(HERE), reader, str(path)],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     room = str(path.parent.parent.resolve())
     found = json.loads(result.stdout)
     return {name for name in found if name.startswith(room) or ("." in name and "/" not in name)}

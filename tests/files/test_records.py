@@ -45,5 +45,11 @@ def test_bytes_that_are_no_text_are_one_line():
 
 def test_only_finite_numbers_are_numbers():
     assert [finite_number(v) for v in (1, 2.5, True, "3", None, float("inf"), 10**400)] == [
-        1.0, 2.5, None, None, None, None, None,
-    ]  # fmt: skip
+        1.0,
+        2.5,
+        None,
+        None,
+        None,
+        None,
+        None,
+    ]

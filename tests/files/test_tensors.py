@@ -28,13 +28,22 @@ def test_shapes_and_metadata_are_told(tmp_path):
 @pytest.mark.parametrize(
     "data",
     [
-        b"", b"1234567", (2**63).to_bytes(8, "little") + b"{}", packed([]), packed(WHOLE, b""),
-        packed(WHOLE, bytes(25)), packed({"w": {**WHOLE["w"], "shape": [2**40, 2**40]}}),
-        packed({"w": {**WHOLE["w"], "shape": [-2, -3]}}), packed({"w": {**WHOLE["w"], "dtype": 1}}),
-        packed({"w": {**WHOLE["w"], "data_offsets": [0, 10**30]}}), packed({"w": None}),
-        packed({**WHOLE, "v": WHOLE["w"]}), packed({"__metadata__": 1}), packed({"w": []}),
+        b"",
+        b"1234567",
+        (2**63).to_bytes(8, "little") + b"{}",
+        packed([]),
+        packed(WHOLE, b""),
+        packed(WHOLE, bytes(25)),
+        packed({"w": {**WHOLE["w"], "shape": [2**40, 2**40]}}),
+        packed({"w": {**WHOLE["w"], "shape": [-2, -3]}}),
+        packed({"w": {**WHOLE["w"], "dtype": 1}}),
+        packed({"w": {**WHOLE["w"], "data_offsets": [0, 10**30]}}),
+        packed({"w": None}),
+        packed({**WHOLE, "v": WHOLE["w"]}),
+        packed({"__metadata__": 1}),
+        packed({"w": []}),
     ],
-)  # fmt: skip
+)
 def test_what_does_not_fit_is_refused(tmp_path, data):
     with pytest.raises(ModelError) as caught:
         read(tmp_path / "a", data)

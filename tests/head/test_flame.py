@@ -125,10 +125,17 @@ class TestEquations:
 
     @pytest.mark.parametrize(
         "given",
-        [{"shape": np.zeros(301)}, {"expression": np.zeros(101)}, {"pose": np.zeros(14)},
-         {"translation": np.zeros(2)}, {"shape": [np.nan]}, {"shape": "wide"},
-         {"pose": np.zeros((0, 15))}, {"pose": np.zeros((2, 15)), "shape": np.zeros((3, 5))}],
-    )  # fmt: skip
+        [
+            {"shape": np.zeros(301)},
+            {"expression": np.zeros(101)},
+            {"pose": np.zeros(14)},
+            {"translation": np.zeros(2)},
+            {"shape": [np.nan]},
+            {"shape": "wide"},
+            {"pose": np.zeros((0, 15))},
+            {"pose": np.zeros((2, 15)), "shape": np.zeros((3, 5))},
+        ],
+    )
     def test_sizes_that_do_not_fit(self, model, given):
         with pytest.raises(HeadError, match="FLAME: "):
             flame_vertices(model, **given)

@@ -20,9 +20,12 @@ from elocute.motion.store import load_motion, save_motion
 def small_head():
     corners = np.random.default_rng(0).normal(size=(12, 3)) * 0.1
     return bare_head(
-        "small", corners, np.array([[0, 1, 2], [3, 4, 5]]),
-        expression_names=("open", "wide"), expression_basis=np.full((2, 12, 3), 0.01),
-    )  # fmt: skip
+        "small",
+        corners,
+        np.array([[0, 1, 2], [3, 4, 5]]),
+        expression_names=("open", "wide"),
+        expression_basis=np.full((2, 12, 3), 0.01),
+    )
 
 
 @pytest.fixture(params=["head", "motion"])
@@ -125,11 +128,14 @@ def test_a_head_of_more_vertices_than_two_bytes_count(tmp_path):
 def test_a_regressor_is_not_unfolded_before_its_shape_is_known(tmp_path):
     joints = 400_000_000
     parts = {
-        "v_template": np.zeros((3, 3)), "shapedirs": np.zeros((3, 3, 1)),
-        "posedirs": np.zeros((3, 3, 0)), "weights": np.zeros((0, joints)),
-        "J_regressor": csc_matrix((joints, 3)), "kintree_table": np.array([[-1], [0]]),
+        "v_template": np.zeros((3, 3)),
+        "shapedirs": np.zeros((3, 3, 1)),
+        "posedirs": np.zeros((3, 3, 0)),
+        "weights": np.zeros((0, joints)),
+        "J_regressor": csc_matrix((joints, 3)),
+        "kintree_table": np.array([[-1], [0]]),
         "f": np.array([[0, 1, 2]]),
-    }  # fmt: skip
+    }
     path = tmp_path / "flame.pkl"
     path.write_bytes(pickle.dumps(parts, 2))
     assert "weights" in refused(path, load_flame)

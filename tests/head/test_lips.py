@@ -91,10 +91,21 @@ def test_middle_shapes_keep_closed_lips_closed(head, name):
 def test_open_visemes_open_as_far_as_they_should(head):
     """Middle third, millimetres: ranges from speech (aa widest, W nearly closed)."""
     wanted = {
-        "aa": (10, 13), "E": (6.5, 9.5), "ih": (4, 7), "oh": (5.5, 8.5), "ou": (2, 4.5),
-        "W": (0.5, 2.5), "RR": (3, 5.5), "CH": (2.5, 5.5), "SS": (2, 4.5), "DD": (3, 5.5),
-        "nn": (3.5, 5.5), "kk": (4, 6), "TH": (4, 6.5), "FF": (-0.5, 1.6),
-    }  # fmt: skip
+        "aa": (10, 13),
+        "E": (6.5, 9.5),
+        "ih": (4, 7),
+        "oh": (5.5, 8.5),
+        "ou": (2, 4.5),
+        "W": (0.5, 2.5),
+        "RR": (3, 5.5),
+        "CH": (2.5, 5.5),
+        "SS": (2, 4.5),
+        "DD": (3, 5.5),
+        "nn": (3.5, 5.5),
+        "kk": (4, 6),
+        "TH": (4, 6.5),
+        "FF": (-0.5, 1.6),
+    }
     for name, (low, high) in wanted.items():
         middle = gap_mm(head, head.template + viseme(head, name))[4:9].mean()
         assert low <= middle <= high, name

@@ -48,10 +48,13 @@ def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, dict[s
     """Address of a node with two processors, and the environment with its token."""
     room = tmp_path_factory.mktemp("r")
     environment = os.environ | {
-        "RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "HOME": str(room),
-        "RAY_USAGE_STATS_ENABLED": "0", "OMP_NUM_THREADS": "1",
+        "RAY_AUTH_MODE": "token",
+        "RAY_AUTH_TOKEN": secrets.token_hex(32),
+        "HOME": str(room),
+        "RAY_USAGE_STATS_ENABLED": "0",
+        "OMP_NUM_THREADS": "1",
         "PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")]),
-    }  # fmt: skip
+    }
     # Ray gives its own agent 15 s to load, which a busy machine needs for that alone.
     for _ in range(STARTS):
         process, address, told = started(environment)
@@ -66,13 +69,28 @@ def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, dict[s
 def started(environment: dict[str, str]) -> tuple[subprocess.Popen[str], str, str]:
     """A process, the address of its node or "", and the last that it said."""
     port = free_port()
-    call = [Path(sys.executable).with_name("ray"), "start", "--head", "--block", "--port", port,
-            "--num-cpus", 2, "--object-store-memory", 80_000_000, "--include-dashboard=false",
-            "--disable-usage-stats"]  # fmt: skip
+    call = [
+        Path(sys.executable).with_name("ray"),
+        "start",
+        "--head",
+        "--block",
+        "--port",
+        port,
+        "--num-cpus",
+        2,
+        "--object-store-memory",
+        80_000_000,
+        "--include-dashboard=false",
+        "--disable-usage-stats",
+    ]
     process = subprocess.Popen(
-        [str(part) for part in call], env=environment, start_new_session=True,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
+        [str(part) for part in call],
+        env=environment,
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     assert process.stdout is not None
     told = []
     for line in process.stdout:
@@ -97,9 +115,13 @@ def drive(node: tuple[str, dict[str, str]], name: str, folder: Path, **more: str
     address, environment = node
     code = DRIVER.format(here=str(HERE), folder=str(folder), address=address, name=name)
     return subprocess.run(
-        [sys.executable, "-c", code], env=environment | more, capture_output=True, text=True,
-        timeout=240, check=False,
-    )  # fmt: skip
+        [sys.executable, "-c", code],
+        env=environment | more,
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
 
 
 def outcome(result: subprocess.CompletedProcess[str]) -> dict:
@@ -159,9 +181,19 @@ def test_no_cluster_there(tmp_path: Path):
 def test_propagate_on_the_cluster_and_a_killed_driver(node, wild: Path, tmp_path: Path):
     """A driver killed half-way, then again: every clip once, the same bytes as without Ray."""
     address, environment = node
-    common = ["propagate", wild / "captured", wild / "recordings", "--words",
-              wild / "captured_words", "--root", wild, "--method", "dtw", "--json",
-              "-o"]  # fmt: skip
+    common = [
+        "propagate",
+        wild / "captured",
+        wild / "recordings",
+        "--words",
+        wild / "captured_words",
+        "--root",
+        wild,
+        "--method",
+        "dtw",
+        "--json",
+        "-o",
+    ]
 
     def call(*arguments: object) -> list[str]:
         code = "from elocute.cli import main; main()"
@@ -176,9 +208,13 @@ def test_propagate_on_the_cluster_and_a_killed_driver(node, wild: Path, tmp_path
         driver.kill()
     assert not (output / "manifest.json").exists()
     again = subprocess.run(
-        call(*common, output, "--ray", address, "--resume"), env=environment, capture_output=True,
-        text=True, timeout=240, check=False,
-    )  # fmt: skip
+        call(*common, output, "--ray", address, "--resume"),
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
     assert again.returncode == 0, again.stderr
     assert json.loads(again.stdout)["kept"] >= 1
     subprocess.run(call(*common, plain), check=True, capture_output=True)

@@ -197,9 +197,7 @@ class TestIdentity:
         assert np.abs(there.vertices() - wanted)[[0, 45, 59]].max() < 1e-6
 
     def test_other_heads_say_what_is_missing(self, head, talk):
-        other = replace(
-            head.with_identity(resolve_identity("ada")), name="somebody"
-        )  # fmt: skip
+        other = replace(head.with_identity(resolve_identity("ada")), name="somebody")
         with pytest.raises(MotionError, match="somebody"):
             with_identity(Motion(other, talk.weights, 30), [1.0])
         with pytest.raises(MotionError, match="at most 50"):
@@ -256,9 +254,10 @@ class TestBlinks:
         with pytest.raises(MotionError, match="minute"):
             with_blinks(still(head, 60), per_minute=-1)
         bare = replace(
-            head, expression_names=head.expression_names[1:],
+            head,
+            expression_names=head.expression_names[1:],
             expression_basis=head.expression_basis[1:],
-        )  # fmt: skip
+        )
         with pytest.raises(MotionError, match="eyeBlinkLeft"):
             with_blinks(still(bare, 60), [0.5])
 
@@ -282,9 +281,10 @@ class TestGaze:
     def test_eye_joints_turn_where_there_are_no_shapes(self, head):
         kept = [i for i, n in enumerate(head.expression_names) if not n.startswith("eyeLook")]
         plain = replace(
-            head, expression_names=tuple(head.expression_names[i] for i in kept),
+            head,
+            expression_names=tuple(head.expression_names[i] for i in kept),
             expression_basis=head.expression_basis[kept],
-        )  # fmt: skip
+        )
         looking = with_gaze(still(plain, 2), (0, 40))
         turned = np.degrees(to_axis_angle(looking.rotations))
         assert np.allclose(turned[:, 3:], [0, 40, 0], atol=1e-4) and not turned[:, :3].any()

@@ -96,10 +96,12 @@ def test_another_head(head):
     rng = np.random.default_rng(5)
     kept = np.arange(0, 20)
     other = replace(
-        head, name="other", expression_names=tuple(f"component{i:03d}" for i in kept),
+        head,
+        name="other",
+        expression_names=tuple(f"component{i:03d}" for i in kept),
         expression_basis=np.tensordot(rng.normal(0, 1, (20, 55)), head.expression_basis, 1),
         joint_names=("root", "neck", "jaw", "left_eye", "right_eye"),
-    )  # fmt: skip
+    )
     motion = Motion(other, rng.normal(0, 0.3, (2, 20)), 30)
     motion = with_pose(with_pose(motion, "root", (0, 30, 0)), "eye_left", (4, 9, 0))
     found, residual_mm = solve_weights(other, motion.vertices())

@@ -13,15 +13,21 @@ import pytest
 pytest.importorskip("hatchling", reason="needs the development environment")
 ROOT = Path(__file__).parents[2]
 VIEWER = {"viewer.js", "viewer.html", "viewer.sha256", "THIRD_PARTY_NOTICES.txt"}
-LICENCES = ["LICENSE", "NOTICE", "SECURITY.md", *(f"docs/cards/{p.name}" for p in
-            (ROOT / "docs/cards").glob("*.md"))]  # fmt: skip
+LICENCES = [
+    "LICENSE",
+    "NOTICE",
+    "SECURITY.md",
+    *(f"docs/cards/{p.name}" for p in (ROOT / "docs/cards").glob("*.md")),
+]
 
 
 def build(kind: str, source: Path, folder: Path) -> Path:
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(folder)],
-        cwd=source, check=True, capture_output=True,
-    )  # fmt: skip
+        cwd=source,
+        check=True,
+        capture_output=True,
+    )
     (built,) = folder.glob("elocute-*")
     return built
 

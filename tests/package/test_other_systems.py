@@ -48,9 +48,19 @@ for module in pkgutil.walk_packages(elocute.__path__, "elocute."):
 print(seen)
 """
 EXTRAS = {
-    "lightning_fabric", "mediapipe", "numba", "onnx", "pocketsphinx", "pyarrow", "ray",
-    "safetensors", "scipy", "tensorboard", "torch", "transformers",
-}  # fmt: skip
+    "lightning_fabric",
+    "mediapipe",
+    "numba",
+    "onnx",
+    "pocketsphinx",
+    "pyarrow",
+    "ray",
+    "safetensors",
+    "scipy",
+    "tensorboard",
+    "torch",
+    "transformers",
+}
 
 
 def run(program: str, *arguments: object) -> str:
@@ -77,8 +87,11 @@ def test_the_simulation_takes_something_away():
 def test_speech_is_animated_without_posix(tmp_path, speech_wav, suffix):
     run(
         "from elocute.cli import main; main()",
-        "animate", speech_wav, "-o", tmp_path / f"talk.{suffix}",
-    )  # fmt: skip
+        "animate",
+        speech_wav,
+        "-o",
+        tmp_path / f"talk.{suffix}",
+    )
     assert (tmp_path / f"talk.{suffix}").stat().st_size > 10_000
 
 

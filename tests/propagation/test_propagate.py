@@ -25,9 +25,21 @@ WORDS = ("one", "three", "two", "zero")
 
 
 def command(wild: Path, output: Path, *more: str) -> list[str]:
-    return ["propagate", str(wild / "captured"), str(wild / "recordings"), "-o", str(output),
-            "--words", str(wild / "captured_words"), "--root", str(wild), "--method", "dtw",
-            "--json", *more]  # fmt: skip
+    return [
+        "propagate",
+        str(wild / "captured"),
+        str(wild / "recordings"),
+        "-o",
+        str(output),
+        "--words",
+        str(wild / "captured_words"),
+        "--root",
+        str(wild),
+        "--method",
+        "dtw",
+        "--json",
+        *more,
+    ]
 
 
 def call(wild: Path, output: Path, *more: str, exits: int = 0) -> dict:
@@ -87,8 +99,9 @@ def test_carried_motion_is_that_of_the_word(wild: Path, whole: Path):
     captured = {(c.speaker, c.word): course(c) for c in clips if c.speaker == c.source}
     right = [
         min(WORDS, key=lambda w: np.linalg.norm(course(c) - captured[c.source, w])) == c.word
-        for c in clips if c.speaker != c.source
-    ]  # fmt: skip
+        for c in clips
+        if c.speaker != c.source
+    ]
     assert np.mean(right) > 0.8
 
 
@@ -110,9 +123,11 @@ def same(one: Path, other: Path) -> None:
 def start(arguments: list[str]) -> subprocess.Popen[str]:
     code = "from elocute.cli import main; main()"
     return subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        [sys.executable, "-c", code, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
-    )  # fmt: skip
+    )
 
 
 def children(process: int) -> list[int]:

@@ -39,9 +39,10 @@ def test_lrw(tmp_path: Path):
     assert list(found.words) == ["about"]
     clips, skipped = found.of("about")
     assert not skipped and [(c.clip, c.split) for c in clips] == [
-        ("about.ABOUT_00003", "test"), ("about.ABOUT_00001", "train"),
+        ("about.ABOUT_00003", "test"),
+        ("about.ABOUT_00001", "train"),
         ("about.ABOUT_00002", "validation"),
-    ]  # fmt: skip
+    ]
     assert len({c.speaker for c in clips}) == 3
     duration = read_audio(tmp_path / clips[0].audio).duration_s
     start, end = word_span(tmp_path, clips[0], duration)
@@ -68,8 +69,12 @@ def touched(folder: Path, *names: str) -> Path:
 
 
 def test_plain_folders_are_split_by_speaker(tmp_path: Path):
-    names = [f"{word}/{speaker:03}__{take}.wav" for word in ("one", "Two") for speaker in range(40)
-             for take in range(2)]  # fmt: skip
+    names = [
+        f"{word}/{speaker:03}__{take}.wav"
+        for word in ("one", "Two")
+        for speaker in range(40)
+        for take in range(2)
+    ]
     found = find_recordings(touched(tmp_path, *names))
     clips = [clip for word in found.words for clip in found.of(word)[0]]
     assert len(clips) == 160 and list(found.words) == ["two", "one"]

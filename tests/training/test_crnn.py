@@ -120,8 +120,9 @@ def test_batches_give_what_single_clips_give(shards: Any, tmp_path: Path, basis:
     direct = mel3_columns(shards.sound(clip, margin))
     first = int(heard.starts(rows[0])[0])
     begin = int(direct.starts[8]) - first
-    assert np.allclose(heard.columns(rows[0])[first:40], direct.static[begin + first : begin + 40],
-                       atol=0.01)  # fmt: skip
+    assert np.allclose(
+        heard.columns(rows[0])[first:40], direct.static[begin + first : begin + 40], atol=0.01
+    )
 
 
 def test_cuts_and_effects_leave_frames_and_sound_together(shards: Any, tmp_path: Path) -> None:
@@ -265,9 +266,17 @@ def test_sounds_that_are_missing_are_named(shards: Any, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "changed",
-    [{"epochs": 0}, {"loss": "mae"}, {"keep": 0.0}, {"learning_rate": float("nan")},
-     {"augment": 2.0}, {"highest_hz": 10.0}, {"fps": True}, {"weight_power": 1.5}],
-)  # fmt: skip
+    [
+        {"epochs": 0},
+        {"loss": "mae"},
+        {"keep": 0.0},
+        {"learning_rate": float("nan")},
+        {"augment": 2.0},
+        {"highest_hz": 10.0},
+        {"fps": True},
+        {"weight_power": 1.5},
+    ],
+)
 def test_settings_outside_are_refused(changed: dict[str, Any]) -> None:
     with pytest.raises(ModelError, match=next(iter(changed))):
         replace(CrnnTrainConfig(), **changed)

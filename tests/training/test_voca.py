@@ -75,9 +75,11 @@ def test_the_reduced_decoder_has_the_loss_of_the_full_one(corpus: Corpus, traine
         predicted.reshape(shape), reduced.targets[frames].reshape(shape), CONFIG, vertices
     )
     large = pair_loss(
-        (predicted @ basis).reshape(shape), full.train.targets[frames].reshape(shape), CONFIG,
+        (predicted @ basis).reshape(shape),
+        full.train.targets[frames].reshape(shape),
+        CONFIG,
         vertices,
-    )  # fmt: skip
+    )
     assert float(small) == pytest.approx(float(large), rel=1e-3)
 
 

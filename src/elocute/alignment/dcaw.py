@@ -109,15 +109,22 @@ def fit_dcaw(
 
 
 def _loss(
-    network: DcawNetwork, clips: Clips, chosen: Sequence[tuple[int, int, int, int, int]],
-    paths: Sequence[Path], config: DcawConfig, early: float, shared: bool,
-) -> Tensor:  # fmt: skip
+    network: DcawNetwork,
+    clips: Clips,
+    chosen: Sequence[tuple[int, int, int, int, int]],
+    paths: Sequence[Path],
+    config: DcawConfig,
+    early: float,
+    shared: bool,
+) -> Tensor:
     encoded = clips.encode(network)
     sides = [(0, 0) if shared else (pair[0], pair[2]) for pair in chosen]
-    lengths = torch.tensor([
-        (len(clips.views[i][pair[1]]), len(clips.views[j][pair[3]]))
-        for (i, j), pair in zip(sides, chosen, strict=True)
-    ])  # fmt: skip
+    lengths = torch.tensor(
+        [
+            (len(clips.views[i][pair[1]]), len(clips.views[j][pair[3]]))
+            for (i, j), pair in zip(sides, chosen, strict=True)
+        ]
+    )
     one = _stacked([encoded[i][p[1]] for (i, _), p in zip(sides, chosen, strict=True)])
     other = _stacked([encoded[j][p[3]] for (_, j), p in zip(sides, chosen, strict=True)])
     inside = frame_mask(lengths[:, 0], one.shape[1]), frame_mask(lengths[:, 1], other.shape[1])

@@ -81,15 +81,18 @@ class Clips:
                     self.views[side].append(view)
                 places.append(known[side, id(view)])
             self.groups.append(tuple(places))
-        orders = list(permutations(range(count), 2)) if shared else [
-            (i, j) for j in range(count) for i in range(j)
-        ]  # fmt: skip
+        orders = (
+            list(permutations(range(count), 2))
+            if shared
+            else [(i, j) for j in range(count) for i in range(j)]
+        )
         self.orders = orders
         self.tensors = [_padded(side) for side in self.views]
         self.pairs = [
             (i, places[i], j, places[j], g)
-            for g, places in enumerate(self.groups) for i, j in orders
-        ]  # fmt: skip
+            for g, places in enumerate(self.groups)
+            for i, j in orders
+        ]
 
     def encode(self, network: DcawNetwork) -> list[Tensor]:
         """(clip, frame, output) of each kind of view."""
@@ -111,10 +114,16 @@ def start(
     groups: Sequence[Group], config: DeepConfig, shared: bool, seed: int
 ) -> tuple[DcawNetwork, CtwAligner]:
     """A network whose linear half is what CTW finds in the same groups, and that CTW."""
-    linear = fit_ctw(groups, CtwConfig(
-        band=config.band, open_source=config.open_source, dimensions=config.dimensions,
-        ridge=config.ridge, shared=shared,
-    ))  # fmt: skip
+    linear = fit_ctw(
+        groups,
+        CtwConfig(
+            band=config.band,
+            open_source=config.open_source,
+            dimensions=config.dimensions,
+            ridge=config.ridge,
+            shared=shared,
+        ),
+    )
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         outputs = linear.projections[0].directions.shape[1]
@@ -140,9 +149,12 @@ class DeepAligner(DtwAligner):
     """DTW of what a trained network makes of views, projected by CCA."""
 
     def __init__(
-        self, config: DeepConfig, network: DcawNetwork, widths: Sequence[int],
+        self,
+        config: DeepConfig,
+        network: DcawNetwork,
+        widths: Sequence[int],
         projections: Sequence[Projection] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(config)
         self.network, self.widths = network.eval(), tuple(widths)
         self.projections = projections

@@ -54,9 +54,10 @@ def _limits(
         return everywhere
     if not (np.isfinite(band) and band > 0) or open_source:
         raise AlignmentError.about(
-            "band", found=f"{band}" + (" with open ends" if open_source else ""),
+            "band",
+            found=f"{band}" + (" with open ends" if open_source else ""),
             allowed="frames (1 or more) or a share (below 1), whole against whole",
-        )  # fmt: skip
+        )
     longest = max(rows, columns)
     frames = max(1.0, band * longest if band < 1 else band)
     slope = (columns - 1) / max(rows - 1, 1)

@@ -100,11 +100,12 @@ class EnglishAligner:
 def _spoken_word(word: object) -> SpokenWord:
     phones = tuple(
         (
-            phone.start * FRAME_S, (phone.start + phone.duration) * FRAME_S,
+            phone.start * FRAME_S,
+            (phone.start + phone.duration) * FRAME_S,
             phone.name if phone.name in PHONES else "SIL",
         )
         for phone in word  # pyright: ignore[reportGeneralTypeIssues]
-    )  # fmt: skip
+    )
     name = re.sub(r"\(\d+\)$", "", word.name)  # pyright: ignore[reportAttributeAccessIssue]
     return SpokenWord(name, phones[0][0], phones[-1][1], phones)
 
@@ -121,43 +122,49 @@ def segment(waveform: Waveform, text: str, aligner: EnglishAligner | None = None
     unknown = aligner.unknown(text)
     if unknown:
         raise AlignmentError.about(
-            "text", found=f"no pronunciation of {', '.join(unknown[:10])}",
+            "text",
+            found=f"no pronunciation of {', '.join(unknown[:10])}",
             allowed="words of pocketsphinx's English dictionary",
             remedy="spell them as they are said",
-        )  # fmt: skip
+        )
     spoken = aligner.spoken(_padded(samples), text)
     count = len(words_in(text))
     words = [] if spoken is None else [w for w in spoken if not w.text.startswith(("<", "["))]
     if len(words) != count:
         raise AlignmentError.about(
-            "text", found=f"{count} words that do not fit into {waveform.duration_s:.2f} s",
+            "text",
+            found=f"{count} words that do not fit into {waveform.duration_s:.2f} s",
             allowed="the text of this sound",
-        )  # fmt: skip
+        )
     found = _with_confidence(samples, words)
     sure = float(np.mean([word.confidence for word in found]))
     if sure < FITS_LEAST:
         raise AlignmentError.about(
-            "text", found=f"words that are not in the sound (confidence {sure:.2f})",
+            "text",
+            found=f"words that are not in the sound (confidence {sure:.2f})",
             allowed=f"the text that is said, {FITS_LEAST:g} or more",
-        )  # fmt: skip
+        )
     return Words(tuple(found), waveform.duration_s)
 
 
 def _check_text(text: str) -> None:
     if not words_in(text) or len(text) > TEXT_MAX:
         raise AlignmentError.about(
-            "text", found=f"{len(words_in(text))} words in {len(text)} letters",
+            "text",
+            found=f"{len(words_in(text))} words in {len(text)} letters",
             allowed=f"one word or more, up to {TEXT_MAX} letters",
-        )  # fmt: skip
+        )
 
 
 def _checked(waveform: Waveform) -> NDArray[np.float32]:
     seconds = waveform.duration_s
     if not 0.05 <= seconds <= LONGEST_S:
         raise AlignmentError.about(
-            "sound", found=f"{seconds:.2f} s", allowed=f"0.05 to {LONGEST_S:g} s",
+            "sound",
+            found=f"{seconds:.2f} s",
+            allowed=f"0.05 to {LONGEST_S:g} s",
             remedy="cut a long reading into parts",
-        )  # fmt: skip
+        )
     samples = waveform.resample(RATE).samples
     samples = samples - samples.mean()
     if np.abs(samples).max() < SILENT_PEAK:

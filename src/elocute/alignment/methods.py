@@ -66,9 +66,12 @@ def resolve_method(name: str) -> Method:
 
 
 def fit_aligner(
-    pairs: Sequence[Sequence[Array]], method: str = "dcaw", config: AlignConfig | None = None,
-    seed: int = 0, done: Done = None,
-) -> Aligner:  # fmt: skip
+    pairs: Sequence[Sequence[Array]],
+    method: str = "dcaw",
+    config: AlignConfig | None = None,
+    seed: int = 0,
+    done: Done = None,
+) -> Aligner:
     """Fit a method to pairs (source, target), or larger groups, of (frame, feature) arrays.
 
     What is learned, is learned over all of them without any truth: a word's network from many
@@ -97,8 +100,11 @@ def fit_aligner(
 
 
 def align(
-    views: Sequence[Array], method: str = DEFAULT, config: AlignConfig | None = None,
-    seed: int = 0, done: Done = None,
-) -> Alignment:  # fmt: skip
+    views: Sequence[Array],
+    method: str = DEFAULT,
+    config: AlignConfig | None = None,
+    seed: int = 0,
+    done: Done = None,
+) -> Alignment:
     """Align two or more sequences (frame, feature) by a method fitted to them alone."""
     return fit_aligner([views], method, config, seed, done).align(*views)

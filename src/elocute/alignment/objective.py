@@ -55,9 +55,10 @@ def whitened(first: Array, second: Array, ridge: float = RIDGE) -> Whitened:
     """
     if first.ndim != 2 or second.ndim != 2 or len(first) != len(second) or len(first) < 2:
         raise AlignmentError.about(
-            "correlated views", found=f"shapes {first.shape} and {second.shape}",
+            "correlated views",
+            found=f"shapes {first.shape} and {second.shape}",
             allowed="(frame, feature) of equally many frames, two or more",
-        )  # fmt: skip
+        )
     if not ridge > 0:
         raise AlignmentError.about("ridge", found=f"{ridge}", allowed="above 0")
     views = tuple(view - view.mean(axis=0) for view in map(np.float64, (first, second)))

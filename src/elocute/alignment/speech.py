@@ -26,9 +26,11 @@ def speech_view(waveform: Waveform, encoder: str = DEFAULT) -> NDArray[np.float3
     values = np.maximum(values, values.max() + FLOOR)
     if values.std(axis=0).max() < SILENT_DEVIATION and len(values) > 1:
         raise AlignmentError.about(
-            "sound", found=f"{waveform.duration_s:.2f} s in which nothing changes",
-            allowed="speech", remedy="silence cannot be aligned",
-        )  # fmt: skip
+            "sound",
+            found=f"{waveform.duration_s:.2f} s in which nothing changes",
+            allowed="speech",
+            remedy="silence cannot be aligned",
+        )
     padded = np.pad(values, ((REACH, REACH), (0, 0)), "edge")
     return np.concatenate([_normalised(values), _normalised(slopes(padded))], axis=1)
 

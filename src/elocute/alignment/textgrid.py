@@ -33,17 +33,29 @@ def textgrid_of(spoken: Sequence[Interval], duration_s: float, tier: str) -> str
     """The long form; rests between intervals are empty intervals, as Praat wants them."""
     rows = _gapless(spoken, duration_s)
     lines = [
-        'File type = "ooTextFile"', 'Object class = "TextGrid"', "", "xmin = 0",
-        f"xmax = {duration_s!r}", "tiers? <exists>", "size = 1", "item []:", "    item [1]:",
-        '        class = "IntervalTier"', f'        name = "{tier}"', "        xmin = 0",
-        f"        xmax = {duration_s!r}", f"        intervals: size = {len(rows)}",
-    ]  # fmt: skip
+        'File type = "ooTextFile"',
+        'Object class = "TextGrid"',
+        "",
+        "xmin = 0",
+        f"xmax = {duration_s!r}",
+        "tiers? <exists>",
+        "size = 1",
+        "item []:",
+        "    item [1]:",
+        '        class = "IntervalTier"',
+        f'        name = "{tier}"',
+        "        xmin = 0",
+        f"        xmax = {duration_s!r}",
+        f"        intervals: size = {len(rows)}",
+    ]
     for number, row in enumerate(rows, 1):
         quoted = row.text.replace('"', '""')
         lines += [
-            f"        intervals [{number}]:", f"            xmin = {row.start_s!r}",
-            f"            xmax = {row.end_s!r}", f'            text = "{quoted}"',
-        ]  # fmt: skip
+            f"        intervals [{number}]:",
+            f"            xmin = {row.start_s!r}",
+            f"            xmax = {row.end_s!r}",
+            f'            text = "{quoted}"',
+        ]
     return "\n".join(lines) + "\n"
 
 

@@ -84,9 +84,10 @@ def _check_attention(attention: Array, lengths: Sequence[int]) -> None:
     sums = attention.sum(axis=0, dtype=np.float64) if attention.ndim == 2 else np.zeros(1)
     if attention.shape != tuple(lengths) or np.abs(sums - 1).max() > COLUMN_TOLERANCE:
         raise AlignmentError.about(
-            "attention", found=f"shape {attention.shape}, columns {sums.min():g} to {sums.max():g}",
+            "attention",
+            found=f"shape {attention.shape}, columns {sums.min():g} to {sums.max():g}",
             allowed=f"{tuple(lengths)}, columns that sum to one",
-        )  # fmt: skip
+        )
 
 
 def checked_group(views: Sequence[object], same_width: bool, subject: str = "views") -> Group:
@@ -97,15 +98,19 @@ def checked_group(views: Sequence[object], same_width: bool, subject: str = "vie
     widths = {view.shape[1] for view in group}
     if same_width and len(widths) > 1:
         raise AlignmentError.about(
-            subject, found=f"{' and '.join(map(str, sorted(widths)))} features",
-            allowed="equal counts with this method", remedy="use ctw, dctw or dcaw",
-        )  # fmt: skip
+            subject,
+            found=f"{' and '.join(map(str, sorted(widths)))} features",
+            allowed="equal counts with this method",
+            remedy="use ctw, dctw or dcaw",
+        )
     for one, other in pairwise(sorted(map(len, group))):
         if one * other > CELLS_MAX:
             raise AlignmentError.about(
-                subject, found=f"{one} against {other} frames",
-                allowed=f"{CELLS_MAX / 1e6:g} million cells", remedy="cut them into words",
-            )  # fmt: skip
+                subject,
+                found=f"{one} against {other} frames",
+                allowed=f"{CELLS_MAX / 1e6:g} million cells",
+                remedy="cut them into words",
+            )
     return group
 
 

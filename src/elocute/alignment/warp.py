@@ -47,9 +47,9 @@ def path_attention(path: Path, sources: int, targets: int) -> Array:
 def diagonal_path(sources: int, targets: int) -> Path:
     """Frames matched in proportion: no method at all."""
     count = max(sources, targets)
-    return np.stack([
-        np.round(np.linspace(0, length - 1, count)) for length in (sources, targets)
-    ], axis=1).astype(np.intp)  # fmt: skip
+    return np.stack(
+        [np.round(np.linspace(0, length - 1, count)) for length in (sources, targets)], axis=1
+    ).astype(np.intp)
 
 
 def merged(paths: Sequence[Path], frames: int) -> Path:

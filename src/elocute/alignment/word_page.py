@@ -72,9 +72,10 @@ def check_length(words: Words, sound: Waveform) -> None:
     """Raise AlignmentError where the words are of another sound, or it is too long for a page."""
     if abs(words.duration_s - sound.duration_s) > DURATION_SLACK_S:
         raise AlignmentError.about(
-            "sound", found=f"{sound.duration_s:.2f} s",
+            "sound",
+            found=f"{sound.duration_s:.2f} s",
             allowed=f"{words.duration_s:.2f} s, as the words say",
-        )  # fmt: skip
+        )
     if sound.duration_s > LONGEST_PAGE_S:
         raise AlignmentError.about(
             "sound", found=f"{sound.duration_s:.0f} s", allowed=f"up to {LONGEST_PAGE_S:g} s"

@@ -66,9 +66,10 @@ class Words:
     def __post_init__(self) -> None:
         if not 0 < (finite_number(self.duration_s) or 0.0) <= DURATION_MAX_S:
             raise AlignmentError.about(
-                "words", found=f"a duration of {str(self.duration_s)[:40]} s",
+                "words",
+                found=f"a duration of {str(self.duration_s)[:40]} s",
                 allowed="above 0, up to a day",
-            )  # fmt: skip
+            )
         if not 0 < len(self.words) <= WORDS_MAX:
             raise AlignmentError.about(
                 "words", found=f"{len(self.words)}", allowed=f"1 to {WORDS_MAX}"
@@ -77,16 +78,18 @@ class Words:
         for word in self.words:
             if before is not None and word.start_s < before.end_s - SLACK_S:
                 raise AlignmentError.about(
-                    f"word {word.text!r}", found=f"from {word.start_s:g} s, in {before.text!r}",
+                    f"word {word.text!r}",
+                    found=f"from {word.start_s:g} s, in {before.text!r}",
                     allowed=f"{before.end_s:g} s or later",
-                )  # fmt: skip
+                )
             before = word
         last = self.words[-1]
         if last.end_s > self.duration_s + SLACK_S:
             raise AlignmentError.about(
-                f"word {last.text!r}", found=f"until {last.end_s:g} s",
+                f"word {last.text!r}",
+                found=f"until {last.end_s:g} s",
                 allowed=f"up to {self.duration_s:g} s, the length of the sound",
-            )  # fmt: skip
+            )
 
     @property
     def text(self) -> str:
@@ -135,10 +138,13 @@ def take_edits(edited: Words, before: Words | None) -> Words:
 
 def _json_of(words: Words) -> str:
     rows = ",\n".join(
-        "  " + json.dumps({"word": w.text, "start_s": w.start_s, "end_s": w.end_s,
-                           "confidence": w.confidence}, ensure_ascii=False)
+        "  "
+        + json.dumps(
+            {"word": w.text, "start_s": w.start_s, "end_s": w.end_s, "confidence": w.confidence},
+            ensure_ascii=False,
+        )
         for w in words.words
-    )  # fmt: skip
+    )
     head = json.dumps({"format": FORMAT, "version": VERSION, "duration_s": words.duration_s})
     return f'{head[:-1]}, "words": [\n{rows}\n]}}\n'
 

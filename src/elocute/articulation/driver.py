@@ -38,9 +38,15 @@ BILABIALS = ("P", "B", "M")
 LABIODENTALS = ("F", "V")
 # Curves that part the lips: a closure takes them away altogether.
 PARTING = (
-    "mouthFunnel", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft",
-    "mouthUpperUpRight", "mouthStretchLeft", "mouthStretchRight", "mouthShrugUpper",
-)  # fmt: skip
+    "mouthFunnel",
+    "mouthLowerDownLeft",
+    "mouthLowerDownRight",
+    "mouthUpperUpLeft",
+    "mouthUpperUpRight",
+    "mouthStretchLeft",
+    "mouthStretchRight",
+    "mouthShrugUpper",
+)
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
 ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
 
@@ -87,9 +93,15 @@ def articulate(
         frame_count = max(1, round(len(log_posteriors) / rate * fps))
     posteriors = np.exp(log_posteriors).astype(np.float32)
     values = coarticulate(
-        posteriors, rate, frame_count, fps, style.anticipation_s, style.carry_s,
-        first_frame=first_frame, first_row=first_row,
-    )  # fmt: skip
+        posteriors,
+        rate,
+        frame_count,
+        fps,
+        style.anticipation_s,
+        style.carry_s,
+        first_frame=first_frame,
+        first_row=first_row,
+    )
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
     place = _Place(first_frame, first_row, total_frames)
@@ -149,9 +161,12 @@ def _finished(
     _close_lips(curves, _contact(posteriors, BILABIALS, rate, times_s, style) * speech)
     _lean(curves, asymmetry)
     blink = blink_curve(
-        frame_count, fps, style.blink_per_min,
-        first_frame=place.first_frame, total_frames=place.total_frames,
-    )  # fmt: skip
+        frame_count,
+        fps,
+        style.blink_per_min,
+        first_frame=place.first_frame,
+        total_frames=place.total_frames,
+    )
     curves["eyeBlinkLeft"] = curves["eyeBlinkRight"] = blink
     table = np.stack(list(curves.values()), axis=1)
     return Curves(np.clip(table, 0, 1), tuple(curves), fps)

@@ -26,9 +26,10 @@ def read_phone_times(path: str | Path) -> list[tuple[float, float, str]]:
     number, first = next(rows, (1, []))
     if number != 1 or [name.strip() for name in first] != COLUMNS:
         raise InputError.about(
-            path, found=f"first row {','.join(first[:20]) or 'missing'}"[:80],
+            path,
+            found=f"first row {','.join(first[:20]) or 'missing'}"[:80],
             allowed=",".join(COLUMNS),
-        )  # fmt: skip
+        )
     return [_row(path, number, row) for number, row in rows]
 
 
@@ -49,7 +50,8 @@ def _row(path: Path, number: int, row: list[str]) -> tuple[float, float, str]:
         start_s, end_s, phone = 0.0, -1.0, ""
     if not (0 <= start_s <= end_s < 1e6) or phone not in PHONES:
         raise InputError.about(
-            f"{path} row {number}", found=",".join(field[:60] for field in row[:4])[:60],
+            f"{path} row {number}",
+            found=",".join(field[:60] for field in row[:4])[:60],
             allowed=f"0 <= start <= end, and one of {' '.join(PHONES)}",
-        )  # fmt: skip
+        )
     return start_s, end_s, phone

@@ -103,9 +103,10 @@ def parse_mix(text: str) -> dict[str, float]:
             share = math.nan
         if not name or not 0 <= share < math.inf:
             raise InputError.about(
-                f"style {text[:60]!r}", found=f"{part.strip()[:60]!r}",
+                f"style {text[:60]!r}",
+                found=f"{part.strip()[:60]!r}",
                 allowed="NAME or NAME:SHARE,NAME:SHARE with shares from 0",
-            )  # fmt: skip
+            )
         shares[name] = shares.get(name, 0.0) + share
     total = sum(shares.values())
     if not 0 < total < math.inf:
@@ -120,17 +121,19 @@ def mix_styles(shares: dict[str, float]) -> Style:
     for name in shares:
         if name not in STYLES:
             raise InputError.about(
-                f"style {name[:60]!r}", found="no such style",
+                f"style {name[:60]!r}",
+                found="no such style",
                 allowed=", ".join(STYLES) + ", a mix of these (calm:0.7,broad:0.3), or a .json "
                 "file of style numbers",
-            )  # fmt: skip
+            )
     return Style(
         **{
-            field.name: sum(share * getattr(STYLES[name], field.name)
-                            for name, share in shares.items())
+            field.name: sum(
+                share * getattr(STYLES[name], field.name) for name, share in shares.items()
+            )
             for field in fields(Style)
         }
-    )  # fmt: skip
+    )
 
 
 def resolve_style(given: str | Style) -> Style:

@@ -21,11 +21,17 @@ GROUPS = ("jaw", "lips", "rounding", "tongue")
 _GROUP_OF = {
     "jaw": ("jawOpen", "jawForward"),
     "rounding": (
-        "mouthPucker", "mouthFunnel", "mouthStretchLeft", "mouthStretchRight",
-        "mouthSmileLeft", "mouthSmileRight", "mouthDimpleLeft", "mouthDimpleRight",
+        "mouthPucker",
+        "mouthFunnel",
+        "mouthStretchLeft",
+        "mouthStretchRight",
+        "mouthSmileLeft",
+        "mouthSmileRight",
+        "mouthDimpleLeft",
+        "mouthDimpleRight",
     ),
     "tongue": ("tongueTipUp", "tongueDental", "tongueOut"),
-}  # fmt: skip
+}
 
 # Blending with neighbours takes about a third off every opening; targets overshoot by as much.
 OVERSHOOT = 1.45
@@ -80,7 +86,7 @@ _TARGETS: dict[str, _Row] = {
     "M": ({"sil": 1.0}, (1.5, 1.5, 0.05, 0.1)),
     "F": ({"sil": 1.0}, (1.7, 1.7, 0.1, 0.1)),
     "V": ({"sil": 1.0}, (1.7, 1.7, 0.1, 0.1)),
-}  # fmt: skip
+}
 
 
 def _group(curve: str) -> str:

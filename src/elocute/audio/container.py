@@ -56,16 +56,20 @@ class ContainerSource:
         streams = self._file.streams.audio
         if not streams:
             raise AudioError.about(
-                path, found="no audio track", allowed="a file with sound",
+                path,
+                found="no audio track",
+                allowed="a file with sound",
                 remedy="add the sound or give its .wav",
-            )  # fmt: skip
+            )
         self._stream: Any = streams[0]
         context = self._stream.codec_context
         if context is None:
             raise AudioError.about(
-                path, found="sound in a coding that FFmpeg does not know", allowed=FORMATS,
+                path,
+                found="sound in a coding that FFmpeg does not know",
+                allowed=FORMATS,
                 remedy="convert it to .wav",
-            )  # fmt: skip
+            )
         rate, seconds = context.sample_rate or 0, self._seconds()
         self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
         self.info = AudioInfo(
@@ -144,9 +148,11 @@ class ContainerSource:
         seconds = count / self.info.sample_rate
         if seconds > SILENCE_MAX_S or count * channels > SILENCE_VALUES_MAX:
             raise AudioError.about(
-                self._path, found=f"sound that begins after {seconds:.0f} s of nothing",
-                allowed=f"{SILENCE_MAX_S:.0f} s", remedy=AGAIN,
-            )  # fmt: skip
+                self._path,
+                found=f"sound that begins after {seconds:.0f} s of nothing",
+                allowed=f"{SILENCE_MAX_S:.0f} s",
+                remedy=AGAIN,
+            )
         for start in range(0, count, size):
             yield np.zeros((min(size, count - start), channels), np.float32)
 

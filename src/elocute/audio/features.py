@@ -33,9 +33,10 @@ class Features:
         fault = "" if np.isfinite(values).all() else " with NaN or infinity"
         if values.ndim != 2 or not len(values) or fault:
             raise InputError.about(
-                "features", found=f"shape {values.shape}{fault}",
+                "features",
+                found=f"shape {values.shape}{fault}",
                 allowed="(frame, feature), at least one frame, finite",
-            )  # fmt: skip
+            )
         if not (np.isfinite(self.rate) and self.rate > 0):
             raise InputError.about("features", found=f"rate {self.rate}", allowed="above 0 Hz")
         object.__setattr__(self, "values", values)

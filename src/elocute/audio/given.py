@@ -51,9 +51,10 @@ def sound_of(
         return _waveform(speech, rate, channel)
     if rate is not None:
         raise AudioError.about(
-            "rate", found=f"{rate} with a sound that has its own",
+            "rate",
+            found=f"{rate} with a sound that has its own",
             allowed="a rate with an array of samples",
-        )  # fmt: skip
+        )
     if isinstance(speech, Waveform):
         return speech
     return Path(speech) if isinstance(speech, str | os.PathLike) else _decoded(speech, channel)
@@ -67,26 +68,32 @@ def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
     if given.dtype.kind not in "fiu" or given.dtype in (np.int64, np.uint32, np.uint64, np.uint16):
         found = f"samples of type {given.dtype}" if given.ndim else type(samples).__name__
         raise AudioError.about(
-            "array", found=found,
+            "array",
+            found=found,
             allowed="floats within ±1, or integers of 8, 16 or 32 bits as .wav files have them",
             remedy="or give a path, a Waveform, bytes or a binary file",
-        )  # fmt: skip
+        )
     if given.size > SAMPLES_MAX:
         raise AudioError.about(
-            "array", found=f"{given.size} samples", allowed=f"up to {SAMPLES_MAX}",
+            "array",
+            found=f"{given.size} samples",
+            allowed=f"up to {SAMPLES_MAX}",
             remedy="give a path",
-        )  # fmt: skip
+        )
     if rate is None:
         raise AudioError.about(
-            "array", found="samples without a rate", allowed="a rate in Hz",
+            "array",
+            found="samples without a rate",
+            allowed="a rate in Hz",
             remedy="animate(samples, rate=16000)",
-        )  # fmt: skip
+        )
     if given.ndim not in (1, 2) or (given.ndim == 2 and not _has_channels(*given.shape)):
         raise AudioError.about(
-            "array", found=f"shape {given.shape}",
+            "array",
+            found=f"shape {given.shape}",
             allowed=f"(sample,) or (sample, channel) with up to {CHANNELS_MAX} channels",
             remedy="turn (channel, sample) round: samples.T",
-        )  # fmt: skip
+        )
     columns = given[:, None] if given.ndim == 1 else given
     if not (channel is None or (np.ndim(channel) == 0 and channel in range(columns.shape[1]))):
         raise AudioError.about(
@@ -132,9 +139,11 @@ def _spool(given: Any, path: Path, subject: str) -> None:
             while chunk := given.read(CHUNK):
                 if not isinstance(chunk, bytes | bytearray | memoryview):
                     raise AudioError.about(
-                        subject, found=f"a file of {type(chunk).__name__}", allowed="a binary file",
+                        subject,
+                        found=f"a file of {type(chunk).__name__}",
+                        allowed="a binary file",
                         remedy="open it with mode 'rb'",
-                    )  # fmt: skip
+                    )
                 count += len(chunk)
                 _check_bytes(subject, count)
                 file.write(chunk)
@@ -142,18 +151,21 @@ def _spool(given: Any, path: Path, subject: str) -> None:
     except OSError as error:
         free = shutil.disk_usage(path.parent).free
         raise AudioError.about(
-            subject, found=f"cannot be kept in {path.parent.parent} ({error.strerror})",
-            allowed=f"at most the {bytes_text(free)} free there", remedy="set TMPDIR",
-        ) from error  # fmt: skip
+            subject,
+            found=f"cannot be kept in {path.parent.parent} ({error.strerror})",
+            allowed=f"at most the {bytes_text(free)} free there",
+            remedy="set TMPDIR",
+        ) from error
 
 
 def _check_bytes(subject: str, count: int) -> None:
     if not 0 < count <= BYTES_MAX:
         raise AudioError.about(
-            subject, found="nothing" if not count else f"more than {bytes_text(BYTES_MAX)}",
+            subject,
+            found="nothing" if not count else f"more than {bytes_text(BYTES_MAX)}",
             allowed=f"the bytes of a sound file: {FORMATS}",
             remedy="give the path of a larger one" if count else "check where it comes from",
-        )  # fmt: skip
+        )
 
 
 def _read_whole(path: Path, subject: str, channel: int | None) -> Waveform:
@@ -163,9 +175,10 @@ def _read_whole(path: Path, subject: str, channel: int | None) -> Waveform:
             count += len(piece)
             if count > SAMPLES_MAX:
                 raise AudioError.about(
-                    subject, found=f"more than {SAMPLES_MAX / stream.sample_rate / 60:.0f} minutes",
+                    subject,
+                    found=f"more than {SAMPLES_MAX / stream.sample_rate / 60:.0f} minutes",
                     allowed="less, where the sound is held in memory",
                     remedy="give its path, or cut it",
-                )  # fmt: skip
+                )
             pieces.append(piece)
         return Waveform(np.concatenate(pieces), stream.sample_rate)

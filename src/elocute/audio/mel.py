@@ -39,9 +39,14 @@ def mel_to_hz(mel: Array | float, scale: Scale = "htk") -> Array:
 
 
 def mel_filterbank(
-    sample_rate: float, fft: int, bands: int, low_hz: float = 0.0, high_hz: float | None = None,
-    scale: Scale = "htk", unit_area: bool = False,
-) -> Array:  # fmt: skip
+    sample_rate: float,
+    fft: int,
+    bands: int,
+    low_hz: float = 0.0,
+    high_hz: float | None = None,
+    scale: Scale = "htk",
+    unit_area: bool = False,
+) -> Array:
     """(band, fft / 2 + 1) triangular filters evenly spaced in mel; peak 1, or area 1 per hertz."""
     high_hz = sample_rate / 2 if high_hz is None else high_hz
     low_mel, high_mel = hz_to_mel(low_hz, scale), hz_to_mel(high_hz, scale)
@@ -61,9 +66,12 @@ def frames_of(samples: NDArray[np.floating], window: int, hop: int) -> NDArray[n
 
 
 def power_spectrum(
-    samples: NDArray[np.floating], window: NDArray[np.floating], hop: int, fft: int,
+    samples: NDArray[np.floating],
+    window: NDArray[np.floating],
+    hop: int,
+    fft: int,
     centred: bool = True,
-) -> Array:  # fmt: skip
+) -> Array:
     """(frame, fft / 2 + 1) squared magnitudes.
 
     Centred frames stand on t·hop, with zeros beyond both ends; others begin there.
@@ -85,10 +93,17 @@ def hann(length: int) -> Array:
 
 
 def log_mel(
-    samples: NDArray[np.floating], sample_rate: int, bands: int = 64, window_s: float = 0.025,
-    hop_s: float = 0.010, fft: int = 512, low_hz: float = 0.0, high_hz: float | None = None,
-    scale: Scale = "htk", floor: float = 1e-10,
-) -> Array:  # fmt: skip
+    samples: NDArray[np.floating],
+    sample_rate: int,
+    bands: int = 64,
+    window_s: float = 0.025,
+    hop_s: float = 0.010,
+    fft: int = 512,
+    low_hz: float = 0.0,
+    high_hz: float | None = None,
+    scale: Scale = "htk",
+    floor: float = 1e-10,
+) -> Array:
     """(frame, band) natural logarithms of mel powers, frame t centred on t·hop."""
     window = hann(round(window_s * sample_rate))
     power = power_spectrum(samples, window, round(hop_s * sample_rate), fft)
@@ -110,9 +125,15 @@ def _bin_filterbank(sample_rate: float, fft: int, bands: int) -> Array:
 
 
 def filterbank_energies(
-    samples: NDArray[np.floating], sample_rate: int, bands: int = 26, window_s: float = 0.025,
-    step_s: float = 0.010, fft: int = 512, preemphasis: float = 0.97, hamming: bool = False,
-) -> tuple[Array, Array]:  # fmt: skip
+    samples: NDArray[np.floating],
+    sample_rate: int,
+    bands: int = 26,
+    window_s: float = 0.025,
+    step_s: float = 0.010,
+    fft: int = 512,
+    preemphasis: float = 0.97,
+    hamming: bool = False,
+) -> tuple[Array, Array]:
     """Mel-filterbank energies (frame, band) and frame energies (frame,), not logarithms.
 
     Frames begin at t·step; the paper's ablation (VOCA 2019, section 6) takes their logarithm.
@@ -135,9 +156,15 @@ def fbank(samples: NDArray[np.floating], sample_rate: int, bands: int = 26) -> A
 
 
 def mfcc(
-    samples: NDArray[np.floating], sample_rate: int, coefficients: int = 13, bands: int = 26,
-    window_s: float = 0.025, step_s: float = 0.010, fft: int = 512, lifter: int = 22,
-) -> Array:  # fmt: skip
+    samples: NDArray[np.floating],
+    sample_rate: int,
+    coefficients: int = 13,
+    bands: int = 26,
+    window_s: float = 0.025,
+    step_s: float = 0.010,
+    fft: int = 512,
+    lifter: int = 22,
+) -> Array:
     """(frame, coefficient) mel-frequency cepstrum, the first replaced by the log energy.
 
     Equal to python_speech_features, the front end of DeepSpeech (26 coefficients there).

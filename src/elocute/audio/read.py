@@ -72,9 +72,11 @@ class AudioStream:
         check_format(self.path, info.sample_rate, info.channels)
         if channel is not None and channel not in range(info.channels):
             raise AudioError.about(
-                self.path, found=f"no channel {channel}", allowed=f"0 to {info.channels - 1}",
+                self.path,
+                found=f"no channel {channel}",
+                allowed=f"0 to {info.channels - 1}",
                 remedy="choose one of these, or none to mix all of them",
-            )  # fmt: skip
+            )
         if info.duration_s is not None and info.duration_s > DURATION_MAX_S:
             raise _too_long(self.path, info.duration_s)
         if self._source.promised is not None:
@@ -155,18 +157,22 @@ def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator
         budget = budget or max(WHOLE_MAX_BYTES, WHOLE_TIMES * Path(path).stat().st_size)
         if taken > budget:
             raise AudioError.about(
-                path, found=f"more than {budget / 4 / rate / 60:.0f} minutes of sound",
-                allowed="as much in memory at once", remedy="cut it into parts",
-            )  # fmt: skip
+                path,
+                found=f"more than {budget / 4 / rate / 60:.0f} minutes of sound",
+                allowed="as much in memory at once",
+                remedy="cut it into parts",
+            )
         yield block
 
 
 def _check_length(path: Path, count: int) -> None:
     if count < 2:
         raise AudioError.about(
-            path, found="1 sample" if count == 1 else f"{count} samples",
-            allowed="sound of at least 2 samples", remedy="record or export it again",
-        )  # fmt: skip
+            path,
+            found="1 sample" if count == 1 else f"{count} samples",
+            allowed="sound of at least 2 samples",
+            remedy="record or export it again",
+        )
 
 
 def _too_long(path: Path, seconds: float) -> AudioError:

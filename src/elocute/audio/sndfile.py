@@ -34,9 +34,12 @@ class SoundFileSource:
         self.promised = frames if known else None
         self.slack = 0 if self._file.format in LOSSLESS else round(SHORTFALL_S * rate)
         self.info = AudioInfo(
-            self._file.format, self._file.subtype, rate, self._file.channels,
+            self._file.format,
+            self._file.subtype,
+            rate,
+            self._file.channels,
             frames / rate if known else None,
-        )  # fmt: skip
+        )
 
     def blocks(self, size: int) -> Iterator[Array]:
         import soundfile

@@ -71,6 +71,8 @@ def cut_off(path: Path, found: str) -> AudioError:
 
 def damaged(path: Path, reason: object) -> AudioError:
     return AudioError.about(
-        path, found=f"damaged sound ({str(reason).rstrip('.')})", allowed="a whole file",
+        path,
+        found=f"damaged sound ({str(reason).rstrip('.')})",
+        allowed="a whole file",
         remedy=AGAIN,
-    )  # fmt: skip
+    )

@@ -34,16 +34,20 @@ class Waveform:
             given = np.zeros((), object)
         if given.dtype.kind != "f":
             raise AudioError.about(
-                "waveform", found=f"samples of type {given.dtype}", allowed="floats within ±1",
+                "waveform",
+                found=f"samples of type {given.dtype}",
+                allowed="floats within ±1",
                 remedy="divide 16-bit integers by 32768",
-            )  # fmt: skip
+            )
         with np.errstate(over="ignore"):
             samples = np.ascontiguousarray(given, dtype=np.float32)
         if given.ndim != 1 or len(samples) < 2:
             raise AudioError.about(
-                "waveform", found=f"samples of shape {given.shape}",
-                allowed="(sample,), two or more", remedy="mix channels down first",
-            )  # fmt: skip
+                "waveform",
+                found=f"samples of shape {given.shape}",
+                allowed="(sample,), two or more",
+                remedy="mix channels down first",
+            )
         check_samples("waveform", samples, check_rate("waveform", self.sample_rate))
         object.__setattr__(self, "samples", samples)
         object.__setattr__(self, "sample_rate", check_rate("waveform", self.sample_rate))
@@ -74,9 +78,11 @@ def check_rate(subject: object, rate: float) -> int:
         whole = 0
     if not low <= whole <= high or whole != rate:
         raise AudioError.about(
-            str(subject), found=f"sample rate {rate} Hz",
-            allowed=f"{low} to {high} Hz, whole", remedy="export the sound at 16000 or 48000 Hz",
-        )  # fmt: skip
+            str(subject),
+            found=f"sample rate {rate} Hz",
+            allowed=f"{low} to {high} Hz, whole",
+            remedy="export the sound at 16000 or 48000 Hz",
+        )
     return whole
 
 
@@ -100,7 +106,8 @@ def check_samples(
     else:
         found = "NaN" if np.isnan(value) else "infinity"
     raise AudioError.about(
-        str(subject), found=f"{found} at sample {place} ({place / rate:.3f} s)",
+        str(subject),
+        found=f"{found} at sample {place} ({place / rate:.3f} s)",
         allowed=f"finite samples within ±{LOUDEST:g}, full scale being ±1",
         remedy="export the sound again",
-    )  # fmt: skip
+    )

@@ -63,9 +63,11 @@ class BatchSettings:
 
 
 def capture_scans(
-    folder: str | Path, output: str | Path, settings: BatchSettings | None = None,
+    folder: str | Path,
+    output: str | Path,
+    settings: BatchSettings | None = None,
     progress: Progress = None,
-) -> list[SequenceResult]:  # fmt: skip
+) -> list[SequenceResult]:
     """Register all sequences in a folder (or the folder itself) and make a corpus of them.
 
     What was registered before is kept, so a run that was interrupted goes on. A sequence that
@@ -163,10 +165,11 @@ def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadM
             if not found.lost:
                 return own.head
             raise CaptureError.about(
-                sequence.file(number), found=f"no neutral face: {found.lost}",
+                sequence.file(number),
+                found=f"no neutral face: {found.lost}",
                 allowed="a scan of a resting face",
                 remedy=f'name one: "neutral" in {sequence.folder}',
-            )  # fmt: skip
+            )
         except ElocuteError as problem:
             problems.append(problem)
     raise CaptureError(str(problems[0])) from problems[0]
@@ -177,9 +180,13 @@ def personal_head(
 ) -> HeadModel:
     """The head with somebody's neutral face (vertex, 3) m and joints (joint, 3) m."""
     return replace(
-        head, template=template, joint_positions=joints, identity_basis=head.identity_basis[:0],
-        joint_identity_basis=head.joint_identity_basis[:0], tone_basis=head.tone_basis[:0],
-    )  # fmt: skip
+        head,
+        template=template,
+        joint_positions=joints,
+        identity_basis=head.identity_basis[:0],
+        joint_identity_basis=head.joint_identity_basis[:0],
+        tone_basis=head.tone_basis[:0],
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,11 +227,16 @@ def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress)
         return {}
     tasks = (
         _Chunk(
-            track.sequence.name, str(track.sequence.folder), settings, track.head.template,
-            track.head.joint_positions, str(track.folder), numbers,
+            track.sequence.name,
+            str(track.sequence.folder),
+            settings,
+            track.head.template,
+            track.head.joint_positions,
+            str(track.folder),
+            numbers,
         )
         for track, numbers in chunks
-    )  # fmt: skip
+    )
     lost: dict[str, str] = {}
     for chunk, outcome in run_local(_track_chunk, tasks, min(jobs, len(chunks))):
         if isinstance(outcome, Failed):
@@ -325,9 +337,10 @@ def _check_corpus_place(output: Path) -> None:
     made = place.read_text(encoding="utf-8", errors="replace") if place.is_file() else ""
     if not manifest.is_file() or made.strip() != sha256_of(manifest):
         raise OutputError.about(
-            output / CORPUS, found="a folder that capture did not make, or that was changed since",
+            output / CORPUS,
+            found="a folder that capture did not make, or that was changed since",
             remedy="move it away, or choose another output folder",
-        )  # fmt: skip
+        )
 
 
 def _write_corpus(
@@ -346,11 +359,17 @@ def _write_corpus(
     head = tracks[0].head
     folder = output / CORPUS
     before = moved_aside(folder) if folder.exists() else nullcontext()
-    with before, corpus_writer(
-        folder, {subject: own.template for subject, own in heads.items()},
-        fps=tracks[0].sequence.facts.fps, faces=head.triangles, topology=head.name,
-        note="registered from scans by elocute capture",
-    ) as writer:  # fmt: skip
+    with (
+        before,
+        corpus_writer(
+            folder,
+            {subject: own.template for subject, own in heads.items()},
+            fps=tracks[0].sequence.facts.fps,
+            faces=head.triangles,
+            topology=head.name,
+            note="registered from scans by elocute capture",
+        ) as writer,
+    ):
         for place, sound in spoken:
             results[place] = _add(writer, tracks[place], results[place], sound)
         if writer.entries:

@@ -61,9 +61,11 @@ def surface_error(distances_mm: Floats) -> SurfaceError:
     if not len(near):
         return SurfaceError(np.inf, np.inf, np.inf, 0.0)
     return SurfaceError(
-        float(np.median(near)), float(near.mean()), float(np.percentile(near, 95)),
+        float(np.median(near)),
+        float(near.mean()),
+        float(np.percentile(near, 95)),
         len(near) / len(distances_mm),
-    )  # fmt: skip
+    )
 
 
 def landmark_error_mm(head: HeadModel, vertices: Floats, landmarks: Landmarks) -> float | None:

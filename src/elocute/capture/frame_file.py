@@ -49,10 +49,13 @@ def write_frame(path: Path, key: str, record: FrameRecord, found: Registration |
     }
     if found is not None:
         arrays |= {
-            "zero": found.zero.astype(np.float32), "offsets": found.offsets.astype(np.float32),
-            "identity": found.shape.identity, "expression": found.shape.expression,
-            "translation": found.shape.pose.translation, "turns": found.shape.pose.turns,
-        }  # fmt: skip
+            "zero": found.zero.astype(np.float32),
+            "offsets": found.offsets.astype(np.float32),
+            "identity": found.shape.identity,
+            "expression": found.shape.expression,
+            "translation": found.shape.pose.translation,
+            "turns": found.shape.pose.turns,
+        }
     write_npz(path, arrays)
 
 
@@ -66,9 +69,10 @@ def read_frame_record(path: Path, key: str) -> FrameRecord | None:
         surface = texts["surface"]
         record = FrameRecord(**texts)
         record = replace(
-            record, notes=tuple(map(str, record.notes)),
+            record,
+            notes=tuple(map(str, record.notes)),
             surface=None if surface is None else SurfaceError(**surface),
-        )  # fmt: skip
+        )
         if not _is_sound(record):
             return None
         if not record.flag:

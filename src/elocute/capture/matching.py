@@ -69,9 +69,14 @@ class Matches:
 
 
 def match(
-    template: Template, vertices: Floats, samples: Samples, *, reach_m: float, facing: float,
+    template: Template,
+    vertices: Floats,
+    samples: Samples,
+    *,
+    reach_m: float,
+    facing: float,
     near: int = 2,
-) -> Matches:  # fmt: skip
+) -> Matches:
     """Lay samples on the surface with vertices (vertex, 3) m.
 
     Refused are samples further than reach_m, samples whose normal meets the surface's at a

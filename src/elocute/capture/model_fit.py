@@ -161,9 +161,13 @@ class ModelFit:
         return self._slopes(corners, matched.bary, matched.normals, shape, basis)
 
     def _slopes(
-        self, corners: NDArray[np.integer], bary: Floats, along: Floats, shape: Shape,
+        self,
+        corners: NDArray[np.integer],
+        bary: Floats,
+        along: Floats,
+        shape: Shape,
         basis: Floats,
-    ) -> Floats:  # fmt: skip
+    ) -> Floats:
         """(point, unknown): shapes, joints, translation; along (point, 3) unit directions."""
         from scipy.sparse import csr_matrix
 
@@ -185,9 +189,15 @@ class ModelFit:
         )
 
     def _add_landmarks(
-        self, gram: Floats, side: Floats, landmarks: Landmarks, shape: Shape, posed: Floats,
-        basis: Floats, turn: Round,
-    ) -> None:  # fmt: skip
+        self,
+        gram: Floats,
+        side: Floats,
+        landmarks: Landmarks,
+        shape: Shape,
+        posed: Floats,
+        basis: Floats,
+        turn: Round,
+    ) -> None:
         vertices, places, shares = self.template.landmark_weights(landmarks)
         if not len(vertices):
             return
@@ -199,8 +209,9 @@ class ModelFit:
         for axis in range(3):
             along = np.zeros((len(vertices), 3))
             along[:, axis] = shares
-            slopes = self._slopes(vertices[:, None], np.ones((len(vertices), 1)), along, shape,
-                                  basis)  # fmt: skip
+            slopes = self._slopes(
+                vertices[:, None], np.ones((len(vertices), 1)), along, shape, basis
+            )
             gram += slopes.T @ slopes
             side += slopes.T @ left[:, axis]
 

@@ -55,14 +55,18 @@ class Stiffness:
 
 
 COLD = (
-    Stiffness(10.0, 5.0), Stiffness(2.0, 1.0), Stiffness(0.3, 0.1, reach_m=0.01),
-    Stiffness(0.03, 0.0, reach_m=0.006), Stiffness(0.003, 0.0, reach_m=0.004),
-)  # fmt: skip
+    Stiffness(10.0, 5.0),
+    Stiffness(2.0, 1.0),
+    Stiffness(0.3, 0.1, reach_m=0.01),
+    Stiffness(0.03, 0.0, reach_m=0.006),
+    Stiffness(0.003, 0.0, reach_m=0.004),
+)
 """From a template that stands roughly where the scan does."""
 WARM = (
-    Stiffness(0.3, 0.1, 1, reach_m=0.01), Stiffness(0.03, 0.0, 1, reach_m=0.006),
+    Stiffness(0.3, 0.1, 1, reach_m=0.01),
+    Stiffness(0.03, 0.0, 1, reach_m=0.006),
     Stiffness(0.003, 0.0, 2, reach_m=0.004),
-)  # fmt: skip
+)
 """From the shape of the frame before."""
 
 
@@ -114,9 +118,12 @@ class Nicp:
         return ~inside[self.template.skin]
 
     def register(
-        self, start: Floats, scan: Scan, landmarks: Landmarks,
+        self,
+        start: Floats,
+        scan: Scan,
+        landmarks: Landmarks,
         levels: Sequence[Stiffness] = COLD,
-    ) -> tuple[Floats, int]:  # fmt: skip
+    ) -> tuple[Floats, int]:
         """Vertices (vertex, 3) m laid over the scan, and how many steps that took.
 
         start (vertex, 3) m is the template in the scan's frame: fixed, adapted by Eq. 1 of
@@ -127,9 +134,11 @@ class Nicp:
         # In the frame of the head the matrix is nearly the same for all frames of a person.
         rotation, shift = _rigid(self.template.vertices[skin], start[skin])
         aim = _Aim(
-            FineMesh((scan.points - shift) @ rotation, scan.triangles), scan.normals @ rotation,
-            scan.boundary, Landmarks((landmarks.points - shift) @ rotation, landmarks.confidence),
-        )  # fmt: skip
+            FineMesh((scan.points - shift) @ rotation, scan.triangles),
+            scan.normals @ rotation,
+            scan.boundary,
+            Landmarks((landmarks.points - shift) @ rotation, landmarks.confidence),
+        )
         current, steps = (start[skin] - shift) @ rotation, 0
         middle = self.template.vertices[skin].mean(axis=0)
         source = np.column_stack([(current - middle) * self._scale, np.ones(len(skin))])
@@ -209,9 +218,11 @@ def _factor(matrix: Any) -> Any:
     from scipy.sparse.linalg import splu
 
     return splu(
-        matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+        matrix,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
-    )  # fmt: skip
+    )
 
 
 def _conjugate(matrix: Any, side: Floats, guess: Floats, factor: Any) -> Floats | None:

@@ -94,7 +94,9 @@ def solve_symmetric(matrix: Any, side: Floats) -> Floats:
 
     # No pivoting is needed, and the order of a symmetric matrix fills in least.
     factor = splu(
-        matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+        matrix,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
-    )  # fmt: skip
+    )
     return factor.solve(side)

@@ -36,9 +36,7 @@ def still(head: HeadModel) -> Pose:
 
 def turning_joints(head: HeadModel) -> list[int]:
     """The root, and the joints between neck and head; jaw and eyes are shapes' business."""
-    return [
-        joint for joint, name in enumerate(head.joint_names) if joint == 0 or name in NECK
-    ]  # fmt: skip
+    return [joint for joint, name in enumerate(head.joint_names) if joint == 0 or name in NECK]
 
 
 def posed(head: HeadModel, vertices: Floats, pose: Pose) -> Floats:

@@ -13,8 +13,15 @@ from elocute.brief import one_line
 Floats = NDArray[np.float64]
 
 # yaw, pitch in degrees of orthographic cameras: none from behind, as in a capture booth.
-CAMERAS = ((0.0, 0.0), (55.0, -8.0), (-55.0, -8.0), (105.0, 5.0), (-105.0, 5.0), (0.0, -50.0),
-           (0.0, 55.0))  # fmt: skip
+CAMERAS = (
+    (0.0, 0.0),
+    (55.0, -8.0),
+    (-55.0, -8.0),
+    (105.0, 5.0),
+    (-105.0, 5.0),
+    (0.0, -50.0),
+    (0.0, 55.0),
+)
 FACING_MIN = 0.25  # cosine below which stereo finds nothing
 OVERLAP = 0.06  # cosine by which a camera may face a place worse and still keep it
 STEP_MAX = 3.0  # depth from pixel to pixel, in pixels, beyond which there is an edge

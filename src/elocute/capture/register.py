@@ -20,7 +20,7 @@ from elocute.capture.errors_mm import (
     landmark_error_mm,
     scan_distances,
     surface_error,
-)  # fmt: skip
+)
 from elocute.capture.landmarks import Landmarks
 from elocute.capture.matching import Samples, samples_of
 from elocute.capture.model_fit import ModelFit, Shape
@@ -127,9 +127,14 @@ def register_scan(
 
 
 def register_nonrigid(
-    template: Template, scan: Scan, landmarks: Landmarks, *, adapted: bool = True,
-    icp: Nicp | None = None, before: Registration | None = None,
-) -> tuple[Registration, int]:  # fmt: skip
+    template: Template,
+    scan: Scan,
+    landmarks: Landmarks,
+    *,
+    adapted: bool = True,
+    icp: Nicp | None = None,
+    before: Registration | None = None,
+) -> tuple[Registration, int]:
     """A scan by non-rigid ICP ("Speech in the wild" 2019, 3.2), and its steps.
 
     adapted  start from the adaptive template of Eq. 1; else from the neutral face, as usual
@@ -152,17 +157,26 @@ def register_nonrigid(
     seconds = time.thread_time() - started
     zero = unposed(template.head, vertices, shape.pose)
     found = Registration(
-        vertices, zero, shape, zero - fit.zero(shape),
+        vertices,
+        zero,
+        shape,
+        zero - fit.zero(shape),
         _surface(template, vertices, scan),
-        landmark_error_mm(template.head, vertices, landmarks), seconds, notes,
-    )  # fmt: skip
+        landmark_error_mm(template.head, vertices, landmarks),
+        seconds,
+        notes,
+    )
     return found, steps
 
 
 def _register(
-    template: Template, fit: ModelFit, scan: Scan, landmarks: Landmarks,
-    before: Registration | None, notes: tuple[str, ...] | None = None,
-) -> Registration:  # fmt: skip
+    template: Template,
+    fit: ModelFit,
+    scan: Scan,
+    landmarks: Landmarks,
+    before: Registration | None,
+    notes: tuple[str, ...] | None = None,
+) -> Registration:
     started = time.thread_time()
     if notes is None:
         scan, notes = checked_scan(scan)
@@ -182,9 +196,15 @@ def _register(
     head = _with_joints(template.head, shape)
     zero = unposed(head, vertices, shape.pose)
     return Registration(
-        vertices, zero, shape, zero - fit.zero(shape), _surface(template, vertices, scan),
-        landmark_error_mm(template.head, vertices, landmarks), seconds, notes,
-    )  # fmt: skip
+        vertices,
+        zero,
+        shape,
+        zero - fit.zero(shape),
+        _surface(template, vertices, scan),
+        landmark_error_mm(template.head, vertices, landmarks),
+        seconds,
+        notes,
+    )
 
 
 def _surface(template: Template, vertices: Floats, scan: Scan) -> SurfaceError:

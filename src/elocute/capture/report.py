@@ -48,17 +48,24 @@ def write_report(track: Track, result: SequenceResult, path: Path) -> None:
     flagged = [record for record in records if record.flag]
     worst = sorted(good, key=lambda record: -(record.surface.p95 if record.surface else 0))
     parts = [
-        f"<h1>{html.escape(result.name)}</h1>", _table(result),
-        _curve("distance from scan to surface, mm: median and 95th percentile", [
-            [(one.number, one.surface.median) for one in good if one.surface],
-            [(one.number, one.surface.p95) for one in good if one.surface],
-        ], flagged),
-        _curve("landmarks, mm", [
-            [(one.number, one.landmark_mm) for one in good if one.landmark_mm is not None]
-        ], flagged),
+        f"<h1>{html.escape(result.name)}</h1>",
+        _table(result),
+        _curve(
+            "distance from scan to surface, mm: median and 95th percentile",
+            [
+                [(one.number, one.surface.median) for one in good if one.surface],
+                [(one.number, one.surface.p95) for one in good if one.surface],
+            ],
+            flagged,
+        ),
+        _curve(
+            "landmarks, mm",
+            [[(one.number, one.landmark_mm) for one in good if one.landmark_mm is not None]],
+            flagged,
+        ),
         "<h2>Worst frames</h2>",
         *(_figure(track, record) for record in worst[:WORST]),
-    ]  # fmt: skip
+    ]
     if flagged:
         parts.append(f"<h2>Flagged frames ({len(flagged)})</h2>")
         parts += [_figure(track, record) for record in flagged[:FLAGGED]]
@@ -73,10 +80,14 @@ def write_report(track: Track, result: SequenceResult, path: Path) -> None:
 
 def _table(result: SequenceResult) -> str:
     rows: dict[str, object] = {
-        "frames": result.frames, "flagged": len(result.flagged), "missing": len(result.missing),
-        "median, mm": result.median_mm, "95th percentile, mm": result.p95_mm,
-        "landmarks, mm": result.landmark_mm, "seconds a frame": result.seconds_per_frame,
-    }  # fmt: skip
+        "frames": result.frames,
+        "flagged": len(result.flagged),
+        "missing": len(result.missing),
+        "median, mm": result.median_mm,
+        "95th percentile, mm": result.p95_mm,
+        "landmarks, mm": result.landmark_mm,
+        "seconds a frame": result.seconds_per_frame,
+    }
     if result.failed:
         rows = {"failed": result.failed, **rows}
     cells = "".join(

@@ -124,9 +124,10 @@ def _check_count(scan: Scan) -> None:
     low, high = POINTS_RANGE
     if not low <= len(scan.points) <= high:
         raise CaptureError.about(
-            scan.name, found=f"{len(scan.points)} usable points",
+            scan.name,
+            found=f"{len(scan.points)} usable points",
             allowed=f"a mesh of {low} to {high} points with triangles",
-        )  # fmt: skip
+        )
 
 
 def _check_size(scan: Scan) -> None:

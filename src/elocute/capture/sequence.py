@@ -109,9 +109,10 @@ class ScanSequence:
         """Raises CaptureError for a number that is not there."""
         if number not in self.numbers:
             raise CaptureError.about(
-                self.folder, found=f"no frame {number}",
+                self.folder,
+                found=f"no frame {number}",
                 allowed=f"{self.numbers[0]} to {self.numbers[-1]} but for the missing",
-            )  # fmt: skip
+            )
         return self.files[self.numbers.index(number)]
 
     def scan(self, number: int) -> Scan:
@@ -146,9 +147,10 @@ def open_sequence(
     sequence = ScanSequence(folder, facts, tuple(numbered), tuple(numbered.values()))
     if sequence.neutral not in numbered:
         raise CaptureError.about(
-            folder / MANIFEST, found=f"neutral {sequence.neutral}, no such frame",
+            folder / MANIFEST,
+            found=f"neutral {sequence.neutral}, no such frame",
             allowed=f"a number from {sequence.numbers[0]} to {sequence.numbers[-1]}",
-        )  # fmt: skip
+        )
     if sequence.sound_path is not None and not sequence.sound_path.is_file():
         raise CaptureError.about(sequence.sound_path, found="no such file", allowed="a sound")
     return sequence
@@ -162,9 +164,10 @@ def find_sequences(folder: str | Path) -> list[Path]:
     if (folder / MANIFEST).is_file() or _scan_files(folder):
         return [folder]
     found = sorted(
-        inner for inner in folder.iterdir()
+        inner
+        for inner in folder.iterdir()
         if inner.is_dir() and ((inner / MANIFEST).is_file() or _scan_files(inner))
-    )  # fmt: skip
+    )
     if not found:
         raise CaptureError.about(
             folder, found="no scans", allowed=f"numbered {' or '.join(SUFFIXES)} files"
@@ -184,9 +187,11 @@ def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
     if not path.is_file():
         if fps is None:
             raise CaptureError.about(
-                folder, found=f"no {MANIFEST}", allowed='one with "fps" and "unit"',
+                folder,
+                found=f"no {MANIFEST}",
+                allowed='one with "fps" and "unit"',
                 remedy="or say --fps and --unit",
-            )  # fmt: skip
+            )
         plain = re.sub(r"[^A-Za-z0-9_.-]", "-", folder.resolve().name).lstrip("_.-")
         return SequenceFacts(fps=fps, sentence=plain or "sequence")
     known = {field.name: type(field.default) for field in fields(SequenceFacts)}
@@ -217,9 +222,10 @@ def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
 
 def _scan_files(folder: Path) -> list[Path]:
     return sorted(
-        path for path in folder.iterdir()
+        path
+        for path in folder.iterdir()
         if path.suffix.lower() in SUFFIXES and path.is_file() and not path.name.startswith(".")
-    )  # fmt: skip
+    )
 
 
 def _numbered(folder: Path) -> dict[int, Path]:
@@ -241,7 +247,8 @@ def _numbered(folder: Path) -> dict[int, Path]:
         )
     if max(found) - min(found) >= NUMBER_MAX:
         raise CaptureError.about(
-            folder, found=f"numbers from {min(found)} to {max(found)}",
+            folder,
+            found=f"numbers from {min(found)} to {max(found)}",
             allowed=f"a range below {NUMBER_MAX}",
-        )  # fmt: skip
+        )
     return dict(sorted(found.items()))

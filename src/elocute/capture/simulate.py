@@ -191,9 +191,12 @@ class Stage:
         patches = [self._patch(seen, surface, rng) for seen in views]
         points, triangles, colors = _joined(patches)
         return ScannedFrame(
-            points, triangles, colors if self.scanner.textured else None,
-            self._landmarks(truth, rng), truth,
-        )  # fmt: skip
+            points,
+            triangles,
+            colors if self.scanner.textured else None,
+            self._landmarks(truth, rng),
+            truth,
+        )
 
     def _patch(
         self, seen: Seen, surface: Floats, rng: np.random.Generator

@@ -46,9 +46,10 @@ def refinement_of(triangles: NDArray[np.integer], parts: int) -> Refinement:
     count = len(triangles)
     fine = np.array(small)[None] + len(places) * np.arange(count)[:, None, None]
     return Refinement(
-        np.repeat(np.arange(count), len(places)), np.tile(bary, (count, 1)),
+        np.repeat(np.arange(count), len(places)),
+        np.tile(bary, (count, 1)),
         fine.reshape(-1, 3).astype(np.int32),
-    )  # fmt: skip
+    )
 
 
 def smooth_points(

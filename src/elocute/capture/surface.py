@@ -115,9 +115,11 @@ class FineMesh:
         vertex = np.where(found, vertex, 0)
         fans = self._fans[vertex]
         best = Attached(
-            fans[:, 0], np.zeros((len(query), 3)), np.zeros((len(query), 3)),
+            fans[:, 0],
+            np.zeros((len(query), 3)),
+            np.zeros((len(query), 3)),
             np.full(len(query), np.inf),
-        )  # fmt: skip
+        )
         for column in range(fans.shape[1]):
             # A fan that has ended repeats its first triangle: nothing new there.
             rows = np.flatnonzero(found & ((fans[:, column] != fans[:, 0]) | (column == 0)))
@@ -193,9 +195,11 @@ class CoarseMesh:
         _, sample = self._tree.query(query, k=near, distance_upper_bound=reach_m)
         sample = sample.reshape(len(query), near)
         best = Attached(
-            np.zeros(len(query), np.intp), np.zeros((len(query), 3)),
-            np.zeros((len(query), 3)), np.full(len(query), np.inf),
-        )  # fmt: skip
+            np.zeros(len(query), np.intp),
+            np.zeros((len(query), 3)),
+            np.zeros((len(query), 3)),
+            np.full(len(query), np.inf),
+        )
         count = len(self.lattice.triangle)
         before = np.full(len(query), -1)
         for column in range(near):
@@ -207,9 +211,13 @@ class CoarseMesh:
 
 
 def _improve(
-    best: Attached, rows: NDArray[np.intp], query: Floats, triangle: NDArray[np.intp],
-    vertices: Floats, triangles: Indices,
-) -> None:  # fmt: skip
+    best: Attached,
+    rows: NDArray[np.intp],
+    query: Floats,
+    triangle: NDArray[np.intp],
+    vertices: Floats,
+    triangles: Indices,
+) -> None:
     """Take a triangle for rows where it is closer than what was found before."""
     a, b, c = (vertices[triangles[triangle, corner]] for corner in range(3))
     bary = on_triangles(query, a, b, c)

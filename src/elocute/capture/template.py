@@ -139,7 +139,7 @@ class Template:
         links = coo_matrix(
             (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))),
             (count, count),
-        ).tocsr()  # fmt: skip
+        ).tocsr()
         links = links + links.T
         return (diags(np.asarray(links.sum(axis=1)).ravel()) - links).tocsc()
 
@@ -167,9 +167,10 @@ class Template:
         """Raises CaptureError for a head that names none."""
         if not len(self.head.landmarks):
             raise CaptureError.about(
-                f"head {self.head.name!r}", found="names no landmarks",
+                f"head {self.head.name!r}",
+                found="names no landmarks",
                 allowed="for landmarks a head that names its own",
-            )  # fmt: skip
+            )
 
 
 def adaptive_template(

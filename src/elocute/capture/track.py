@@ -87,16 +87,25 @@ def _track_one(
         found = register_scan(template, track.sequence.scan(number), landmarks, before)
         flag = found.lost
     except (
-        ElocuteError, MemoryError, np.linalg.LinAlgError, RuntimeError, ArithmeticError,
-    ) as error:  # fmt: skip
+        ElocuteError,
+        MemoryError,
+        np.linalg.LinAlgError,
+        RuntimeError,
+        ArithmeticError,
+    ) as error:
         # RuntimeError: a sparse system that SuperLU finds singular.
         found, flag = None, str(error) or type(error).__name__
     record = FrameRecord(number, flag, landmarks=int(landmarks.good.sum()))
     if found is not None:
         record = FrameRecord(
-            number, flag, found.surface, found.landmark_mm, record.landmarks, found.seconds,
+            number,
+            flag,
+            found.surface,
+            found.landmark_mm,
+            record.landmarks,
+            found.seconds,
             found.notes,
-        )  # fmt: skip
+        )
     write_frame(track.path(number), key, record, found)
     return record
 

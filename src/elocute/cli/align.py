@@ -69,10 +69,18 @@ def align_command(
             plot_alignment(sounds, matrix, found.path, plot, title)
     rate = speech.RATE
     if as_json:
-        print(json.dumps({
-            "method": method, "encoder": encoder, "score": found.score, "rate_hz": rate,
-            "frames": [len(view) for view in views], "path": found.path.tolist(),
-        }))  # fmt: skip
+        print(
+            json.dumps(
+                {
+                    "method": method,
+                    "encoder": encoder,
+                    "score": found.score,
+                    "rate_hz": rate,
+                    "frames": [len(view) for view in views],
+                    "path": found.path.tolist(),
+                }
+            )
+        )
         return
     shift = (found.path[:, 0] - found.path[:, 1]) / rate
     print(f"score   {found.score:.3f} (mean correlation along the path, 0 to 1)")

@@ -19,9 +19,21 @@ from elocute.errors import ElocuteError, InputError, OutputError, printable
 from elocute.files.outputs import OutputPlan
 
 SOUND_SUFFIXES = (
-    ".wav", ".flac", ".mp3", ".ogg", ".oga", ".opus", ".m4a", ".aac", ".mp4", ".mov", ".mkv",
-    ".webm", ".aif", ".aiff",
-)  # fmt: skip
+    ".wav",
+    ".flac",
+    ".mp3",
+    ".ogg",
+    ".oga",
+    ".opus",
+    ".m4a",
+    ".aac",
+    ".mp4",
+    ".mov",
+    ".mkv",
+    ".webm",
+    ".aif",
+    ".aiff",
+)
 
 
 def animate_command(
@@ -69,9 +81,15 @@ def animate_command(
             if target != PIPE:
                 plan_motion(plan, target, source, sound=file, **drawing)
     settings: dict[str, Any] = {
-        "fps": fps, "identity": identity, "head": head, "style": style, "strength": strength,
-        "model": model, "channel": channel, "phones": _read_phones(phones),
-    }  # fmt: skip
+        "fps": fps,
+        "identity": identity,
+        "head": head,
+        "style": style,
+        "strength": strength,
+        "model": model,
+        "channel": channel,
+        "phones": _read_phones(phones),
+    }
     if settled(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
     failures = 0
@@ -94,9 +112,14 @@ def animate_command(
 
 
 def _animate_one(
-    file: Path, targets: list[Path], settings: dict[str, Any], drawing: dict[str, Any],
-    plan: OutputPlan, as_json: bool, formats: list[str],
-) -> dict[str, Any]:  # fmt: skip
+    file: Path,
+    targets: list[Path],
+    settings: dict[str, Any],
+    drawing: dict[str, Any],
+    plan: OutputPlan,
+    as_json: bool,
+    formats: list[str],
+) -> dict[str, Any]:
     from elocute.animation import animate
 
     kept = [str(target) for target in targets if not plan.wants(target)]
@@ -118,9 +141,13 @@ def _animate_one(
                         animation.write(place, progress=progress, **extra)
                 else:
                     write_motion(
-                        plan, animation.motion, target, sound=animation.sound, progress=progress,
+                        plan,
+                        animation.motion,
+                        target,
+                        sound=animation.sound,
+                        progress=progress,
                         extra=options.writer_options(target, **drawing),
-                    )  # fmt: skip
+                    )
             if not quiet:
                 print(printable(target))
             one_written()
@@ -158,9 +185,11 @@ def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
         remedy = "--recursive takes subfolders along" if skipped else ""
         if not found:
             raise InputError.about(
-                path, found="no sound in this folder", allowed=" ".join(SOUND_SUFFIXES),
+                path,
+                found="no sound in this folder",
+                allowed=" ".join(SOUND_SUFFIXES),
                 remedy=remedy,
-            )  # fmt: skip
+            )
         if skipped:
             told = f"{len(skipped)} subfolders with sound left out"
             print(f"elocute: {path}: {told}; {remedy}", file=sys.stderr)
@@ -191,16 +220,20 @@ def _outputs(
             targets += [folder / f"{name}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
         elif single and formats and PIPE not in outputs:
             raise OutputError.about(
-                output, found=f"a file, and --format {' '.join(formats)}",
-                allowed="--format with a folder or -", remedy="leave --format out",
-            )  # fmt: skip
+                output,
+                found=f"a file, and --format {' '.join(formats)}",
+                allowed="--format with a folder or -",
+                remedy="leave --format out",
+            )
         elif single:
             targets.append(output)
         else:
             raise OutputError.about(
-                output, found="one file for several recordings", allowed="a folder",
+                output,
+                found="one file for several recordings",
+                allowed="a folder",
                 remedy="use -o FOLDER --format glb",
-            )  # fmt: skip
+            )
     return targets
 
 

@@ -65,8 +65,11 @@ def learn_command(
         write(sweep(learned.head), output)
     explained = [round(float(share), 6) for share in learned.explained]
     if as_json:
-        print(json.dumps({"components": len(explained), "frames": learned.frames,
-                          "explained": explained}))  # fmt: skip
+        print(
+            json.dumps(
+                {"components": len(explained), "frames": learned.frames, "explained": explained}
+            )
+        )
         return
     for name, share in zip(learned.head.expression_names, explained, strict=True):
         print(f"{name:12} {share:9.4%}")
@@ -150,9 +153,11 @@ def compare_command(
         with plan.writing(plot):
             _plot(found, opened.fps, plot)
     record = {
-        "corpus": corpus.name, "part": part, "frames": len(found[0].errors_mm),
+        "corpus": corpus.name,
+        "part": part,
+        "frames": len(found[0].errors_mm),
         "bases": {p.name: {"components": p.components, "mean_mm": p.mean_mm} for p in found},
-    }  # fmt: skip
+    }
     text = json.dumps(record)
     if output is not None and plan.wants(output):
         with plan.writing(output), write_atomically(output) as draft:
@@ -161,8 +166,7 @@ def compare_command(
         print(text)
         return
     for projection in found:
-        print(f"{projection.name:24} {projection.components:4} shapes "
-              f"{projection.mean_mm:8.4f} mm")  # fmt: skip
+        print(f"{projection.name:24} {projection.components:4} shapes {projection.mean_mm:8.4f} mm")
 
 
 def _names(corpus: Corpus, split: str, part: str) -> list[str]:

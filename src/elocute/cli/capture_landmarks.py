@@ -40,9 +40,10 @@ def landmarks_command(
 
     if scans.is_dir() == (output is not None):
         raise OutputError.about(
-            scans, found="a folder, and -o" if output else "one scan, and no -o",
+            scans,
+            found="a folder, and -o" if output else "one scan, and no -o",
             allowed="-o FILE.json for one scan, none for a folder",
-        )  # fmt: skip
+        )
     if output is not None and output.suffix.lower() != ".json":
         raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
     plan = OutputPlan()

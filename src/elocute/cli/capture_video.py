@@ -76,15 +76,20 @@ def video_command(
 
 
 def _plan(
-    videos: list[Path], files: list[Path], corpora: list[Path], identity: str,
+    videos: list[Path],
+    files: list[Path],
+    corpora: list[Path],
+    identity: str,
     drawing: dict[str, Any],
-) -> OutputPlan:  # fmt: skip
+) -> OutputPlan:
     """All outputs. Raises InputError."""
     if files and len(videos) > 1:
         raise OutputError.about(
-            files[0], found=f"one file for {len(videos)} videos", allowed="a folder: a corpus",
+            files[0],
+            found=f"one file for {len(videos)} videos",
+            allowed="a folder: a corpus",
             remedy="give one video at a time",
-        )  # fmt: skip
+        )
     plan = OutputPlan([identity])
     for target in files:
         plan_motion(plan, target, videos[0], sound=videos[0], **drawing)
@@ -111,9 +116,14 @@ def _dressed(motion: Motion, identity: str, zero_pose: bool) -> Motion:
 
 
 def _write_corpus(
-    place: Path, videos: list[Path], face: str | None, fps: float | None, subject: str, text: str,
+    place: Path,
+    videos: list[Path],
+    face: str | None,
+    fps: float | None,
+    subject: str,
+    text: str,
     as_json: bool,
-) -> None:  # fmt: skip
+) -> None:
     from elocute.capture.video.clips import FPS, write_corpus
 
     if text and len(videos) > 1:
@@ -143,10 +153,14 @@ def _report(
         print(f"lips lie {captured.lip_miss:.1%} of the eye distance beside those seen, on average")
         return
     record: dict[str, Any] = {
-        "input": str(path), "outputs": [str(target) for target in files],
-        "frames": motion.frame_count, "fps": motion.fps, "capture_s": round(seconds, 3),
-        "lip_miss": round(captured.lip_miss, 5), "flagged": captured.flagged.nonzero()[0].tolist(),
+        "input": str(path),
+        "outputs": [str(target) for target in files],
+        "frames": motion.frame_count,
+        "fps": motion.fps,
+        "capture_s": round(seconds, 3),
+        "lip_miss": round(captured.lip_miss, 5),
+        "flagged": captured.flagged.nonzero()[0].tolist(),
         "identity": [round(float(x), 4) for x in captured.person.identity],
         "notes": list(captured.notes),
-    }  # fmt: skip
+    }
     print(json.dumps(record))

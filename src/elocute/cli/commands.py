@@ -41,9 +41,12 @@ class Commands(typer.Typer):
 
     def __init__(self, help: str, **settings: Any) -> None:
         super().__init__(
-            cls=ExplainedGroup, help=help, rich_markup_mode=None, pretty_exceptions_enable=False,
+            cls=ExplainedGroup,
+            help=help,
+            rich_markup_mode=None,
+            pretty_exceptions_enable=False,
             **settings,
-        )  # fmt: skip
+        )
         self.callback()(_no_options)
 
     def command(self, name: str | None = None, **settings: Any) -> Any:

@@ -117,9 +117,16 @@ def convert_command(
     unwanted = frozenset() if leave_out is None else _names(leave_out)
     with plan.writing(output), progress_bar(f"converting {source.name}", as_json) as progress:
         notes = convert(
-            source, output, format=format, fps=fps, texts=texts, leave_out=unwanted, units=units,
-            split=split, progress=progress,
-        )  # fmt: skip
+            source,
+            output,
+            format=format,
+            fps=fps,
+            texts=texts,
+            leave_out=unwanted,
+            units=units,
+            split=split,
+            progress=progress,
+        )
     corpus = open_corpus(output)
     if as_json:
         record = {"source": str(source), "output": str(output), "clips": len(corpus.entries)}

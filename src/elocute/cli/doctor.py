@@ -93,10 +93,13 @@ def _tested(version: str, allowed: str) -> str:
     bounds = re.findall(r"(>=|<|==)\s*([\d.]+)", allowed)
     found = _numbers(version)
     inside = all(
-        found >= _numbers(limit) if sign == ">=" else
-        found < _numbers(limit) if sign == "<" else found == _numbers(limit)
+        found >= _numbers(limit)
+        if sign == ">="
+        else found < _numbers(limit)
+        if sign == "<"
+        else found == _numbers(limit)
         for sign, limit in bounds
-    )  # fmt: skip
+    )
     return f"tested: {allowed}" if inside else f"untested; tested: {allowed}"
 
 

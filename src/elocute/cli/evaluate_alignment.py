@@ -59,10 +59,15 @@ def alignment_command(
     plan = plan_files([folder], files, False, False)
     with progress_bar("aligning", as_json) as progress:
         rows, broken = judge.judge_folder(
-            folder, names, sentences=sentences, encoder=encoder, noise_db=noise_db,
-            words=judge.word_names(folder, sentences)[:words], seed=seed,
+            folder,
+            names,
+            sentences=sentences,
+            encoder=encoder,
+            noise_db=noise_db,
+            words=judge.word_names(folder, sentences)[:words],
+            seed=seed,
             done=lambda share, _rows: progress(share) if progress else None,
-        )  # fmt: skip
+        )
     found = judge.summarise(rows)
     write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])
     if as_json:
@@ -87,10 +92,14 @@ def _cells(method: str, cells: dict[str, Any]) -> list[Any]:
 
 def print_table(table: dict[str, dict[str, Any]]) -> None:
     """One line per method; p is of dcaw's gain over it."""
-    print(f"{'method':10} {'error':>8} {'p':>8} {'overlap':>8} {'p':>8} {'found':>7}   "
-          "error in frames: lower is better; overlap, found: higher")  # fmt: skip
+    print(
+        f"{'method':10} {'error':>8} {'p':>8} {'overlap':>8} {'p':>8} {'found':>7}   "
+        "error in frames: lower is better; overlap, found: higher"
+    )
     for method, cells in table.items():
         tests = cells.get("against", {})
         ps = [f"{tests[m]['p']:8.2g}" if tests else " " * 8 for m in ("error_frames", "overlap")]
-        print(f"{method:10} {cells['error_frames']:8.3f} {ps[0]} {cells['overlap']:8.3f} {ps[1]}"
-              f" {cells['found']:7.3f}")  # fmt: skip
+        print(
+            f"{method:10} {cells['error_frames']:8.3f} {ps[0]} {cells['overlap']:8.3f} {ps[1]}"
+            f" {cells['found']:7.3f}"
+        )

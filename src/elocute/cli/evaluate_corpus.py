@@ -22,11 +22,17 @@ if TYPE_CHECKING:
 PARTS = ("test", "validation", "train")
 CHOICES = ("each", "best", "even")
 COLUMNS = (
-    ("lve_mm", "LVE mm"), ("lve_mm2", "LVE mm²"), ("mve_mm", "MVE mm"),
-    ("fdd_mm", "FDD mm (paper)"), ("fdd_code_mm2", "FDD mm² (code)"),
-    ("velocity_mm", "vel mm/frame"), ("jerk", "jerk mm/s³"), ("true_jerk", "true jerk"),
-    ("closure_recall", "closed"), ("closure_precision", "closed rightly"),
-)  # fmt: skip
+    ("lve_mm", "LVE mm"),
+    ("lve_mm2", "LVE mm²"),
+    ("mve_mm", "MVE mm"),
+    ("fdd_mm", "FDD mm (paper)"),
+    ("fdd_code_mm2", "FDD mm² (code)"),
+    ("velocity_mm", "vel mm/frame"),
+    ("jerk", "jerk mm/s³"),
+    ("true_jerk", "true jerk"),
+    ("closure_recall", "closed"),
+    ("closure_precision", "closed rightly"),
+)
 
 
 def corpus_command(
@@ -80,10 +86,17 @@ def corpus_command(
         scores = score_clips(opened, names, styles, predict, measure, progress)
     found = (best_rows if style == "best" else rows)(scores, seed)
     report = {
-        "corpus": corpus.name, "model": Path(model).name, "split": split, "part": part,
-        "style": style, "contacts": contacts, "clips": len(names), **measure.record(),
-        "confidence": 0.95, "rows": [row.record() for row in found],
-    }  # fmt: skip
+        "corpus": corpus.name,
+        "model": Path(model).name,
+        "split": split,
+        "part": part,
+        "style": style,
+        "contacts": contacts,
+        "clips": len(names),
+        **measure.record(),
+        "confidence": 0.95,
+        "rows": [row.record() for row in found],
+    }
     text = json.dumps(report, allow_nan=False)
     if output is not None and plan.wants(output):
         with plan.writing(output), write_atomically(output) as draft:
@@ -149,8 +162,9 @@ def _show(table: list[Row], measure: Measure) -> None:
         if chosen:
             print(f"{title}: {chosen.name}, {len(chosen.indices)} vertices, {chosen.digest}")
         else:
-            print(f"{title}: not available in this topology; name vertices with --lips, "
-                  "--upper-face")  # fmt: skip
+            print(
+                f"{title}: not available in this topology; name vertices with --lips, --upper-face"
+            )
     if not measure.mouth:
         print("closures: not available in this topology")
 

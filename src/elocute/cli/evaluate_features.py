@@ -54,9 +54,12 @@ def features_command(
     if measure.mouth:
         _plot(opened, clips[0], models, output / "mouth.png")
     report = {
-        "corpus": corpus.name, "epochs": epochs, "clips": len(clips), "confidence": 0.95,
+        "corpus": corpus.name,
+        "epochs": epochs,
+        "clips": len(clips),
+        "confidence": 0.95,
         "encoders": {name: row.record() for name, row in rows.items()},
-    }  # fmt: skip
+    }
     text = save_report(output / "report.json", report)
     cells = [[name, *(row.summary[column] for column in SHOWN)] for name, row in rows.items()]
     write_tables(plan, files, ["encoder", *SHOWN], cells)
@@ -70,9 +73,14 @@ def features_command(
 
 
 def _train(
-    corpus: Corpus, encoders: list[str], output: Path, epochs: int, split: str, resume: bool,
+    corpus: Corpus,
+    encoders: list[str],
+    output: Path,
+    epochs: int,
+    split: str,
+    resume: bool,
     quiet: bool,
-) -> dict[str, Path]:  # fmt: skip
+) -> dict[str, Path]:
     """Encoder to its model; all settings are checked before the first hour is spent."""
     from elocute.cli.progress import Lines
     from elocute.cli.work_folder import prepare_trainings

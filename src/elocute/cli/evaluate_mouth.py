@@ -76,16 +76,22 @@ def noise_command(
         with plan.writing(plot):
             plot_overlay(curves, plot, title=f"mouth opening, {noise}", unit="mm", shade=False)
     record = {
-        "speech": speech.name, "model": Path(model).name, "style": style, "noise": noise,
-        "clips": len(clips), "levels": [asdict(score) for score in means],
-    }  # fmt: skip
+        "speech": speech.name,
+        "model": Path(model).name,
+        "style": style,
+        "noise": noise,
+        "clips": len(clips),
+        "levels": [asdict(score) for score in means],
+    }
     if as_json:
         print(json.dumps(record))
         return
     print(f"{'level':>8} {'opening mm':>11} {'of clean':>9} {'r to clean':>11}")
     for s in means:
-        print(f"{s.level_db:5.0f} dB {s.amplitude_mm:11.2f} {s.amplitude_share:9.2f} "
-              f"{s.correlation:11.3f}")  # fmt: skip
+        print(
+            f"{s.level_db:5.0f} dB {s.amplitude_mm:11.2f} {s.amplitude_share:9.2f} "
+            f"{s.correlation:11.3f}"
+        )
 
 
 def styles_command(
@@ -151,8 +157,10 @@ def identities_command(
     head = f"{count} faces"
     print(f"{head:16} {'mean':>8} {'deviation':>10} {'least':>8} {'greatest':>9}")
     for name, row in table.items():
-        print(f"{name:16} {row['mean']:8.2f} {row['deviation']:10.2f} {row['least']:8.2f} "
-              f"{row['greatest']:9.2f}")  # fmt: skip
+        print(
+            f"{name:16} {row['mean']:8.2f} {row['deviation']:10.2f} {row['least']:8.2f} "
+            f"{row['greatest']:9.2f}"
+        )
 
 
 def _planned(

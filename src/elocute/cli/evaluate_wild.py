@@ -60,13 +60,19 @@ def wild_command(
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
     if "speaker" not in chosen or not set(chosen) <= set(wild.TRAININGS):
         raise InputError.about(
-            f"--trainings {trainings!r}", found="speaker is missing, or one is unknown",
+            f"--trainings {trainings!r}",
+            found="speaker is missing, or one is unknown",
             allowed=", ".join(wild.TRAININGS),
-        )  # fmt: skip
+        )
     config = CrnnTrainConfig(
-        epochs=epochs, learning_rate=learning_rate, last_rate=last_rate,
-        weight_power=weight_power, augment=augment, highest_hz=highest_hz, seed=seed,
-    )  # fmt: skip
+        epochs=epochs,
+        learning_rate=learning_rate,
+        last_rate=last_rate,
+        weight_power=weight_power,
+        augment=augment,
+        highest_hz=highest_hz,
+        seed=seed,
+    )
     files = check_tables(tables)
     plan = plan_files([shards], files, False, False)
     opened = open_shards(shards, sounds)
@@ -92,11 +98,16 @@ def wild_command(
         table |= _continuous(corpus, taken, model, opened, shares)
         bases = _bases(corpus, taken, opened)
     report = {
-        "shards": shards.name, "clips": len(opened), "parameters": opened.components,
-        "epochs": epochs, "config": config.record(), "paper": PAPER,
+        "shards": shards.name,
+        "clips": len(opened),
+        "parameters": opened.components,
+        "epochs": epochs,
+        "config": config.record(),
+        "paper": PAPER,
         "concordance": {name: found.record() for name, found in table.items()},
-        "bases_mm": bases, "talker": _talker(real, names, model) if real else {},
-    }  # fmt: skip
+        "bases_mm": bases,
+        "talker": _talker(real, names, model) if real else {},
+    }
     text = save_report(output / "report.json", report)
     first = max((len(found.first) for found in table.values()), default=0)
     write_tables(
@@ -146,11 +157,15 @@ def _continuous(
     opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
     return {
         f"sentences {joins}": judge_sentences(
-            corpus, names, basis, opened.record.fps, shares,
+            corpus,
+            names,
+            basis,
+            opened.record.fps,
+            shares,
             lambda sound, joins=joins: stream_weights(opened, sound, joins),
         )
         for joins in JOINS
-    }  # fmt: skip
+    }
 
 
 def _bases(corpus: Any, names: list[str], shards: Shards) -> dict[str, dict[str, float]]:
@@ -182,9 +197,11 @@ def _talker(folder: Path, names: Path | None, model: Path) -> dict[str, Any]:
     found = {}
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
         summary, _ = evaluate_real(
-            folder, lambda sound, chosen=chosen: measure_mouth(animate(sound, model=chosen).motion),
-            eye_mm, names=wanted,
-        )  # fmt: skip
+            folder,
+            lambda sound, chosen=chosen: measure_mouth(animate(sound, model=chosen).motion),
+            eye_mm,
+            names=wanted,
+        )
         found[name] = {k: v if v == v else None for k, v in asdict(summary).items()}
     return found
 
@@ -194,8 +211,10 @@ def _show(table: dict[str, Figures], report: dict[str, Any]) -> None:
     for name, found in table.items():
         mean = found.mean
         first = " ".join(f"{interval.value:5.2f}" for interval in found.first)
-        print(f"{name:20} {found.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
-              f"{found.weighted.value:8.3f}  {first}")  # fmt: skip
+        print(
+            f"{name:20} {found.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
+            f"{found.weighted.value:8.3f}  {first}"
+        )
     print("paper, test, µ28:", ", ".join(f"{name} {value}" for name, value in PAPER.items()))
     for name, row in report["bases_mm"].items():
         print(f"{name:20} {row['components']:6} shapes leave {row['mean_mm']:.4f} mm")

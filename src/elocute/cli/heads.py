@@ -40,12 +40,16 @@ def show_command(
 def _facts(head: HeadModel) -> dict[str, Any]:
     low, high = head.template.min(axis=0), head.template.max(axis=0)
     return {
-        "name": head.name, "vertices": head.vertex_count, "faces": len(head.quads),
-        "identities": len(head.identity_basis), "expressions": len(head.expression_names),
-        "joints": list(head.joint_names), "landmarks": len(head.landmarks) > 0,
+        "name": head.name,
+        "vertices": head.vertex_count,
+        "faces": len(head.quads),
+        "identities": len(head.identity_basis),
+        "expressions": len(head.expression_names),
+        "joints": list(head.joint_names),
+        "landmarks": len(head.landmarks) > 0,
         "lips": len(head.inner_lip_upper) > 0,
         "size_mm": [round(1000 * side, 1) for side in (high - low).tolist()],
-    }  # fmt: skip
+    }
 
 
 @app.command("sample")

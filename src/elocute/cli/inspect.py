@@ -34,11 +34,16 @@ def _motion_facts(file: Path) -> dict[str, Any]:
         name for name, column in zip(motion.names, motion.weights.T, strict=True) if column.any()
     ]
     return {
-        "file": str(file), "kind": "motion", "frames": motion.frame_count, "fps": motion.fps,
-        "duration_s": round(motion.duration_s, 4), "vertices": motion.head.vertex_count,
-        "components": len(motion.names), "moving": ", ".join(moving) or "none",
+        "file": str(file),
+        "kind": "motion",
+        "frames": motion.frame_count,
+        "fps": motion.fps,
+        "duration_s": round(motion.duration_s, 4),
+        "vertices": motion.head.vertex_count,
+        "components": len(motion.names),
+        "moving": ", ".join(moving) or "none",
         "rotations": motion.rotations is not None,
-    }  # fmt: skip
+    }
 
 
 def _curve_facts(file: Path) -> dict[str, Any]:
@@ -47,10 +52,14 @@ def _curve_facts(file: Path) -> dict[str, Any]:
     curves = read_json_curves(file)
     moving = [name for name in curves.names if curves[name].any()]
     return {
-        "file": str(file), "kind": "curves", "frames": len(curves.values), "fps": curves.fps,
-        "duration_s": round(len(curves.values) / curves.fps, 4), "curves": len(curves.names),
+        "file": str(file),
+        "kind": "curves",
+        "frames": len(curves.values),
+        "fps": curves.fps,
+        "duration_s": round(len(curves.values) / curves.fps, 4),
+        "curves": len(curves.names),
         "moving": ", ".join(moving) or "none",
-    }  # fmt: skip
+    }
 
 
 def _sound_facts(file: Path) -> dict[str, Any]:

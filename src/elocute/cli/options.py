@@ -14,9 +14,11 @@ SIDE_RANGE = (64, 4096)
 SEED_MAX = 2**32 - 1
 
 Output = typer.Option(
-    ..., "-o", "--output",
+    ...,
+    "-o",
+    "--output",
     help="Where to write; the suffix chooses the format. May be given several times.",
-)  # fmt: skip
+)
 Overwrite = typer.Option(False, "--overwrite", help="Replace files that are there already.")
 NoClobber = typer.Option(
     False, "--no-clobber", help="Leave files that are there already as they are, and say so."
@@ -52,9 +54,10 @@ def parse_size(text: str) -> tuple[int, int]:
     if len(parts) <= 2 and all(map(_is_side, parts)):
         return int(parts[0]), int(parts[-1])
     raise InputError.about(
-        f"--size {text[:60]}", found="no picture size",
+        f"--size {text[:60]}",
+        found="no picture size",
         allowed=f"one number or WIDTHxHEIGHT, {low} to {high}, or {', '.join(SIZES)}",
-    )  # fmt: skip
+    )
 
 
 def _is_side(text: str) -> bool:

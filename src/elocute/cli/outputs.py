@@ -39,9 +39,16 @@ def plan_files(
 
 
 def plan_motion(
-    plan: OutputPlan, target: Path, source: Source, *, sound: Path | None, size: str,
-    backend: str, embed_audio: bool, cut: bool = False,
-) -> None:  # fmt: skip
+    plan: OutputPlan,
+    target: Path,
+    source: Source,
+    *,
+    sound: Path | None,
+    size: str,
+    backend: str,
+    embed_audio: bool,
+    cut: bool = False,
+) -> None:
     """Plan a motion of `source` as a file, with what is written beside it. Raises InputError."""
     from elocute.export.registry import check_suffix, side_files
 
@@ -53,9 +60,14 @@ def plan_motion(
 
 
 def write_motion(
-    plan: OutputPlan, motion: Motion, target: Path, *, sound: Any, progress: Any,
+    plan: OutputPlan,
+    motion: Motion,
+    target: Path,
+    *,
+    sound: Any,
+    progress: Any,
     extra: dict[str, Any],
-) -> None:  # fmt: skip
+) -> None:
     """Write what `plan_motion` planned."""
     from elocute.export.registry import side_files, write
 

@@ -38,9 +38,11 @@ def check_pipes(speech: list[Path], output: list[Path], formats: list[str], as_j
     if len(formats) != 1 or formats[0].lstrip(".").lower() in FOLDERS:
         found = f"--format {' '.join(formats)}" if formats else "no --format"
         raise OutputError.about(
-            "-o -", found=found, allowed="one format that is one file: csv, json, npz, glb, …",
+            "-o -",
+            found=found,
+            allowed="one format that is one file: csv, json, npz, glb, …",
             remedy="add --format csv",
-        )  # fmt: skip
+        )
     check_suffix(f"-o - --format .{formats[0].lstrip('.')}")
     if as_json:
         raise OutputError.about(

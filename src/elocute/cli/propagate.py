@@ -72,11 +72,17 @@ def propagate_command(
     prepare_work(output, resume, RECORDS, WRITTEN)
     (output / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
     settings = JobSettings(
-        str(corpus.resolve()), str(_basis(opened, basis, split, output)),
-        str(recordings.resolve()), str(top), str(output.resolve()), method, seed=seed,
-        fit_pairs=fit_pairs, confidence=confidence,
+        str(corpus.resolve()),
+        str(_basis(opened, basis, split, output)),
+        str(recordings.resolve()),
+        str(top),
+        str(output.resolve()),
+        method,
+        seed=seed,
+        fit_pairs=fit_pairs,
+        confidence=confidence,
         truth=corpus.resolve().is_relative_to(top),
-    )  # fmt: skip
+    )
     with (
         resumable("--resume goes on"),
         progress_bar(f"carrying over to {recordings.name}", as_json) as progress,

@@ -23,9 +23,16 @@ from elocute.errors import ElocuteError, InputError, Interrupted, printable
 
 INTERRUPTED, UNREAD = 130, 141
 DISK_ERRORS = {
-    errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM, errno.EMFILE,
-    errno.ENFILE, getattr(errno, "EDQUOT", errno.ENOSPC),
-}  # fmt: skip
+    errno.ENOSPC,
+    errno.EFBIG,
+    errno.EIO,
+    errno.EROFS,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EMFILE,
+    errno.ENFILE,
+    getattr(errno, "EDQUOT", errno.ENOSPC),
+}
 """What a disk or a limit says, wherever it is met."""
 PATIENCE_S = 2.0
 """How long clearing up may take undisturbed before a further Ctrl-C ends the process at once."""
@@ -160,9 +167,11 @@ def _mind_stdout() -> None:
     if type(raw) is io.FileIO:
         stream.flush()
         sys.stdout = io.TextIOWrapper(
-            io.BufferedWriter(_Stdout(1, "w", closefd=False)), encoding=stream.encoding,
-            errors="backslashreplace", line_buffering=bool(stream.line_buffering) or raw is buffer,
-        )  # fmt: skip
+            io.BufferedWriter(_Stdout(1, "w", closefd=False)),
+            encoding=stream.encoding,
+            errors="backslashreplace",
+            line_buffering=bool(stream.line_buffering) or raw is buffer,
+        )
 
 
 class _Interrupts:

@@ -68,9 +68,10 @@ def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[
     stored = [path for path in motions if path.suffix.lower() == ".npz"]
     if len(stored) != len(sounds):
         raise InputError.about(
-            "--sound", found=f"{len(sounds)} for {len(stored)} motions",
+            "--sound",
+            found=f"{len(sounds)} for {len(stored)} motions",
             allowed="the sound of every .npz, in their order",
-        )  # fmt: skip
+        )
     given = iter(sounds)
     return [
         _of_motion(path, next(given), model) if path in stored else _of_clip(path, model)
@@ -100,9 +101,10 @@ def _of_clip(path: Path, model: SpeechModel) -> Observed:
 
     if not (path.parent / "corpus.json").is_file():
         raise InputError.about(
-            path, found="neither a motion nor a clip",
+            path,
+            found="neither a motion nor a clip",
             allowed="a motion (.npz), or CORPUS/SUBJECT.SENTENCE",
-        )  # fmt: skip
+        )
     corpus = open_corpus(path.parent)
     track = true_track(corpus, path.name)
     return Observed(hear(model, corpus.sound(path.name), contacts=False)[0], track)

@@ -47,9 +47,14 @@ def voca_command(
         from elocute.training.voca.config import TrainConfig
         from elocute.training.voca.run import MODEL, train_voca
     config = TrainConfig(
-        epochs=epochs, batch_pairs=batch, learning_rate=learning_rate, velocity_weight=velocity,
-        seed=seed, reduced=not full_decoder, encoder=encoder,
-    )  # fmt: skip
+        epochs=epochs,
+        batch_pairs=batch,
+        learning_rate=learning_rate,
+        velocity_weight=velocity,
+        seed=seed,
+        reduced=not full_decoder,
+        encoder=encoder,
+    )
     resolve_device(device)
     prepare_training(output, resume)
     with Lines(as_json) as report:
@@ -58,9 +63,11 @@ def voca_command(
         )
     sample = _sample(opened, split, output)
     record = {
-        "model": str(output / MODEL), "styles": trained.styles, "sample": sample,
+        "model": str(output / MODEL),
+        "styles": trained.styles,
+        "sample": sample,
         **(trained.log[-1] if trained.log else {}),
-    }  # fmt: skip
+    }
     print(json.dumps(record) if as_json else output / MODEL)
 
 
@@ -98,10 +105,17 @@ def crnn_command(
         from elocute.training.crnn.run import MODEL, train_crnn
         from elocute.training.device import resolve_device
     config = CrnnTrainConfig(
-        epochs=epochs, batch_clips=batch, learning_rate=learning_rate, last_rate=last_rate,
-        loss=loss, weight_power=weight_power, keep=keep, augment=augment, highest_hz=highest_hz,
+        epochs=epochs,
+        batch_clips=batch,
+        learning_rate=learning_rate,
+        last_rate=last_rate,
+        loss=loss,
+        weight_power=weight_power,
+        keep=keep,
+        augment=augment,
+        highest_hz=highest_hz,
         seed=seed,
-    )  # fmt: skip
+    )
     opened = open_shards(shards, sounds)
     resolve_device(device)
     prepare_training(output, resume)
@@ -111,10 +125,11 @@ def crnn_command(
         )
     broken = [*opened.broken, *missing]
     record = {
-        "model": str(output / MODEL), "clips": len(opened),
+        "model": str(output / MODEL),
+        "clips": len(opened),
         "broken": [{"name": name, "why": why} for name, why in broken],
         **{k: None if v != v else v for k, v in (trained.log[-1] if trained.log else {}).items()},
-    }  # fmt: skip
+    }
     print(json.dumps(record) if as_json else output / MODEL)
     name_broken(broken, len(opened))
 

@@ -21,9 +21,11 @@ def prepare_folder(folder: Path, resume: bool) -> None:
         raise OutputError.about(folder, found="a file", allowed="a folder")
     if folder.is_dir() and any(folder.iterdir()) and not resume:
         raise OutputError.about(
-            folder, found="a folder with files in it", allowed="a new or empty folder",
+            folder,
+            found="a folder with files in it",
+            allowed="a new or empty folder",
             remedy="add --resume to go on in it",
-        )  # fmt: skip
+        )
     folder.mkdir(exist_ok=True)
 
 
@@ -38,9 +40,11 @@ def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]
         return
     for path in (path for pattern in written for path in sorted(folder.glob(pattern))):
         raise OutputError.about(
-            path, found=f"nothing of Elocute made it: there is no {mark} beside it",
-            allowed="a folder to go on in", remedy="choose another folder",
-        )  # fmt: skip
+            path,
+            found=f"nothing of Elocute made it: there is no {mark} beside it",
+            allowed="a folder to go on in",
+            remedy="choose another folder",
+        )
 
 
 def prepare_training(folder: Path, resume: bool) -> None:

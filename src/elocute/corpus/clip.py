@@ -21,9 +21,10 @@ def check_name(name: str, what: str) -> str:
     """`name` itself; CorpusError where it could not be a file name anywhere."""
     if not NAME.fullmatch(name):
         raise CorpusError.about(
-            f"{what} {name[:60]!r}", found="no plain name",
+            f"{what} {name[:60]!r}",
+            found="no plain name",
             allowed="letters, digits, _ . - up to 120, a letter or digit first",
-        )  # fmt: skip
+        )
     return name
 
 
@@ -57,9 +58,10 @@ class Clip:
             frames = np.ascontiguousarray(frames, np.float32)
         if frames.ndim not in (2, 3) or not len(frames):
             raise CorpusError.about(
-                f"clip {self.name}", found=f"motion of shape {frames.shape}",
+                f"clip {self.name}",
+                found=f"motion of shape {frames.shape}",
                 allowed="(frames, components) or (frames, vertices, 3), one frame or more",
-            )  # fmt: skip
+            )
         object.__setattr__(self, "frames", frames)
 
     @property

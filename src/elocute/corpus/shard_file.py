@@ -52,10 +52,14 @@ def schema(components: int) -> Any:
     return pa.schema(
         [
             *((name, pa.string()) for name in TEXTS),
-            ("start_s", pa.float64()), ("end_s", pa.float64()), ("fps", pa.float64()),
-            ("frames", pa.int32()), ("parameters", pa.list_(row)), ("confidence", pa.float32()),
+            ("start_s", pa.float64()),
+            ("end_s", pa.float64()),
+            ("fps", pa.float64()),
+            ("frames", pa.int32()),
+            ("parameters", pa.list_(row)),
+            ("confidence", pa.float32()),
         ]
-    )  # fmt: skip
+    )
 
 
 def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) -> ShardEntry:
@@ -69,9 +73,10 @@ def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) ->
     for clip in clips:
         if clip.parameters.shape[1] != components:
             raise CorpusError.about(
-                f"clip {clip.clip}", found=f"{clip.parameters.shape[1]} parameters a frame",
+                f"clip {clip.clip}",
+                found=f"{clip.parameters.shape[1]} parameters a frame",
                 allowed=f"{components}, the shapes of the basis",
-            )  # fmt: skip
+            )
     with write_atomically(path) as draft:
         parquet().write_table(_table(clips, components), draft, compression="zstd")
         digest = sha256_of(draft)
@@ -175,9 +180,10 @@ def _check_unpacked(path: Path) -> None:
             raise _unreadable(path, error) from error
     if unpacked > max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * size):
         raise CorpusError.about(
-            path, found=f"{bytes_text(unpacked)} in {bytes_text(size)}",
+            path,
+            found=f"{bytes_text(unpacked)} in {bytes_text(size)}",
             allowed=f"a shard that unpacks to {UNPACKED_TIMES} times its size",
-        )  # fmt: skip
+        )
 
 
 def _arrow_errors() -> tuple[type[Exception], ...]:

@@ -72,9 +72,12 @@ def write_manifest(
         raise CorpusError.about(folder, found="no clip", allowed="one or more")
     save_motion(basis, folder / BASIS)
     record = {
-        "format": FORMAT, "version": VERSION, "components": len(basis.names), "note": note,
+        "format": FORMAT,
+        "version": VERSION,
+        "components": len(basis.names),
+        "note": note,
         "shards": [asdict(entry) for entry in entries],
-    }  # fmt: skip
+    }
     with write_atomically(folder / MANIFEST) as draft:
         draft.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 
@@ -86,6 +89,7 @@ def take_apart(clip: str, speaker: str, split: str, names: set[str], parts: dict
     names.add(clip)
     if parts.setdefault(speaker, split) != split:
         raise CorpusError.about(
-            f"speaker {speaker}", found=f"in {parts[speaker]} and in {split}",
+            f"speaker {speaker}",
+            found=f"in {parts[speaker]} and in {split}",
             allowed="each speaker in one split",
-        )  # fmt: skip
+        )

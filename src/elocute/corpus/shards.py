@@ -46,9 +46,16 @@ from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion
 
 __all__ = [
-    "SPLITS", "ShardEntry", "ShardWriter", "Shards", "WordClip", "open_shards", "shard_writer",
-    "write_manifest", "write_shard",
-]  # fmt: skip
+    "SPLITS",
+    "ShardEntry",
+    "ShardWriter",
+    "Shards",
+    "WordClip",
+    "open_shards",
+    "shard_writer",
+    "write_manifest",
+    "write_shard",
+]
 
 MANIFEST_MAX_BYTES = 64_000_000
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}\.parquet")
@@ -90,9 +97,10 @@ class Shards:
         motion = load_motion(self.folder / BASIS)
         if len(motion.names) != self.components:
             raise CorpusError.about(
-                self.folder / BASIS, found=f"{len(motion.names)} shapes",
+                self.folder / BASIS,
+                found=f"{len(motion.names)} shapes",
                 allowed=f"{self.components}, as manifest.json says",
-            )  # fmt: skip
+            )
         return motion
 
     def sound(self, clip: WordClip, margin_s: float = 0.0) -> Waveform:
@@ -105,9 +113,10 @@ class Shards:
         rate = whole.sample_rate
         if clip.start_s >= whole.duration_s:
             raise CorpusError.about(
-                f"clip {clip.clip}", found=f"a start at {clip.start_s:.2f} s",
+                f"clip {clip.clip}",
+                found=f"a start at {clip.start_s:.2f} s",
                 allowed=f"below {whole.duration_s:.2f} s, the length of {clip.audio}",
-            )  # fmt: skip
+            )
         first = round((clip.start_s - margin_s) * rate)
         last = max(first + 2, round((min(clip.end_s, whole.duration_s) + margin_s) * rate))
         part = whole.samples[max(first, 0) : last]
@@ -171,9 +180,11 @@ def _read_manifest(folder: Path) -> tuple[int, list[ShardEntry], str]:
     path = folder / MANIFEST
     if not is_file(path):
         raise CorpusError.about(
-            folder, found="no manifest.json in it", allowed="a folder of shards",
+            folder,
+            found="no manifest.json in it",
+            allowed="a folder of shards",
             remedy="make one: elocute propagate",
-        )  # fmt: skip
+        )
     allowed = f"a manifest of shards, format {FORMAT}"
     record = read_record(path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed, error=CorpusError)
     try:

@@ -66,9 +66,10 @@ def split_by_subject(
         wanted = {"train": True, "validation": validation, "test": test}[part]
         if wanted and not names:
             raise CorpusError.about(
-                "split", found=f"no clip left for {part}",
+                "split",
+                found=f"no clip left for {part}",
                 allowed="subjects that speak sentences of their own",
-            )  # fmt: skip
+            )
     return Split(*(tuple(parts[name]) for name in ("train", "validation", "test")))
 
 

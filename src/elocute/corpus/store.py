@@ -89,9 +89,10 @@ class Corpus:
         corners = faces.ndim == 2 and faces.shape[1] in (3, 4) and faces.dtype.kind in "iu"
         if not corners or (faces.size and not 0 <= faces.min() <= faces.max() < self.vertex_count):
             raise CorpusError.about(
-                path, found=f"{faces.dtype} of shape {faces.shape}",
+                path,
+                found=f"{faces.dtype} of shape {faces.shape}",
                 allowed=f"(face, 3 or 4) vertices from 0 to {self.vertex_count - 1}",
-            )  # fmt: skip
+            )
         return faces.astype(np.int32)
 
     @cached_property
@@ -165,9 +166,12 @@ class Corpus:
         """Everything of one clip in memory."""
         entry = self.entry(name)
         return Clip(
-            entry.subject, entry.sentence, entry.text, self.sound(name),
+            entry.subject,
+            entry.sentence,
+            entry.text,
+            self.sound(name),
             np.array(self.frames(name)),
-        )  # fmt: skip
+        )
 
 
 def open_corpus(folder: str | Path) -> Corpus:
@@ -190,22 +194,28 @@ def write_manifest(folder: Path, corpus: dict[str, Any]) -> None:
 def manifest_of(corpus: Corpus) -> dict[str, Any]:
     """What `write_manifest` takes."""
     return {
-        "fps": corpus.fps, "kind": corpus.kind, "components": corpus.components,
-        "topology": corpus.topology, "subjects": corpus.subjects, "note": corpus.note,
+        "fps": corpus.fps,
+        "kind": corpus.kind,
+        "components": corpus.components,
+        "topology": corpus.topology,
+        "subjects": corpus.subjects,
+        "note": corpus.note,
         "clips": [
             {k: v for k, v in asdict(entry).items() if k != "name"} for entry in corpus.entries
         ],
         "splits": {name: split.parts() for name, split in corpus.splits.items()},
-    }  # fmt: skip
+    }
 
 
 def _read_manifest(folder: Path) -> dict[str, Any]:
     path = folder / "corpus.json"
     if not is_file(path):
         raise CorpusError.about(
-            folder, found="no corpus.json in it", allowed="a corpus folder",
+            folder,
+            found="no corpus.json in it",
+            allowed="a corpus folder",
             remedy="make one: elocute corpus convert",
-        )  # fmt: skip
+        )
     record = read_record(
         path, max_bytes=MANIFEST_MAX_BYTES, allowed="a corpus manifest", error=CorpusError
     )
@@ -222,8 +232,11 @@ def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
     try:
         clips, fps = _list_of(record["clips"], dict), finite_number(record["fps"])
         corpus = Corpus(
-            folder, 0.0 if fps is None else fps, _text(record["kind"]),
-            tuple(map(_text, _list_of(record["components"], str))), _text(record["topology"]),
+            folder,
+            0.0 if fps is None else fps,
+            _text(record["kind"]),
+            tuple(map(_text, _list_of(record["components"], str))),
+            _text(record["topology"]),
             tuple(check_name(_text(s), "subject") for s in record["subjects"]),
             tuple(map(_entry, clips)),
             {
@@ -233,14 +246,15 @@ def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
                 for name, parts in record["splits"].items()
             },
             _text(record["note"]),
-        )  # fmt: skip
+        )
     except CorpusError as error:
         raise CorpusError(f"{folder / 'corpus.json'}: {error}") from error
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise CorpusError.about(
-            folder / "corpus.json", allowed=ALLOWED,
+            folder / "corpus.json",
+            allowed=ALLOWED,
             found=f"a field that is missing or wrong ({str(error)[:80]})",
-        ) from error  # fmt: skip
+        ) from error
     _check_lists(corpus)
     return corpus
 

@@ -23,9 +23,22 @@ BLUR_S = 0.05  # standard deviation: about 120 ms wide
 LAG_MAX_S = 0.5
 LAGS = np.arange(-round(LAG_MAX_S * RATE), round(LAG_MAX_S * RATE) + 1)
 OPENNESS = {
-    "aa": 1.0, "oh": 0.7, "E": 0.6, "ih": 0.35, "ou": 0.3, "RR": 0.3, "kk": 0.3, "TH": 0.25,
-    "nn": 0.25, "CH": 0.25, "DD": 0.2, "SS": 0.15, "FF": 0.05, "PP": 0.0, "sil": 0.0,
-}  # fmt: skip
+    "aa": 1.0,
+    "oh": 0.7,
+    "E": 0.6,
+    "ih": 0.35,
+    "ou": 0.3,
+    "RR": 0.3,
+    "kk": 0.3,
+    "TH": 0.25,
+    "nn": 0.25,
+    "CH": 0.25,
+    "DD": 0.2,
+    "SS": 0.15,
+    "FF": 0.05,
+    "PP": 0.0,
+    "sil": 0.0,
+}
 """How far a mouth opens for a viseme, roughly; a correlation needs no more."""
 
 
@@ -43,9 +56,11 @@ class LagSums:
 
     def __add__(self, other: LagSums) -> LagSums:
         return LagSums(
-            self.products + other.products, self.sound + other.sound,
-            self.motion + other.motion, self.seconds + other.seconds,
-        )  # fmt: skip
+            self.products + other.products,
+            self.sound + other.sound,
+            self.motion + other.motion,
+            self.seconds + other.seconds,
+        )
 
 
 @dataclass(frozen=True)

@@ -40,9 +40,16 @@ class CorpusWriter:
         for subject in templates:
             check_name(subject, "subject")
         self._corpus = Corpus(
-            folder, fps, "vertices" if basis is None else "weights", components, topology,
-            tuple(templates), (), {}, note,
-        )  # fmt: skip
+            folder,
+            fps,
+            "vertices" if basis is None else "weights",
+            components,
+            topology,
+            tuple(templates),
+            (),
+            {},
+            note,
+        )
         self.entries: list[Entry] = []
         self.splits: dict[str, Split] = {}
         stacked = np.stack(list(templates.values())).astype(np.float32)
@@ -60,14 +67,16 @@ class CorpusWriter:
         """Append one clip. Raises CorpusError where it does not fit the corpus."""
         if clip.frames.shape[1:] != self._shape:
             raise CorpusError.about(
-                f"clip {clip.name}", found=f"frames of shape {clip.frames.shape[1:]}",
+                f"clip {clip.name}",
+                found=f"frames of shape {clip.frames.shape[1:]}",
                 allowed=str(self._shape),
-            )  # fmt: skip
+            )
         if clip.subject not in self._corpus.subjects:
             raise CorpusError.about(
-                f"clip {clip.name}", found="a subject without template",
+                f"clip {clip.name}",
+                found="a subject without template",
                 allowed=", ".join(self._corpus.subjects),
-            )  # fmt: skip
+            )
         if clip.name in self._names:
             raise CorpusError.about(f"clip {clip.name}", found="there already")
         if clip.sound.sample_rate > FLAC_MAX_HZ:
@@ -114,9 +123,15 @@ def corpus_writer(
     """
     with write_folder_atomically(folder) as draft:
         writer = CorpusWriter(
-            draft, templates, fps=fps, basis=basis, components=components, faces=faces,
-            topology=topology, note=note,
-        )  # fmt: skip
+            draft,
+            templates,
+            fps=fps,
+            basis=basis,
+            components=components,
+            faces=faces,
+            topology=topology,
+            note=note,
+        )
         try:
             yield writer
         except BaseException:

@@ -63,9 +63,11 @@ class DeepSpeech:
         """Raises InputError for sound of more than five minutes or a file that is no DeepSpeech."""
         if waveform.duration_s > LONGEST_S:
             raise InputError.about(
-                "deepspeech", found=f"{waveform.duration_s:.0f} s of sound",
-                allowed=f"{LONGEST_S:.0f} s", remedy="cut it into utterances",
-            )  # fmt: skip
+                "deepspeech",
+                found=f"{waveform.duration_s:.0f} s of sound",
+                allowed=f"{LONGEST_S:.0f} s",
+                remedy="cut it into utterances",
+            )
         logits = self._network.run("logits", input_node=input_vectors(heard(waveform)))
         return features_of(waveform, logits, self.name)
 

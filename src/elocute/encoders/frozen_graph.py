@@ -63,9 +63,11 @@ def read_frozen_graph(path: str | Path) -> FrozenGraph:
         return FrozenGraph(path, _nodes(memoryview(data)))
     except ValueError as error:
         raise InputError.about(
-            path, found=f"no whole frozen graph: {error}",
-            allowed="a GraphDef in binary form (.pb)", remedy="download or copy it again",
-        ) from error  # fmt: skip
+            path,
+            found=f"no whole frozen graph: {error}",
+            allowed="a GraphDef in binary form (.pb)",
+            remedy="download or copy it again",
+        ) from error
 
 
 def _nodes(graph: memoryview) -> dict[str, tuple[str, memoryview]]:

@@ -42,9 +42,11 @@ def step(operation: str, inputs: str, outputs: str, **attributes: int | str) -> 
 
 
 def write_graph(
-    steps: Sequence[Step], weights: Mapping[str, NDArray], inputs: Mapping[str, int],
+    steps: Sequence[Step],
+    weights: Mapping[str, NDArray],
+    inputs: Mapping[str, int],
     outputs: Mapping[str, int],
-) -> bytes:  # fmt: skip
+) -> bytes:
     """A model whose inputs and outputs are (frame, size) float32, with weights kept elsewhere."""
     graph = write_message(
         *[(1, _node(each)) for each in steps],
@@ -71,9 +73,13 @@ class Network:
             name: onnxruntime.OrtValue.ortvalue_from_numpy(each) for name, each in large.items()
         }
         self._session = session_of(
-            graph, "network", allowed="weights that fit it", error=ModelError, threads=threads,
+            graph,
+            "network",
+            allowed="weights that fit it",
+            error=ModelError,
+            threads=threads,
             initializers=self._weights,
-        )  # fmt: skip
+        )
 
     def run(self, output: str, **inputs: NDArray[np.float32]) -> NDArray[np.float32]:
         return np.asarray(self._session.run([output], inputs)[0], np.float32)

@@ -35,9 +35,11 @@ def resolve_encoder(name: str = DEFAULT) -> Encoder:
     kind, colon, path = name.partition(":")
     if kind not in ENCODERS:
         raise InputError.about(
-            "encoder", found=f"{name!r}", allowed=", ".join(encoder_names()),
+            "encoder",
+            found=f"{name!r}",
+            allowed=", ".join(encoder_names()),
             remedy="choose one of these",
-        )  # fmt: skip
+        )
     module, class_name, what = ENCODERS[kind]
     if bool(path) != bool(what) or bool(colon) != bool(what):
         wanted = f"{kind}:{what}" if what else kind

@@ -87,8 +87,9 @@ class SpeechTransformer:
         samples = heard(waveform)
         if self.normalises:
             samples = (samples - samples.mean()) / np.sqrt(samples.var() + 1e-7)
-        values = np.concatenate([self._network(sound)[first:stop] for sound, first, stop in
-                                 blocks(samples)])  # fmt: skip
+        values = np.concatenate(
+            [self._network(sound)[first:stop] for sound, first, stop in blocks(samples)]
+        )
         return features_of(waveform, values, self.name)
 
 
@@ -127,9 +128,11 @@ def read_config(folder: Path, kind: str) -> dict[str, Any]:
     """The folder's config.json. Raises InputError where it is missing, forged or another's."""
     if not folder.is_dir():
         raise InputError.about(
-            folder, found="no such folder", allowed=f"a transformers folder of {kind}",
+            folder,
+            found="no such folder",
+            allowed=f"a transformers folder of {kind}",
             remedy="download it first: nothing is fetched from a network",
-        )  # fmt: skip
+        )
     path = folder / "config.json"
     config = _read_json(path)
     if config.get("model_type") != kind:
@@ -207,15 +210,19 @@ def _check_weights(folder: Path, least: int) -> None:
         size = path.stat().st_size
         if not least <= size <= WEIGHTS_MAX_BYTES:
             raise InputError.about(
-                path, found=f"{size} bytes", allowed=f"{least} to {WEIGHTS_MAX_BYTES} bytes",
+                path,
+                found=f"{size} bytes",
+                allowed=f"{least} to {WEIGHTS_MAX_BYTES} bytes",
                 remedy="config.json and the weights must belong together",
-            )  # fmt: skip
+            )
         return
     if (folder / "pytorch_model.bin").exists():
         raise InputError.about(
-            folder / "pytorch_model.bin", found="a pickle, which could run any code",
-            allowed="model.safetensors", remedy=CONVERT,
-        )  # fmt: skip
+            folder / "pytorch_model.bin",
+            found="a pickle, which could run any code",
+            allowed="model.safetensors",
+            remedy=CONVERT,
+        )
     raise InputError.about(folder, found="no model.safetensors", allowed="weights in one such file")
 
 

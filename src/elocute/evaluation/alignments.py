@@ -164,10 +164,16 @@ def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str
 
 
 def judge_folder(
-    folder: Path, methods: Sequence[str], *, sentences: Path | None = None,
-    encoder: str = DEFAULT, noise_db: float | None = None, words: Sequence[str] | None = None,
-    seed: int = 0, done: Callable[[float, list[Row]], None] | None = None,
-) -> tuple[list[Row], list[str]]:  # fmt: skip
+    folder: Path,
+    methods: Sequence[str],
+    *,
+    sentences: Path | None = None,
+    encoder: str = DEFAULT,
+    noise_db: float | None = None,
+    words: Sequence[str] | None = None,
+    seed: int = 0,
+    done: Callable[[float, list[Row]], None] | None = None,
+) -> tuple[list[Row], list[str]]:
     """Every word of a folder, or those named: rows, and what could not be used.
 
     sentences: a folder of the same words in sentences, in which they are to be found; noise is
@@ -192,9 +198,10 @@ def judge_folder(
             done((place + 1) / len(names), own)
     if not rows:
         raise AlignmentError.about(
-            folder, found=broken[0] if broken else "no folder of recordings of a word",
+            folder,
+            found=broken[0] if broken else "no folder of recordings of a word",
             allowed="WORD/NAME.wav with NAME.json, two recordings of a word or more",
-        )  # fmt: skip
+        )
     return rows, broken
 
 

@@ -33,9 +33,10 @@ def clip_predictor(
     """
     if contacts and not model.makes_contacts:
         raise ModelError.about(
-            f"model {model.name}", found="one that moves by its own basis",
+            f"model {model.name}",
+            found="one that moves by its own basis",
             allowed="contacts for models that move the built-in head",
-        )  # fmt: skip
+        )
     finished = contacts and model.basis is not None
     names = load_builtin_head().expression_names if finished else model.components
     basis = _basis_for(names, None if finished else model.basis, corpus)
@@ -70,7 +71,8 @@ def _basis_for(names: tuple[str, ...], basis: Array | None, corpus: Corpus) -> A
         basis = basis_of(names, None)
     if basis.shape[1] != corpus.vertex_count:
         raise ModelError.about(
-            corpus.folder, found=f"{corpus.vertex_count} vertices",
+            corpus.folder,
+            found=f"{corpus.vertex_count} vertices",
             allowed=f"{basis.shape[1]}, the topology that the model moves",
-        )  # fmt: skip
+        )
     return basis

@@ -40,9 +40,10 @@ def lip_opening(track: Track) -> Doubles:
     head = load_builtin_head()
     if track.vertex_count != head.vertex_count:
         raise CorpusError.about(
-            "mouth opening", found=f"{track.vertex_count} vertices",
+            "mouth opening",
+            found=f"{track.vertex_count} vertices",
             allowed=f"the built-in head's {head.vertex_count}",
-        )  # fmt: skip
+        )
     third = len(head.inner_lip_upper) // 3
     middle = slice(third, len(head.inner_lip_upper) - third)
     upper, lower = head.inner_lip_upper[middle], head.inner_lip_lower[middle]

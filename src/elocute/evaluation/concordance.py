@@ -34,10 +34,12 @@ class Figures:
     def record(self) -> dict[str, object]:
         """For JSON."""
         return {
-            "clips": self.clips, "frames": self.frames, "mean": self.mean.record(),
+            "clips": self.clips,
+            "frames": self.frames,
+            "mean": self.mean.record(),
             "weighted": self.weighted.record(),
             **{f"c{i}": interval.record() for i, interval in enumerate(self.first, 1)},
-        }  # fmt: skip
+        }
 
 
 def figures(
@@ -54,11 +56,12 @@ def figures(
     value = _concordance(sums.sum(axis=0)[None])[0]
     weights = np.asarray(shares, float) / np.sum(shares)
     return Figures(
-        len(sums), int(sums[:, 0, 0].sum()),
+        len(sums),
+        int(sums[:, 0, 0].sum()),
         _interval(value.mean(), drawn.mean(axis=1)),
         _interval(value @ weights, drawn @ weights),
         tuple(_interval(value[i], drawn[:, i]) for i in range(min(FIRST, len(value)))),
-    )  # fmt: skip
+    )
 
 
 def _sums(x: Array, y: Array) -> NDArray[np.float64]:

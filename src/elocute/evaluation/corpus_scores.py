@@ -77,9 +77,13 @@ def score_clips(
         true, subject = true_track(corpus, name), corpus.entry(name).subject
         for style in styles:
             metrics = clip_metrics(
-                predict(name, style), true, measure.lips, measure.upper_face,
-                mouth=measure.mouth, closed_mm=measure.closed_mm,
-            )  # fmt: skip
+                predict(name, style),
+                true,
+                measure.lips,
+                measure.upper_face,
+                mouth=measure.mouth,
+                closed_mm=measure.closed_mm,
+            )
             scores.append(ClipScore(name, subject, style, metrics))
         if progress:
             progress(done / len(names))

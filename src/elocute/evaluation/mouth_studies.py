@@ -40,9 +40,11 @@ class NoiseScore:
 
 
 def noise_scores(
-    speech: Waveform, noise: NDArray[np.float32] | None, levels_db: Sequence[float],
+    speech: Waveform,
+    noise: NDArray[np.float32] | None,
+    levels_db: Sequence[float],
     opening: Opening,
-) -> tuple[list[NoiseScore], list[Doubles]]:  # fmt: skip
+) -> tuple[list[NoiseScore], list[Doubles]]:
     """A score per level, and the openings: the clean one, then one per level.
 
     noise (sample,) at the speech's rate; None takes the levels as gains of the speech itself.
@@ -116,9 +118,10 @@ def face_scores(motion: Motion, count: int, seed: int) -> list[FaceScore]:
     head = load_builtin_head()
     if motion.head.vertex_count != head.vertex_count:
         raise InputError.about(
-            f"head {motion.head.name!r}", found="no identity space",
+            f"head {motion.head.name!r}",
+            found="no identity space",
             allowed="a model that moves the built-in topology",
-        )  # fmt: skip
+        )
     touching = _opening(motion) < CLOSED_MM
     return [
         _face_score(replace(motion, head=_face(motion, head.with_identity(coefficients))), touching)
@@ -151,7 +154,9 @@ def spread(scores: Sequence[FaceScore]) -> dict[str, dict[str, float]]:
     for name in asdict(scores[0]):
         values = np.array([getattr(score, name) for score in scores])
         table[name] = {
-            "mean": float(values.mean()), "deviation": float(values.std()),
-            "least": float(values.min()), "greatest": float(values.max()),
-        }  # fmt: skip
+            "mean": float(values.mean()),
+            "deviation": float(values.std()),
+            "least": float(values.min()),
+            "greatest": float(values.max()),
+        }
     return table

@@ -65,9 +65,12 @@ def _carried(path: Path, part: Interval, rate: float) -> Interval:
 
 
 def true_path(
-    source: NDArray[np.floating], target: NDArray[np.floating], rate: float,
-    frames: tuple[int, int], whole: bool = True,
-) -> Path:  # fmt: skip
+    source: NDArray[np.floating],
+    target: NDArray[np.floating],
+    rate: float,
+    frames: tuple[int, int],
+    whole: bool = True,
+) -> Path:
     """The path (step, 2) whose curve is piecewise linear between corresponding times.
 
     source, target: (boundary,) seconds, none going back, that mean the same in both; frames: of
@@ -75,9 +78,10 @@ def true_path(
     """
     if len(source) != len(target) or len(source) < 2 or rate <= 0:
         raise AlignmentError.about(
-            "boundaries", found=f"{len(source)} and {len(target)}",
+            "boundaries",
+            found=f"{len(source)} and {len(target)}",
             allowed="equally many, two at least, at a rate above 0 Hz",
-        )  # fmt: skip
+        )
     knots = np.stack([source, target], axis=1) * rate
     if (np.diff(knots, axis=0) < 0).any() or not np.isfinite(knots).all():
         raise AlignmentError.about("boundaries", found="times that go back", allowed="in order")

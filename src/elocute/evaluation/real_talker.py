@@ -134,9 +134,16 @@ def score_take(take: Take, predicted: Curves, eye_distance_mm: float) -> TakeSco
     met = _closures(take.words, predicted_times, opening)
     real = _closures(take.words, take.times_s[take.valid], take.opening[take.valid])
     return TakeScore(
-        take.name, opening_r, opening_best, lag_s, width_r, width_best,
-        *met, real_closures_met=real[0], real_false_met=real[2],
-    )  # fmt: skip
+        take.name,
+        opening_r,
+        opening_best,
+        lag_s,
+        width_r,
+        width_best,
+        *met,
+        real_closures_met=real[0],
+        real_false_met=real[2],
+    )
 
 
 def summarise(scores: list[TakeScore]) -> RealTalkerScore:

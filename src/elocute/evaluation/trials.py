@@ -69,9 +69,9 @@ def word_pair(source: Take, target: Take) -> Pair | None:
     longest = max(len(source.parts), len(target.parts))
     if sum(same for _, _, same in matched) < ALIKE * longest:
         return None
-    return Pair(source, target, tuple(
-        (source.parts[i][:2], target.parts[j][:2]) for i, j, _ in matched
-    ))  # fmt: skip
+    return Pair(
+        source, target, tuple((source.parts[i][:2], target.parts[j][:2]) for i, j, _ in matched)
+    )
 
 
 def sentence_pair(sentence: Take, word: Take) -> Pair | None:

@@ -31,9 +31,10 @@ MODEL = "model.onnx"
 HELD_OUT = 10  # one word in so many is kept from training, as 50 of 500
 TRAININGS = ("speaker", "word", "mse")
 PEOPLE = {
-    "speaker": "other speakers, the same words", "word": "other speakers, other words",
+    "speaker": "other speakers, the same words",
+    "word": "other speakers, other words",
     "mse": "as the first, mean squared error",
-}  # fmt: skip
+}
 
 
 def shares_of(shards: Shards) -> Array:
@@ -73,9 +74,13 @@ def rows_of(heard: Heard, training: str) -> dict[str, list[Row]]:
 
 
 def train_one(
-    shards: Shards, heard: Heard, training: str, config: CrnnTrainConfig, folder: Path,
+    shards: Shards,
+    heard: Heard,
+    training: str,
+    config: CrnnTrainConfig,
+    folder: Path,
     report: Report | None = None,
-) -> TrainedCrnn:  # fmt: skip
+) -> TrainedCrnn:
     """One training, resumed from `folder` where it began before; its model is left there."""
     folder.mkdir(exist_ok=True)
     rows = rows_of(heard, training)
@@ -126,16 +131,21 @@ def judge_noise(
 
 
 def judge_sentences(
-    corpus: Corpus, names: Sequence[str], basis: Array, fps: float, shares: Array,
+    corpus: Corpus,
+    names: Sequence[str],
+    basis: Array,
+    fps: float,
+    shares: Array,
     predict: Callable[[Waveform], Array],
-) -> Figures:  # fmt: skip
+) -> Figures:
     """Continuous speech: clips of a corpus, their true motion projected onto the basis."""
     flat = basis.reshape(len(basis), -1).astype(np.float64)
     if flat.shape[1] != corpus.vertex_count * 3:
         raise CorpusError.about(
-            corpus.folder, found=f"{corpus.vertex_count} vertices",
+            corpus.folder,
+            found=f"{corpus.vertex_count} vertices",
             allowed=f"{flat.shape[1] // 3}, as the basis has",
-        )  # fmt: skip
+        )
     gram = flat @ flat.T
     inverse = np.linalg.inv(gram + 1e-9 * np.trace(gram) / len(gram) * np.eye(len(gram)))
     onto = (inverse @ flat).T
@@ -158,6 +168,8 @@ def compare_bases(
     and in as many ARKit shapes as there are speech blendshapes, the best for these clips."""
     chosen = arkit[strongest_shapes(corpus, names, arkit, len(speech))]
     bases = [
-        Basis("speech", speech), Basis("arkit", arkit), Basis(f"arkit best {len(chosen)}", chosen),
-    ]  # fmt: skip
+        Basis("speech", speech),
+        Basis("arkit", arkit),
+        Basis(f"arkit best {len(chosen)}", chosen),
+    ]
     return project(corpus, names, bases)

@@ -22,9 +22,12 @@ DARK, LIGHT = np.array([16, 38, 77.0]), np.array([250, 251, 253.0])
 
 
 def plot_alignment(
-    sounds: Sequence[Waveform], matrix: NDArray[np.floating], path: NDArray[np.intp],
-    output: str | Path, title: str = "",
-) -> None:  # fmt: skip
+    sounds: Sequence[Waveform],
+    matrix: NDArray[np.floating],
+    path: NDArray[np.intp],
+    output: str | Path,
+    title: str = "",
+) -> None:
     """Write a .png. Raises OutputError.
 
     sounds: source, target. matrix: (source frame, target frame), more is darker: attention, or
@@ -42,8 +45,11 @@ def plot_alignment(
     tall, wide = (_shaded(_spectrum(sound)) for sound in sounds)
     # Time of the source runs upwards, low frequencies lie to the right of its strip and below.
     _paste(image, tall[::-1, ::-1], (MARGIN, TOP, MARGIN + STRIP, TOP + SIDE))
-    _paste(image, wide.swapaxes(0, 1)[::-1],
-           (left, TOP + SIDE + GAP, left + SIDE, TOP + SIDE + GAP + STRIP))  # fmt: skip
+    _paste(
+        image,
+        wide.swapaxes(0, 1)[::-1],
+        (left, TOP + SIDE + GAP, left + SIDE, TOP + SIDE + GAP + STRIP),
+    )
     places = (path + 0.5) / np.array(matrix.shape)
     line = [((left + x * SIDE) * SCALE, (TOP + (1 - y) * SIDE) * SCALE) for y, x in places.tolist()]
     if len(line) > 1:
@@ -67,10 +73,20 @@ def _time_axes(draw: Any, font: Any, seconds: Sequence[float]) -> None:
     for second in _marks(seconds[1]):
         x = (left + SIDE * second / seconds[1]) * SCALE
         draw.text((x, (under + 6) * SCALE), f"{second:g}", fill=TEXT_INK, font=font, anchor="ma")
-    draw.text(((MARGIN + STRIP // 2) * SCALE, (bottom + 14) * SCALE), "source, s",
-              fill=TEXT_INK, font=font, anchor="ma")  # fmt: skip
-    draw.text(((left + SIDE // 2) * SCALE, (under + 30) * SCALE), "target, s", fill=TEXT_INK,
-              font=font, anchor="ma")  # fmt: skip
+    draw.text(
+        ((MARGIN + STRIP // 2) * SCALE, (bottom + 14) * SCALE),
+        "source, s",
+        fill=TEXT_INK,
+        font=font,
+        anchor="ma",
+    )
+    draw.text(
+        ((left + SIDE // 2) * SCALE, (under + 30) * SCALE),
+        "target, s",
+        fill=TEXT_INK,
+        font=font,
+        anchor="ma",
+    )
 
 
 def _marks(seconds: float) -> list[float]:

@@ -18,17 +18,26 @@ from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion
 from elocute.motion.motion import Motion
 
 POSE_COLUMNS = (
-    "HeadYaw", "HeadPitch", "HeadRoll", "LeftEyeYaw", "LeftEyePitch", "LeftEyeRoll",
-    "RightEyeYaw", "RightEyePitch", "RightEyeRoll",
-)  # fmt: skip
+    "HeadYaw",
+    "HeadPitch",
+    "HeadRoll",
+    "LeftEyeYaw",
+    "LeftEyePitch",
+    "LeftEyeRoll",
+    "RightEyeYaw",
+    "RightEyePitch",
+    "RightEyeRoll",
+)
 # Speech shapes beyond ARKit, told in its nearest words.
 NEAREST: dict[str, dict[str, float]] = {
     "mouthLabiodental": {
-        "mouthRollLower": 0.55, "mouthUpperUpLeft": 0.25, "mouthUpperUpRight": 0.25,
+        "mouthRollLower": 0.55,
+        "mouthUpperUpLeft": 0.25,
+        "mouthUpperUpRight": 0.25,
     },
     "tongueDental": {"tongueOut": 0.25},
     "tongueTipUp": {},
-}  # fmt: skip
+}
 BYTES_MAX = 500_000_000
 VALUE_MAX = 1e6
 

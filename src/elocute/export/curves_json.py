@@ -69,9 +69,10 @@ def _values(path: str | Path, frames: Any, columns: int) -> np.ndarray:
     for number, row in enumerate(frames):
         if not isinstance(row, list) or len(row) != columns:
             raise MotionError.about(
-                f"{path} frame {number}", found="another number of values than names",
+                f"{path} frame {number}",
+                found="another number of values than names",
                 allowed=f"{columns} numbers",
-            )  # fmt: skip
+            )
         for column, value in enumerate(row):
             weight = finite_number(value)
             if weight is None or abs(weight) > 1e6:

@@ -30,9 +30,10 @@ def check_faces(path: str | Path, count: int, mesh: str = ".obj") -> None:
         raise OutputError.about(f"format {mesh}", found="unknown", allowed=" ".join(MESHES))
     if suffix not in ("", ".png", *MESHES):
         raise OutputError.about(
-            path, found=f"suffix {suffix!r}",
+            path,
+            found=f"suffix {suffix!r}",
             allowed=f".png for one picture; a new folder, perhaps ending in {' or '.join(MESHES)}",
-        )  # fmt: skip
+        )
     if suffix == ".png" and count > SHEET_MAX:
         raise OutputError.about(path, found=f"{count} faces", allowed=f"up to {SHEET_MAX}")
 
@@ -70,9 +71,14 @@ def write_faces(
 
 
 def _write_sheet(
-    head: HeadModel, people: Iterable[HeadModel], count: int, path: Path, side: int,
-    backend: str, progress: Progress,
-) -> None:  # fmt: skip
+    head: HeadModel,
+    people: Iterable[HeadModel],
+    count: int,
+    path: Path,
+    side: int,
+    backend: str,
+    progress: Progress,
+) -> None:
     pictures: list[NDArray[np.uint8]] = []
     with write_atomically(path) as draft, _renderers(head, side, backend) as renderer_of:
         for person in people:

@@ -31,9 +31,15 @@ FLOAT, USHORT, UBYTE, UINT = 5126, 5123, 5121, 5125
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
 ROUGHNESS = {
-    "skin": 0.55, "lips": 0.38, "mouth": 0.5, "teeth": 0.25, "gums": 0.35, "tongue": 0.45,
-    "eyeball": 0.08, "hair": 0.8,
-}  # fmt: skip
+    "skin": 0.55,
+    "lips": 0.38,
+    "mouth": 0.5,
+    "teeth": 0.25,
+    "gums": 0.35,
+    "tongue": 0.45,
+    "eyeball": 0.08,
+    "hair": 0.8,
+}
 
 
 def write_glb(
@@ -122,9 +128,14 @@ class _File:
         return len(self.json["accessors"]) - 1
 
     def array(
-        self, values: NDArray[Any], kind: str, component: int, target: int | None = None,
-        bounds: bool = False, **extra: Any,
-    ) -> int:  # fmt: skip
+        self,
+        values: NDArray[Any],
+        kind: str,
+        component: int,
+        target: int | None = None,
+        bounds: bool = False,
+        **extra: Any,
+    ) -> int:
         """An accessor over a dense array."""
         record: dict[str, Any] = {
             "bufferView": self.view(np.ascontiguousarray(values).tobytes(), target),
@@ -191,10 +202,12 @@ class _File:
         return b"".join(
             [
                 struct.pack("<4sII", b"glTF", 2, total),
-                struct.pack("<I4s", len(text), b"JSON"), text,
-                struct.pack("<I4s", len(binary), b"BIN\0"), binary,
+                struct.pack("<I4s", len(text), b"JSON"),
+                text,
+                struct.pack("<I4s", len(binary), b"BIN\0"),
+                binary,
             ]
-        )  # fmt: skip
+        )
 
 
 def _empty_json() -> dict[str, Any]:
@@ -202,9 +215,16 @@ def _empty_json() -> dict[str, Any]:
 
     return {
         "asset": {"version": "2.0", "generator": f"Elocute {__version__}"},
-        "scene": 0, "scenes": [], "nodes": [], "meshes": [], "materials": [], "skins": [],
-        "animations": [], "accessors": [], "bufferViews": [],
-    }  # fmt: skip
+        "scene": 0,
+        "scenes": [],
+        "nodes": [],
+        "meshes": [],
+        "materials": [],
+        "skins": [],
+        "animations": [],
+        "accessors": [],
+        "bufferViews": [],
+    }
 
 
 def _primitives(file: _File, head: HeadModel, materials: list[int]) -> list[dict[str, Any]]:
@@ -225,25 +245,33 @@ def _primitives(file: _File, head: HeadModel, materials: list[int]) -> list[dict
         vertices, texels = np.divmod(corners, len(head.uv))
         attributes = _attributes(file, head, vertices, texels, normals, colors)
         targets = [
-            {name: _target(file, vertices, *part, bounds=name == "POSITION")
-             for name, part in shape.items()}
+            {
+                name: _target(file, vertices, *part, bounds=name == "POSITION")
+                for name, part in shape.items()
+            }
             for shape in shapes
-        ]  # fmt: skip
+        ]
         # 65535 is the restart value and may not be used as an index.
         small = len(vertices) < 65535
         indices = file.array(
-            faces.ravel().astype(np.uint16 if small else np.uint32), "SCALAR",
-            USHORT if small else UINT, ELEMENT_BUFFER,
-        )  # fmt: skip
+            faces.ravel().astype(np.uint16 if small else np.uint32),
+            "SCALAR",
+            USHORT if small else UINT,
+            ELEMENT_BUFFER,
+        )
         primitive = {"attributes": attributes, "indices": indices, "material": material}
         result.append(primitive | ({"targets": targets} if targets else {}))
     return result
 
 
 def _attributes(
-    file: _File, head: HeadModel, vertices: NDArray[Any], texels: NDArray[Any],
-    normals: NDArray[np.float32], colors: NDArray[np.float32],
-) -> dict[str, int]:  # fmt: skip
+    file: _File,
+    head: HeadModel,
+    vertices: NDArray[Any],
+    texels: NDArray[Any],
+    normals: NDArray[np.float32],
+    colors: NDArray[np.float32],
+) -> dict[str, int]:
     uv = head.uv[texels].astype(np.float32) * [1, -1] + [0, 1]  # glTF counts from the top
     rgba = np.concatenate([colors[vertices], np.ones((len(vertices), 1))], axis=1)
     attributes = {
@@ -296,9 +324,12 @@ def _shapes(head: HeadModel) -> list[dict[str, _Part]]:
 
 
 def _target(
-    file: _File, vertices: NDArray[Any], moved: NDArray[np.bool_], deltas: NDArray[np.float32],
+    file: _File,
+    vertices: NDArray[Any],
+    moved: NDArray[np.bool_],
+    deltas: NDArray[np.float32],
     bounds: bool,
-) -> int:  # fmt: skip
+) -> int:
     """One morph target of the primitive whose corners stand on `vertices`."""
     rows = np.flatnonzero(moved[vertices])
     return file.sparse(rows, deltas[vertices[rows]], len(vertices), bounds)

@@ -30,9 +30,11 @@ def check_suffix(path: str | Path) -> str:
     suffix = Path(path).suffix.lower()
     if suffix not in WRITERS:
         raise OutputError.about(
-            path, found=f"suffix {suffix!r}" if suffix else "no suffix",
-            allowed=" ".join(WRITERS), remedy="choose one of these",
-        )  # fmt: skip
+            path,
+            found=f"suffix {suffix!r}" if suffix else "no suffix",
+            allowed=" ".join(WRITERS),
+            remedy="choose one of these",
+        )
     return suffix
 
 

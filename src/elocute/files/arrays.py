@@ -455,9 +455,19 @@ def _one_line(
     except _UnusableError as problem:
         raise error.about(path, found=str(problem), allowed=allowed, remedy=remedy) from None
     except (
-        zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, EOFError, ValueError, KeyError,
-        NotImplementedError, RuntimeError, struct.error, OverflowError, UnicodeError, IndexError,
-    ) as problem:  # fmt: skip
+        zipfile.BadZipFile,
+        zipfile.LargeZipFile,
+        zlib.error,
+        EOFError,
+        ValueError,
+        KeyError,
+        NotImplementedError,
+        RuntimeError,
+        struct.error,
+        OverflowError,
+        UnicodeError,
+        IndexError,
+    ) as problem:
         if isinstance(problem, InputError):
             raise
         reason = " ".join(str(problem).split())[:120]

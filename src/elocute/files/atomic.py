@@ -55,9 +55,11 @@ def check_output(path: str | Path) -> Path:
             mode = path.stat().st_mode
             if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # a rename would take its place
                 raise OutputError.about(
-                    path, found="a device, a pipe or a socket", allowed="a file or a folder",
+                    path,
+                    found="a device, a pipe or a socket",
+                    allowed="a file or a folder",
                     remedy="choose another name",
-                )  # fmt: skip
+                )
     except (OSError, ValueError) as error:
         if isinstance(error, OutputError):
             raise

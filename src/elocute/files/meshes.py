@@ -101,9 +101,10 @@ def check_picture(
     limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * len(data))
     if 4 * width * height > limit:
         raise error.about(
-            subject, found=f"a picture of {width} × {height} pixels in {bytes_text(len(data))}",
+            subject,
+            found=f"a picture of {width} × {height} pixels in {bytes_text(len(data))}",
             allowed=f"up to {bytes_text(limit)} unpacked",
-        )  # fmt: skip
+        )
     return width, height
 
 
@@ -128,9 +129,14 @@ def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:
     logging.getLogger("trimesh").addHandler(_SILENT)
     resolver: Any = folder or _Nothing()
     mesh: Any = trimesh.load(
-        io.BytesIO(data), file_type=kind, resolver=resolver, process=False,
-        maintain_order=True, force="mesh", skip_materials=folder is None,
-    )  # fmt: skip
+        io.BytesIO(data),
+        file_type=kind,
+        resolver=resolver,
+        process=False,
+        maintain_order=True,
+        force="mesh",
+        skip_materials=folder is None,
+    )
     points = np.asarray(mesh.vertices, np.float64).reshape(-1, 3)
     faces = np.asarray(mesh.faces, np.int64).reshape(-1, 3)
     colors = None if folder is None else _colors(mesh, len(points))

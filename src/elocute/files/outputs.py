@@ -113,9 +113,10 @@ class OutputPlan:
         for one in written:
             if fingerprint(one.path) != self._seen[one.path]:
                 raise OutputError.about(
-                    one.path, found="it was written by something else in the meantime",
+                    one.path,
+                    found="it was written by something else in the meantime",
                     remedy="choose another name",
-                )  # fmt: skip
+                )
         try:
             if path.parent in self._folders:
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -177,9 +178,11 @@ def _collision(one: Planned, other: Planned) -> OutputError:
             one.path, found=f"two outputs of {one.origin} at one place", remedy="rename one"
         )
     return OutputError.about(
-        one.path, found=f"the output of both {other.origin} and {one.origin}",
-        allowed="one input for each output", remedy="rename one, or write them to two folders",
-    )  # fmt: skip
+        one.path,
+        found=f"the output of both {other.origin} and {one.origin}",
+        allowed="one input for each output",
+        remedy="rename one, or write them to two folders",
+    )
 
 
 def _are_one_name(folder: Path, name: str, other: str) -> bool:

@@ -20,9 +20,20 @@ HEADER_MAX_BYTES = 4_000_000
 TENSORS_MAX = 20_000
 AXES_MAX = 8
 ITEM_BYTES = {
-    "BOOL": 1, "U8": 1, "I8": 1, "U16": 2, "I16": 2, "F16": 2, "BF16": 2, "U32": 4, "I32": 4,
-    "F32": 4, "U64": 8, "I64": 8, "F64": 8,
-}  # fmt: skip
+    "BOOL": 1,
+    "U8": 1,
+    "I8": 1,
+    "U16": 2,
+    "I16": 2,
+    "F16": 2,
+    "BF16": 2,
+    "U32": 4,
+    "I32": 4,
+    "F32": 4,
+    "U64": 8,
+    "I64": 8,
+    "F64": 8,
+}
 
 
 @dataclass(frozen=True)
@@ -65,9 +76,11 @@ def read_tensor_header(
     except (ValueError, TypeError, KeyError) as problem:
         reason = str(problem)[:120]
         raise error.about(
-            path, found=f"tensors that are not as their header says ({reason})", allowed=allowed,
+            path,
+            found=f"tensors that are not as their header says ({reason})",
+            allowed=allowed,
             remedy=remedy,
-        ) from None  # fmt: skip
+        ) from None
 
 
 def _checked(record: dict[str, Any], content_bytes: int) -> TensorHeader:

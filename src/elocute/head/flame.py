@@ -131,9 +131,11 @@ def load_flame(path: str | Path, *, identity_count: int = IDENTITY_COUNT) -> Fla
     missing = [key for key in _KEYS if not isinstance(stored, dict) or key not in stored]
     if missing:
         raise HeadError.about(
-            path, found=f"no {', '.join(missing)}", allowed="a FLAME model (.pkl)",
+            path,
+            found=f"no {', '.join(missing)}",
+            allowed="a FLAME model (.pkl)",
             remedy="get one from flame.is.tue.mpg.de, or use the built-in head",
-        )  # fmt: skip
+        )
     try:
         return _model_of(stored, identity_count)
     except HeadError as error:
@@ -231,8 +233,14 @@ def _check_shapes(model: FlameModel) -> None:
 
 
 def _check_values(model: FlameModel) -> None:
-    for name in ("template", "identity_basis", "expression_basis", "pose_basis",
-                 "joint_regressor", "skin_weights"):  # fmt: skip
+    for name in (
+        "template",
+        "identity_basis",
+        "expression_basis",
+        "pose_basis",
+        "joint_regressor",
+        "skin_weights",
+    ):
         if not np.isfinite(getattr(model, name)).all():
             raise HeadError(f"{name} is not finite; allowed: finite numbers")
     if np.abs(model.skin_weights.sum(axis=1) - 1).max(initial=0) > 1e-3:

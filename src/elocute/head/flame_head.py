@@ -29,10 +29,13 @@ def flame_head(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
     expression = np.moveaxis(model.expression_basis, 2, 0)
     triangles, eyes = model.triangles, _eye_vertices(model)
     bare = bare_head(
-        name, model.template, triangles,
+        name,
+        model.template,
+        triangles,
         expression_names=tuple(f"flameExpression{index:03d}" for index in range(len(expression))),
-        expression_basis=expression, notice=NOTICE,
-    )  # fmt: skip
+        expression_basis=expression,
+        notice=NOTICE,
+    )
     return replace(
         bare,
         identity_basis=np.ascontiguousarray(identity, np.float32),

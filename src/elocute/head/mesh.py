@@ -60,9 +60,10 @@ def with_template(head: HeadModel, template: NDArray[np.float32], name: str) -> 
     """
     if template.shape != head.template.shape:
         raise HeadError.about(
-            f"head {name!r}", found=f"{len(template)} vertices",
+            f"head {name!r}",
+            found=f"{len(template)} vertices",
             allowed=f"{head.vertex_count}, the topology of {head.name!r}",
-        )  # fmt: skip
+        )
     moved = template - head.template
     weights = head.skin_weights / np.maximum(head.skin_weights.sum(axis=0), 1e-9)
     return replace(

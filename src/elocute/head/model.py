@@ -132,9 +132,10 @@ class HeadModel:
         """
         if not len(self.landmarks):
             raise HeadError.about(
-                f"head {self.name!r}", found="names no landmarks",
+                f"head {self.name!r}",
+                found="names no landmarks",
                 allowed="for this measure a head that names its eyes, the built-in one say",
-            )  # fmt: skip
+            )
         outer = self.template[self.landmarks[[36, 45]]]
         return float(np.linalg.norm(outer[1] - outer[0]))
 
@@ -209,10 +210,28 @@ LENGTH_MAX = 1e6
 """Beyond any unit of a head's lengths; squares and sums of such numbers still fit a float32."""
 NAME_MAX, NOTICE_MAX, NAMES_MAX = 200, 100_000, 10_000
 _MAY_BE_EMPTY = ("landmarks", "outer_corners", "inner_corners", "mirror")
-_PLACES = ("landmarks", "lip_rings", "outer_lip_upper", "outer_lip_lower", "inner_lip_upper",
-           "inner_lip_lower", "outer_corners", "inner_corners", "mirror")  # fmt: skip
-_NUMBERS = ("template", "uv", "identity_basis", "expression_basis", "joint_positions",
-            "joint_identity_basis", "skin_weights", "occlusion", "tone_basis")  # fmt: skip
+_PLACES = (
+    "landmarks",
+    "lip_rings",
+    "outer_lip_upper",
+    "outer_lip_lower",
+    "inner_lip_upper",
+    "inner_lip_lower",
+    "outer_corners",
+    "inner_corners",
+    "mirror",
+)
+_NUMBERS = (
+    "template",
+    "uv",
+    "identity_basis",
+    "expression_basis",
+    "joint_positions",
+    "joint_identity_basis",
+    "skin_weights",
+    "occlusion",
+    "tone_basis",
+)
 _WHOLE = ("quads", "uv_quads", *_PLACES, "material", "vertex_color")
 _AXES = {
     **dict.fromkeys(("template", "quads", "uv", "uv_quads", "joint_positions", "skin_weights"), 2),

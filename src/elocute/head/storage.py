@@ -19,12 +19,27 @@ ALLOWED = "a head (.npz) that elocute.head.save_head wrote"
 BASIS_STEP_M = 5e-6
 """Bases are stored in whole steps of 5 micrometres: a tenth of what anyone can see."""
 
-_FLOATS = ("template", "uv", "joint_positions", "joint_identity_basis", "skin_weights",
-           "tone_basis")  # fmt: skip
+_FLOATS = (
+    "template",
+    "uv",
+    "joint_positions",
+    "joint_identity_basis",
+    "skin_weights",
+    "tone_basis",
+)
 _INDICES = (
-    "quads", "uv_quads", "landmarks", "lip_rings", "outer_lip_upper", "outer_lip_lower",
-    "inner_lip_upper", "inner_lip_lower", "outer_corners", "inner_corners", "mirror",
-)  # fmt: skip
+    "quads",
+    "uv_quads",
+    "landmarks",
+    "lip_rings",
+    "outer_lip_upper",
+    "outer_lip_lower",
+    "inner_lip_upper",
+    "inner_lip_lower",
+    "outer_corners",
+    "inner_corners",
+    "mirror",
+)
 _BASES = ("identity_basis", "expression_basis")
 _TEXTS = ("name", "notice")
 _TUPLES = ("expression_names", "joint_names", "joint_parents", "material_names")
@@ -64,8 +79,10 @@ def load_head(path: Path) -> HeadModel:
 def _head_of(stored: dict[str, NDArray[Any]]) -> HeadModel:
     texts = as_record(
         parse_json(stored["texts"].tobytes(), "texts", allowed="names", error=HeadError),
-        "texts", "names", HeadError,
-    )  # fmt: skip
+        "texts",
+        "names",
+        HeadError,
+    )
     fields: dict[str, Any] = {name: texts[name] for name in _TEXTS}
     fields |= {name: tuple(texts[name]) for name in _TUPLES}
     fields |= {name: stored[name] for name in _FLOATS}

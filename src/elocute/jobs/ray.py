@@ -59,17 +59,22 @@ def ray_pool(address: str, jobs: int) -> Pool:
 
 
 def run_ray(
-    work: Callable[[Any], Any], tasks: Iterable[Any], address: str | None, jobs: int,
+    work: Callable[[Any], Any],
+    tasks: Iterable[Any],
+    address: str | None,
+    jobs: int,
     tries: int = TRIES,
-) -> Iterator[tuple[Any, Any]]:  # fmt: skip
+) -> Iterator[tuple[Any, Any]]:
     """(task, result or Failed) in the order in which they are done; tasks are drawn when needed."""
     import ray
 
     where: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR}
     if address is None:
         where |= {
-            "num_cpus": jobs, "object_store_memory": OBJECT_STORE_BYTES, "include_dashboard": False,
-        }  # fmt: skip
+            "num_cpus": jobs,
+            "object_store_memory": OBJECT_STORE_BYTES,
+            "include_dashboard": False,
+        }
     ray.init(address or LOCAL, **where)
     actor = ray.remote(num_cpus=1, max_restarts=0)(_Worker)
     waiting, running = TaskQueue(tasks), {}
@@ -161,9 +166,10 @@ def _host_and_port(address: str) -> tuple[str, int]:
     match = ADDRESS.fullmatch(address)
     if not match or not 0 < int(match[2]) < 65536:
         raise InputError.about(
-            f"--ray {address[:80]}", found="no address",
+            f"--ray {address[:80]}",
+            found="no address",
             allowed="HOST:PORT of a cluster (6379 by default), or local",
-        )  # fmt: skip
+        )
     return match[1], int(match[2])
 
 
@@ -176,9 +182,12 @@ def _reach(address: str) -> int:
         raise _unreachable(address, CONNECT_S, error.strerror or str(error)) from error
     try:
         tried = subprocess.run(
-            [sys.executable, "-c", PROBE, address], capture_output=True, text=True, timeout=JOIN_S,
+            [sys.executable, "-c", PROBE, address],
+            capture_output=True,
+            text=True,
+            timeout=JOIN_S,
             check=False,
-        )  # fmt: skip
+        )
     except subprocess.TimeoutExpired as error:
         raise _unreachable(address, JOIN_S, "it took the connection and said nothing") from error
     found = re.search(r"CPUS (\d+)", tried.stdout)

@@ -95,9 +95,10 @@ class CrnnModel:
     def mix(self, shares: Mapping[str, float]) -> None:
         """Raises ModelError: it has no styles."""
         raise ModelError.about(
-            f"a mix of {len(shares)} styles", found=f"{self.name} has no styles",
+            f"a mix of {len(shares)} styles",
+            found=f"{self.name} has no styles",
             allowed="a model with styles: articulation, voca",
-        )  # fmt: skip
+        )
 
     def ears(self, sample_rate: int, *, contacts: bool = True, level: Level | None = None) -> Ears:
         own = CrnnStream(self.network, sample_rate, level=level)
@@ -125,10 +126,14 @@ class CrnnModel:
         values = self.weights(Heard(built), style, span)
         bare = Curves(np.clip(values * strength, 0, 1), speech_names(), span.fps)
         return make_contacts(
-            bare, heard.phones.values, heard.phones.rate,
+            bare,
+            heard.phones.values,
+            heard.phones.rate,
             Style() if blinks else Style(blink_per_min=0.0),
-            first_frame=span.first, first_row=heard.phones.first, total_frames=span.total,
-        )  # fmt: skip
+            first_frame=span.first,
+            first_row=heard.phones.first,
+            total_frames=span.total,
+        )
 
     def rig(self, head: HeadModel) -> HeadModel:
         """Raises ModelError for a head of another topology than it was trained in."""

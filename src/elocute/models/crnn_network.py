@@ -58,9 +58,12 @@ class CrnnNetwork:
             if stored["kind"] != "crnn":
                 raise ValueError(stored["kind"])
             record = CrnnRecord(
-                float(stored["fps"]), int(stored["outputs"]), str(stored["topology"]),
-                int(stored["vertices"]), str(stored["note"]),
-            )  # fmt: skip
+                float(stored["fps"]),
+                int(stored["outputs"]),
+                str(stored["topology"]),
+                int(stored["vertices"]),
+                str(stored["note"]),
+            )
             if not 1 <= record.fps <= RATE / HOP or record.vertices < 1:
                 raise ValueError(f"fps {record.fps}")
             if not 1 <= record.outputs <= OUTPUTS_MAX:
@@ -68,9 +71,10 @@ class CrnnNetwork:
             return record
         except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ModelError.about(
-                self.path, found="an ONNX file without the record of a recurrent model",
+                self.path,
+                found="an ONNX file without the record of a recurrent model",
                 allowed="a model that elocute train crnn wrote",
-            ) from error  # fmt: skip
+            ) from error
 
     @cached_property
     def basis(self) -> Array:
@@ -79,9 +83,10 @@ class CrnnNetwork:
         basis = self._run(["basis"], silence, np.zeros(1, np.int64), self.rest)[0]
         if basis.shape != (self.record.outputs, self.record.vertices, 3):
             raise ModelError.about(
-                self.path, found=f"a basis of shape {basis.shape}",
+                self.path,
+                found=f"a basis of shape {basis.shape}",
                 allowed=str((self.record.outputs, self.record.vertices, 3)),
-            )  # fmt: skip
+            )
         return basis
 
     @property
@@ -97,14 +102,18 @@ class CrnnNetwork:
         weights, hidden, cell = self._run(names, columns, starts, state)
         if weights.shape != (len(starts), self.record.outputs):
             raise ModelError.about(
-                self.path, found=f"weights of shape {weights.shape}",
+                self.path,
+                found=f"weights of shape {weights.shape}",
                 allowed=str((len(starts), self.record.outputs)),
-            )  # fmt: skip
+            )
         return weights, (hidden, cell)
 
     def _run(
-        self, names: list[str], columns: Array, starts: NDArray[np.int64],
+        self,
+        names: list[str],
+        columns: Array,
+        starts: NDArray[np.int64],
         state: tuple[Array, Array],
-    ) -> list[Array]:  # fmt: skip
+    ) -> list[Array]:
         given = {"columns": columns, "starts": starts, "hidden": state[0], "cell": state[1]}
         return run_session(self.session, self.path, names, given)

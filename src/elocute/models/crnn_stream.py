@@ -71,9 +71,12 @@ class CrnnStream:
     """
 
     def __init__(
-        self, model: CrnnNetwork, sample_rate: int, joins: str = "state",
+        self,
+        model: CrnnNetwork,
+        sample_rate: int,
+        joins: str = "state",
         level: tuple[float, float] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         if joins not in JOINS:
             raise ModelError.about(f"joins {joins!r}", found="unknown", allowed=", ".join(JOINS))
         self._model, self._rate, self._joins = model, sample_rate, joins
@@ -192,9 +195,9 @@ class _Columns:
         peaks = self._peaks(middles)
         values = log_mel_at(self._samples, middles - self._offset, floor=TINY)
         levelled = values - 2 * np.log(peaks)[:, None]
-        self._values = np.concatenate([
-            self._values, np.maximum(levelled, np.log(FLOOR)).astype(np.float32)
-        ])  # fmt: skip
+        self._values = np.concatenate(
+            [self._values, np.maximum(levelled, np.log(FLOOR)).astype(np.float32)]
+        )
         drop = max(0, HOP * (end - CONTEXT - MARGIN) - WINDOW // 2 - self._offset)
         self._samples, self._offset = (
             self._samples[drop:],

@@ -34,9 +34,10 @@ def open_model(model: str | Path = DEFAULT) -> SpeechModel:
     path = Path(model)
     if path.suffix.lower() != ".onnx":
         raise ModelError.about(
-            f"model {str(model)!r}", found="unknown",
+            f"model {str(model)!r}",
+            found="unknown",
             allowed=f"{', '.join(model_names())}, or a trained model (.onnx)",
-        )  # fmt: skip
+        )
     check_file(path, "make one: elocute train voca, or elocute train crnn")
     session = open_session(path)
     kind = CrnnModel if stored_record(session).get("kind") == "crnn" else VocaModel

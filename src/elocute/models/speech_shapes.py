@@ -30,9 +30,10 @@ def as_builtin(weights: Array, basis: Array) -> Array:
     shapes = _flat(speech_names())
     if basis.shape[1] * 3 != shapes.shape[1]:
         raise ModelError.about(
-            "model", found=f"shapes of {basis.shape[1]} vertices",
+            "model",
+            found=f"shapes of {basis.shape[1]} vertices",
             allowed=f"{shapes.shape[1] // 3}, those of the built-in head",
-        )  # fmt: skip
+        )
     gram = shapes @ shapes.T
     gram += RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
     sides = weights.astype(np.float64) @ (

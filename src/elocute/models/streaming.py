@@ -274,9 +274,10 @@ def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -
         given = np.zeros((), object)
     if given.ndim != 1 or (given.dtype.kind != "f" and given.dtype != np.int16):
         raise AudioError.about(
-            "block", found=f"{given.dtype} of shape {given.shape}",
+            "block",
+            found=f"{given.dtype} of shape {given.shape}",
             allowed="(sample,) of floats within ±1 or 16-bit integers",
-        )  # fmt: skip
+        )
     scale = np.float32(INT16_SCALE) if given.dtype == np.int16 else np.float32(1)
     block = given.astype(np.float32) * scale
     check_samples("block", block, sample_rate, offset)

@@ -63,9 +63,11 @@ class StyleFit:
     def record(self) -> dict[str, Any]:
         """For JSON, without the mix."""
         return {
-            "best_style": self.best_style, "error_mm": self.error_mm, "styles_mm": self.styles,
+            "best_style": self.best_style,
+            "error_mm": self.error_mm,
+            "styles_mm": self.styles,
             "seconds": self.seconds,
-        }  # fmt: skip
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,26 +100,30 @@ def fit_style(model: SpeechModel, takes: Sequence[Observed]) -> StyleFit:
     """
     if not model.styles:
         raise ModelError.about(
-            f"model {model.name}", found="no styles", allowed="a model that has some: "
+            f"model {model.name}",
+            found="no styles",
+            allowed="a model that has some: "
             "articulation, voca, or one that elocute train voca wrote",
-        )  # fmt: skip
+        )
     basis = basis_of(model.components, model.basis).astype(np.float64)
     directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
     targets = [_target(model, take, directions) for take in takes]
     problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
     if problem.seconds < SECONDS_LEAST:
         raise ModelError.about(
-            "motion", found=f"{problem.seconds:.2f} s of it with sound",
+            "motion",
+            found=f"{problem.seconds:.2f} s of it with sound",
             allowed=f"{SECONDS_LEAST} s or more",
-        )  # fmt: skip
+        )
     names = model.styles
     corners = np.eye(len(names))
     alone = [problem.loss(corner) for corner in corners]
     if not np.isfinite(alone).all():
         raise ModelError.about(
-            "style fit", found="NaN or infinity in the motion, or in what the model makes of it",
+            "style fit",
+            found="NaN or infinity in the motion, or in what the model makes of it",
             remedy="look at the corpus: elocute corpus check",
-        )  # fmt: skip
+        )
     nearest = int(np.argmin(alone))
     mix = search(problem.loss, corners[nearest])
     shares = np.where(mix < SHARE_LEAST, 0, mix)
@@ -201,9 +207,10 @@ def _target(model: SpeechModel, take: Observed, directions: Doubles) -> _Target:
     """
     if take.motion.vertex_count * 3 != len(directions):
         raise ModelError.about(
-            "motion", found=f"{take.motion.vertex_count} vertices",
+            "motion",
+            found=f"{take.motion.vertex_count} vertices",
             allowed=f"{len(directions) // 3}, the topology that {model.name} moves",
-        )  # fmt: skip
+        )
     fps, features = model.fps, take.heard.features
     motion, heard_s = _at_rate(take.motion, fps), len(features.values) / features.rate
     frames = min(motion.frame_count, round(heard_s * fps), round(SECONDS_MOST * fps))

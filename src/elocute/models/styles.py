@@ -43,9 +43,10 @@ def mixed(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> A
     for name, share in shares.items():
         if name not in styles:
             raise ModelError.about(
-                f"style {name[:60]!r}", found=f"not in {model}",
+                f"style {name[:60]!r}",
+                found=f"not in {model}",
                 allowed=", ".join(styles) + ", or a mix (a:0.7,b:0.3)",
-            )  # fmt: skip
+            )
         vector[styles.index(name)] = share
     return vector
 
@@ -61,9 +62,10 @@ def basis_of(components: tuple[str, ...], basis: Array | None) -> Array:
     unknown = [name for name in components if name not in head.expression_names]
     if unknown:
         raise ModelError.about(
-            "model", found=f"weights of {', '.join(unknown[:5])}",
+            "model",
+            found=f"weights of {', '.join(unknown[:5])}",
             allowed="shapes of the built-in head",
-        )  # fmt: skip
+        )
     return head.expression_basis[[head.expression_names.index(name) for name in components]]
 
 
@@ -74,7 +76,8 @@ def rigged(head: HeadModel, basis: Array, names: tuple[str, ...], path: Path) ->
     """
     if head.vertex_count != basis.shape[1]:
         raise ModelError.about(
-            f"head {head.name!r}", found=f"{head.vertex_count} vertices",
+            f"head {head.name!r}",
+            found=f"{head.vertex_count} vertices",
             allowed=f"{basis.shape[1]}, the topology that {path.name} was trained in",
-        )  # fmt: skip
+        )
     return replace(head, expression_names=names, expression_basis=basis)

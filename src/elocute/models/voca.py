@@ -81,10 +81,15 @@ class VocaModel:
             if stored["kind"] != "voca":
                 raise ValueError(stored["kind"])
             record = VocaRecord(
-                str(stored["encoder"]), float(stored["fps"]), tuple(map(str, stored["styles"])),
-                int(stored["features"]), tuple(map(str, stored["components"])),
-                str(stored["topology"]), int(stored["vertices"]), str(stored["note"]),
-            )  # fmt: skip
+                str(stored["encoder"]),
+                float(stored["fps"]),
+                tuple(map(str, stored["styles"])),
+                int(stored["features"]),
+                tuple(map(str, stored["components"])),
+                str(stored["topology"]),
+                int(stored["vertices"]),
+                str(stored["note"]),
+            )
             if not 0 < record.fps <= FPS_MAX or not 1 <= record.features <= FEATURES_MAX:
                 raise ValueError("fps or features out of range")
             if not 1 <= len(record.styles) == len(set(record.styles)) <= STYLES_MAX:
@@ -92,9 +97,10 @@ class VocaModel:
             return record
         except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ModelError.about(
-                self.path, found="an ONNX file without Elocute's record",
+                self.path,
+                found="an ONNX file without Elocute's record",
                 allowed="a model that elocute train wrote",
-            ) from error  # fmt: skip
+            ) from error
 
     needs_whole = False
 
@@ -166,9 +172,10 @@ class VocaModel:
         features, fps = heard.features, self.record.fps
         if features.values.shape[1] != self.record.features:
             raise ModelError.about(
-                self.path, found=f"{features.values.shape[1]} features from {features.encoder}",
+                self.path,
+                found=f"{features.values.shape[1]} features from {features.encoder}",
                 allowed=f"{self.record.features} ({self.record.encoder})",
-            )  # fmt: skip
+            )
         # The network's frames whose features are known, and those of them that are asked for.
         stop = round((features.first + len(features.values)) * fps / features.rate)
         places = frame_places(span.first, span.count, fps, span.fps)
@@ -204,10 +211,14 @@ class VocaModel:
         bare = Curves(np.clip(weights * strength, 0, 1), self.record.components, span.fps)
         phones = heard.phones or heard.features
         return make_contacts(
-            bare, phones.values, phones.rate,
+            bare,
+            phones.values,
+            phones.rate,
             Style() if blinks else Style(blink_per_min=0.0),
-            first_frame=span.first, first_row=phones.first, total_frames=span.total,
-        )  # fmt: skip
+            first_frame=span.first,
+            first_row=phones.first,
+            total_frames=span.total,
+        )
 
     def rig(self, head: HeadModel) -> HeadModel:
         """Raises ModelError for a head of another topology than it was trained in."""
@@ -237,7 +248,8 @@ class VocaModel:
         basis = run_session(self._session, self.path, ["basis"], given)[0]
         if getattr(basis, "ndim", 0) != 3 or basis.shape[1:] != (self.record.vertices, 3):
             raise ModelError.about(
-                self.path, found="a basis of another form",
+                self.path,
+                found="a basis of another form",
                 allowed=f"(component, {self.record.vertices}, 3)",
-            )  # fmt: skip
+            )
         return basis

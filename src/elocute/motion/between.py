@@ -25,6 +25,8 @@ def between(values: Floats, places: Floats) -> Floats:
     t = (places - start)[:, None]
     first, last = values[start], values[start + 1]
     return (
-        (1 + 2 * t) * (1 - t) ** 2 * first + t * (1 - t) ** 2 * slope[start]
-        + t * t * (3 - 2 * t) * last + t * t * (t - 1) * slope[start + 1]
-    )  # fmt: skip
+        (1 + 2 * t) * (1 - t) ** 2 * first
+        + t * (1 - t) ** 2 * slope[start]
+        + t * t * (3 - 2 * t) * last
+        + t * t * (t - 1) * slope[start + 1]
+    )

@@ -34,9 +34,10 @@ def _probe(head: HeadModel) -> _Probe:
     upper, lower = head.inner_lip_upper, head.inner_lip_lower
     if not len(upper) or not len(head.landmarks):
         raise HeadError.about(
-            f"head {head.name!r}", found="names no lips to measure",
+            f"head {head.name!r}",
+            found="names no lips to measure",
             allowed="a head with lip rings and landmarks, the built-in one say",
-        )  # fmt: skip
+        )
     # The middle third of the lips: what a tracked inner-lip gap looks at.
     third = len(upper) // 3
     return _Probe(

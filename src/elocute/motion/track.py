@@ -44,9 +44,10 @@ class Track:
         if self.values.shape[1:] != inner or not len(self.values) or wrong_basis:
             basis = "no basis" if self.basis is None else f"a basis of shape {self.basis.shape}"
             raise MotionError.about(
-                "motion", found=f"values of shape {self.values.shape} with {basis}",
+                "motion",
+                found=f"values of shape {self.values.shape} with {basis}",
                 allowed=f"(frames, …) over a face of shape {shape}, one frame or more",
-            )  # fmt: skip
+            )
 
     @property
     def frame_count(self) -> int:

@@ -21,8 +21,16 @@ class PhoneNetConfig:
     channels: int = 192
     kernel: int = 5
     blocks: tuple[tuple[int, int], ...] = (
-        (1, 2), (2, 1), (4, 0), (1, 2), (2, 1), (4, 0), (1, 0), (8, 0), (1, 0),
-    )  # fmt: skip
+        (1, 2),
+        (2, 1),
+        (4, 0),
+        (1, 2),
+        (2, 1),
+        (4, 0),
+        (1, 0),
+        (8, 0),
+        (1, 0),
+    )
     stem_kernel: int = 5
     dropout: float = 0.05
 
@@ -64,9 +72,13 @@ class PhoneNet(nn.Module):
         super().__init__()
         self.config = config = config or PhoneNetConfig()
         self.stem = nn.Conv1d(
-            config.bands, config.channels, config.stem_kernel, stride=2,
-            padding=config.stem_kernel // 2, bias=False,
-        )  # fmt: skip
+            config.bands,
+            config.channels,
+            config.stem_kernel,
+            stride=2,
+            padding=config.stem_kernel // 2,
+            bias=False,
+        )
         self.norm = nn.BatchNorm1d(config.channels)
         self.blocks = nn.Sequential(*[Block(config, d, r) for d, r in config.blocks])
         self.head = nn.Conv1d(config.channels, config.phones, 1)

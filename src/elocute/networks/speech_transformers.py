@@ -91,16 +91,19 @@ def _read_weights(path: Path) -> dict[str, Any]:
     from safetensors.torch import load_file
 
     read_tensor_header(
-        path, max_bytes=WEIGHTS_MAX_BYTES, allowed="a whole safetensors file",
+        path,
+        max_bytes=WEIGHTS_MAX_BYTES,
+        allowed="a whole safetensors file",
         remedy="download or copy it again",
-    )  # fmt: skip
+    )
     try:
         return {_present_name(name): array for name, array in load_file(path).items()}
     except (safetensors.SafetensorError, OSError, ValueError, KeyError) as error:
         raise InputError.about(
-            path, found=f"no whole safetensors file: {_first_line(error)}",
+            path,
+            found=f"no whole safetensors file: {_first_line(error)}",
             remedy="download or copy it again",
-        ) from error  # fmt: skip
+        ) from error
 
 
 def _present_name(name: str) -> str:
@@ -113,9 +116,12 @@ def _present_name(name: str) -> str:
 def _build(network_class: Any, settings: Any, state: dict[str, Any], path: Path) -> Any:
     try:
         network, report = network_class.from_pretrained(
-            None, config=settings, state_dict=state, local_files_only=True,
+            None,
+            config=settings,
+            state_dict=state,
+            local_files_only=True,
             output_loading_info=True,
-        )  # fmt: skip
+        )
     except Exception as error:  # as above; and RuntimeError for shapes
         raise InputError.about(
             path, found=f"weights that do not fit config.json: {_first_line(error)}"
@@ -123,9 +129,10 @@ def _build(network_class: Any, settings: Any, state: dict[str, Any], path: Path)
     missing = sorted(name for name in report["missing_keys"] if not name.endswith(UNUSED))
     if missing:
         raise InputError.about(
-            path, found=f"{len(missing)} weights missing, {missing[0]} among them",
+            path,
+            found=f"{len(missing)} weights missing, {missing[0]} among them",
             allowed="all that config.json asks for",
-        )  # fmt: skip
+        )
     return network
 
 

@@ -56,16 +56,22 @@ def captured_words(
         for index, (word, start, end) in enumerate(_spoken(corpus, entry.name, words)):
             found.setdefault(word, []).append(
                 CapturedWord(
-                    f"{entry.name}.{index:03d}", word, entry.subject, parts[entry.name],
-                    entry.name, start, end,
+                    f"{entry.name}.{index:03d}",
+                    word,
+                    entry.subject,
+                    parts[entry.name],
+                    entry.name,
+                    start,
+                    end,
                 )
-            )  # fmt: skip
+            )
     if not found:
         raise CorpusError.about(
-            corpus.folder, found="no word with its times",
+            corpus.folder,
+            found="no word with its times",
             allowed="clips of one word each, or --words FOLDER with CLIP.json",
             remedy="make them: elocute words segment",
-        )  # fmt: skip
+        )
     return found
 
 
@@ -88,9 +94,10 @@ def _spoken(corpus: Corpus, clip: str, words: Path | None) -> list[tuple[str, fl
     listed = read_words(path).words
     if listed[-1].end_s > duration + 1 / corpus.fps:
         raise CorpusError.about(
-            path, found=f"words until {listed[-1].end_s:.2f} s",
+            path,
+            found=f"words until {listed[-1].end_s:.2f} s",
             allowed=f"{duration:.2f} s, the length of clip {clip}",
-        )  # fmt: skip
+        )
     found = []
     for index, word in enumerate(listed):
         before = listed[index - 1].end_s if index else 0.0
@@ -124,9 +131,10 @@ class Capture:
         shapes = self.basis.head.expression_basis
         if shapes.shape[1] != self.corpus.vertex_count:
             raise CorpusError.about(
-                "basis", found=f"{shapes.shape[1]} vertices",
+                "basis",
+                found=f"{shapes.shape[1]} vertices",
                 allowed=f"{self.corpus.vertex_count}, as {self.corpus.folder} has",
-            )  # fmt: skip
+            )
 
     @cached_property
     def _solver(self) -> Array:

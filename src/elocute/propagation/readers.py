@@ -73,16 +73,21 @@ class Recordings:
             timing = path.with_suffix(".txt")
             found.append(
                 Recording(
-                    clip, word, speaker, part or _hashed(speaker), name,
+                    clip,
+                    word,
+                    speaker,
+                    part or _hashed(speaker),
+                    name,
                     timing.relative_to(self.folder).as_posix() if timing.is_file() else "",
                 )
-            )  # fmt: skip
+            )
         repeated = _repeated(found)
         if repeated:
             raise CorpusError.about(
-                self.folder / self.words[word], found=f"{repeated} in two splits",
+                self.folder / self.words[word],
+                found=f"{repeated} in two splits",
                 allowed="each recording once",
-            )  # fmt: skip
+            )
         return found, skipped
 
 
@@ -132,9 +137,10 @@ def word_span(recordings: Path, recording: Recording, duration_s: float) -> tupl
     seconds = float(match.group(1)) if match else 0.0
     if not 0 < seconds <= duration_s + 0.1:
         raise CorpusError.about(
-            path, found=f"a word of {seconds:g} s" if match else "no line Duration",
+            path,
+            found=f"a word of {seconds:g} s" if match else "no line Duration",
             allowed=f"Duration: above 0, up to {duration_s:.2f} seconds",
-        )  # fmt: skip
+        )
     middle = duration_s / 2
     return max(0.0, middle - seconds / 2), min(duration_s, middle + seconds / 2)
 

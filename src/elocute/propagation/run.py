@@ -54,9 +54,12 @@ class Summary:
 
 
 def propagate(
-    settings: JobSettings, captured: dict[str, list[CapturedWord]], recordings: Recordings,
-    pool: Pool = one_after_another, progress: Callable[[float], None] | None = None,
-) -> Summary:  # fmt: skip
+    settings: JobSettings,
+    captured: dict[str, list[CapturedWord]],
+    recordings: Recordings,
+    pool: Pool = one_after_another,
+    progress: Callable[[float], None] | None = None,
+) -> Summary:
     """Carry parameters over to every recording; what an earlier run left whole is kept.
 
     Raises CorpusError where the two sides share no word or nothing could be carried over,
@@ -65,9 +68,10 @@ def propagate(
     folder = Path(settings.folder)
     if not set(captured) & set(recordings.words):
         raise CorpusError.about(
-            recordings.folder, found=f"none of the captured words ({_some(captured)})",
+            recordings.folder,
+            found=f"none of the captured words ({_some(captured)})",
             allowed="recordings of words that a captured speaker says",
-        )  # fmt: skip
+        )
     digests = sha256_of(Path(settings.corpus) / "corpus.json"), sha256_of(Path(settings.basis))
     settings = replace(settings, inputs=" ".join(digests))
     (folder / RECORDS).mkdir(exist_ok=True)
@@ -89,9 +93,12 @@ def all_tasks(
 
 
 def _run(
-    settings: JobSettings, captured: dict[str, list[CapturedWord]], recordings: Recordings,
-    pool: Pool, progress: Callable[[float], None] | None,
-) -> Summary:  # fmt: skip
+    settings: JobSettings,
+    captured: dict[str, list[CapturedWord]],
+    recordings: Recordings,
+    pool: Pool,
+    progress: Callable[[float], None] | None,
+) -> Summary:
     summary = Summary(unheard=sorted(set(captured) - set(recordings.words)))
     total = len({*captured, *recordings.words})
 
@@ -125,9 +132,11 @@ def finished(task: WordTask) -> WordRecord | None:
 
 
 def _finish(
-    settings: JobSettings, captured: dict[str, list[CapturedWord]], recordings: Recordings,
+    settings: JobSettings,
+    captured: dict[str, list[CapturedWord]],
+    recordings: Recordings,
     summary: Summary,
-) -> None:  # fmt: skip
+) -> None:
     """Gather the records, one in memory at a time, into rejects and manifest."""
     folder = Path(settings.folder)
     entries: list[ShardEntry] = []
@@ -148,9 +157,10 @@ def _finish(
     if not summary.aligned:
         reason = summary.failed[0][1] if summary.failed else f"see {folder / REJECTS}"
         raise CorpusError.about(
-            recordings.folder, found=f"no recording that parameters could be carried to ({reason})",
+            recordings.folder,
+            found=f"no recording that parameters could be carried to ({reason})",
             allowed="recordings of words that a captured speaker says",
-        )  # fmt: skip
+        )
     note = f"parameters carried over by {settings.method}, seed {settings.seed}"
     write_manifest(folder, entries, load_motion(settings.basis), note)
 

@@ -22,15 +22,17 @@ def carried(values: Array, path: NDArray[np.intp], targets: int) -> Array:
     source, target = path[:, 0], path[:, 1]
     if path.min() < 0 or source.max() >= len(values) or target.max() >= targets:
         raise AlignmentError.about(
-            "path", found=f"up to frames {source.max()}, {target.max()}",
+            "path",
+            found=f"up to frames {source.max()}, {target.max()}",
             allowed=f"below {len(values)}, {targets}",
-        )  # fmt: skip
+        )
     counts = np.bincount(target, minlength=targets)
     if not counts.all():
         raise AlignmentError.about(
-            "path", found=f"no source for target frame {int(counts.argmin())}",
+            "path",
+            found=f"no source for target frame {int(counts.argmin())}",
             allowed="one or more for every frame",
-        )  # fmt: skip
+        )
     sums = np.zeros((targets, values.shape[1]))
     np.add.at(sums, target, values[source])
     return (sums / counts[:, None]).astype(np.float32)

@@ -162,9 +162,15 @@ def run_word(task: WordTask) -> WordRecord:
         rejects += [Reject(task.word, recording.audio, why) for recording in task.recordings]
     shard = _write(task, clips, len(capture.basis.names)) if clips else None
     record = WordRecord(
-        task.word, task.digest, shard, len(clips) - truths, truths, pairs, tuple(rejects),
+        task.word,
+        task.digest,
+        shard,
+        len(clips) - truths,
+        truths,
+        pairs,
+        tuple(rejects),
         time.monotonic() - started,
-    )  # fmt: skip
+    )
     save_record(record, Path(task.settings.folder) / RECORDS / f"{task.name}.json")
     return record
 
@@ -234,13 +240,18 @@ def _aligned(
     values = carried(sources[best].parameters, found[best].path, len(target))
     frames = max(1, round(heard.duration_s * settings.fps))
     return WordClip(
-        clip=recording.clip, word=task.word, speaker=recording.speaker,
-        source=sources[best].word.subject, split=recording.split,
+        clip=recording.clip,
+        word=task.word,
+        speaker=recording.speaker,
+        source=sources[best].word.subject,
+        split=recording.split,
         audio=_from_root(settings, Path(settings.recordings) / recording.audio),
-        start_s=start, end_s=start + heard.duration_s, fps=settings.fps,
+        start_s=start,
+        end_s=start + heard.duration_s,
+        fps=settings.fps,
         parameters=resampled(values, VIEW_RATE, np.arange(frames) / settings.fps),
         confidence=score,
-    )  # fmt: skip
+    )
 
 
 def _heard(task: WordTask, recording: Recording) -> tuple[Waveform, float]:
@@ -263,9 +274,10 @@ def _view(sound: Waveform, encoder: str) -> Array:
     view = speech_view(sound, encoder)
     if len(view) < SHORTEST_FRAMES:
         raise AlignmentError.about(
-            "sound", found=f"{sound.duration_s * 1000:.0f} ms",
+            "sound",
+            found=f"{sound.duration_s * 1000:.0f} ms",
             allowed=f"{1000 * SHORTEST_FRAMES / VIEW_RATE:.0f} ms or more",
-        )  # fmt: skip
+        )
     return view
 
 
@@ -278,11 +290,18 @@ def _truth(task: WordTask, capture: Capture) -> Iterator[WordClip]:
         frames = max(1, round((word.end_s - word.start_s) * settings.fps))
         times = word.start_s + np.arange(frames) / settings.fps
         yield WordClip(
-            clip=word.name, word=task.word, speaker=word.subject, source=word.subject,
-            split=word.split, audio=_from_root(settings, capture.corpus.sound_path(word.clip)),
-            start_s=word.start_s, end_s=word.end_s, fps=settings.fps,
-            parameters=capture.parameters(word, times), confidence=1.0,
-        )  # fmt: skip
+            clip=word.name,
+            word=task.word,
+            speaker=word.subject,
+            source=word.subject,
+            split=word.split,
+            audio=_from_root(settings, capture.corpus.sound_path(word.clip)),
+            start_s=word.start_s,
+            end_s=word.end_s,
+            fps=settings.fps,
+            parameters=capture.parameters(word, times),
+            confidence=1.0,
+        )
 
 
 def _from_root(settings: JobSettings, path: Path) -> str:

@@ -69,7 +69,10 @@ def sequence_folder(tmp_path_factory: pytest.TempPathFactory, motion: Motion) ->
     folder = tmp_path_factory.mktemp("scans") / "sequence"
     hum = 0.3 * np.sin(2 * np.pi * 200 * np.arange(16000) / 16000).astype(np.float32)
     simulate_scans(
-        motion, folder, scanner=Scanner(points=POINTS, seed=4),
-        facts=SequenceFacts(subject="anna", sentence="ah", neutral=0), sound=Waveform(hum, 16000),
-    )  # fmt: skip
+        motion,
+        folder,
+        scanner=Scanner(points=POINTS, seed=4),
+        facts=SequenceFacts(subject="anna", sentence="ah", neutral=0),
+        sound=Waveform(hum, 16000),
+    )
     return folder

@@ -45,8 +45,10 @@ def test_landmarks_of_a_sequence(motion: Motion, tmp_path: Path):
     assert result.exit_code == 1 and record["found"] == 2
     assert "00001.ply" in record["failed"][0]
     for name in ("00000.json", "00002.json"):
-        found, truth = (read_landmarks(folder / "landmarks" / name),
-                        read_landmarks(tmp_path / "truth" / name))  # fmt: skip
+        found, truth = (
+            read_landmarks(folder / "landmarks" / name),
+            read_landmarks(tmp_path / "truth" / name),
+        )
         apart = np.linalg.norm(found.points - truth.points, axis=1)
         assert np.median(apart[found.good]) < 0.004
     again = CliRunner().invoke(app, ["capture", "landmarks", str(folder), "--json"])

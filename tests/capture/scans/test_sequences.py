@@ -236,8 +236,18 @@ def test_landmarks_are_lifted_from_pictures(head: HeadModel, stage: Stage, scans
     colors = np.full((len(scan.points), 3), 128, np.uint8)
     nearest = np.linalg.norm(scan.points[:, None] - truth[None], axis=2)
     chosen = [20, 24, 30, 33, 36, 45, 48, 54]
-    inks = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [255, 0, 255],
-                     [0, 255, 255], [255, 90, 0], [90, 0, 255]])  # fmt: skip
+    inks = np.array(
+        [
+            [255, 0, 0],
+            [0, 255, 0],
+            [0, 0, 255],
+            [255, 255, 0],
+            [255, 0, 255],
+            [0, 255, 255],
+            [255, 90, 0],
+            [90, 0, 255],
+        ]
+    )
     for mark, ink in zip(chosen, inks, strict=True):
         colors[nearest[:, mark] < 0.0035] = ink
     hues = inks / np.linalg.norm(inks, axis=1, keepdims=True)

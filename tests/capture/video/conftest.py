@@ -78,9 +78,12 @@ def make_video() -> Callable[..., Path]:
     import av
 
     def make(
-        path: Path, times_s: NDArray[np.float64] | list[float], *, sound: bool = True,
+        path: Path,
+        times_s: NDArray[np.float64] | list[float],
+        *,
+        sound: bool = True,
         size: tuple[int, int] = (64, 48),
-    ) -> Path:  # fmt: skip
+    ) -> Path:
         with av.open(str(path), "w") as file:
             video: Any = file.add_stream("libx264", rate=100)
             video.width, video.height, video.pix_fmt = *size, "yuv420p"

@@ -27,10 +27,18 @@ needs_mediapipe = pytest.mark.skipif(
 
 def run(*arguments):
     return subprocess.run(
-        [sys.executable, "-c", "from elocute.cli import main; main()", "capture", "video",
-         *map(str, arguments)],
-        capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-c",
+            "from elocute.cli import main; main()",
+            "capture",
+            "video",
+            *map(str, arguments),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
 
 
 @pytest.fixture(scope="module")

@@ -156,8 +156,14 @@ class TestTable:
     def test_lips_lie_on_lips(self):
         head, table = load_builtin_head(), builtin_face_points()
         around = np.concatenate(
-            [head.outer_lip_upper, head.outer_lip_lower, head.inner_lip_upper,
-             head.inner_lip_lower, head.outer_corners, head.inner_corners]
-        )  # fmt: skip
+            [
+                head.outer_lip_upper,
+                head.outer_lip_lower,
+                head.inner_lip_upper,
+                head.inner_lip_lower,
+                head.outer_corners,
+                head.inner_corners,
+            ]
+        )
         used = table.vertices[list(LIPS)][table.shares[list(LIPS)] > 0]
         assert np.isin(used, around).all()

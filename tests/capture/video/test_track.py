@@ -151,9 +151,10 @@ def test_what_is_no_video_is_one_line(tmp_path, filmed, name, content, said):
 
 def test_a_folder_a_missing_file_and_sound_alone_are_refused(tmp_path, filmed, speech_wav):
     for path, said in (
-        (tmp_path, "a folder"), (tmp_path / "gone.mp4", "no such file"),
+        (tmp_path, "a folder"),
+        (tmp_path / "gone.mp4", "no such file"),
         (speech_wav, "no picture in it"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(CaptureError, match=said):
             track_face(path, Detector(filmed))
 

@@ -56,16 +56,19 @@ class Basis:
 
 
 def project(
-    corpus: Corpus, names: Sequence[str], bases: Sequence[Basis],
+    corpus: Corpus,
+    names: Sequence[str],
+    bases: Sequence[Basis],
     progress: Callable[[float], None] | None = None,
-) -> list[Projection]:  # fmt: skip
+) -> list[Projection]:
     """Project every frame of some clips onto every basis. Raises CorpusError."""
     for basis in bases:
         if basis.flat.shape[1] != corpus.vertex_count * 3:
             raise CorpusError.about(
-                f"basis {basis.name}", found=f"{basis.flat.shape[1] // 3} vertices",
+                f"basis {basis.name}",
+                found=f"{basis.flat.shape[1] // 3} vertices",
                 allowed=f"{corpus.vertex_count}, as {corpus.folder} has",
-            )  # fmt: skip
+            )
     errors: list[list[Doubles]] = [[] for _ in bases]
     for done, name in enumerate(names, 1):
         for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
@@ -97,8 +100,12 @@ def strongest_shapes(
     gram = flat @ flat.T
     chosen: list[int] = []
     while len(chosen) < min(count, len(flat)):
-        chosen.append(max(set(range(len(flat))) - set(chosen),
-                          key=lambda i: _energy(gram, cross, [*chosen, i])))  # fmt: skip
+        chosen.append(
+            max(
+                set(range(len(flat))) - set(chosen),
+                key=lambda i: _energy(gram, cross, [*chosen, i]),
+            )
+        )
     return np.array(sorted(chosen), np.intp)
 
 

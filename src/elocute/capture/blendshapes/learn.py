@@ -63,9 +63,11 @@ class Blendshapes:
 
 
 def learn_blendshapes(
-    corpus: Corpus, names: Sequence[str], config: BlendshapeConfig | None = None,
+    corpus: Corpus,
+    names: Sequence[str],
+    config: BlendshapeConfig | None = None,
     progress: object = None,
-) -> Blendshapes:  # fmt: skip
+) -> Blendshapes:
     """Learn a basis from clips: every mesh minus its speaker's neutral face, then components.
 
     Signs are fixed so that each component, on its own, lowers or (where it moves nothing down)
@@ -73,8 +75,9 @@ def learn_blendshapes(
     """
     config = config or BlendshapeConfig()
     wanted = config.components or COMPONENTS_MAX
-    blocks = _told(displacement_blocks(corpus, names), sum(corpus.entry(n).frames for n in names),
-                   progress)  # fmt: skip
+    blocks = _told(
+        displacement_blocks(corpus, names), sum(corpus.entry(n).frames for n in names), progress
+    )
     found = principal_directions(blocks, max(wanted, COMPONENTS))
     if not len(found.strengths):
         raise CorpusError.about(corpus.folder, found="nothing moves", allowed="clips of speech")
@@ -118,18 +121,24 @@ def head_of(corpus: Corpus, basis: Array) -> HeadModel:
     if corpus.topology == builtin.name and corpus.vertex_count == builtin.vertex_count:
         mean = np.mean([corpus.template(s) for s in corpus.subjects], axis=0)
         return replace(
-            builtin.with_identity(np.zeros(0, np.float32)), template=mean.astype(np.float32),
-            expression_names=names, expression_basis=basis,
-        )  # fmt: skip
+            builtin.with_identity(np.zeros(0, np.float32)),
+            template=mean.astype(np.float32),
+            expression_names=names,
+            expression_basis=basis,
+        )
     if corpus.faces is None:
         raise CorpusError.about(
             corpus.folder, found="no faces", allowed="a corpus that says how vertices are joined"
         )
     template = np.mean([corpus.template(s) for s in corpus.subjects], axis=0)
     return bare_head(
-        corpus.topology or "captured", template, np.asarray(corpus.faces),
-        expression_names=names, expression_basis=basis, notice=corpus.note,
-    )  # fmt: skip
+        corpus.topology or "captured",
+        template,
+        np.asarray(corpus.faces),
+        expression_names=names,
+        expression_basis=basis,
+        notice=corpus.note,
+    )
 
 
 def _told(

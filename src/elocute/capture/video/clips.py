@@ -40,9 +40,15 @@ def write_corpus(
     done = iter(captures)
     path, captured = next(done)
     with corpus_writer(
-        folder, {subject: captured.person.head.template}, fps=fps, basis=head.expression_basis,
-        components=head.expression_names, faces=head.quads, topology=head.name, note=NOTE,
-    ) as writer:  # fmt: skip
+        folder,
+        {subject: captured.person.head.template},
+        fps=fps,
+        basis=head.expression_basis,
+        components=head.expression_names,
+        faces=head.quads,
+        topology=head.name,
+        note=NOTE,
+    ) as writer:
         while True:
             writer.add(clip_of(path, captured, subject, fps, (texts or {}).get(path.stem, "")))
             notes += [f"{path.name}: {note}" for note in captured.notes]
@@ -58,9 +64,11 @@ def clip_of(path: Path, captured: VideoCapture, subject: str, fps: float, text: 
     """One video as a Clip at `fps`, as long as its motion and its sound both last."""
     if not captured.track.has_sound:
         raise CaptureError.about(
-            path, found="no sound", allowed="for a corpus, videos with sound",
+            path,
+            found="no sound",
+            allowed="for a corpus, videos with sound",
             remedy="write -o take.npz instead, which takes motion alone",
-        )  # fmt: skip
+        )
     sound = read_audio(path, sample_rate=RATE)
     frames = resampled(captured.motion, fps).weights[: max(1, round(sound.duration_s * fps))]
     sentence = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem).strip("_.-") or "clip"

@@ -48,9 +48,10 @@ class Faces:
         confidence = np.asarray(self.confidence, np.float32)
         if points.shape[1:] != (POINT_COUNT, 3) or confidence.shape != (len(points),):
             raise CaptureError.about(
-                "face detector", found=f"points {points.shape}, confidence {confidence.shape}",
+                "face detector",
+                found=f"points {points.shape}, confidence {confidence.shape}",
                 allowed=f"(faces, {POINT_COUNT}, 3) and (faces,)",
-            )  # fmt: skip
+            )
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "confidence", confidence)
 
@@ -79,9 +80,12 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detec
     solution = _face_mesh()
     with _quiet():
         mesh = solution(
-            static_image_mode=still, refine_landmarks=True, max_num_faces=faces,
-            min_detection_confidence=0.5, min_tracking_confidence=0.5,
-        )  # fmt: skip
+            static_image_mode=still,
+            refine_landmarks=True,
+            max_num_faces=faces,
+            min_detection_confidence=0.5,
+            min_tracking_confidence=0.5,
+        )
         # Its threads talk while they start; the first picture waits for them.
         mesh.process(np.zeros((64, 64, 3), np.uint8))
     met = False

@@ -82,9 +82,11 @@ def fit_frames(
         steady = np.diag(pulls(names)) + ties(names)
         weights = solve_box_chain(
             lambda frame, grams=grams, steady=steady: grams[frame] + steady,
-            sides - SPARSE, steadiness(names, track.fps),
-            np.zeros(len(names)), np.ones(len(names)),
-        )  # fmt: skip
+            sides - SPARSE,
+            steadiness(names, track.fps),
+            np.zeros(len(names)),
+            np.ones(len(names)),
+        )
         if progress:
             progress((turn + 1) / ROUNDS)
     weights = close_lips(weights, names, gaps, target)
@@ -97,9 +99,14 @@ def fit_frames(
 
 
 def _normal(
-    person: Person, poses: Poses, model: Floats, weights: Floats, basis: Floats, seen: Floats,
+    person: Person,
+    poses: Poses,
+    model: Floats,
+    weights: Floats,
+    basis: Floats,
+    seen: Floats,
     trust: Floats,
-) -> tuple[Floats, Floats]:  # fmt: skip
+) -> tuple[Floats, Floats]:
     """Gram matrices (frame, component, component) and sides (frame, component) of the points."""
     count = len(basis)
     grams, sides = np.empty((len(seen), count, count)), np.empty((len(seen), count))

@@ -38,9 +38,11 @@ class Video:
             self._file: Any = open_media(path)
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise CaptureError.about(
-                path, found="no video that can be read", allowed=ALLOWED,
+                path,
+                found="no video that can be read",
+                allowed=ALLOWED,
                 remedy="was it cut off? record or convert it again",
-            ) from error  # fmt: skip
+            ) from error
         if not self._file.streams.video:
             self._file.close()
             raise CaptureError.about(path, found="no picture in it, only sound", allowed=ALLOWED)
@@ -83,9 +85,11 @@ class Video:
             self.note = f"the pictures break off at {max(before, 0.0):.2f} s"
             if before < 0:
                 raise CaptureError.about(
-                    self.path, found="pictures that cannot be decoded", allowed=ALLOWED,
+                    self.path,
+                    found="pictures that cannot be decoded",
+                    allowed=ALLOWED,
                     remedy="record or convert it again",
-                ) from error  # fmt: skip
+                ) from error
 
     def _upright(self, frame: Any) -> NDArray[np.uint8]:
         # Known only now: containers guess what the first picture tells.

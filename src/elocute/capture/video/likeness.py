@@ -39,9 +39,10 @@ def follow_points(
         field[ball] = field[ball].mean(axis=0)
         joints[head.joint_names.index(f"eye{side.capitalize()}")] += field[ball[0]]
     moved = replace(
-        head, template=(head.template + field).astype(np.float32),
+        head,
+        template=(head.template + field).astype(np.float32),
         joint_positions=joints.astype(np.float32),
-    )  # fmt: skip
+    )
     left = bias - table.on(field)
     left[IRIS:] = 0
     return moved, left

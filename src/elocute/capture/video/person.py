@@ -36,12 +36,32 @@ FOCALS = (0.9, 1.4, 2.2)  # longer picture sides
 FOCAL_SD = 0.4  # of the logarithm of the focal length
 # What a face may show at rest without moving: the rest belongs to identity or to motion.
 RESTING = (
-    "mouthSmileLeft", "mouthSmileRight", "mouthFrownLeft", "mouthFrownRight", "mouthLeft",
-    "mouthRight", "mouthPucker", "mouthStretchLeft", "mouthStretchRight", "mouthRollLower",
-    "mouthRollUpper", "mouthShrugLower", "mouthPressLeft", "mouthPressRight", "mouthDimpleLeft",
-    "mouthDimpleRight", "browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft",
-    "browOuterUpRight", "cheekSquintLeft", "cheekSquintRight", "noseSneerLeft", "noseSneerRight",
-)  # fmt: skip
+    "mouthSmileLeft",
+    "mouthSmileRight",
+    "mouthFrownLeft",
+    "mouthFrownRight",
+    "mouthLeft",
+    "mouthRight",
+    "mouthPucker",
+    "mouthStretchLeft",
+    "mouthStretchRight",
+    "mouthRollLower",
+    "mouthRollUpper",
+    "mouthShrugLower",
+    "mouthPressLeft",
+    "mouthPressRight",
+    "mouthDimpleLeft",
+    "mouthDimpleRight",
+    "browDownLeft",
+    "browDownRight",
+    "browInnerUp",
+    "browOuterUpLeft",
+    "browOuterUpRight",
+    "cheekSquintLeft",
+    "cheekSquintRight",
+    "noseSneerLeft",
+    "noseSneerRight",
+)
 
 
 @dataclass(frozen=True, eq=False)

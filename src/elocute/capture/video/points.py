@@ -54,8 +54,10 @@ def save_table(points: FacePoints, path: Path = TABLE_PATH) -> None:
     assert len(points.vertices) == POINT_COUNT
     packed = io.BytesIO()
     np.savez_compressed(
-        packed, vertices=points.vertices.astype(np.int32),
-        shares=points.shares.astype(np.float32), spread_mm=points.spread_mm.astype(np.float32),
-    )  # fmt: skip
+        packed,
+        vertices=points.vertices.astype(np.int32),
+        shares=points.shares.astype(np.float32),
+        spread_mm=points.spread_mm.astype(np.float32),
+    )
     with write_atomically(path) as draft:
         draft.write_bytes(packed.getvalue())

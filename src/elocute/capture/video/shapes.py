@@ -19,16 +19,41 @@ STEADY = 2.0
 """What a squared change between two frames at 25 Hz costs."""
 # Shapes that the points of one picture hardly tell from others cost more.
 DEAR = {
-    "mouthLowerDownLeft": 0.5, "mouthLowerDownRight": 0.5, "mouthLabiodental": 15.0,
-    "mouthShrugUpper": 10.0, "mouthShrugLower": 8.0, "jawForward": 20.0,
-    "mouthClose": 2.0, "jawLeft": 4.0, "jawRight": 4.0, "mouthLeft": 2.0, "mouthRight": 2.0,
-    "cheekSquintLeft": 6.0, "cheekSquintRight": 6.0, "noseSneerLeft": 4.0, "noseSneerRight": 4.0,
-    "mouthDimpleLeft": 3.0, "mouthDimpleRight": 3.0, "mouthFrownLeft": 2.0, "mouthFrownRight": 2.0,
-    "eyeSquintLeft": 12.0, "eyeSquintRight": 12.0, "eyeWideLeft": 3.0, "eyeWideRight": 3.0,
-}  # fmt: skip
+    "mouthLowerDownLeft": 0.5,
+    "mouthLowerDownRight": 0.5,
+    "mouthLabiodental": 15.0,
+    "mouthShrugUpper": 10.0,
+    "mouthShrugLower": 8.0,
+    "jawForward": 20.0,
+    "mouthClose": 2.0,
+    "jawLeft": 4.0,
+    "jawRight": 4.0,
+    "mouthLeft": 2.0,
+    "mouthRight": 2.0,
+    "cheekSquintLeft": 6.0,
+    "cheekSquintRight": 6.0,
+    "noseSneerLeft": 4.0,
+    "noseSneerRight": 4.0,
+    "mouthDimpleLeft": 3.0,
+    "mouthDimpleRight": 3.0,
+    "mouthFrownLeft": 2.0,
+    "mouthFrownRight": 2.0,
+    "eyeSquintLeft": 12.0,
+    "eyeSquintRight": 12.0,
+    "eyeWideLeft": 3.0,
+    "eyeWideRight": 3.0,
+}
 # What moves slowly, by the beginning of its name.
-CALM = {"brow": 25.0, "eyeLook": 6.0, "eyeSquint": 15.0, "eyeWide": 15.0, "eyeBlink": 0.5,
-        "cheek": 8.0, "nose": 8.0, "jawForward": 4.0}  # fmt: skip
+CALM = {
+    "brow": 25.0,
+    "eyeLook": 6.0,
+    "eyeSquint": 15.0,
+    "eyeWide": 15.0,
+    "eyeBlink": 0.5,
+    "cheek": 8.0,
+    "nose": 8.0,
+    "jawForward": 4.0,
+}
 # Both sides do nearly the same: what a squared difference costs, by the beginning of the name.
 EVEN = {"eyeBlink": 30.0, "eyeSquint": 10.0, "eyeWide": 10.0, "brow": 10.0, "mouth": 3.0}
 EYES_TOGETHER = 60.0  # both look the same way

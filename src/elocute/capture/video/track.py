@@ -164,9 +164,11 @@ def _follow(trails: list[_Trail], number: int, faces: NDArray[np.float32]) -> No
 def _chosen(path: Path, trails: list[_Trail], count: int, face: str | int | None) -> _Trail:
     if not trails:
         raise CaptureError.about(
-            path, found=f"no face in {count} pictures", allowed="a face seen from the front",
+            path,
+            found=f"no face in {count} pictures",
+            allowed="a face seen from the front",
             remedy="more light, nearer, or less turned away",
-        )  # fmt: skip
+        )
     people = [trail for trail in trails if len(trail.numbers) >= PRESENT * count]
     people = people or [max(trails, key=lambda trail: len(trail.numbers))]
     people.sort(key=lambda trail: trail.middle_x)
@@ -176,9 +178,11 @@ def _chosen(path: Path, trails: list[_Trail], count: int, face: str | int | None
         people = [trail for trail in people if trail.size > SMALL * largest]
         if len(people) > 1:
             raise CaptureError.about(
-                path, found=f"{len(people)} faces", allowed=f"--face {choice} (from the left)",
+                path,
+                found=f"{len(people)} faces",
+                allowed=f"--face {choice} (from the left)",
                 remedy="say which",
-            )  # fmt: skip
+            )
         chosen = people[0]
     else:
         named = {"left": 1, "right": len(people)}.get(str(face), 0)
@@ -190,9 +194,10 @@ def _chosen(path: Path, trails: list[_Trail], count: int, face: str | int | None
         chosen = people[number - 1]
     if len(chosen.numbers) < max(2, SEEN_MIN * count):
         raise CaptureError.about(
-            path, found=f"a face in only {len(chosen.numbers)} of {count} pictures",
+            path,
+            found=f"a face in only {len(chosen.numbers)} of {count} pictures",
             allowed=f"in {SEEN_MIN:.0%} of them at least, in two or more",
-        )  # fmt: skip
+        )
     return chosen
 
 

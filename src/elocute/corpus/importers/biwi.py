@@ -34,9 +34,11 @@ NOTE = "B3D(AC)2 (Fanelli et al. 2010), under the licence of its authors; not to
 FILE_MAX_BYTES = 64_000_000
 SOUND_FOLDERS = ("audio", "wav", ".", "faces")
 SOUND_NAMES = (
-    "{subject}_{sentence}_cut.wav", "{subject}_{sentence}.wav", "{subject}/{sentence}.wav",
+    "{subject}_{sentence}_cut.wav",
+    "{subject}_{sentence}.wav",
+    "{subject}/{sentence}.wav",
     "{subject}/{sentence}/{sentence}.wav",
-)  # fmt: skip
+)
 """As distributed (`_cut` is trimmed to the motion), and as people sort them."""
 OBJ_WORDS_MAX = 6
 """Of a line: a corner after the fourth is not looked at."""
@@ -118,9 +120,10 @@ def read_vl(path: Path) -> Array:
     count = int.from_bytes(data[:4], "little", signed=True) if len(data) >= 4 else -1
     if count < 1 or len(data) != 4 + 12 * count:
         raise _BrokenFrameError.about(
-            path, found=bytes_text(len(data)),
+            path,
+            found=bytes_text(len(data)),
             allowed=f"{4 + 12 * count} for {count} vertices" if count > 0 else "a .vl of vertices",
-        )  # fmt: skip
+        )
     return np.frombuffer(data, "<f4", offset=4).reshape(count, 3).astype(np.float32)
 
 
@@ -172,9 +175,11 @@ def _has_vl(folder: Path) -> bool:
 def _neutral(source: Path, subject: str) -> tuple[Array, NDArray[np.int32] | None] | None:
     inside = _root(source) / subject
     for path in (
-        source / "rigid_scans" / f"{subject}.obj", source / f"{subject}.obj",
-        inside / f"{subject}.obj", inside / "neutral.obj",
-    ):  # fmt: skip
+        source / "rigid_scans" / f"{subject}.obj",
+        source / f"{subject}.obj",
+        inside / f"{subject}.obj",
+        inside / "neutral.obj",
+    ):
         if path.is_file():
             vertices, faces = read_neutral_obj(path)
             return vertices, faces if len(faces) else None

@@ -98,14 +98,16 @@ def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Ar
     fits = template.dtype.kind in "fiu" and template.ndim == 2 and template.shape[1] == 3
     if not fits or not len(template):
         raise CorpusError.about(
-            source, found=f"the template of {name} is of shape {template.shape}",
+            source,
+            found=f"the template of {name} is of shape {template.shape}",
             allowed="(vertices, 3) numbers",
-        )  # fmt: skip
+        )
     if vertices is not None and len(template) != vertices:
         raise CorpusError.about(
-            source, found=f"{len(template)} vertices in the template of {name}",
+            source,
+            found=f"{len(template)} vertices in the template of {name}",
             allowed=f"{vertices}, as the others have",
-        )  # fmt: skip
+        )
     with np.errstate(over="ignore"):
         single = template.astype(np.float32)
     if not np.isfinite(single).all():

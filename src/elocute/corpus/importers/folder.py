@@ -146,7 +146,8 @@ def _vertices(path: Path, count: int) -> NDArray[np.float32]:
     if not flat and (array.ndim != 3 or array.shape[1:] != (count, 3)):
         found = array.shape[1] // 3 if array.ndim == 2 else array.shape[1] if array.ndim > 1 else 0
         raise CorpusError.about(
-            path, found=f"shape {array.shape}, {found} vertices",
+            path,
+            found=f"shape {array.shape}, {found} vertices",
             allowed=f"(frames, {count}, 3) or (frames, {3 * count}), {count} vertices",
-        )  # fmt: skip
+        )
     return np.asarray(array, np.float32).reshape(len(array), count, 3)

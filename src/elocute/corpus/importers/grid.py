@@ -123,9 +123,15 @@ def convert_grid(
     notes: list[str] = []
     residuals: list[float] = []
     with corpus_writer(
-        output, {SUBJECT: head.template}, fps=fps, basis=head.expression_basis,
-        components=head.expression_names, faces=head.quads, topology=head.name, note=NOTE,
-    ) as writer:  # fmt: skip
+        output,
+        {SUBJECT: head.template},
+        fps=fps,
+        basis=head.expression_basis,
+        components=head.expression_names,
+        faces=head.quads,
+        topology=head.name,
+        note=NOTE,
+    ) as writer:
         for clip, residual_mm in grid_clips(
             folder, leave_out=set(leave_out), fps=fps, skipped=notes
         ):
@@ -219,9 +225,14 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     points[:, upper], points[:, lower] = middle + half, middle - half
     change = {name: scale * (track.scalars[name] - rest.scalars[name]) for name in SCALARS}
     return Lips(
-        points, scale * ease * np.maximum(seen - RESTING, 0), seen < CLOSED,
-        change["lip_width"], change["upper_lip"], change["lower_lip"], change["jaw"],
-    )  # fmt: skip
+        points,
+        scale * ease * np.maximum(seen - RESTING, 0),
+        seen < CLOSED,
+        change["lip_width"],
+        change["upper_lip"],
+        change["lower_lip"],
+        change["jaw"],
+    )
 
 
 def _bridged(values: Floats, valid: NDArray[np.integer]) -> Floats:

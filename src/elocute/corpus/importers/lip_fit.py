@@ -20,12 +20,27 @@ from elocute.motion.box import solve_box_chain
 Floats = NDArray[np.float64]
 
 SPEECH_SHAPES = (
-    "jawOpen", "jawForward", "mouthClose", "mouthFunnel", "mouthPucker", "mouthSmileLeft",
-    "mouthSmileRight", "mouthStretchLeft", "mouthStretchRight", "mouthRollLower",
-    "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper", "mouthPressLeft", "mouthPressRight",
-    "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft", "mouthUpperUpRight",
+    "jawOpen",
+    "jawForward",
+    "mouthClose",
+    "mouthFunnel",
+    "mouthPucker",
+    "mouthSmileLeft",
+    "mouthSmileRight",
+    "mouthStretchLeft",
+    "mouthStretchRight",
+    "mouthRollLower",
+    "mouthRollUpper",
+    "mouthShrugLower",
+    "mouthShrugUpper",
+    "mouthPressLeft",
+    "mouthPressRight",
+    "mouthLowerDownLeft",
+    "mouthLowerDownRight",
+    "mouthUpperUpLeft",
+    "mouthUpperUpRight",
     "mouthLabiodental",
-)  # fmt: skip
+)
 
 # MediaPipe's face mesh, from the right mouth corner to the left one.
 OUTER_UPPER = (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291)
@@ -40,9 +55,12 @@ MEAN_GAP_WEIGHT, WIDTH_WEIGHT, LIP_WEIGHT, JAW_WEIGHT = 8.0, 3.0, 2.0, 2.0
 PULL_MM2 = 2.0  # what a squared weight costs: decides between shapes that look alike
 # Shapes that the lips of one picture hardly tell from others cost more.
 DEAR = {
-    "mouthLabiodental": 100.0, "mouthShrugUpper": 40.0, "mouthShrugLower": 40.0,
-    "jawForward": 60.0, "mouthClose": 10.0,
-}  # fmt: skip
+    "mouthLabiodental": 100.0,
+    "mouthShrugUpper": 40.0,
+    "mouthShrugLower": 40.0,
+    "jawForward": 60.0,
+    "mouthClose": 10.0,
+}
 SMOOTH_MM2 = 6.0  # what a squared change between two frames costs
 
 
@@ -99,10 +117,12 @@ def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
     rings = [
         np.concatenate([ends[:1], middle, ends[1:]])
         for middle, ends in (
-            (head.outer_lip_upper, outer), (head.outer_lip_lower, outer),
-            (head.inner_lip_upper, inner), (head.inner_lip_lower, inner),
+            (head.outer_lip_upper, outer),
+            (head.outer_lip_lower, outer),
+            (head.inner_lip_upper, inner),
+            (head.inner_lip_lower, inner),
         )
-    ]  # fmt: skip
+    ]
     points, shares = [], []
     for ring, contour in zip(rings, rest, strict=True):
         along = _arc_length(head.template[ring].astype(np.float64))
@@ -114,10 +134,15 @@ def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
     third = len(upper) // 3
     chin, top, bottom = head.landmarks[8], head.landmarks[51], head.landmarks[57]
     return LipRows(
-        np.stack(points, axis=1), gaps, gaps[:, third : len(upper) - third].mean(axis=1),
-        basis[:, outer[1], 0] - basis[:, outer[0], 0], -basis[:, top, 1], -basis[:, bottom, 1],
-        -basis[:, chin, 1], shares[2],
-    )  # fmt: skip
+        np.stack(points, axis=1),
+        gaps,
+        gaps[:, third : len(upper) - third].mean(axis=1),
+        basis[:, outer[1], 0] - basis[:, outer[0], 0],
+        -basis[:, top, 1],
+        -basis[:, bottom, 1],
+        -basis[:, chin, 1],
+        shares[2],
+    )
 
 
 def fit_lips(rows: LipRows, lips: Lips) -> tuple[Floats, float]:
@@ -131,8 +156,11 @@ def fit_lips(rows: LipRows, lips: Lips) -> tuple[Floats, float]:
     steady = np.diag(pull)
     weights = solve_box_chain(
         lambda frame: (closed_gram if lips.closed[frame] else open_gram) + steady,
-        side, np.full(count, SMOOTH_MM2), low, high,
-    )  # fmt: skip
+        side,
+        np.full(count, SMOOTH_MM2),
+        low,
+        high,
+    )
     moved = np.einsum("fc,ckpa->fkpa", weights, rows.points)
     left = (moved - lips.points)[..., :2]
     return weights, float(np.sqrt((left**2).sum(axis=-1).mean()))

@@ -33,9 +33,11 @@ def detect_format(source: Path) -> str:
     if next(source.glob("*/*/*.vl"), None) or next(source.glob("faces/*/*/*.vl"), None):
         return "biwi"
     raise CorpusError.about(
-        source, found="no corpus that is known", allowed=", ".join(FORMATS),
+        source,
+        found="no corpus that is known",
+        allowed=", ".join(FORMATS),
         remedy="name it: --format",
-    )  # fmt: skip
+    )
 
 
 def convert(

@@ -70,9 +70,10 @@ def convert_vocaset(
     vertices = mapped(source / "data_verts.npy")
     if vertices.ndim != 3 or vertices.shape[1:] != (VERTICES, 3):
         raise CorpusError.about(
-            source / "data_verts.npy", found=_shape_told(vertices),
+            source / "data_verts.npy",
+            found=_shape_told(vertices),
             allowed=f"(frames, {VERTICES}, 3), {VERTICES} vertices",
-        )  # fmt: skip
+        )
     path = source / "templates.pkl"
     templates = templates_of(path, read_pickle(path), VERTICES)
     rows = _nested(source / "subj_seq_to_idx.pkl")

@@ -54,9 +54,13 @@ class RayRenderer:
         return (colors.reshape(height, width, 3) * 255 + 0.5).astype(np.uint8)
 
     def _cast(
-        self, scene: Any, skin: Floats, normals: Floats, pixels: NDArray[np.intp],
+        self,
+        scene: Any,
+        skin: Floats,
+        normals: Floats,
+        pixels: NDArray[np.intp],
         offset: tuple[float, float],
-    ) -> Floats:  # fmt: skip
+    ) -> Floats:
         """Colours (pixel, 3) of rays through pixels (flat indices), moved by part of a pixel."""
         width, height = self._size
         x = (pixels % width + 0.5 + offset[0]) / width * 2 - 1

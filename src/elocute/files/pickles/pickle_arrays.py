@@ -125,9 +125,7 @@ def sparse_of_state(layout: str) -> Callable[[dict[Any, Any], Purse], SparseMatr
 
     def fill_sparse(state: dict[Any, Any], purse: Purse) -> SparseMatrix:
         name = f"{layout} matrix"
-        data, indices, indptr = (
-            _needed(state, key, name) for key in ("data", "indices", "indptr")
-        )  # fmt: skip
+        data, indices, indptr = (_needed(state, key, name) for key in ("data", "indices", "indptr"))
         shape = state.get("_shape", state.get("shape"))
         pair = shape if isinstance(shape, tuple) and len(shape) == 2 else ()
         if not pair or not all(_whole(n) and 0 <= n < 2**31 for n in pair):
@@ -141,9 +139,13 @@ def sparse_of_state(layout: str) -> Callable[[dict[Any, Any], Purse], SparseMatr
 
 
 def _check_sparse(
-    name: str, data: NDArray[Any], indices: NDArray[Any], indptr: NDArray[Any],
-    lines: int, across: int,
-) -> None:  # fmt: skip
+    name: str,
+    data: NDArray[Any],
+    indices: NDArray[Any],
+    indptr: NDArray[Any],
+    lines: int,
+    across: int,
+) -> None:
     if data.ndim != 1 or indices.shape != data.shape or indptr.shape != (lines + 1,):
         raise RefusedError(
             f"a {name} whose parts do not fit", "data, indices and indptr of one matrix"

@@ -257,10 +257,16 @@ def _dict(purse: Purse, pairs: Any = ()) -> dict[Any, Any]:
 
 
 _CALLS: dict[str, Callable[..., Any]] = {
-    "reconstruct": _reconstruct, "reconstructor": _reconstructor, "scalar": _scalar,
-    "frombuffer": _frombuffer, "dtype": _dtype, "encode": _encode, "set": _set, "dict": _dict,
+    "reconstruct": _reconstruct,
+    "reconstructor": _reconstructor,
+    "scalar": _scalar,
+    "frombuffer": _frombuffer,
+    "dtype": _dtype,
+    "encode": _encode,
+    "set": _set,
+    "dict": _dict,
     "bytes": _empty_bytes,
-}  # fmt: skip
+}
 _FILLS: dict[str, Callable[[dict[Any, Any], Purse], Any]] = {
     "chumpy": array_of_chumpy,
     "select": array_of_select,

@@ -55,9 +55,10 @@ def _moments(
     wrong = ~((given >= 0) & (given <= motion.duration_s))  # also true for NaN
     if given.ndim != 1 or wrong.any():
         raise MotionError.about(
-            "blinks", found=f"a blink at {given[wrong][0]:g} s" if wrong.any() else "no list",
+            "blinks",
+            found=f"a blink at {given[wrong][0]:g} s" if wrong.any() else "no list",
             allowed=f"0 to {motion.duration_s:g} s",
-        )  # fmt: skip
+        )
     if not 0 <= per_minute <= PER_MINUTE_MAX:
         raise MotionError.about(
             "blinks", found=f"{per_minute:g} a minute", allowed=f"0 to {PER_MINUTE_MAX:g}"

@@ -24,9 +24,10 @@ def cut(motion: Motion, start_s: float = 0.0, stop_s: float | None = None) -> Mo
     last = min(motion.frame_count, math.ceil(stop_s * motion.fps - 1e-3))
     if first >= last:
         raise MotionError.about(
-            "cut", found=f"no frame from {start_s:g} to {stop_s:g} s",
+            "cut",
+            found=f"no frame from {start_s:g} to {stop_s:g} s",
             allowed=f"a part of 0 to {motion.duration_s:g} s",
-        )  # fmt: skip
+        )
     rotations = motion.rotations
     return replace(
         motion,

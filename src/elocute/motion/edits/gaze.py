@@ -50,9 +50,10 @@ def _by_shapes(motion: Motion, times: NDArray[np.float64], angles: NDArray[np.fl
             reach = _reach_degrees(motion.head, name, side)
             if wanted.max() > reach + 0.01:
                 raise MotionError.about(
-                    "gaze", found=f"{wanted.max():.1f} degrees",
+                    "gaze",
+                    found=f"{wanted.max():.1f} degrees",
                     allowed=f"{name} reaches {reach:.0f} degrees",
-                )  # fmt: skip
+                )
             weights[:, motion.names.index(name)] = np.clip(wanted / reach, 0, 1)
     return replace(motion, weights=weights)
 

@@ -7,10 +7,15 @@ from elocute.head.model import HeadModel
 
 # Elocute's and FLAME's words for the same joints.
 _SAME = {
-    "lefteye": "eyeleft", "leye": "eyeleft", "eyeballleft": "eyeleft", "lefteyeball": "eyeleft",
-    "righteye": "eyeright", "reye": "eyeright", "eyeballright": "eyeright",
+    "lefteye": "eyeleft",
+    "leye": "eyeleft",
+    "eyeballleft": "eyeleft",
+    "lefteyeball": "eyeleft",
+    "righteye": "eyeright",
+    "reye": "eyeright",
+    "eyeballright": "eyeright",
     "righteyeball": "eyeright",
-}  # fmt: skip
+}
 
 
 def joint_index(head: HeadModel, joint: str) -> int:

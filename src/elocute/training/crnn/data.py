@@ -90,9 +90,11 @@ def hear_shards(
     A clip whose sound is missing or broken is left out and named in `missing`. Raises CorpusError
     where none is left.
     """
-    key = hashlib.sha256(json.dumps(
-        [VERSION, fps, shards.components, [entry.sha256 for entry in shards.entries]]
-    ).encode()).hexdigest()[:16]  # fmt: skip
+    key = hashlib.sha256(
+        json.dumps(
+            [VERSION, fps, shards.components, [entry.sha256 for entry in shards.entries]]
+        ).encode()
+    ).hexdigest()[:16]
     place = folder / f"heard-{key}"
     if not place.is_dir():
         with write_folder_atomically(place) as draft:
@@ -117,9 +119,18 @@ def _hear(shards: Shards, folder: Path, fps: float, progress: Progress | None) -
             static.add(values)
             out.add(targets)
             rows.append(
-                Row(clip.clip, clip.word, clip.speaker, clip.split, column, len(values), frame,
-                    len(targets), first)
-            )  # fmt: skip
+                Row(
+                    clip.clip,
+                    clip.word,
+                    clip.speaker,
+                    clip.split,
+                    column,
+                    len(values),
+                    frame,
+                    len(targets),
+                    first,
+                )
+            )
             column, frame = column + len(values), frame + len(targets)
             if progress:
                 progress(done / len(shards))
@@ -127,18 +138,23 @@ def _hear(shards: Shards, folder: Path, fps: float, progress: Progress | None) -
         why = f"{missing[0][0]}: {missing[0][1]}" if missing else "no clip"
         raise CorpusError.about(shards.sound_root, found=f"no sound that can be heard; {why}")
     record = {
-        "fps": fps, "parameters": shards.components, "missing": missing,
+        "fps": fps,
+        "parameters": shards.components,
+        "missing": missing,
         "rows": [list(asdict(row).values()) for row in rows],
-    }  # fmt: skip
+    }
     (folder / "rows.json").write_text(json.dumps(record), encoding="utf-8")
 
 
 def _open(folder: Path) -> Heard:
     remedy = "remove that folder"
     record = read_record(
-        folder / "rows.json", max_bytes=ROWS_MAX_BYTES, allowed="features that were kept",
-        error=CorpusError, remedy=remedy,
-    )  # fmt: skip
+        folder / "rows.json",
+        max_bytes=ROWS_MAX_BYTES,
+        allowed="features that were kept",
+        error=CorpusError,
+        remedy=remedy,
+    )
     try:
         outputs, fps = record["parameters"], finite_number(record["fps"])
         if type(outputs) is not int or not 0 < outputs <= COMPONENTS_MAX or not fps or fps < 0:
@@ -175,9 +191,11 @@ def _row(stored: list[Any], columns: int, frames: int) -> Row:
 
 
 def hear_clip(
-    shards: Shards, clip: WordClip, fps: float,
+    shards: Shards,
+    clip: WordClip,
+    fps: float,
     change: Callable[[Waveform], Waveform] | None = None,
-) -> tuple[Array, int, Array]:  # fmt: skip
+) -> tuple[Array, int, Array]:
     """Columns with what is around the clip, the frame it starts at in them, and parameters.
 
     change  makes another sound of it: adds noise, say

@@ -47,13 +47,19 @@ def export_crnn(trained: TrainedCrnn, basis: Motion, path: str | Path, note: str
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             torch.onnx.export(
-                _Stream(SharedCrnn(trained.network)).eval(), (columns, starts, state, state),
-                str(draft), input_names=["columns", "starts", "hidden", "cell"],
-                output_names=["weights", "hidden_after", "cell_after"], opset_version=OPSET,
-                dynamo=False, dynamic_axes={
-                    "columns": {0: "column"}, "starts": {0: "frame"}, "weights": {0: "frame"},
+                _Stream(SharedCrnn(trained.network)).eval(),
+                (columns, starts, state, state),
+                str(draft),
+                input_names=["columns", "starts", "hidden", "cell"],
+                output_names=["weights", "hidden_after", "cell_after"],
+                opset_version=OPSET,
+                dynamo=False,
+                dynamic_axes={
+                    "columns": {0: "column"},
+                    "starts": {0: "frame"},
+                    "weights": {0: "frame"},
                 },
-            )  # fmt: skip
+            )
         model = onnx.load(draft)
         attach_constant(model, "basis", basis.head.expression_basis)
         attach_record(model, _record(trained, basis, note))
@@ -62,7 +68,12 @@ def export_crnn(trained: TrainedCrnn, basis: Motion, path: str | Path, note: str
 
 def _record(trained: TrainedCrnn, basis: Motion, note: str) -> dict[str, Any]:
     return {
-        "kind": "crnn", "version": 1, "fps": trained.config.fps, "outputs": len(basis.names),
-        "topology": basis.head.name, "vertices": basis.head.vertex_count,
-        "config": trained.config.record(), "note": note,
-    }  # fmt: skip
+        "kind": "crnn",
+        "version": 1,
+        "fps": trained.config.fps,
+        "outputs": len(basis.names),
+        "topology": basis.head.name,
+        "vertices": basis.head.vertex_count,
+        "config": trained.config.record(),
+        "note": note,
+    }

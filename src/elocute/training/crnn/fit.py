@@ -34,9 +34,14 @@ from elocute.training.voca.checkpoint import (
 
 CHECKPOINT = "checkpoint.safetensors"
 LOG_FIELDS = (
-    "epoch", "train_loss", "validation_mean", "validation_weighted", "validation_loss", "best",
+    "epoch",
+    "train_loss",
+    "validation_mean",
+    "validation_weighted",
+    "validation_loss",
+    "best",
     "seconds",
-)  # fmt: skip
+)
 GRADIENT_MOST = 5.0
 Report = Callable[[float, str], None]
 """Share of all epochs done, and a line for people."""
@@ -74,9 +79,14 @@ class TrainedCrnn:
 
 
 def fit(
-    lesson: Lesson, config: CrnnTrainConfig, folder: Path, *, resume: bool = False,
-    report: Report | None = None, device: str = "auto",
-) -> TrainedCrnn:  # fmt: skip
+    lesson: Lesson,
+    config: CrnnTrainConfig,
+    folder: Path,
+    *,
+    resume: bool = False,
+    report: Report | None = None,
+    device: str = "auto",
+) -> TrainedCrnn:
     """Train; in `folder`: checkpoint.safetensors, log.csv, events for TensorBoard.
 
     A resumed training goes on bit for bit on one CPU, for whatever is random is drawn from seed,
@@ -144,9 +154,12 @@ def audible_bands(highest_hz: float) -> np.ndarray:
 
 
 def _epoch(
-    network: Crnn, optimiser: torch.optim.Optimizer, lesson: Lesson, config: CrnnTrainConfig,
+    network: Crnn,
+    optimiser: torch.optim.Optimizer,
+    lesson: Lesson,
+    config: CrnnTrainConfig,
     epoch: int,
-) -> float:  # fmt: skip
+) -> float:
     """One pass over all clips in a new order; mean loss."""
     network.train()
     shared, device = SharedCrnn(network), next(network.parameters()).device
@@ -165,9 +178,10 @@ def _epoch(
         total, count = total + loss.item() * len(rows), count + len(rows)
     if not math.isfinite(total):
         raise ModelError.about(
-            "training", found=f"a loss of {total} in epoch {epoch + 1}",
+            "training",
+            found=f"a loss of {total} in epoch {epoch + 1}",
             remedy="lower --learning-rate",
-        )  # fmt: skip
+        )
     return total / count
 
 
@@ -204,15 +218,20 @@ def predict_rows(
 
 def _record(lesson: Lesson, config: CrnnTrainConfig, log: list[dict[str, float]]) -> dict[str, Any]:
     return {
-        "kind": "crnn", "config": config.record(), "log": log,
+        "kind": "crnn",
+        "config": config.record(),
+        "log": log,
         "clips": [len(lesson.train), len(lesson.validation)],
-    }  # fmt: skip
+    }
 
 
 def _restore(
-    path: Path, network: Crnn, optimiser: torch.optim.Optimizer, lesson: Lesson,
+    path: Path,
+    network: Crnn,
+    optimiser: torch.optim.Optimizer,
+    lesson: Lesson,
     config: CrnnTrainConfig,
-) -> tuple[list[dict[str, float]], dict[str, torch.Tensor]]:  # fmt: skip
+) -> tuple[list[dict[str, float]], dict[str, torch.Tensor]]:
     tensors, record = load_checkpoint(path)
     wanted = _record(lesson, config, [])
     stored = {**record, "log": []}
@@ -224,9 +243,11 @@ def _restore(
         theirs = theirs if isinstance(theirs, dict) else {}
         differing = [k for k, v in ours.items() if theirs.get(k) != v] or ["clips"]
         raise ModelError.about(
-            path, found=f"a training with other {', '.join(differing)}",
-            allowed="the same settings and shards", remedy="choose another output folder",
-        )  # fmt: skip
+            path,
+            found=f"a training with other {', '.join(differing)}",
+            allowed="the same settings and shards",
+            remedy="choose another output folder",
+        )
     restore_network(path, network, tensors)
     restore_optimiser(path, optimiser, tensors)
     best = {k.removeprefix("best."): v for k, v in tensors.items() if k.startswith("best.")}

@@ -15,9 +15,15 @@ MODEL = "model.onnx"
 
 
 def train_crnn(
-    shards: Shards, config: CrnnTrainConfig, folder: Path, *, resume: bool = False,
-    report: Report | None = None, note: str = "", device: str = "auto",
-) -> tuple[TrainedCrnn, tuple[tuple[str, str], ...]]:  # fmt: skip
+    shards: Shards,
+    config: CrnnTrainConfig,
+    folder: Path,
+    *,
+    resume: bool = False,
+    report: Report | None = None,
+    note: str = "",
+    device: str = "auto",
+) -> tuple[TrainedCrnn, tuple[tuple[str, str], ...]]:
     """Hear the shards, train, and leave model.onnx, checkpoint, log and events in `folder`.
 
     Gives the training and the clips that could not be heard, with the reason. Raises CorpusError

@@ -39,8 +39,10 @@ def load_checkpoint(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
     text = header.metadata.get("elocute", "")
     record = as_record(
         parse_json(text, path, allowed=allowed, error=ModelError, nan=True),
-        path, allowed, ModelError,
-    )  # fmt: skip
+        path,
+        allowed,
+        ModelError,
+    )
     try:
         with safe_open(path, framework="pt") as stored:
             tensors = {name: stored.get_tensor(name) for name in header.shapes}
@@ -92,9 +94,11 @@ def restore_optimiser(
             known = index in map(str, range(len(parameters)))
             if not known or value.shape not in ((), parameters[int(index)].shape):
                 raise ModelError.about(
-                    path, found=f"{key[:80]} of shape {tuple(value.shape)}",
-                    allowed="the optimiser's moments", remedy="choose another output folder",
-                )  # fmt: skip
+                    path,
+                    found=f"{key[:80]} of shape {tuple(value.shape)}",
+                    allowed="the optimiser's moments",
+                    remedy="choose another output folder",
+                )
             state.setdefault(int(index), {})[name] = value
     if any(set(moments) != {"step", "exp_avg", "exp_avg_sq"} for moments in state.values()):
         raise ModelError.about(path, found="moments that are missing", allowed="those of Adam")
@@ -125,6 +129,8 @@ def check_state(path: Path, network: torch.nn.Module, state: dict[str, Tensor]) 
         if name not in state or state[name].shape != value.shape:
             found = tuple(state[name].shape) if name in state else "nothing"
             raise ModelError.about(
-                path, found=f"{name} of shape {found}", allowed=str(tuple(value.shape)),
+                path,
+                found=f"{name} of shape {found}",
+                allowed=str(tuple(value.shape)),
                 remedy="what it learns from has changed: choose another output folder",
-            )  # fmt: skip
+            )

@@ -88,10 +88,11 @@ def clip_features(corpus: Corpus, name: str, encode: Encode) -> np.ndarray:
     sound = corpus.sound(name)
     if count / corpus.fps - sound.duration_s > LENGTH_TOLERANCE_S:
         raise CorpusError.about(
-            f"clip {name}", found=f"{sound.duration_s:.2f} s of sound, "
-            f"{count / corpus.fps:.2f} s of motion",
-            allowed=f"at most {LENGTH_TOLERANCE_S} s less", remedy="elocute corpus check",
-        )  # fmt: skip
+            f"clip {name}",
+            found=f"{sound.duration_s:.2f} s of sound, {count / corpus.fps:.2f} s of motion",
+            allowed=f"at most {LENGTH_TOLERANCE_S} s less",
+            remedy="elocute corpus check",
+        )
     return fit_length(encode(sound).resample(corpus.fps).values, count)
 
 

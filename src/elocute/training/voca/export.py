@@ -50,10 +50,15 @@ def export_onnx(trained: Trained, corpus: Corpus, path: str | Path, note: str = 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             torch.onnx.export(
-                module.eval(), (features, style), str(draft), input_names=["features", "style"],
-                output_names=["weights"], opset_version=OPSET, dynamo=False,
+                module.eval(),
+                (features, style),
+                str(draft),
+                input_names=["features", "style"],
+                output_names=["weights"],
+                opset_version=OPSET,
+                dynamo=False,
                 dynamic_axes={"features": {0: "frame"}, "weights": {0: "frame"}},
-            )  # fmt: skip
+            )
         model = onnx.load(draft)
         if basis is not None:
             attach_constant(model, "basis", basis.numpy())
@@ -89,8 +94,15 @@ def _record(
     trained: Trained, corpus: Corpus, components: tuple[str, ...], note: str
 ) -> dict[str, Any]:
     return {
-        "kind": "voca", "version": 1, "encoder": trained.config.encoder, "fps": trained.fps,
-        "styles": trained.styles, "features": trained.network.config.features,
-        "components": components, "topology": corpus.topology, "vertices": corpus.vertex_count,
-        "config": trained.config.record(), "note": note,
-    }  # fmt: skip
+        "kind": "voca",
+        "version": 1,
+        "encoder": trained.config.encoder,
+        "fps": trained.fps,
+        "styles": trained.styles,
+        "features": trained.network.config.features,
+        "components": components,
+        "topology": corpus.topology,
+        "vertices": corpus.vertex_count,
+        "config": trained.config.record(),
+        "note": note,
+    }

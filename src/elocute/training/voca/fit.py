@@ -32,8 +32,12 @@ from elocute.training.voca.data import Encode, Frames, load_frames
 from elocute.training.voca.space import MotionSpace, motion_space
 
 LOG_FIELDS: tuple[str, ...] = (
-    "epoch", "train_mm2", "validation_mm2", "validation_best_style_mm2", "seconds",
-)  # fmt: skip
+    "epoch",
+    "train_mm2",
+    "validation_mm2",
+    "validation_best_style_mm2",
+    "seconds",
+)
 VALIDATION_BATCH = 4096
 Report = Callable[[float, str], None]
 """Share of all epochs done, and a line for people."""
@@ -192,9 +196,14 @@ def pair_loss(predicted: Tensor, target: Tensor, config: TrainConfig, vertices: 
 
 
 def _epoch(
-    fabric: Any, network: Voca, optimiser: Any, data: Frames, config: TrainConfig, epoch: int,
+    fabric: Any,
+    network: Voca,
+    optimiser: Any,
+    data: Frames,
+    config: TrainConfig,
+    epoch: int,
     vertices: int,
-) -> float:  # fmt: skip
+) -> float:
     """One pass over all pairs in a new order, each process its share; mean loss."""
     network.train()
     order = torch.randperm(
@@ -218,9 +227,10 @@ def _epoch(
         total += loss.item() * len(later)
     if not math.isfinite(total):
         raise ModelError.about(
-            "training", found=f"a loss of {total} in epoch {epoch + 1}",
+            "training",
+            found=f"a loss of {total} in epoch {epoch + 1}",
             remedy="lower --learning-rate, or look at the corpus: elocute corpus check",
-        )  # fmt: skip
+        )
     return total / len(mine)
 
 
@@ -253,18 +263,23 @@ def _record(material: Material, config: TrainConfig, log: list[dict[str, float]]
 
 
 def _restore(
-    path: Path, network: Voca, optimiser: torch.optim.Optimizer, material: Material,
+    path: Path,
+    network: Voca,
+    optimiser: torch.optim.Optimizer,
+    material: Material,
     config: TrainConfig,
-) -> list[dict[str, float]]:  # fmt: skip
+) -> list[dict[str, float]]:
     tensors, record = load_checkpoint(path)
     settings = record.get("config")
     stored = {**(settings if isinstance(settings, dict) else {}), "epochs": config.epochs}
     if stored != config.record() or record.get("styles") != list(material.styles):
         differing = [k for k, v in config.record().items() if stored.get(k) != v] or ["styles"]
         raise ModelError.about(
-            path, found=f"a training with other {', '.join(differing)}",
-            allowed="the same settings and corpus", remedy="choose another output folder",
-        )  # fmt: skip
+            path,
+            found=f"a training with other {', '.join(differing)}",
+            allowed="the same settings and corpus",
+            remedy="choose another output folder",
+        )
     restore_network(path, network, tensors)
     restore_optimiser(path, optimiser, tensors)
     return stored_log(path, record)

@@ -15,9 +15,16 @@ MODEL = "model.onnx"
 
 
 def train_voca(
-    corpus: Corpus, config: TrainConfig, folder: Path, split: str = "default", *,
-    resume: bool = False, report: Report | None = None, note: str = "", device: str = "auto",
-) -> Trained:  # fmt: skip
+    corpus: Corpus,
+    config: TrainConfig,
+    folder: Path,
+    split: str = "default",
+    *,
+    resume: bool = False,
+    report: Report | None = None,
+    note: str = "",
+    device: str = "auto",
+) -> Trained:
     """Hear the corpus, train, and leave model.onnx, checkpoint, log and events in `folder`.
 
     Raises CorpusError for a corpus that cannot be learned from, ModelError for settings that do
