@@ -33,12 +33,13 @@ from elocute.propagation import word_job
 from elocute.propagation.captured import captured_words
 from elocute.propagation.readers import Recordings, find_recordings
 from elocute.propagation.run import all_tasks, propagate
+from elocute.propagation.settings import JobSettings
 
 COPIES = (1, 8)
 
 
-def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> word_job.JobSettings:
-    return word_job.JobSettings(
+def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> JobSettings:
+    return JobSettings(
         str(folder / "captured"),
         str(room / "basis.npz"),
         str(recordings),

@@ -25,6 +25,7 @@ from elocute.capture.register import register_neutral
 from elocute.capture.report import write_report
 from elocute.capture.result import SequenceResult
 from elocute.capture.sequence import ScanSequence, find_sequences, open_sequence
+from elocute.capture.settings import BatchSettings
 from elocute.capture.track import Track, frame_landmarks, track_frames
 from elocute.corpus.clip import Clip
 from elocute.corpus.importers.common import even_split
@@ -35,7 +36,7 @@ from elocute.files.arrays import ArrayFile, RowWriter, read_npz
 from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.choice import open_head
 from elocute.head.model import HeadModel
-from elocute.jobs.local import checked_jobs, run_local
+from elocute.jobs.local import run_local
 from elocute.jobs.pool import Failed
 
 CORPUS, MADE = "corpus", "corpus.sha256"
@@ -48,18 +49,6 @@ FLAGGED_MAX = 0.5
 """Share of frames beyond which a sequence is not worth filling in."""
 
 Progress = Callable[[float], None] | None
-
-
-@dataclass(frozen=True)
-class BatchSettings:
-    """head as `open_head` takes it; fps and unit go before what the folders say; jobs 0 = all
-    processors; eyes_s is the smoothing around the eyes in seconds."""
-
-    head: str = "builtin"
-    fps: float | None = None
-    unit: str | None = None
-    jobs: int = 1
-    eyes_s: float = 0.02
 
 
 def capture_scans(
@@ -220,7 +209,7 @@ def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress)
         if progress:
             progress(done / max(total, 1))
 
-    jobs = checked_jobs(settings.jobs) or os.cpu_count() or 1
+    jobs = settings.jobs or os.cpu_count() or 1
     if jobs == 1:
         for track, numbers in chunks:
             track_frames(track, numbers, lambda _: count(1))
@@ -279,7 +268,7 @@ def _finished(track: Track, settings: BatchSettings) -> SequenceResult:
         ):
             # On disk from the start: an hour of frames need not fit in memory.
             for frame in cleaned_frames(
-                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_s
+                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_ms / 1000
             ):
                 rows.add(frame[None])
     write_report(track, result, place / "report.html")

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.cli import options
 from elocute.cli.commands import Commands
 from elocute.cli.outputs import plan_files, settled
 from elocute.cli.progress import progress_bar
+from elocute.cli.settings_options import options_of
 from elocute.errors import CorpusError, InputError
 from elocute.files.outputs import OutputPlan
 
@@ -34,17 +36,15 @@ def learn_command(
     output: Path = typer.Option(
         ..., "-o", "--output", help="The basis (.npz), or its shapes as morph targets (.glb)."
     ),
-    components: int | None = typer.Option(None, help="How many; 28 unless --variance is given."),
-    variance: float | None = typer.Option(None, help="As many as hold this share, as 0.999."),
-    sparse: float = typer.Option(0.0, help="0 to 0.9: shapes of ever smaller parts of the face."),
-    split: str = typer.Option("default", help="Which split of the corpus."),
+    config: BlendshapeConfig = options_of(BlendshapeConfig, flags={"sparsity": "--sparse"}),
+    split: str = options.Split,
     part: str = typer.Option("train", help="train, validation, test or all."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
     """Principal components of every mesh minus its speaker's neutral face."""
-    from elocute.capture.blendshapes.learn import COMPONENTS, BlendshapeConfig, learn_blendshapes
+    from elocute.capture.blendshapes.learn import learn_blendshapes
     from elocute.capture.blendshapes.sweep import sweep
     from elocute.corpus.store import open_corpus
     from elocute.export.registry import check_suffix, write
@@ -54,10 +54,6 @@ def learn_command(
     plan.add(output, corpus)
     if settled(plan, overwrite, no_clobber, as_json):
         return
-    if components is not None and variance is not None:
-        raise InputError.about("--components", found="--variance too", allowed="one of them")
-    count = components if components is not None else None if variance else COMPONENTS
-    config = BlendshapeConfig(count, 0.999 if variance is None else variance, sparse)
     opened = open_corpus(corpus)
     with progress_bar("learning", as_json) as progress:
         learned = learn_blendshapes(opened, _names(opened, split, part), config, progress)
@@ -117,7 +113,7 @@ def compare_command(
     corpus: Path = typer.Argument(..., help="A corpus folder with meshes to represent."),
     basis: list[Path] = typer.Argument(..., help="What `learn` wrote (.npz); several may be."),
     against: str = typer.Option(ARKIT, help="arkit (the built-in head's shapes), or a .npz."),
-    split: str = typer.Option("default", help="Which split of the corpus."),
+    split: str = options.Split,
     part: str = typer.Option("test", help="train, validation, test or all."),
     output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
     plot: Path | None = typer.Option(None, "--plot", help="Errors over frames (.png)."),

@@ -37,6 +37,7 @@ Model = typer.Option(
 Head = typer.Option(
     "builtin", "--head", help="builtin, or a head or mesh file in the topology of the model."
 )
+Split = typer.Option("default", help="Which split of the corpus.")
 Table = typer.Option(
     None, "--table", help="Also write the table: .csv or .tex. May be given several times."
 )

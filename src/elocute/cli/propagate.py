@@ -60,7 +60,8 @@ def propagate_command(
     from elocute.propagation.captured import captured_words
     from elocute.propagation.readers import find_recordings
     from elocute.propagation.run import propagate
-    from elocute.propagation.word_job import RECORDS, JobSettings
+    from elocute.propagation.settings import JobSettings
+    from elocute.propagation.word_job import RECORDS
 
     resolve_method(method)
     opened, found = open_corpus(corpus), find_recordings(recordings)

@@ -25,9 +25,9 @@ from elocute.jobs.pool import Failed, Pool, one_after_another
 from elocute.motion.store import load_motion
 from elocute.propagation.captured import CapturedWord
 from elocute.propagation.readers import Recordings
+from elocute.propagation.settings import JobSettings
 from elocute.propagation.word_job import (
     RECORDS,
-    JobSettings,
     WordRecord,
     WordTask,
     load_record,
