@@ -12,6 +12,7 @@ from typing import Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.flags import in_flags
 from elocute.cli.outputs import plan_motion, settled, write_motion
 from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source, to_stdout
 from elocute.cli.progress import counted, progress_bar
@@ -101,8 +102,9 @@ def animate_command(
                 if single:
                     raise
                 failures += 1
-                print(f"elocute: {error}", file=sys.stderr)
-                record = {"input": str(file), "error": str(error)}
+                told = in_flags(str(error))
+                print(f"elocute: {told}", file=sys.stderr)
+                record = {"input": str(file), "error": told}
             one_done()
             if as_json:
                 print(json.dumps(record), flush=True)

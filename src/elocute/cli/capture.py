@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ import typer
 from elocute.capture.settings import BatchSettings, Scanner
 from elocute.cli import options
 from elocute.cli.commands import Commands
+from elocute.cli.flags import in_flags
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.settings_options import option, options_of
@@ -144,7 +145,10 @@ def scans_command(
         resumable("run it again to go on"),
         progress_bar(f"registering {folder.name}", as_json) as progress,
     ):
-        results = capture_scans(folder, output, settings, progress)
+        results = [
+            replace(result, failed=in_flags(result.failed))
+            for result in capture_scans(folder, output, settings, progress)
+        ]
     _tell_results(output, results, as_json)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.flags import in_flags
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.work_folder import prepare_work
 from elocute.errors import CorpusError
@@ -142,6 +143,6 @@ def _tell(summary: Summary, output: Path, as_json: bool) -> None:
             print(f"without recordings: {', '.join(summary.unheard)}")
         print(output)
     for word, reason in summary.failed:
-        typer.echo(f"elocute: word {word}: {reason}", err=True)
+        typer.echo(f"elocute: word {word}: {in_flags(reason)}", err=True)
     if summary.failed:
         raise typer.Exit(1)

@@ -63,7 +63,7 @@ def write_glb(
         with write_atomically(path) as draft:
             draft.write_bytes(glb_bytes(motion, sound if embed_audio else None))
         return
-    plan = OutputPlan(remedy="overwrite=True replaces it")
+    plan = OutputPlan(remedy="`overwrite` replaces it")
     plan.add(beside, sound_source(sound), beside=path)
     plan.check(overwrite=overwrite)
     with plan.writing(beside), write_atomically(beside) as wav, write_atomically(path) as draft:
