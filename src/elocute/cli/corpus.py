@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 from typer.main import get_command
@@ -72,8 +72,8 @@ def check_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
 
 def _in_flags_of_convert(finding: Finding) -> Finding:
     """What is to be done about it is done by `corpus convert`."""
-    convert = get_command(app).commands["convert"]
-    return replace(finding, what=in_flags(finding.what, convert))
+    group: Any = get_command(app)
+    return replace(finding, what=in_flags(finding.what, group.commands["convert"]))
 
 
 def _print_table(findings: list[Finding]) -> None:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from elocute.errors import InputError, MachineError
 from elocute.export.render.camera import Camera, portrait
+from elocute.export.render.choices import BACKENDS
 from elocute.head.model import HeadModel
 
-BACKENDS = ("auto", "moderngl", "embreex")
 REMEDY = "apt-get install libegl1 libgl1-mesa-dri"
 
 
