@@ -1,10 +1,12 @@
 """Names of a package that are imported when they are first asked for.
 
-if TYPE_CHECKING:
-    from elocute.corpus.store import Corpus, open_corpus
+    if TYPE_CHECKING:
+        from elocute.corpus.corpus_store import Corpus, open_corpus
 
-__all__ = ["Corpus", "open_corpus"]
-__getattr__, __dir__ = lazy(__name__, {"store": ("Corpus", "open_corpus")})
+    __all__ = ["Corpus", "open_corpus"]
+    __getattr__, __dir__ = lazy(__name__, {"corpus_store": ("Corpus", "open_corpus")})
+
+Type checkers read the imports, Python the names' homes.
 """
 
 from __future__ import annotations

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from elocute.alignment.aligner import DtwAligner, Embedded
+from elocute.alignment.alignment import Array, Group, Path
 from elocute.alignment.cca import Projection, canonical, principal
 from elocute.alignment.config import CtwConfig, PlainConfig
-from elocute.alignment.types import Array, Group, Path
-from elocute.alignment.warp import diagonal_path
+from elocute.alignment.warping_paths import diagonal_path
 from elocute.errors import AlignmentError
 
 

@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import torch
 
+from elocute.alignment.alignment import Group
 from elocute.alignment.config import DctwConfig
 from elocute.alignment.ctw import is_shared
-from elocute.alignment.deep import (
+from elocute.alignment.deep_aligner import (
     Clips,
     DeepAligner,
     NuclearNorm,
@@ -18,7 +19,6 @@ from elocute.alignment.deep import (
     projected,
     start,
 )
-from elocute.alignment.types import Group
 
 
 def fit_dctw(

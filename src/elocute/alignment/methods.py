@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from elocute.alignment.aligner import Aligner, DtwAligner, SoftDtwAligner
+from elocute.alignment.alignment import Alignment, Array, Group, checked_group
 from elocute.alignment.config import (
     AlignConfig,
     CtwConfig,
@@ -17,7 +18,6 @@ from elocute.alignment.config import (
     SoftConfig,
 )
 from elocute.alignment.ctw import fit_ctw
-from elocute.alignment.types import Alignment, Array, Group, checked_group
 from elocute.errors import AlignmentError, needs_extra
 
 Done = Callable[[float], None] | None

@@ -18,7 +18,7 @@ from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.voca.config import TrainConfig
 
 if TYPE_CHECKING:
-    from elocute.corpus.store import Corpus
+    from elocute.corpus.corpus_store import Corpus
 
 app = Commands("Train models on a corpus.")
 
@@ -45,7 +45,7 @@ def voca_command(
     as_json: bool = options.Json,
 ) -> None:
     """Train VOCA; leaves model.onnx, checkpoint.safetensors, log.csv and TensorBoard events."""
-    from elocute.corpus.store import open_corpus
+    from elocute.corpus.corpus_store import open_corpus
 
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):

@@ -43,7 +43,7 @@ WRITERS: dict[str, Format] = {
     ".npy": Format("meshes", "write_npy"),
     ".obj": Format("meshes", "write_obj"),
     ".ply": Format("meshes", "write_ply"),
-    ".png": Format("png", "write_png", PictureOptions),
+    ".png": Format("contact_sheet", "write_png", PictureOptions),
 }
 
 
