@@ -40,12 +40,12 @@ COPIES = (1, 8)
 
 def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> JobSettings:
     return JobSettings(
-        str(folder / "captured"),
-        str(room / "basis.npz"),
-        str(recordings),
-        str(recordings.parent),
-        str(room),
-        method,
+        corpus=str(folder / "captured"),
+        basis=str(room / "basis.npz"),
+        recordings=str(recordings),
+        root=str(recordings.parent),
+        folder=str(room),
+        method=method,
         truth=False,
     )
 

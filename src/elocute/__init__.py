@@ -3,17 +3,57 @@
     import elocute
     elocute.animate("speech.wav").write("talk.glb")
 
-Names are loaded when first used, so that importing the package costs nothing.
+Names and packages (`elocute.corpus.open_corpus`) are loaded when first used, so that importing this
+costs nothing.
 """
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from elocute._version import __version__
+from elocute.lazy import lazy
 
 if TYPE_CHECKING:
+    from elocute import (
+        alignment as alignment,
+    )
+    from elocute import (
+        articulation as articulation,
+    )
+    from elocute import (
+        audio as audio,
+    )
+    from elocute import (
+        capture as capture,
+    )
+    from elocute import (
+        corpus as corpus,
+    )
+    from elocute import (
+        encoders as encoders,
+    )
+    from elocute import (
+        evaluation as evaluation,
+    )
+    from elocute import (
+        export as export,
+    )
+    from elocute import (
+        head as head,
+    )
+    from elocute import (
+        models as models,
+    )
+    from elocute import (
+        motion as motion,
+    )
+    from elocute import (
+        propagation as propagation,
+    )
+    from elocute import (
+        training as training,
+    )
     from elocute.animation import Animation, animate
     from elocute.articulation.style import Style
     from elocute.audio.read import read_audio
@@ -27,24 +67,6 @@ if TYPE_CHECKING:
     from elocute.motion.mouth_measures import measure_mouth
     from elocute.motion.store import load_motion, save_motion
 
-
-_HOMES = {
-    "Animation": "elocute.animation",
-    "Curves": "elocute.motion.curves",
-    "ElocuteError": "elocute.errors",
-    "HeadModel": "elocute.head.model",
-    "InputError": "elocute.errors",
-    "Motion": "elocute.motion.motion",
-    "Style": "elocute.articulation.style",
-    "Waveform": "elocute.audio.waveform",
-    "animate": "elocute.animation",
-    "load_builtin_head": "elocute.head.builtin",
-    "load_motion": "elocute.motion.store",
-    "measure_mouth": "elocute.motion.mouth_measures",
-    "read_audio": "elocute.audio.read",
-    "save_motion": "elocute.motion.store",
-    "stream": "elocute.models.streaming",
-}
 
 __all__ = [
     "Animation",
@@ -64,13 +86,44 @@ __all__ = [
     "save_motion",
     "stream",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'elocute' has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOMES[name]), name)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "animation": (
+            "Animation",
+            "animate",
+        ),
+        "articulation.style": ("Style",),
+        "audio.read": ("read_audio",),
+        "audio.waveform": ("Waveform",),
+        "errors": (
+            "ElocuteError",
+            "InputError",
+        ),
+        "head.builtin": ("load_builtin_head",),
+        "head.model": ("HeadModel",),
+        "models.streaming": ("stream",),
+        "motion.curves": ("Curves",),
+        "motion.motion": ("Motion",),
+        "motion.mouth_measures": ("measure_mouth",),
+        "motion.store": (
+            "load_motion",
+            "save_motion",
+        ),
+    },
+    packages=(
+        "alignment",
+        "articulation",
+        "audio",
+        "capture",
+        "corpus",
+        "encoders",
+        "evaluation",
+        "export",
+        "head",
+        "models",
+        "motion",
+        "propagation",
+        "training",
+    ),
+)

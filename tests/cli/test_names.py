@@ -53,7 +53,7 @@ def test_it_is_read_and_written(name: bytes, encoding: str, folder: Path) -> Non
     stem = name.removesuffix(b".wav")
     made = [stem + suffix for suffix in (b".npz", b".glb", b".html", b".csv", b".mp4")]
     if encoding == "ascii":
-        made = made[:1]
+        made = [path for path in made if path.endswith((b".glb", b".mp4"))]
     outputs = [part for path in made for part in (b"-o", path)]
     done = run(
         "animate",

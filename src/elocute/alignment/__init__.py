@@ -2,38 +2,67 @@
 
     align(views, method) -> Alignment           two or more sequences at once
     fit_aligner(pairs, method) -> Aligner       fitted over many pairs, then `align` for each
+    segment(sound, text) -> Words               when each word of a text is said
 
-Names are loaded when first used; torch only by the two deep methods.
+torch is imported by the two deep methods alone.
 """
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from elocute.lazy import lazy
 
 if TYPE_CHECKING:
     from elocute.alignment.aligner import Aligner
     from elocute.alignment.alignment import Alignment
+    from elocute.alignment.config import (
+        AlignConfig,
+        CtwConfig,
+        DcawConfig,
+        DctwConfig,
+        PlainConfig,
+        SoftConfig,
+    )
+    from elocute.alignment.forced_alignment import segment
     from elocute.alignment.methods import METHODS, align, fit_aligner
     from elocute.alignment.sound_views import speech_view
+    from elocute.alignment.word_times import Words, read_words, write_words
 
-_HOMES = {
-    "METHODS": "methods",
-    "Aligner": "aligner",
-    "Alignment": "alignment",
-    "align": "methods",
-    "fit_aligner": "methods",
-    "speech_view": "sound_views",
-}
-
-__all__ = ["METHODS", "Aligner", "Alignment", "align", "fit_aligner", "speech_view"]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'elocute.alignment' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"elocute.alignment.{_HOMES[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__all__ = [
+    "METHODS",
+    "AlignConfig",
+    "Aligner",
+    "Alignment",
+    "CtwConfig",
+    "DcawConfig",
+    "DctwConfig",
+    "PlainConfig",
+    "SoftConfig",
+    "Words",
+    "align",
+    "fit_aligner",
+    "read_words",
+    "segment",
+    "speech_view",
+    "write_words",
+]
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "aligner": ("Aligner",),
+        "alignment": ("Alignment",),
+        "config": (
+            "AlignConfig",
+            "CtwConfig",
+            "DcawConfig",
+            "DctwConfig",
+            "PlainConfig",
+            "SoftConfig",
+        ),
+        "forced_alignment": ("segment",),
+        "methods": ("METHODS", "align", "fit_aligner"),
+        "sound_views": ("speech_view",),
+        "word_times": ("Words", "read_words", "write_words"),
+    },
+)

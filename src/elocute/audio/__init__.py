@@ -1,12 +1,13 @@
 """Sound: waveforms, reading files, and the features that are plain signal processing.
 
-Names are loaded when first used; numpy is all that importing this needs.
+Names are loaded when first used; numpy is all that loading one needs.
 """
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from elocute.lazy import lazy
 
 if TYPE_CHECKING:
     from elocute.audio.features import Features
@@ -21,24 +22,6 @@ if TYPE_CHECKING:
     )
     from elocute.audio.spectral import fbank, log_mel, mel_filterbank, mfcc, power_spectrum
     from elocute.audio.waveform import Waveform
-
-_HOMES = {
-    "AudioInfo": "read",
-    "AudioStream": "read",
-    "Features": "features",
-    "Mel3": "mel_with_deltas",
-    "Waveform": "waveform",
-    "fbank": "spectral",
-    "log_mel": "spectral",
-    "mel3_windows": "mel_with_deltas",
-    "mel_filterbank": "spectral",
-    "mfcc": "spectral",
-    "open_audio": "read",
-    "power_spectrum": "spectral",
-    "probe_audio": "read",
-    "read_audio": "read",
-    "resampled_blocks": "read",
-}
 
 __all__ = [
     "AudioInfo",
@@ -57,13 +40,29 @@ __all__ = [
     "read_audio",
     "resampled_blocks",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'elocute.audio' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"elocute.audio.{_HOMES[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "features": ("Features",),
+        "mel_with_deltas": (
+            "Mel3",
+            "mel3_windows",
+        ),
+        "read": (
+            "AudioInfo",
+            "AudioStream",
+            "open_audio",
+            "probe_audio",
+            "read_audio",
+            "resampled_blocks",
+        ),
+        "spectral": (
+            "fbank",
+            "log_mel",
+            "mel_filterbank",
+            "mfcc",
+            "power_spectrum",
+        ),
+        "waveform": ("Waveform",),
+    },
+)

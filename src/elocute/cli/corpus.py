@@ -13,6 +13,7 @@ from typer.main import get_command
 from elocute.cli import options
 from elocute.cli.commands import Commands
 from elocute.cli.flags import in_flags
+from elocute.cli.names import read_names
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 app = Commands("Look at, check and convert corpora of talking faces.")
 
 Folder = typer.Argument(..., help="A corpus folder, as `corpus convert` writes it.")
-NAMES_MAX_BYTES = 16_000_000
 
 
 @app.command("info")
@@ -122,7 +122,7 @@ def convert_command(
     plan.add(output, source)
     if settled(plan, overwrite, no_clobber, as_json):
         return
-    unwanted = frozenset() if leave_out is None else _names(leave_out)
+    unwanted = frozenset(read_names(leave_out, least=0) or ())
     with plan.writing(output), progress_bar(f"converting {source.name}", as_json) as progress:
         notes = convert(
             source,
@@ -144,10 +144,3 @@ def convert_command(
     for note in notes:
         print(in_flags(note))
     print(output)
-
-
-def _names(path: Path) -> frozenset[str]:
-    from elocute.files.reading import read_text
-
-    text = read_text(path, max_bytes=NAMES_MAX_BYTES, allowed="a text file, one name a line")
-    return frozenset(text.split())

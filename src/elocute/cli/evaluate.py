@@ -18,13 +18,12 @@ from elocute.cli import (
     options,
 )
 from elocute.cli.commands import Commands
+from elocute.cli.names import read_names
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.motion.curves import Curves
 
-NAMES_MAX_BYTES = 16_000_000
 app = Commands("Measure what a model makes of speech.")
 app.command("alignment")(evaluate_alignment.alignment_command)
 app.command("corpus")(evaluate_corpus.corpus_command)
@@ -74,15 +73,3 @@ def real_command(
             )
     for name, value in asdict(summary).items():
         print(f"{name:22} {value:.3f}" if isinstance(value, float) else f"{name:22} {value}")
-
-
-def read_names(path: Path | None) -> list[str] | None:
-    if path is None:
-        return None
-    from elocute.files.reading import read_text
-
-    allowed = "a text file, one name a line"
-    names = read_text(path, max_bytes=NAMES_MAX_BYTES, allowed=allowed).split()
-    if not names:
-        raise InputError.about(path, found="no name in it", allowed="one name a line")
-    return names

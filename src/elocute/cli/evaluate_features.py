@@ -83,8 +83,8 @@ def _train(
 ) -> dict[str, Path]:
     """Encoder to its model; all settings are checked before the first hour is spent."""
     from elocute.cli.progress import Lines
-    from elocute.cli.work_folder import prepare_trainings
     from elocute.encoders.registry import resolve_encoder
+    from elocute.files.work_folder import prepare_trainings
 
     with needs_extra("training", "train"):
         from elocute.training.voca.config import TrainConfig

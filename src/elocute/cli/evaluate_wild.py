@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.names import read_names
 from elocute.cli.report import save_report
-from elocute.errors import InputError, needs_extra
+from elocute.cli.settings_options import options_of
+from elocute.errors import needs_extra
+from elocute.training.crnn.config import CrnnTrainConfig
 
 if TYPE_CHECKING:
-    from elocute.corpus.shards import Shards
     from elocute.evaluation.concordance import Figures
-
-PAPER = {"speaker": 0.621, "word": 0.502, "sentences": 0.463}  # µ28 on test, Table 2
 
 
 def wild_command(
@@ -27,16 +27,8 @@ def wild_command(
     real: Path | None = typer.Option(None, help="Tracked talker (grid_s1/clips): the mouth."),
     names: Path | None = typer.Option(None, help="A text file of the talker's clips; else all."),
     clips: int = typer.Option(50, min=1, help="Sentences measured, evenly taken."),
-    epochs: int = typer.Option(50, help="Of every training."),
-    learning_rate: float = typer.Option(5e-4, help="Of Adam."),
-    last_rate: float = typer.Option(1.0, help="Share of it left in the last epoch."),
-    weight_power: float = typer.Option(
-        1.0, help="Parameters weigh as their variance to this power; 0: all the same."
-    ),
-    augment: float = typer.Option(0.0, help="Share of clips made worse in training."),
-    highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
     trainings: str = typer.Option("speaker,word,mse", help="Which trainings, for trials."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
+    config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
     resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
     tables: list[Path] | None = options.Table,
     as_json: bool = options.Json,
@@ -50,68 +42,47 @@ def wild_command(
     from elocute.cli.progress import Lines
     from elocute.cli.tables import check_tables, write_tables
     from elocute.cli.train import name_broken
-    from elocute.cli.work_folder import prepare_trainings
+    from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.shards import open_shards
+    from elocute.files.work_folder import prepare_trainings
 
     with needs_extra("training", "train"):
-        from elocute.evaluation import wild_experiments
-        from elocute.training.crnn.config import CrnnTrainConfig
-        from elocute.training.crnn.training_data import hear_shards
-    chosen = [name.strip() for name in trainings.split(",") if name.strip()]
-    if "speaker" not in chosen or not set(chosen) <= set(wild_experiments.TRAININGS):
-        raise InputError.about(
-            f"--trainings {trainings!r}",
-            found="speaker is missing, or one is unknown",
-            allowed=", ".join(wild_experiments.TRAININGS),
+        from elocute.evaluation.wild_experiments import (
+            check_trainings,
+            chosen_sentences,
+            study_wild,
         )
-    config = CrnnTrainConfig(
-        epochs=epochs,
-        learning_rate=learning_rate,
-        last_rate=last_rate,
-        weight_power=weight_power,
-        augment=augment,
-        highest_hz=highest_hz,
-        seed=seed,
-    )
+    chosen = [name.strip() for name in trainings.split(",") if name.strip()]
+    check_trainings(chosen)
     files = check_tables(tables)
     plan = plan_files([shards], files, False, False)
     opened = open_shards(shards, sounds)
-    corpus, taken = _sentences(sentences, opened, subject, clips)
+    corpus = None if sentences is None else open_corpus(sentences)
+    taken = [] if corpus is None else chosen_sentences(corpus, opened, subject, clips)
+    wanted = read_names(names)
     prepare_trainings(output, chosen, resume)
-    heard = hear_shards(opened, output, config.fps)
-    for name in chosen:
-        wild_experiments.rows_of(heard, name)
-    table, shares = {}, wild_experiments.shares_of(opened)
-    for name in chosen:
-        trained = wild_experiments.train_one(
-            opened, heard, name, config, output / name, Lines(as_json)
-        )
-        for part, found in wild_experiments.judge(trained, heard, name, shares).items():
-            table[f"{name} {part}"] = found
-        if name == "speaker":
-            for kind in ("white", "babble"):
-                for snr in (0.0, 10.0, 20.0):
-                    table[f"{kind} {snr:.0f} dB"] = wild_experiments.judge_noise(
-                        trained.network, opened, heard, kind, snr, shares
-                    )
-    model = output / "speaker" / wild_experiments.MODEL
-    bases: dict[str, Any] = {}
-    if corpus is not None:
-        table |= _continuous(corpus, taken, model, opened, shares)
-        bases = _bases(corpus, taken, opened)
+    found = study_wild(
+        opened,
+        output,
+        config,
+        trainings=chosen,
+        sentences=corpus,
+        names=taken,
+        talker=real,
+        talker_names=wanted,
+        report=Lines(as_json),
+    )
     report = {
         "shards": shards.name,
         "clips": len(opened),
         "parameters": opened.components,
-        "epochs": epochs,
+        "epochs": config.epochs,
         "config": config.record(),
-        "paper": PAPER,
-        "concordance": {name: found.record() for name, found in table.items()},
-        "bases_mm": bases,
-        "talker": _talker(real, names, model) if real else {},
+        **found.record(),
     }
     text = save_report(output / "report.json", report)
-    first = max((len(found.first) for found in table.values()), default=0)
+    table = found.concordance
+    first = max((len(figures.first) for figures in table.values()), default=0)
     write_tables(
         plan,
         files,
@@ -122,90 +93,7 @@ def wild_command(
         print(text)
     else:
         _show(table, report)
-    name_broken([*opened.broken, *heard.missing], len(opened))
-
-
-def _sentences(
-    path: Path | None, shards: Shards, subject: str | None, count: int
-) -> tuple[Any, list[str]]:
-    """The corpus of sentences and the names of those that are judged."""
-    if path is None:
-        return None, []
-    from elocute.corpus.corpus_store import open_corpus
-    from elocute.errors import CorpusError
-
-    corpus = open_corpus(path)
-    vertices = shards.basis.head.vertex_count
-    if corpus.vertex_count != vertices:
-        raise CorpusError.about(
-            path, found=f"{corpus.vertex_count} vertices", allowed=f"{vertices}, as the basis has"
-        )
-    if subject is not None and subject not in corpus.subjects:
-        raise CorpusError.about(
-            path, found=f"no subject {subject}", allowed=", ".join(corpus.subjects)
-        )
-    names = [entry.name for entry in corpus.entries if subject in (None, entry.subject)]
-    return corpus, names[:: max(1, len(names) // count)][:count]
-
-
-def _continuous(
-    corpus: Any, names: list[str], model: Path, shards: Shards, shares: Any
-) -> dict[str, Figures]:
-    """With the state going on, and in pieces of 15 frames as the paper does."""
-    from elocute.evaluation.wild_experiments import judge_sentences
-    from elocute.models.crnn_network import CrnnNetwork
-    from elocute.models.crnn_stream import JOINS, stream_weights
-
-    opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
-    return {
-        f"sentences {joins}": judge_sentences(
-            corpus,
-            names,
-            basis,
-            opened.record.fps,
-            shares,
-            lambda sound, joins=joins: stream_weights(opened, sound, joins),
-        )
-        for joins in JOINS
-    }
-
-
-def _bases(corpus: Any, names: list[str], shards: Shards) -> dict[str, dict[str, float]]:
-    from elocute.evaluation.wild_experiments import compare_bases
-    from elocute.head.builtin import load_builtin_head
-    from elocute.motion.curves import ARKIT_NAMES
-
-    head = load_builtin_head()
-    if corpus.vertex_count != head.vertex_count:
-        return {}
-    places = [head.expression_names.index(n) for n in ARKIT_NAMES if n in head.expression_names]
-    found = compare_bases(
-        corpus, names, shards.basis.head.expression_basis, head.expression_basis[places]
-    )
-    return {p.name: {"components": p.components, "mean_mm": p.mean_mm} for p in found}
-
-
-def _talker(folder: Path, names: Path | None, model: Path) -> dict[str, Any]:
-    """The real talker: the recurrent model beside VOCA and the rules."""
-    from dataclasses import asdict
-
-    from elocute.animation import animate
-    from elocute.cli.evaluate import read_names
-    from elocute.evaluation.real_talker import evaluate_real
-    from elocute.head.builtin import load_builtin_head
-    from elocute.motion.mouth_measures import measure_mouth
-
-    eye_mm, wanted = 1000 * load_builtin_head().eye_distance_m, read_names(names)
-    found = {}
-    for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
-        summary, _ = evaluate_real(
-            folder,
-            lambda sound, chosen=chosen: measure_mouth(animate(sound, model=chosen).motion),
-            eye_mm,
-            names=wanted,
-        )
-        found[name] = {k: v if v == v else None for k, v in asdict(summary).items()}
-    return found
+    name_broken([*opened.broken, *found.missing], len(opened))
 
 
 def _show(table: dict[str, Figures], report: dict[str, Any]) -> None:
@@ -217,7 +105,9 @@ def _show(table: dict[str, Figures], report: dict[str, Any]) -> None:
             f"{name:20} {found.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
             f"{found.weighted.value:8.3f}  {first}"
         )
-    print("paper, test, µ28:", ", ".join(f"{name} {value}" for name, value in PAPER.items()))
+    print(
+        "paper, test, µ28:", ", ".join(f"{name} {value}" for name, value in report["paper"].items())
+    )
     for name, row in report["bases_mm"].items():
         print(f"{name:20} {row['components']:6} shapes leave {row['mean_mm']:.4f} mm")
     for name, row in report["talker"].items():

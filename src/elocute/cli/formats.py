@@ -17,7 +17,7 @@ import typer
 from elocute.cli.settings_options import option
 from elocute.errors import InputError
 from elocute.export.options import PictureOptions
-from elocute.export.registry import WRITERS, format_options
+from elocute.export.registry import WRITERS, check_suffix, format_options
 from elocute.settings import Setting, settings_of, types_of
 
 Drawing = dict[str, Any]
@@ -72,7 +72,7 @@ def check_drawing(outputs: Iterable[Path], drawing: Drawing) -> None:
 
 def drawing_of(target: Path, drawing: Drawing) -> Drawing:
     """The options among these that the format of `target` has."""
-    known = WRITERS[target.suffix.lower()].option_names()
+    known = WRITERS[check_suffix(target)].option_names()
     return {name: value for name, value in drawing.items() if name in known}
 
 

@@ -12,16 +12,11 @@ import typer
 from elocute.cli import options
 from elocute.cli.flags import in_flags
 from elocute.cli.progress import progress_bar, resumable
-from elocute.cli.work_folder import prepare_work
-from elocute.errors import CorpusError
+from elocute.cli.settings_options import options_of
+from elocute.propagation.settings import PropagateConfig
 
 if TYPE_CHECKING:
-    from elocute.corpus.corpus_store import Corpus
-    from elocute.jobs.pool import Pool
     from elocute.propagation.corpus_propagation import Summary
-
-WRITTEN = ("basis.npz", "manifest.json", "rejects.csv", "*.parquet")
-DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
 
 
 def propagate_command(
@@ -39,11 +34,8 @@ def propagate_command(
     root: Path | None = typer.Option(
         None, help="Folder above both that sounds are named from; RECORDINGS by default."
     ),
-    method: str = typer.Option("dcaw", help="dtw, softdtw, ctw, dctw or dcaw."),
     split: str = typer.Option("default", help="Which split of the corpus; train is carried over."),
-    fit_pairs: int = typer.Option(50, help="Recordings that a word's network is fitted to."),
-    confidence: float = typer.Option(0.3, help="Least confidence of what is kept, 0 to 1."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
+    config: PropagateConfig = options_of(PropagateConfig),
     jobs: int = typer.Option(1, help="Processes; 0 takes all processors."),
     ray: str | None = typer.Option(
         None, "--ray", help="HOST:PORT of a Ray cluster, or local; jobs is its number of actors."
@@ -56,77 +48,27 @@ def propagate_command(
     Leaves a Parquet shard for each word, manifest.json, basis.npz and rejects.csv. Exit 1 where a
     word failed after the others were finished.
     """
-    from elocute.alignment.methods import resolve_method
-    from elocute.corpus.corpus_store import open_corpus
-    from elocute.propagation.captured_words import captured_words
-    from elocute.propagation.corpus_propagation import propagate
-    from elocute.propagation.settings import JobSettings
-    from elocute.propagation.word_job import RECORDS
-    from elocute.propagation.word_recordings import find_recordings
+    from elocute.propagation.corpus_propagation import propagate_corpus
 
-    resolve_method(method)
-    opened, found = open_corpus(corpus), find_recordings(recordings)
-    captured = captured_words(opened, words, split)
-    top = (root or recordings).resolve()
-    if not found.folder.resolve().is_relative_to(top):
-        raise CorpusError.about(recordings, found="not below --root", allowed=f"a folder in {top}")
-    pool = _pool(jobs, ray, method)
-    prepare_work(output, resume, RECORDS, WRITTEN)
-    (output / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
-    settings = JobSettings(
-        str(corpus.resolve()),
-        str(_basis(opened, basis, split, output)),
-        str(recordings.resolve()),
-        str(top),
-        str(output.resolve()),
-        method,
-        seed=seed,
-        fit_pairs=fit_pairs,
-        confidence=confidence,
-        truth=corpus.resolve().is_relative_to(top),
-    )
     with (
         resumable("--resume goes on"),
         progress_bar(f"carrying over to {recordings.name}", as_json) as progress,
     ):
-        summary = propagate(settings, captured, found, pool, progress)
+        summary = propagate_corpus(
+            corpus,
+            recordings,
+            output,
+            config,
+            words=words,
+            basis=basis,
+            root=root,
+            split=split,
+            jobs=jobs,
+            ray=ray,
+            resume=resume,
+            progress=progress,
+        )
     _tell(summary, output, as_json)
-
-
-def _pool(jobs: int, address: str | None, method: str) -> Pool:
-    if address is not None:
-        from elocute.jobs.ray_cluster import ray_pool
-
-        return ray_pool(address, jobs)
-    if jobs == 1 and method not in DEEP:
-        from elocute.jobs.pool import one_after_another
-
-        return one_after_another
-    from elocute.jobs.process_pool import local_pool
-
-    return local_pool(jobs)
-
-
-def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path:
-    """The basis as it lies in the output folder: copied, learned, or from an earlier run."""
-    from elocute.capture.blendshapes.basis_motion import sweep
-    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
-    from elocute.corpus.shard_writing import BASIS
-    from elocute.motion.store import load_motion, save_motion
-    from elocute.propagation.captured_words import Capture
-
-    path = (output / BASIS).resolve()
-    if given is not None:
-        motion = load_motion(given)
-        Capture(corpus, motion)
-        save_motion(motion, path)
-    elif not path.is_file():
-        parts = corpus.splits
-        names = corpus.split(split).train if split in parts else tuple(corpus.by_name)
-        if not names:
-            raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
-        save_motion(sweep(learn_blendshapes(corpus, names).head), path)
-    return path
 
 
 def _tell(summary: Summary, output: Path, as_json: bool) -> None:

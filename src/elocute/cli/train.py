@@ -12,8 +12,8 @@ from elocute.cli import options
 from elocute.cli.commands import Commands
 from elocute.cli.progress import Lines
 from elocute.cli.settings_options import options_of
-from elocute.cli.work_folder import prepare_training
 from elocute.errors import needs_extra
+from elocute.files.work_folder import prepare_training
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.voca.config import TrainConfig
 

@@ -1,0 +1,27 @@
+"""Sound to Features: the built-in phone encoder, filterbanks, DeepSpeech, speech transformers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from elocute.lazy import lazy
+
+if TYPE_CHECKING:
+    from elocute.encoders.encoder import Encoder
+    from elocute.encoders.phone_encoder import PhoneEncoder
+    from elocute.encoders.registry import encoder_names, resolve_encoder
+
+__all__ = [
+    "Encoder",
+    "PhoneEncoder",
+    "encoder_names",
+    "resolve_encoder",
+]
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "encoder": ("Encoder",),
+        "phone_encoder": ("PhoneEncoder",),
+        "registry": ("encoder_names", "resolve_encoder"),
+    },
+)

@@ -1,16 +1,21 @@
-"""The experiments of in the wild 2019, section 6.4, on shards."""
+"""The experiments of in the wild 2019, section 6.4, on shards.
+
+`study_wild` is all of them in one call.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from elocute.animation import animate
 from elocute.audio.noise import babble, white_noise, with_noise
 from elocute.audio.waveform import Waveform
 from elocute.capture.blendshapes.basis_comparison import (
@@ -22,24 +27,145 @@ from elocute.capture.blendshapes.basis_comparison import (
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.shards import Shards
 from elocute.corpus.word_clip import SENTENCE
-from elocute.errors import AudioError, CorpusError
+from elocute.errors import AudioError, CorpusError, InputError
 from elocute.evaluation.concordance import Figures, figures
+from elocute.evaluation.real_talker import RealTalkerScore, evaluate_real
+from elocute.head.builtin import load_builtin_head
+from elocute.models.crnn_network import CrnnNetwork
+from elocute.models.crnn_stream import JOINS, stream_weights
+from elocute.motion.curves import ARKIT_NAMES
+from elocute.motion.mouth_measures import measure_mouth
 from elocute.networks.crnn import Crnn, SharedCrnn
+from elocute.one_line_repr import one_line
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.fit import Report, TrainedCrnn, fit, lesson_of, predict_rows
 from elocute.training.crnn.loss import explained_shares
-from elocute.training.crnn.training_data import Heard, Row, at_rate, hear_clip
+from elocute.training.crnn.training_data import Heard, Row, at_rate, hear_clip, hear_shards
 
 Array = NDArray[np.float32]
 MODEL = "model.onnx"
 HELD_OUT = 10  # one word in so many is kept from training, as 50 of 500
 TRAININGS = ("speaker", "word", "mse")
+PAPER = {"speaker": 0.621, "word": 0.502, "sentences": 0.463}  # µ28 on test, Table 2
+NOISES = ("white", "babble")
+SNRS_DB = (0.0, 10.0, 20.0)
 PEOPLE = {
     "speaker": "other speakers, the same words",
     "word": "other speakers, other words",
     "mse": "as the first, mean squared error",
 }
+
+
+@dataclass(frozen=True, eq=False)
+class WildStudy:
+    """What came of the experiments.
+
+    concordance  ρc of each training and part, of noise under the test clips, of sentences
+    bases        what speech blendshapes and ARKit's shapes leave of the sentences, mm
+    talker       a real talker: the recurrent model beside VOCA and the rules
+    missing      clips that could not be heard, with the reason
+    """
+
+    concordance: dict[str, Figures]
+    bases: list[Projection]
+    talker: dict[str, RealTalkerScore]
+    missing: tuple[tuple[str, str], ...]
+
+    __repr__ = one_line
+
+    def record(self) -> dict[str, Any]:
+        """For reports; what is not available is None."""
+        return {
+            "paper": PAPER,
+            "concordance": {name: found.record() for name, found in self.concordance.items()},
+            "bases_mm": {
+                found.name: {"components": found.components, "mean_mm": found.mean_mm}
+                for found in self.bases
+            },
+            "talker": {
+                name: {
+                    key: value if value == value else None for key, value in asdict(found).items()
+                }
+                for name, found in self.talker.items()
+            },
+        }
+
+
+def study_wild(
+    shards: Shards,
+    folder: Path,
+    config: CrnnTrainConfig | None = None,
+    *,
+    trainings: Sequence[str] = TRAININGS,
+    sentences: Corpus | None = None,
+    names: Sequence[str] = (),
+    talker: Path | None = None,
+    talker_names: list[str] | None = None,
+    report: Report | None = None,
+) -> WildStudy:
+    """Train and measure: other speakers, other words, a loss, noise, sentences, bases, a talker.
+
+    folder        there already; each training goes on in FOLDER/NAME where it was left
+    trainings     of TRAININGS, "speaker" among them
+    sentences     a corpus of continuous speech on the basis's topology; `names` are the clips
+    talker        folder of a tracked talker's clips; `talker_names` those that are measured, or all
+
+    Raises InputError for other trainings, CorpusError for shards without a clip in some part.
+    """
+    check_trainings(trainings)
+    config = config or CrnnTrainConfig()
+    heard = hear_shards(shards, folder, config.fps)
+    for name in trainings:
+        rows_of(heard, name)
+    table, shares = dict[str, Figures](), shares_of(shards)
+    for name in trainings:
+        trained = train_one(shards, heard, name, config, folder / name, report)
+        for part, found in judge(trained, heard, name, shares).items():
+            table[f"{name} {part}"] = found
+        if name == "speaker":
+            for kind in NOISES:
+                for snr in SNRS_DB:
+                    found = judge_noise(trained.network, shards, heard, kind, snr, shares)
+                    table[f"{kind} {snr:.0f} dB"] = found
+    model, bases = folder / "speaker" / MODEL, list[Projection]()
+    if sentences is not None:
+        table |= judge_continuous(sentences, names, model, shards)
+        bases = builtin_bases(sentences, names, shards)
+    talking = judge_talker(talker, model, talker_names) if talker else {}
+    return WildStudy(table, bases, talking, heard.missing)
+
+
+def check_trainings(names: Sequence[str]) -> None:
+    """Raises InputError for trainings without "speaker", or one that there is not."""
+    if "speaker" not in names or not set(names) <= set(TRAININGS):
+        raise InputError.about(
+            f"`trainings` {', '.join(names)}",
+            found="speaker is missing, or one is unknown",
+            allowed=", ".join(TRAININGS),
+        )
+
+
+def chosen_sentences(
+    corpus: Corpus, shards: Shards, subject: str | None = None, count: int = 50
+) -> list[str]:
+    """At most `count` clips, evenly taken, of all subjects or of one.
+
+    Raises CorpusError for another topology than the basis's, and for a subject that is not there.
+    """
+    vertices = shards.basis.head.vertex_count
+    if corpus.vertex_count != vertices:
+        raise CorpusError.about(
+            corpus.folder,
+            found=f"{corpus.vertex_count} vertices",
+            allowed=f"{vertices}, as the basis has",
+        )
+    if subject is not None and subject not in corpus.subjects:
+        raise CorpusError.about(
+            corpus.folder, found=f"no subject {subject}", allowed=", ".join(corpus.subjects)
+        )
+    names = [entry.name for entry in corpus.entries if subject in (None, entry.subject)]
+    return names[:: max(1, len(names) // count)][:count]
 
 
 def shares_of(shards: Shards) -> Array:
@@ -178,3 +304,48 @@ def compare_bases(
         Basis(f"arkit best {len(chosen)}", chosen),
     ]
     return project(corpus, names, bases)
+
+
+def judge_continuous(
+    corpus: Corpus, names: Sequence[str], model: Path, shards: Shards
+) -> dict[str, Figures]:
+    """Sentences with the state going on, and in pieces of 15 frames as the paper does."""
+    opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
+    shares = shares_of(shards)
+    return {
+        f"sentences {joins}": judge_sentences(
+            corpus,
+            names,
+            basis,
+            opened.record.fps,
+            shares,
+            lambda sound, joins=joins: stream_weights(opened, sound, joins),
+        )
+        for joins in JOINS
+    }
+
+
+def builtin_bases(corpus: Corpus, names: Sequence[str], shards: Shards) -> list[Projection]:
+    """`compare_bases` with ARKit's shapes of the built-in head; empty on another mesh."""
+    head = load_builtin_head()
+    if corpus.vertex_count != head.vertex_count:
+        return []
+    places = [head.expression_names.index(n) for n in ARKIT_NAMES if n in head.expression_names]
+    speech = shards.basis.head.expression_basis
+    return compare_bases(corpus, names, speech, head.expression_basis[places])
+
+
+def judge_talker(
+    folder: Path, model: Path, names: list[str] | None = None
+) -> dict[str, RealTalkerScore]:
+    """The real talker: the recurrent model beside VOCA and the rules."""
+    eye_mm = 1000 * load_builtin_head().eye_distance_m
+    found = {}
+    for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
+        found[name], _ = evaluate_real(
+            folder,
+            lambda sound, chosen=chosen: measure_mouth(animate(sound, model=chosen).motion),
+            eye_mm,
+            names=names,
+        )
+    return found

@@ -1,0 +1,36 @@
+"""Motions as files: a writer for each suffix, and the options of its format."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from elocute.lazy import lazy
+
+if TYPE_CHECKING:
+    from elocute.export.arkit_csv import arkit_curves, read_csv_curves
+    from elocute.export.curves_json import read_json_curves
+    from elocute.export.options import GlbOptions, HtmlOptions, PictureOptions
+    from elocute.export.registry import WRITERS, Format, check_suffix, format_options, write
+
+__all__ = [
+    "WRITERS",
+    "Format",
+    "GlbOptions",
+    "HtmlOptions",
+    "PictureOptions",
+    "arkit_curves",
+    "check_suffix",
+    "format_options",
+    "read_csv_curves",
+    "read_json_curves",
+    "write",
+]
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "arkit_csv": ("arkit_curves", "read_csv_curves"),
+        "curves_json": ("read_json_curves",),
+        "options": ("GlbOptions", "HtmlOptions", "PictureOptions"),
+        "registry": ("WRITERS", "Format", "check_suffix", "format_options", "write"),
+    },
+)

@@ -1,7 +1,45 @@
-"""The head: mesh, identity, expressions, joints."""
+"""The head: mesh, identities, expressions, joints."""
 
-from elocute.head.builtin import load_builtin_head
-from elocute.head.model import HeadModel
-from elocute.head.store import load_head, save_head
+from __future__ import annotations
 
-__all__ = ["HeadModel", "load_builtin_head", "load_head", "save_head"]
+from typing import TYPE_CHECKING
+
+from elocute.lazy import lazy
+
+if TYPE_CHECKING:
+    from elocute.head.builtin import load_builtin_head
+    from elocute.head.flame import FlameModel, flame_vertices, load_flame
+    from elocute.head.identity import identity_names, resolve_identity, sample_identity
+    from elocute.head.mesh import head_from_arrays, read_mesh
+    from elocute.head.model import HeadModel
+    from elocute.head.registry import open_head, sample_identities
+    from elocute.head.store import load_head, save_head
+
+__all__ = [
+    "FlameModel",
+    "HeadModel",
+    "flame_vertices",
+    "head_from_arrays",
+    "identity_names",
+    "load_builtin_head",
+    "load_flame",
+    "load_head",
+    "open_head",
+    "read_mesh",
+    "resolve_identity",
+    "sample_identities",
+    "sample_identity",
+    "save_head",
+]
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "builtin": ("load_builtin_head",),
+        "flame": ("FlameModel", "flame_vertices", "load_flame"),
+        "identity": ("identity_names", "resolve_identity", "sample_identity"),
+        "mesh": ("head_from_arrays", "read_mesh"),
+        "model": ("HeadModel",),
+        "registry": ("open_head", "sample_identities"),
+        "store": ("load_head", "save_head"),
+    },
+)

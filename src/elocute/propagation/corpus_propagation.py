@@ -14,17 +14,24 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
+from elocute.alignment.methods import resolve_method
+from elocute.capture.blendshapes.basis_motion import sweep
+from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.shard_file import sha256_of
+from elocute.corpus.shard_writing import BASIS
 from elocute.corpus.shards import ShardEntry, write_manifest
+from elocute.encoders.registry import resolve_encoder
 from elocute.errors import CorpusError, OutputError
 from elocute.files.atomic import write_atomically
+from elocute.files.work_folder import prepare_work
 from elocute.jobs.pool import Failed, Pool, one_after_another
-from elocute.motion.store import load_motion
-from elocute.propagation.captured_words import CapturedWord
-from elocute.propagation.settings import JobSettings
+from elocute.motion.store import load_motion, save_motion
+from elocute.propagation.captured_words import Capture, CapturedWord, captured_words
+from elocute.propagation.settings import JobSettings, PropagateConfig
 from elocute.propagation.word_job import (
     RECORDS,
     WordRecord,
@@ -33,10 +40,12 @@ from elocute.propagation.word_job import (
     reject_lines,
     run_word,
 )
-from elocute.propagation.word_recordings import Recordings
+from elocute.propagation.word_recordings import Recordings, find_recordings
 
 HEADER = "word,audio,reason\n"
 REJECTS = "rejects.csv"
+WRITTEN = (BASIS, "manifest.json", REJECTS, "*.parquet")
+DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
 
 
 @dataclass
@@ -51,6 +60,87 @@ class Summary:
     pairs: int = 0
     failed: list[tuple[str, str]] = field(default_factory=list)
     unheard: list[str] = field(default_factory=list)
+
+
+def propagate_corpus(
+    corpus: Path,
+    recordings: Path,
+    folder: Path,
+    config: PropagateConfig | None = None,
+    *,
+    words: Path | None = None,
+    basis: Path | None = None,
+    root: Path | None = None,
+    split: str = "default",
+    jobs: int = 1,
+    ray: str | None = None,
+    resume: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Summary:
+    """Carry the parameters of a corpus's captured speakers over to recordings; leave shards.
+
+    words   folder of SUBJECT.SENTENCE.json: words of the captured clips, with times
+    basis   speech blendshapes (.npz); None learns them from the training clips
+    root    folder above both that sounds are named from; `recordings` by default
+    split   of the corpus; its training part is carried over
+    jobs    processes, 0 for all processors; with `ray` (HOST:PORT, or local) its actors
+    resume  go on in a folder in which an earlier run was at work
+
+    Raises what `propagate` raises, and InputError for anything that cannot be used; nothing is
+    written then.
+    """
+    config = config or PropagateConfig()
+    resolve_method(config.method)
+    resolve_encoder(config.encoder)
+    opened, found = open_corpus(corpus), find_recordings(recordings)
+    captured = captured_words(opened, words, split)
+    top = (root or recordings).resolve()
+    if not found.folder.resolve().is_relative_to(top):
+        raise CorpusError.about(recordings, found="not below `root`", allowed=f"a folder in {top}")
+    pool = chosen_pool(config.method, jobs, ray)
+    prepare_work(folder, resume, RECORDS, WRITTEN)
+    (folder / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
+    settings = JobSettings(
+        **asdict(config),
+        corpus=str(corpus.resolve()),
+        basis=str(prepare_basis(opened, basis, split, folder)),
+        recordings=str(recordings.resolve()),
+        root=str(top),
+        folder=str(folder.resolve()),
+        truth=corpus.resolve().is_relative_to(top),
+    )
+    return propagate(settings, captured, found, pool, progress)
+
+
+def chosen_pool(method: str, jobs: int, address: str | None = None) -> Pool:
+    """Where the words are worked on. Raises InputError, and MachineError without Ray."""
+    if address is not None:
+        from elocute.jobs.ray_cluster import ray_pool
+
+        return ray_pool(address, jobs)
+    if jobs == 1 and method not in DEEP:
+        return one_after_another
+    from elocute.jobs.process_pool import local_pool
+
+    return local_pool(jobs)
+
+
+def prepare_basis(corpus: Corpus, given: Path | None, split: str, folder: Path) -> Path:
+    """The basis as it lies in the folder: copied, learned from training clips, or kept.
+
+    Raises CorpusError for a basis of other meshes, and where there is no clip to learn from.
+    """
+    path = (folder / BASIS).resolve()
+    if given is not None:
+        motion = load_motion(given)
+        Capture(corpus, motion)
+        save_motion(motion, path)
+    elif not path.is_file():
+        names = corpus.split(split).train if split in corpus.splits else tuple(corpus.by_name)
+        if not names:
+            raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
+        save_motion(sweep(learn_blendshapes(corpus, names).head), path)
+    return path
 
 
 def propagate(

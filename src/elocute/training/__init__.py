@@ -1,0 +1,33 @@
+"""Training of models: VOCA on a Corpus, the recurrent model on shards. Needs the extra `train`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from elocute.lazy import lazy
+
+if TYPE_CHECKING:
+    from elocute.training.crnn.config import CrnnTrainConfig
+    from elocute.training.crnn.run import train_crnn
+    from elocute.training.device import available_devices, resolve_device
+    from elocute.training.voca.config import TrainConfig
+    from elocute.training.voca.run import train_voca
+
+__all__ = [
+    "CrnnTrainConfig",
+    "TrainConfig",
+    "available_devices",
+    "resolve_device",
+    "train_crnn",
+    "train_voca",
+]
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "crnn.config": ("CrnnTrainConfig",),
+        "crnn.run": ("train_crnn",),
+        "device": ("available_devices", "resolve_device"),
+        "voca.config": ("TrainConfig",),
+        "voca.run": ("train_voca",),
+    },
+)

@@ -62,6 +62,7 @@ class Landmarks:
 
 
 def no_landmarks() -> Landmarks:
+    """Landmarks of which none is known."""
     return Landmarks(np.full((COUNT, 3), np.nan), np.zeros(COUNT))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from elocute.errors import OutputError
+from elocute.files.atomic import check_output
 
 CHECKPOINT = "checkpoint.safetensors"
 TRAINED = ("log.csv", "model.onnx")
@@ -14,8 +15,6 @@ TRAINED = ("log.csv", "model.onnx")
 
 def prepare_folder(folder: Path, resume: bool) -> None:
     """Make the folder, or take the one that is there. Raises OutputError."""
-    from elocute.files.atomic import check_output
-
     check_output(folder)
     if folder.exists() and not folder.is_dir():
         raise OutputError.about(folder, found="a file", allowed="a folder")
@@ -24,7 +23,7 @@ def prepare_folder(folder: Path, resume: bool) -> None:
             folder,
             found="a folder with files in it",
             allowed="a new or empty folder",
-            remedy="add --resume to go on in it",
+            remedy="`resume` goes on in it",
         )
     folder.mkdir(exist_ok=True)
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from elocute.cli.propagate import WRITTEN
-from elocute.cli.work_folder import prepare_trainings, prepare_work
 from elocute.errors import OutputError
+from elocute.files.work_folder import prepare_trainings, prepare_work
+from elocute.propagation.corpus_propagation import WRITTEN
 
 
 @pytest.mark.parametrize("name", ["manifest.json", "basis.npz", "rejects.csv", "one.parquet"])
