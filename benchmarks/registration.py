@@ -1,7 +1,7 @@
 """Registration of simulated scans: this package against trimesh's non-rigid ICP, in one run.
 
-    python benchmarks/registration.py [--frames 6] [--points 120000] [--skip-trimesh]
-    python benchmarks/registration.py --detected     landmarks found in pictures (extra `video`)
+    python -m benchmarks.registration [--frames 6] [--points 120000] [--skip-trimesh]
+    python -m benchmarks.registration --detected     landmarks found in pictures (extra `video`)
 
 Needs trimesh's own extra `rtree`. CPU seconds of one thread, without reading files and measuring.
 The same scans, landmarks, template and rigid start go to everybody; trimesh runs with the settings
@@ -213,7 +213,7 @@ def theirs(template: Template, cases: list[Case]) -> list[Column]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--frames", type=int, default=6)
     parser.add_argument("--trimesh-frames", type=int, default=2)
     parser.add_argument("--points", type=int, default=120_000)

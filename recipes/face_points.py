@@ -1,6 +1,6 @@
 """Find where MediaPipe's 478 face points lie on the built-in head.
 
-    python recipes/face_points.py            # writes the table that ships, and says its spread
+    python -m recipes.face_points            # writes the table that ships, and says its spread
 
 The detector itself is asked: faces of the identity space are drawn from several sides, each
 found point is cast back onto the drawn mesh, and the median over all pictures is kept as a place

@@ -313,7 +313,8 @@ def wild(tmp_path_factory: pytest.TempPathFactory, need: Callable[[object, str],
     folder = tmp_path_factory.mktemp("wild") / "words"
     command = [
         sys.executable,
-        ROOT / "recipes" / "build_words.py",
+        "-m",
+        "recipes.build_words",
         folder,
         "--words",
         "4",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from corpus.subjects import Subject
-from encoder.store import RATE
-from encoder.synthesise import Espeak, Phones, utterance
+from recipes.corpus.subjects import Subject
+from recipes.encoder.store import RATE
+from recipes.encoder.synthesise import Espeak, Phones, utterance
 
 LEAD_S, TAIL_S = 0.25, 0.35  # of faint noise around the words, so that mouths rest too
 SHORTEST_S, LONGEST_S = 3.0, 5.0

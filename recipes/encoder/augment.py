@@ -11,7 +11,7 @@ import random
 import numpy as np
 from scipy import fft
 
-from encoder.store import HOP, RATE
+from recipes.encoder.store import HOP, RATE
 
 CHUNK_FRAMES = 800  # 8 s of labels at 100 Hz
 

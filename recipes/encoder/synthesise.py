@@ -14,9 +14,9 @@ import numpy as np
 import soundfile
 import soxr
 
-from encoder.store import HOP, RATE, ShardWriter, labels_from_times
-from encoder.symbols import from_festival, from_ipa
-from encoder.texts import sentence, words_of
+from recipes.encoder.store import HOP, RATE, ShardWriter, labels_from_times
+from recipes.encoder.symbols import from_festival, from_ipa
+from recipes.encoder.texts import sentence, words_of
 
 PHONEME_EVENT = 7
 WORDS_PER_MINUTE = 165  # of espeak-ng at tempo 1

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from fuzzing import seeds
-from fuzzing.cases import Files, Reader
+from tests.fuzz.fuzzing import seeds
+from tests.fuzz.fuzzing.cases import Files, Reader
 
 
 def only(read: Callable[[Path], object]) -> Callable[[Path, Path], object]:
