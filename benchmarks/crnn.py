@@ -141,7 +141,9 @@ def main() -> None:
             lambda: shared(static[None], starts[None])[0][0].numpy(), choice.times
         ),
         "onnxruntime, window by window": timed(lambda: one_by_one(windows, ask), choice.times),
-        "onnxruntime, shared (run time)": timed(lambda: stream.run(None, given)[0], choice.times),
+        "onnxruntime, shared (run time)": timed(
+            lambda: np.asarray(stream.run(None, given)[0]), choice.times
+        ),
     }
     true = rows["torch, window by window"][1]
     print(

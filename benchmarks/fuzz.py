@@ -144,7 +144,7 @@ def show(work: Path, name: str, number: int) -> None:
 def guided(work: Path, name: str, seconds: float) -> None:
     """Atheris chooses what to mutate further by the lines of ours that it reached."""
     try:
-        import atheris
+        atheris: Any = importlib.import_module("atheris")
     except ImportError:
         sys.exit("--guided needs Atheris: pip install atheris")
     with Server(work) as server:

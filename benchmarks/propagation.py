@@ -161,7 +161,7 @@ def main() -> None:
         if choice.workers:
             print(workers(folder, room / "basis.npz", [int(n) for n in choice.workers.split(",")]))
             return
-        record = {"components": len(learned.head.expression_names)}
+        record: dict[str, object] = {"components": len(learned.head.expression_names)}
         for method in choice.methods.split(","):
             record[method] = speed(folder, room, method, choice.words)
             print(json.dumps({method: record[method]}), file=sys.stderr, flush=True)

@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
@@ -186,7 +187,7 @@ def theirs(template: Template, cases: list[Case]) -> list[Column]:
     import trimesh
     from trimesh import registration
 
-    methods: dict[str, Callable[..., Floats]] = {
+    methods: dict[str, Callable[..., Any]] = {
         "trimesh nricp_amberg": registration.nricp_amberg,
         "trimesh nricp_sumner": registration.nricp_sumner,
     }
@@ -204,7 +205,7 @@ def theirs(template: Template, cases: list[Case]) -> list[Column]:
             vertices, places, _ = template.landmark_weights(case.landmarks)
             marks = {"source_landmarks": place[vertices], "target_positions": places}
             started = time.thread_time()
-            found = method(source, target, **marks)
+            found = np.asarray(method(source, target, **marks))
             seconds = time.thread_time() - started
             start[template.skin] = found
             column.add(template, case, start, seconds)

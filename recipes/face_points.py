@@ -80,9 +80,7 @@ def sight(
     rays = rays_of(camera, faces.points[0, :, :2].astype(np.float64))
     mesh = trimesh.Trimesh(one.template, solid, process=False)
     starts = np.repeat(camera.position[None].astype(np.float64), len(rays), axis=0)
-    triangle, ray, hits = mesh.ray.intersects_id(
-        starts, rays, multiple_hits=False, return_locations=True
-    )
+    hits, ray, triangle = mesh.ray.intersects_location(starts, rays, multiple_hits=False)
     corners = one.template[solid[triangle]].astype(np.float64)
     bary = trimesh.triangles.points_to_barycentric(corners, hits)
     places[ray] = np.einsum("pc,pca->pa", bary, rest[solid[triangle]])
@@ -139,7 +137,7 @@ def on_lines(head: HeadModel) -> list[tuple[tuple[int, ...], Indices]]:
         (head.inner_lip_upper, inner),
         (head.inner_lip_lower, inner),
     )
-    lines = [
+    lines: list[tuple[tuple[int, ...], Indices]] = [
         (contour, np.concatenate([ends[:1], middle, ends[1:]]))
         for contour, (middle, ends) in zip(LIP_CONTOURS, lips, strict=True)
     ]

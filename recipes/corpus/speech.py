@@ -21,16 +21,18 @@ class Speaker:
     def say(self, subject: Subject, text: str, seed: int) -> tuple[np.ndarray, Phones]:
         """Samples at 16 kHz and phones, 3 to 5 s long: what is not gets said again faster."""
         tempo = subject.tempo
-        for _ in range(4):
-            samples, phones = utterance(
-                self.espeak, subject.engine, subject.voice, text, tempo, subject.pitch
-            )
+        samples, phones = self._at(tempo, subject, text)
+        for _ in range(3):
             length = len(samples) / RATE + LEAD_S + TAIL_S
             if SHORTEST_S <= length <= LONGEST_S:
                 break
             wanted = min(max(length, SHORTEST_S * 1.03), LONGEST_S * 0.97)
             tempo *= length / wanted
+            samples, phones = self._at(tempo, subject, text)
         return _padded(samples, phones, seed)
+
+    def _at(self, tempo: float, subject: Subject, text: str) -> tuple[np.ndarray, Phones]:
+        return utterance(self.espeak, subject.engine, subject.voice, text, tempo, subject.pitch)
 
 
 def _padded(samples: np.ndarray, phones: Phones, seed: int) -> tuple[np.ndarray, Phones]:

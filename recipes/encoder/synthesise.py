@@ -7,7 +7,7 @@ import ctypes
 import random
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -143,7 +143,7 @@ def _add(
     return len(samples) / RATE
 
 
-def espeak_shard(folder: Path, minutes: dict[str, float], seed: int = 1) -> None:
+def espeak_shard(folder: Path, minutes: Mapping[str, float], seed: int = 1) -> None:
     """Many accents, languages and voice variants."""
     engine, writer, draw = Espeak(), ShardWriter(), random.Random(seed)
     for voice, wanted in minutes.items():
