@@ -22,6 +22,7 @@ import json
 import os
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -130,7 +131,7 @@ def judged(
     rows: list[Row],
     record: Path,
     folder: Path,
-    texts: list[str],
+    texts: Sequence[str],
     sentences: Path | None = None,
 ) -> None:
     wanted = [text for text in texts if text not in {row.word for row in rows}]

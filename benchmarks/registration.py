@@ -228,7 +228,7 @@ def main() -> None:
     scanner = Scanner(points=arguments.points, noise_mm=arguments.noise_mm)
     neutral, cases, floor_median, floor_mean = cases_of(motion, scanner, arguments.frames)
     template, _ = register_neutral(head, neutral.scan, neutral.landmarks)
-    template.lattice, template.rim, template.bending, template.basis  # noqa: B018  prepared once
+    _ = template.lattice, template.rim, template.bending, template.basis  # prepared once
     print(
         f"{len(cases)} frames, {len(cases[0].scan.points)} points, noise {arguments.noise_mm} mm; "
         f"noise floor {floor_median:.3f} mm median, {floor_mean:.3f} mm mean"
