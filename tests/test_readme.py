@@ -275,13 +275,11 @@ def piped(words: list[str]) -> None:
 def understood(words: list[str]) -> bool:
     """Whether the option parser takes them. Raises as it does."""
     command: Any = get_command(app)
-    context = command.make_context("elocute", list(words), resilient_parsing=True)
+    context, rest = command.make_context("elocute", list(words), resilient_parsing=True), words
     while hasattr(command, "commands"):
-        command = command.commands[words[0]]
-        words = words[1:]
-        rest = [word for word in words if not hasattr(command, "commands") or word]
+        command, rest = command.commands[rest[0]], rest[1:]
         context = command.context_class(command, parent=context)
-    command.parse_args(context, rest)
+    command.parse_args(context, list(rest))
     return True
 
 

@@ -54,6 +54,7 @@ def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, dict[s
         "OMP_NUM_THREADS": "1",
         "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
     }
+    told = ""
     # Ray gives its own agent 15 s to load, which a busy machine needs for that alone.
     for _ in range(STARTS):
         process, address, told = started(environment)

@@ -229,7 +229,8 @@ def _features(folder: Path, _out: Path) -> None:
 
     heard = _open(folder)
     for row in heard.rows:
-        np.asarray(heard.columns(row)), np.asarray(heard.parameters(row))
+        np.asarray(heard.columns(row))
+        np.asarray(heard.parameters(row))
 
 
 def _track(path: Path, _out: Path) -> None:
