@@ -27,7 +27,7 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def talk(tmp_path_factory):
     """Three seconds at 20 fps, stored."""
-    jaw = 0.3 * np.sin(np.arange(60) / 5) ** 2
+    jaw = (0.3 * np.sin(np.arange(60) / 5) ** 2).astype(np.float32)
     head = load_builtin_head()
     path = tmp_path_factory.mktemp("edit") / "talk.npz"
     save_motion(motion_from_curves(head, Curves(jaw[:, None], ("jawOpen",), 20.0)), path)
