@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from elocute.articulation.gates import HOLD_MAX_S
+from elocute.brief import brief
 from elocute.errors import InputError
 from elocute.files.records import finite_number, read_record
 
@@ -50,7 +51,7 @@ class Style:
             if number is None or not low <= number <= high:
                 raise InputError.about(
                     f"style {field.name}",
-                    found=repr(value)[:60] if number is None else f"{number:g}",
+                    found=brief(value) if number is None else f"{number:g}",
                     allowed=f"a number from {low:g} to {high:g}",
                 )
 
