@@ -13,8 +13,8 @@ import soundfile
 
 import elocute
 from elocute.audio.features import Features
+from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import open_shards
-from elocute.corpus.store import open_corpus
 from elocute.motion import edits
 from elocute.motion.curves import curves_from_motion
 from elocute.motion.track import Track

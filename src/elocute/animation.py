@@ -19,14 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.style import Style
-from elocute.audio.given import Speech, sound_of
+from elocute.audio.inputs import Speech, sound_of
 from elocute.audio.waveform import Waveform
-from elocute.brief import brief
 from elocute.errors import HeadError, InputError
 from elocute.head.builtin import load_builtin_head
-from elocute.head.choice import open_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
+from elocute.head.registry import open_head
 from elocute.models.ears import Phones
 from elocute.models.hearing import Progress, SoundBlocks, blocks_of, hear
 from elocute.models.protocol import Span
@@ -36,7 +35,8 @@ from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
 from elocute.numerics.given import check_kind
-from elocute.numerics.sampling import frames_in
+from elocute.numerics.resampling import frames_in
+from elocute.one_line_repr import brief
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def animate(
     """Animate a head with speech.
 
     speech    a sound or video file, or a Waveform; or the bytes of such a file, a binary file
-              object, or an array of samples (see `elocute.audio.given`)
+              object, or an array of samples (see `elocute.audio.inputs`)
     rate      Hz, of an array
     fps       frames per second of the motion, 1…240
     identity  a face of the built-in head: a name, a seed, or a JSON file of 50 coefficients

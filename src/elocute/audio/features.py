@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import brief, one_line
 from elocute.errors import InputError
 from elocute.numerics.given import NUMBERS_MAX, floats_of, real_number, whole_number
-from elocute.numerics.sampling import frame_places, read_rows
+from elocute.numerics.resampling import frame_places, read_rows
+from elocute.one_line_repr import brief, one_line
 
 WINDOW_MAX = 10_000
 

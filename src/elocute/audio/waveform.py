@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import brief
 from elocute.errors import AudioError
 from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
+from elocute.one_line_repr import brief
 
 RATE_RANGE = (4000, 768_000)
 LOUDEST = 100.0

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from elocute.audio.waveform import Waveform
-from elocute.brief import brief
 from elocute.errors import OutputError
 from elocute.motion.motion import Motion, check_motion
+from elocute.one_line_repr import brief
 
 # suffix: (module, function); modules are imported when first needed.
 WRITERS: dict[str, tuple[str, str]] = {
@@ -25,7 +25,7 @@ WRITERS: dict[str, tuple[str, str]] = {
     ".npy": ("elocute.export.meshes", "write_npy"),
     ".obj": ("elocute.export.meshes", "write_obj"),
     ".ply": ("elocute.export.meshes", "write_ply"),
-    ".png": ("elocute.export.png", "write_png"),
+    ".png": ("elocute.export.contact_sheet", "write_png"),
 }
 _FIRST, _OURS = ("motion", "path"), ("sound", "overwrite")
 _KINDS: dict[str, Any] = {

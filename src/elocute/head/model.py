@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
-from elocute.head.tone import TONE_SHARES, recoloured
+from elocute.head.skin_tone import TONE_SHARES, recoloured
 from elocute.numerics.given import NUMBERS_MAX, floats_of
 
 Array = NDArray[np.float32]

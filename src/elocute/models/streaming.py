@@ -18,14 +18,14 @@ from elocute.articulation.driver import HISTORY_S
 from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import check_rate, check_samples
-from elocute.brief import brief
 from elocute.errors import AudioError, InputError
 from elocute.models.protocol import Ear, Heard, Level, Span, SpeechModel
 from elocute.models.registry import DEFAULT, open_model
 from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves
 from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
-from elocute.numerics.sampling import frames_in
+from elocute.numerics.resampling import frames_in
+from elocute.one_line_repr import brief
 
 Array = NDArray[np.float32]
 FPS_RANGE = (1.0, 240.0)

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import brief
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
 from elocute.numerics.given import NUMBERS_MAX, check_kind, floats_of, real_number, whole_number
+from elocute.one_line_repr import brief
 
 FPS_MIN, FPS_MAX = 0.001, 1000.0
 WEIGHT_MAX = 1e6

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
 from elocute.errors import MotionError
 from elocute.files.arrays import ArrayFile
 from elocute.motion.motion import checked_fps
 from elocute.numerics.given import array_of
+from elocute.one_line_repr import one_line
 
 BLOCK_FRAMES = 256
 MM = 1000.0

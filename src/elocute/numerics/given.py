@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import brief
 from elocute.errors import InputError
+from elocute.one_line_repr import brief
 
 NUMBERS_MAX = 250_000_000
 """Numbers of one array that has to be copied: 1 GB of float32, 87 minutes of sound at 48 kHz,

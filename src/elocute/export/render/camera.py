@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import brief
 from elocute.errors import InputError
 from elocute.head.model import HeadModel
+from elocute.one_line_repr import brief
 
 Floats = NDArray[np.float32]
 

@@ -8,11 +8,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import brief
 from elocute.errors import InputError, MachineError
 from elocute.export.render.camera import Camera, portrait
 from elocute.head.model import HeadModel
 from elocute.numerics.given import whole_number
+from elocute.one_line_repr import brief
 
 BACKENDS = ("auto", "moderngl", "embreex")
 SIDE_RANGE = (16, 8192)

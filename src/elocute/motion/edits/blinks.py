@@ -8,13 +8,20 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import brief
 from elocute.errors import MotionError
+from elocute.motion.blink_timing import (
+    BLINK_S,
+    CLOSED_S,
+    CLOSING_S,
+    SEED,
+    blink_starts,
+    lid_closure,
+)
 from elocute.motion.edits.lid_gap import lid_scale
 from elocute.motion.edits.shape import shape_index
-from elocute.motion.lids import BLINK_S, CLOSED_S, CLOSING_S, SEED, blink_starts, lid_closure
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.given import floats_of, real_number, whole_number
+from elocute.one_line_repr import brief
 
 SIDES = ("Left", "Right")
 PER_MINUTE_MAX = 120.0

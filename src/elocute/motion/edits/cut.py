@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from elocute.brief import brief
 from elocute.errors import MotionError
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.given import real_number
+from elocute.one_line_repr import brief
 
 
 def cut(motion: Motion, start_s: float = 0.0, stop_s: float | None = None) -> Motion:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elocute.brief import brief
 from elocute.errors import MotionError
 from elocute.numerics.given import floats_of
+from elocute.one_line_repr import brief
 
 KEYS_MAX = 1_000_000
 LARGEST = 1e6
