@@ -37,7 +37,7 @@ from alignment.speak import TUNING_VOICES, VOICES, speak_all, speak_sentences
 from alignment.texts import FRAMES, TUNING_WORDS, WORDS
 from alignment.visual import visual_words
 from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
-from elocute.evaluation.alignments import (
+from elocute.evaluation.alignment_scores import (
     Row,
     judge_folder,
     judge_word,

@@ -156,7 +156,7 @@ def guided(work: Path, name: str, seconds: float) -> None:
         from fuzzing.readers import READERS
 
         import elocute.files.arrays
-        import elocute.files.records  # noqa: F401
+        import elocute.files.json_records  # noqa: F401
     from fuzzing.cases import load_seeds
     from fuzzing.mutations import mutate
 

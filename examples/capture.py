@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 import elocute
-from elocute.capture.batch import BatchSettings, capture_scans
-from elocute.capture.sequence import SequenceFacts
-from elocute.capture.simulate import Scanner, simulate_scans
+from elocute.capture.scans.scan_sequence import SequenceFacts
+from elocute.capture.scans_to_corpus import BatchSettings, capture_scans
+from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 
 CLIP = Path(elocute.__file__).parent / "assets" / "example.flac"
 

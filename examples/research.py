@@ -13,11 +13,11 @@ import numpy as np
 
 import elocute
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_store import Corpus, open_corpus
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.split import Split
-from elocute.corpus.store import Corpus, open_corpus
-from elocute.corpus.writer import corpus_writer
-from elocute.evaluation.clips import clip_predictor
 from elocute.evaluation.corpus_scores import Measure, best_rows, score_clips
+from elocute.evaluation.model_predictions import clip_predictor
 from elocute.evaluation.vertex_lists import builtin_list
 from elocute.models.registry import open_model
 from elocute.training.voca.config import TrainConfig
@@ -34,9 +34,14 @@ def build(folder: Path) -> Corpus:
     faces = {style: head.identity_template(np.full(3, 0.3 * i)) for i, style in enumerate(STYLES)}
     size = round(PART_S * speech.sample_rate)
     with corpus_writer(
-        folder, faces, fps=60, basis=head.expression_basis, components=head.expression_names,
-        faces=head.quads, topology=head.name,
-    ) as writer:  # fmt: skip
+        folder,
+        faces,
+        fps=60,
+        basis=head.expression_basis,
+        components=head.expression_names,
+        faces=head.quads,
+        topology=head.name,
+    ) as writer:
         for style in STYLES:
             for part in range(PARTS):
                 sound = elocute.Waveform(speech.samples[part * size : (part + 1) * size], 16000)
@@ -57,7 +62,7 @@ def main() -> None:
     parser.add_argument("--epochs", default=20, type=int)
     given = parser.parse_args()
 
-    given.output.mkdir(parents=True, exist_ok=True)
+    (given.output / "voca").mkdir(parents=True, exist_ok=True)
     corpus = build(given.output / "corpus")
     train_voca(corpus, TrainConfig(epochs=given.epochs, learning_rate=2e-3), given.output / "voca")
     measure = Measure(builtin_list("lips"), builtin_list("upper_face"), mouth=True)

@@ -29,8 +29,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from build_corpus import simulate
 from corpus.speech import voices_missing
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.split import Split
-from elocute.corpus.writer import corpus_writer
 from elocute.files.atomic import write_folder_atomically
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity

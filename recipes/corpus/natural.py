@@ -13,7 +13,7 @@ from corpus import subjects
 from elocute.audio.phones import PHONES
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
-from elocute.corpus.writer import CorpusWriter
+from elocute.corpus.corpus_writing import CorpusWriter
 from encoder.store import RATE, Item, Shard, load_shard
 
 Phones = list[tuple[float, float, str]]

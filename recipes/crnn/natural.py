@@ -11,7 +11,7 @@ import soundfile
 
 from corpus.natural import aligned_phones, chosen_recordings
 from crnn.simulation import FPS, simulate
-from elocute.corpus.shard_writer import ShardWriter
+from elocute.corpus.shard_writing import ShardWriter
 from elocute.corpus.word_clip import SENTENCE, WordClip
 from elocute.head.builtin import load_builtin_head
 from elocute.models.speech_shapes import to_shapes

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from corpus.subjects import Subject
-from elocute.alignment.words import Word, Words, write_words
+from elocute.alignment.word_times import Word, Words, write_words
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from encoder.store import RATE
