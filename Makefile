@@ -27,7 +27,7 @@ check: .venv/ready-dev
 	scripts/check
 
 site: .venv/ready-dev
-	$(BIN)/mkdocs build --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 	@echo "Open build/site/index.html"
 
 .venv/ready-demo: $(SOURCES)
