@@ -45,8 +45,6 @@ PAGES = [
 ]
 NOT_RUN_MAX = 5
 BLOCK = re.compile(r"^(?:<!-- not run: (.+?) -->\n+)?```(\w+)\n(.*?)^```", re.M | re.S)
-INCLUDED = '--8<-- "'
-"""A script of examples/, which tests/test_examples.py runs."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,6 @@ SHELL = [block for block in BLOCKS if block.kind == "sh"]
 PYTHON = {
     page: [b.text for b in BLOCKS if b.page == page and b.kind == "python"]
     for page in dict.fromkeys(b.page for b in BLOCKS if b.kind == "python")
-    if page != "docs/use/examples.md"
 }
 LOOKS = ("python -c ", "ls ")
 LINES = [line for block in SHELL for line in block.lines]

@@ -25,17 +25,17 @@ def voca_command(
     corpus: Path = typer.Argument(..., help="A corpus folder (elocute corpus convert makes one)."),
     output: Path = typer.Option(..., "-o", "--output", help="Folder for checkpoint, log, model."),
     encoder: str = typer.Option(
-        "phones", help="What hears: phones, fbank, deepspeech:FILE.pb, wav2vec2:FOLDER, …"
+        "phones", help="Speech encoder: phones, fbank, deepspeech:FILE.pb, wav2vec2:FOLDER, …"
     ),
     split: str = typer.Option("default", help="Which split of the corpus."),
     epochs: int = typer.Option(50, help="Passes over the training part."),
     batch: int = typer.Option(64, help="Pairs of neighbouring frames in a batch."),
-    learning_rate: float = typer.Option(1e-4, help="Of Adam."),
+    learning_rate: float = typer.Option(1e-4, help="Adam's learning rate."),
     velocity: float = typer.Option(10.0, help="Weight of the velocity term."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of all random numbers."),
     full_decoder: bool = typer.Option(False, help="Train vertex by vertex: same loss, far slower."),
     device: str = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu."),
-    resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
+    resume: bool = typer.Option(False, help="Resume from the checkpoint in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
     """Train VOCA; leaves model.onnx, checkpoint.safetensors, log.csv and TensorBoard events."""
@@ -78,7 +78,7 @@ def crnn_command(
     output: Path = typer.Option(..., "-o", "--output", help="Folder for checkpoint, log, model."),
     epochs: int = typer.Option(50, help="Passes over the training part."),
     batch: int = typer.Option(50, help="Clips in a batch."),
-    learning_rate: float = typer.Option(5e-4, help="Of Adam."),
+    learning_rate: float = typer.Option(5e-4, help="Adam's learning rate."),
     last_rate: float = typer.Option(1.0, help="Share of it that the last epoch has left."),
     loss: str = typer.Option("concordance", help="concordance, or mse."),
     weight_power: float = typer.Option(
@@ -88,10 +88,10 @@ def crnn_command(
     augment: float = typer.Option(
         0.0, help="Share of clips made worse: noise, room, voice, tempo."
     ),
-    highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
+    highest_hz: float = typer.Option(22050.0, help="Ignore higher frequencies: 8000 for 16 kHz."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of all random numbers."),
     device: str = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu."),
-    resume: bool = typer.Option(False, help="Go on from the checkpoint in the output folder."),
+    resume: bool = typer.Option(False, help="Resume from the checkpoint in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
     """Train the recurrent model; leaves model.onnx, checkpoint, log.csv and TensorBoard events.
