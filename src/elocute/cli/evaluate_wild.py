@@ -29,7 +29,7 @@ def wild_command(
     clips: int = typer.Option(50, min=1, help="Sentences measured, evenly taken."),
     trainings: str = typer.Option("speaker,word,mse", help="Which trainings, for trials."),
     config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
-    resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
+    resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     tables: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:

@@ -40,7 +40,7 @@ def propagate_command(
     ray: str | None = typer.Option(
         None, "--ray", help="HOST:PORT of a Ray cluster, or local; jobs is its number of actors."
     ),
-    resume: bool = typer.Option(False, help="Go on in the output folder."),
+    resume: bool = typer.Option(False, help="Resume in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
     """Align every recording with the captured speakers and carry their parameters over.

@@ -17,7 +17,7 @@ MODEL = "model.onnx"
 def train_crnn(
     shards: Shards,
     config: CrnnTrainConfig,
-    folder: Path,
+    folder: str | Path,
     *,
     resume: bool = False,
     report: Report | None = None,
@@ -30,6 +30,8 @@ def train_crnn(
     for shards that cannot be learned from, ModelError for settings that do not fit a checkpoint
     and for a device that is not there (see `resolve_device`).
     """
+    folder = Path(folder)
+    folder.mkdir(exist_ok=True)
     resolve_device(device)  # before the shards are heard
 
     def hearing(share: float) -> None:

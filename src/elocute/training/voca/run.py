@@ -17,7 +17,7 @@ MODEL = "model.onnx"
 def train_voca(
     corpus: Corpus,
     config: TrainConfig,
-    folder: Path,
+    folder: str | Path,
     split: str = "default",
     *,
     resume: bool = False,
@@ -30,6 +30,8 @@ def train_voca(
     Raises CorpusError for a corpus that cannot be learned from, ModelError for settings that do
     not fit a checkpoint that is there, or a device that is not (see `resolve_device`).
     """
+    folder = Path(folder)
+    folder.mkdir(exist_ok=True)
     resolve_device(device)  # before the corpus is heard
     material = prepare(corpus, config, resolve_encoder(config.encoder), split, report)
     trained = fit(material, config, folder, resume=resume, report=report, device=device)
