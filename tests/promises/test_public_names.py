@@ -139,7 +139,7 @@ def test_pages_and_examples_use_public_names_alone(page: Path) -> None:
                 ]
             elif isinstance(node, ast.Attribute) and ast.unparse(node.value) in HOMES:
                 home = ast.unparse(node.value)
-                if node.attr not in importlib.import_module(home).__all__ and (
+                if not node.attr.startswith("__") and node.attr not in importlib.import_module(home).__all__ and (
                     f"{home}.{node.attr}" not in HOMES
                 ):
                     private.append(f"{home}.{node.attr}")
