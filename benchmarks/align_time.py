@@ -24,7 +24,7 @@ def measure(method: str, seconds: float) -> dict[str, float]:
     """Seconds of the first and of the second call, and the score."""
     begun = time.perf_counter()
     from elocute.alignment.methods import align
-    from elocute.alignment.speech import speech_view
+    from elocute.alignment.sound_views import speech_view
     from elocute.audio.read import read_audio
     from elocute.audio.waveform import Waveform
 

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.capture.blendshapes.compare import Basis, project, strongest_shapes
-from elocute.capture.blendshapes.learn import BlendshapeConfig, learn_blendshapes
-from elocute.corpus.store import Corpus, open_corpus
+from elocute.capture.blendshapes.basis_comparison import Basis, project, strongest_shapes
+from elocute.capture.blendshapes.blendshape_learning import BlendshapeConfig, learn_blendshapes
+from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.head.builtin import load_builtin_head
 
 

@@ -27,7 +27,7 @@ import numpy as np
 import onnxruntime
 import torch
 
-from elocute.audio.mel3 import mel3_columns
+from elocute.audio.mel_with_deltas import mel3_columns
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.models.crnn_network import CrnnNetwork

@@ -23,8 +23,8 @@ import numpy as np
 from tslearn.metrics import dtw_path
 
 from elocute.alignment.dtw import dtw, squared_distances
-from elocute.audio.mel import log_mel
 from elocute.audio.read import read_audio
+from elocute.audio.spectral import log_mel
 
 SIZES, BANDS = (100, 300, 1000), 39
 EXAMPLE = Path(__file__).parents[1] / "src" / "elocute" / "assets" / "example.flac"

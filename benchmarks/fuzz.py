@@ -151,7 +151,7 @@ def guided(work: Path, name: str, seconds: float) -> None:
         server.check(name)  # makes the seeds
     with atheris.instrument_imports(include=["elocute"]):
         import elocute.files.arrays
-        import elocute.files.records  # noqa: F401
+        import elocute.files.json_records  # noqa: F401
         from tests.fuzz.fuzzing.readers import READERS
     from elocute.errors import ElocuteError
     from tests.fuzz.fuzzing.cases import load_seeds

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from elocute.articulation.shapes import VISEME_SHAPES
+from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel

@@ -25,14 +25,14 @@ from pathlib import Path
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 
-from elocute.capture.blendshapes.learn import learn_blendshapes
-from elocute.capture.blendshapes.sweep import sweep
-from elocute.corpus.store import open_corpus
+from elocute.capture.blendshapes.basis_motion import sweep
+from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+from elocute.corpus.corpus_store import open_corpus
 from elocute.motion.store import save_motion
 from elocute.propagation import word_job
-from elocute.propagation.captured import captured_words
-from elocute.propagation.readers import Recordings, find_recordings
-from elocute.propagation.run import all_tasks, propagate
+from elocute.propagation.captured_words import captured_words
+from elocute.propagation.corpus_propagation import all_tasks, propagate
+from elocute.propagation.word_recordings import Recordings, find_recordings
 
 COPIES = (1, 8)
 
@@ -124,7 +124,7 @@ def memory(folder: Path, basis: Path) -> list[dict[str, float]]:
 
 def workers(folder: Path, basis: Path, counts: list[int]) -> dict[str, float]:
     """Seconds of the clock that the whole job takes by so many processes."""
-    from elocute.jobs.local import local_pool
+    from elocute.jobs.process_pool import local_pool
 
     captured = captured_words(open_corpus(folder / "captured"), folder / "captured_words")
     found = {}

@@ -7,7 +7,7 @@ Needs trimesh's own extra `rtree`. CPU seconds of one thread, without reading fi
 The same scans, landmarks, template and rigid start go to everybody; trimesh runs with the settings
 of its own documentation. "cold" knows nothing but the person's neutral face; "warm" has the frame
 before (factors only, for non-rigid ICP). Truth is the simulated head: see
-`elocute.capture.simulate` for what it holds that no model explains.
+`elocute.capture.simulation.scan_simulator` for what it holds that no model explains.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from numpy.typing import NDArray
 
 import elocute
 from elocute.animation import animate
-from elocute.capture.errors_mm import correspondence_mm, scan_distances, surface_error
-from elocute.capture.landmarks import Landmarks
-from elocute.capture.matching import samples_of
-from elocute.capture.nicp import Nicp
-from elocute.capture.pose import posed
-from elocute.capture.register import register_neutral, register_nonrigid, register_scan
-from elocute.capture.scan import Scan, checked_scan
-from elocute.capture.simulate import Scanner, Stage
-from elocute.capture.smooth_surface import smooth_points
-from elocute.capture.start_pose import start_pose
-from elocute.capture.surface import CoarseMesh, lattice_of
-from elocute.capture.template import Template
+from elocute.capture.registration.accuracy import correspondence_mm, scan_distances, surface_error
+from elocute.capture.registration.closest_points import CoarseMesh, lattice_of
+from elocute.capture.registration.matching import samples_of
+from elocute.capture.registration.nonrigid_icp import Nicp
+from elocute.capture.registration.pose import posed
+from elocute.capture.registration.register import register_neutral, register_nonrigid, register_scan
+from elocute.capture.registration.start_pose import start_pose
+from elocute.capture.registration.template import Template
+from elocute.capture.scans.landmarks import Landmarks
+from elocute.capture.scans.scan import Scan, checked_scan
+from elocute.capture.simulation.scan_simulator import Scanner, Stage
+from elocute.capture.simulation.smooth_surface import smooth_points
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
@@ -163,8 +163,8 @@ def _nonrigid(template: Template, cases: list[Case], adapted: bool, again: bool 
 
 def detected(head: HeadModel, neutral: Case, cases: list[Case]) -> Column:
     """The model fit with landmarks that a detector found, for the neutral face too."""
-    from elocute.capture.detect import detect_landmarks
-    from elocute.capture.video.marks import mediapipe_landmarks
+    from elocute.capture.scans.landmark_detection import detect_landmarks
+    from elocute.capture.video.landmarks_68 import mediapipe_landmarks
 
     column, off = Column("elocute model, landmarks found"), []
     with mediapipe_landmarks() as detector:

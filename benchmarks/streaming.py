@@ -17,7 +17,7 @@ from elocute.models.hearing import hear
 from elocute.models.protocol import Span
 from elocute.models.registry import model_names, open_model
 from elocute.models.streaming import CurveStream
-from elocute.numerics.sampling import frames_in
+from elocute.numerics.resampling import frames_in
 
 SPEECH = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
 FPS = 60.0

@@ -27,8 +27,8 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 
 from elocute.articulation.style import STYLES
-from elocute.corpus.store import Corpus, open_corpus
-from elocute.evaluation.clips import true_track
+from elocute.corpus.corpus_store import Corpus, open_corpus
+from elocute.evaluation.model_predictions import true_track
 from elocute.head.builtin import load_builtin_head
 from elocute.models.hearing import hear
 from elocute.models.protocol import Span

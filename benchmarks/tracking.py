@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 import elocute
 from elocute.animation import animate
-from elocute.capture.errors_mm import correspondence_mm
-from elocute.capture.landmarks import Landmarks, no_landmarks
-from elocute.capture.register import Registration, register_neutral, register_scan
-from elocute.capture.scan import Scan
-from elocute.capture.simulate import Scanner, Stage
-from elocute.capture.template import Template
+from elocute.capture.registration.accuracy import correspondence_mm
+from elocute.capture.registration.register import Registration, register_neutral, register_scan
+from elocute.capture.registration.template import Template
+from elocute.capture.scans.landmarks import Landmarks, no_landmarks
+from elocute.capture.scans.scan import Scan
+from elocute.capture.simulation.scan_simulator import Scanner, Stage
 from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
 

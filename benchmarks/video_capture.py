@@ -21,9 +21,9 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np
 
-from elocute.capture.video.capture import VideoCapture, capture_video
-from elocute.capture.video.track import FaceTrack
-from elocute.motion.measures import measure_mouth
+from elocute.capture.video.face_tracking import FaceTrack
+from elocute.capture.video.video_to_motion import VideoCapture, capture_video
+from elocute.motion.mouth_measures import measure_mouth
 
 CLOSED = 0.02  # inner-lip gap in eye distances
 

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.split import Split
-from elocute.corpus.store import Corpus, open_corpus
 from elocute.encoders.registry import resolve_encoder
 from elocute.training.voca.config import TrainConfig
 from elocute.training.voca.fit import Trained, fit, prepare

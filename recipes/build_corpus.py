@@ -29,8 +29,8 @@ from elocute.articulation.driver import articulate, posteriors_from_phones
 from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
 from elocute.corpus.split import split_by_subject
-from elocute.corpus.writer import CorpusWriter, corpus_writer
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from recipes.corpus import natural, subjects

@@ -25,8 +25,8 @@ from pathlib import Path
 
 import numpy as np
 
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.split import Split
-from elocute.corpus.writer import corpus_writer
 from elocute.files.atomic import write_folder_atomically
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity

@@ -29,12 +29,12 @@ from pathlib import Path
 import numpy as np
 
 from elocute.audio.waveform import Waveform
-from elocute.capture.sequence import SequenceFacts
-from elocute.capture.simulate import Scanner, simulate_scans
+from elocute.capture.scans.scan_sequence import SequenceFacts
+from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_store import Corpus, open_corpus
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.split import Split
-from elocute.corpus.store import Corpus, open_corpus
-from elocute.corpus.writer import corpus_writer
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.motion.motion import Motion

@@ -20,10 +20,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.surface import CoarseMesh, lattice_of
-from elocute.capture.video.detector import Detector, mediapipe_detector
-from elocute.capture.video.points import TABLE_PATH, FacePoints, save_table
-from elocute.capture.video.topology import IRIS, LIDS, LIP_CONTOURS, POINT_COUNT
+from elocute.capture.registration.closest_points import CoarseMesh, lattice_of
+from elocute.capture.video.face_detector import Detector, mediapipe_detector
+from elocute.capture.video.face_mesh_points import TABLE_PATH, FacePoints, save_table
+from elocute.capture.video.face_mesh_topology import IRIS, LIDS, LIP_CONTOURS, POINT_COUNT
 from elocute.export.render import open_renderer
 from elocute.export.render.camera import Camera, portrait
 from elocute.head.builtin import load_builtin_head

@@ -13,7 +13,7 @@ import argparse
 import shutil
 from pathlib import Path
 
-from elocute.corpus.store import open_corpus
+from elocute.corpus.corpus_store import open_corpus
 from elocute.training.voca.config import TrainConfig
 from elocute.training.voca.run import MODEL, train_voca
 

@@ -154,9 +154,9 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
     from elocute.audio.read import read_audio
     from elocute.audio.waveform import Waveform
     from elocute.corpus.clip import Clip
+    from elocute.corpus.corpus_store import Corpus, open_corpus
+    from elocute.corpus.corpus_writing import corpus_writer
     from elocute.corpus.split import Split
-    from elocute.corpus.store import Corpus, open_corpus
-    from elocute.corpus.writer import corpus_writer
     from elocute.head.builtin import load_builtin_head
 
     subjects = ("plain", "broad", "tense")
@@ -229,8 +229,8 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
     pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
     from dataclasses import replace
 
+    from elocute.corpus.corpus_store import manifest_of, open_corpus, write_manifest
     from elocute.corpus.split import Split
-    from elocute.corpus.store import manifest_of, open_corpus, write_manifest
     from elocute.encoders.registry import resolve_encoder
     from elocute.training.voca.config import TrainConfig
     from elocute.training.voca.export import export_onnx

@@ -14,7 +14,7 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
 from elocute.models.hearing import hear
 from elocute.models.registry import open_model
-from elocute.motion.measures import measure_mouth
+from elocute.motion.mouth_measures import measure_mouth
 
 QUIET = Style(blink_per_min=0)
 

@@ -13,8 +13,8 @@ import numpy as np
 
 import elocute
 from elocute.audio.features import Features
-from elocute.brief import LONGEST, brief
 from elocute.corpus.split import Split
+from elocute.one_line_repr import LONGEST, brief
 
 
 def test_results_are_one_line(speech_wav: Path, make_corpus: Callable, tmp_path: Path) -> None:
@@ -40,7 +40,7 @@ def test_results_are_one_line(speech_wav: Path, make_corpus: Callable, tmp_path:
 def test_no_dataclass_spills_its_arrays() -> None:
     """Public ones: those with an array in them have a line of their own."""
     for found in pkgutil.walk_packages(elocute.__path__, "elocute."):
-        if found.name.startswith(("elocute.__main__", "elocute.jobs.ray")):
+        if found.name.startswith(("elocute.__main__", "elocute.jobs.ray_cluster")):
             continue
         try:
             module = importlib.import_module(found.name)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import elocute
+from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import open_shards
-from elocute.corpus.store import open_corpus
 
 SILENCE: Any = np.zeros(1600, np.float32)
 TWO: Any = np.array([1, 2])

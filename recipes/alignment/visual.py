@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.evaluation.trials import Take
+from elocute.evaluation.alignment_trials import Take
 from recipes.encoder.natural import PAD_S, EnglishAligner, read
 
 CURVES = (

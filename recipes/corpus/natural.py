@@ -12,7 +12,7 @@ import numpy as np
 from elocute.audio.phones import PHONES
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
-from elocute.corpus.writer import CorpusWriter
+from elocute.corpus.corpus_writing import CorpusWriter
 from recipes.corpus import subjects
 from recipes.encoder.store import RATE, Item, Shard, load_shard
 

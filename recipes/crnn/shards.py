@@ -14,13 +14,13 @@ import numpy as np
 import soundfile
 
 from elocute.audio.waveform import Waveform
-from elocute.capture.blendshapes.learn import learn_blendshapes
-from elocute.capture.blendshapes.sweep import sweep
+from elocute.capture.blendshapes.basis_motion import sweep
+from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_store import open_corpus
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.shards import WordClip, shard_writer
-from elocute.corpus.store import open_corpus
 from elocute.corpus.word_clip import SENTENCE
-from elocute.corpus.writer import corpus_writer
 from elocute.head.builtin import load_builtin_head
 from elocute.models.speech_shapes import to_shapes
 from elocute.motion.motion import Motion

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from elocute.articulation.shapes import VISEME_SHAPES
+from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.export.render import Camera, open_renderer, portrait
 from elocute.head import HeadModel, load_builtin_head
 from elocute.head.identity import identity_names, resolve_identity

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.alignment.words import Word, Words, write_words
+from elocute.alignment.word_times import Word, Words, write_words
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from recipes.corpus.subjects import Subject

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from elocute.head.model import HeadModel
     from elocute.models.streaming import stream
     from elocute.motion.curves import Curves
-    from elocute.motion.measures import measure_mouth
     from elocute.motion.motion import Motion
+    from elocute.motion.mouth_measures import measure_mouth
     from elocute.motion.store import load_motion, save_motion
 
 
@@ -40,7 +40,7 @@ _HOMES = {
     "animate": "elocute.animation",
     "load_builtin_head": "elocute.head.builtin",
     "load_motion": "elocute.motion.store",
-    "measure_mouth": "elocute.motion.measures",
+    "measure_mouth": "elocute.motion.mouth_measures",
     "read_audio": "elocute.audio.read",
     "save_motion": "elocute.motion.store",
     "stream": "elocute.models.streaming",

@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.style import Style
-from elocute.audio.given import Speech, sound_of
+from elocute.audio.inputs import Speech, sound_of
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
-from elocute.head.choice import open_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
+from elocute.head.registry import open_head
 from elocute.models.ears import Phones
 from elocute.models.hearing import Progress, SoundBlocks, blocks_of, hear
 from elocute.models.protocol import Span
@@ -32,7 +32,7 @@ from elocute.models.registry import DEFAULT, open_model
 from elocute.models.streaming import FPS_RANGE, STRENGTH_RANGE, check_range
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
-from elocute.numerics.sampling import frames_in
+from elocute.numerics.resampling import frames_in
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def animate(
     """Animate a head with speech.
 
     speech    a sound or video file, or a Waveform; or the bytes of such a file, a binary file
-              object, or an array of samples (see `elocute.audio.given`)
+              object, or an array of samples (see `elocute.audio.inputs`)
     rate      Hz, of an array
     fps       frames per second of the motion, 1…240
     identity  a face of the built-in head: a name, a seed, or a JSON file of 50 coefficients

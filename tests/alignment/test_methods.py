@@ -11,9 +11,9 @@ import pytest
 
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
-from elocute.alignment import METHODS, Alignment, align, fit_aligner
-from elocute.alignment.types import check_path
-from elocute.alignment.warp import (
+from elocute.alignment import METHODS, Alignment, align, fit_aligner, speech_view
+from elocute.alignment.alignment import check_path
+from elocute.alignment.warping_paths import (
     attention_path,
     diagonal_path,
     expected_path,
@@ -21,7 +21,7 @@ from elocute.alignment.warp import (
     path_attention,
 )
 from elocute.errors import AlignmentError
-from elocute.evaluation.alignments import read_softly
+from elocute.evaluation.alignment_scores import read_softly
 
 DEEP = ("dctw", "dcaw")
 
@@ -215,7 +215,6 @@ def test_attention_and_paths_go_into_each_other() -> None:
 
 
 def test_the_example_against_itself_slower(speech_wav: Path) -> None:
-    from elocute.alignment import speech_view
     from elocute.audio.read import read_audio
     from elocute.audio.waveform import Waveform
 

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
-from elocute.alignment.objective import all_pairs, whitened
+from elocute.alignment.correlation_objective import all_pairs, whitened
 from elocute.errors import AlignmentError
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.alignment.words import Word, Words, read_words, take_edits, write_words
+from elocute.alignment.word_times import Word, Words, read_words, take_edits, write_words
 from elocute.audio.waveform import Waveform
 from elocute.errors import AlignmentError
 
@@ -32,7 +32,7 @@ TRUE_S = {
 @pytest.fixture(scope="module")
 def segmented(speech_wav: Path) -> Words:
     pytest.importorskip("pocketsphinx", reason="needs the extra `wild`")
-    from elocute.alignment.forced import segment
+    from elocute.alignment.forced_alignment import segment
     from elocute.audio.read import read_audio
 
     return segment(read_audio(speech_wav), TEXT)
@@ -49,7 +49,7 @@ def test_words_are_found_where_they_are_said(segmented: Words):
 
 def test_what_cannot_be_aligned_is_refused(speech_wav: Path):
     pytest.importorskip("pocketsphinx", reason="needs the extra `wild`")
-    from elocute.alignment.forced import segment
+    from elocute.alignment.forced_alignment import segment
     from elocute.audio.read import read_audio
 
     speech = read_audio(speech_wav)

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 import python_speech_features as psf
 
-from elocute.audio.mel import (
+from elocute.audio.read import read_audio
+from elocute.audio.spectral import (
     fbank,
     filterbank_energies,
     hz_to_mel,
@@ -14,7 +15,6 @@ from elocute.audio.mel import (
     mel_to_hz,
     mfcc,
 )
-from elocute.audio.read import read_audio
 
 
 @pytest.fixture(scope="module")

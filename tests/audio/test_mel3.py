@@ -6,7 +6,7 @@ import pytest
 import python_speech_features as psf
 
 from elocute.audio import Waveform, mel3_windows, read_audio
-from elocute.audio.mel3 import mel3, slopes
+from elocute.audio.mel_with_deltas import mel3, slopes
 from elocute.errors import InputError
 
 

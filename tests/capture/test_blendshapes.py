@@ -13,12 +13,12 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from elocute.capture.blendshapes.compare import Basis, project, strongest_shapes
-from elocute.capture.blendshapes.learn import BlendshapeConfig, learn_blendshapes
-from elocute.capture.blendshapes.localised import localised
-from elocute.capture.blendshapes.principal import principal_directions
+from elocute.capture.blendshapes.basis_comparison import Basis, project, strongest_shapes
+from elocute.capture.blendshapes.blendshape_learning import BlendshapeConfig, learn_blendshapes
+from elocute.capture.blendshapes.localised_components import localised
+from elocute.capture.blendshapes.principal_components import principal_directions
 from elocute.cli import main
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError, InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.store import load_motion

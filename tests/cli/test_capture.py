@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from elocute.capture.scan_file import read_scan, write_scan
-from elocute.capture.simulate import Scanner, simulate_scans
+from elocute.capture.scans.scan_file import read_scan, write_scan
+from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.cli.app import app
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion

@@ -16,9 +16,9 @@ import pytest
 
 from elocute.animation import animate
 from elocute.audio.read import read_audio
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 from elocute.errors import ModelError
-from elocute.evaluation.clips import clip_predictor, true_track
+from elocute.evaluation.model_predictions import clip_predictor, true_track
 from elocute.evaluation.vertex_lists import builtin_list
 from elocute.head.builtin import load_builtin_head
 from elocute.models.hearing import hear

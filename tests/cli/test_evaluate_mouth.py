@@ -13,7 +13,7 @@ import soundfile
 from PIL import Image
 
 from elocute.articulation.style import STYLES
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 
 Cli = Callable[..., Any]
 

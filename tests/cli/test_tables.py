@@ -10,7 +10,7 @@ import pytest
 from elocute.cli.outputs import plan_files
 from elocute.cli.tables import check_tables, write_tables
 from elocute.errors import InputError, OutputError
-from elocute.evaluation.intervals import NOTHING, Interval
+from elocute.evaluation.confidence_intervals import NOTHING, Interval
 
 COLUMNS = ["name", "clips", "error mm²", "p"]
 ROWS = [

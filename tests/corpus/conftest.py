@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 
 
 @pytest.fixture(scope="session")

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 import elocute
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.corpus.check import Finding, check_corpus
+from elocute.corpus.audio_sync import estimate_offset, lag_sums, openness
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_checks import Finding, check_corpus
+from elocute.corpus.corpus_store import Corpus, open_corpus
+from elocute.corpus.corpus_writing import corpus_writer
+from elocute.corpus.length_units import fitting_unit
 from elocute.corpus.motion_checks import rigid_motion
 from elocute.corpus.split import Split
-from elocute.corpus.store import Corpus, open_corpus
-from elocute.corpus.sync import estimate_offset, lag_sums, openness
-from elocute.corpus.units import fitting_unit
-from elocute.corpus.writer import corpus_writer
 from elocute.head.builtin import load_builtin_head
 
 FPS = 60.0

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 import soundfile
 
-from elocute.corpus.check import check_corpus
+from elocute.corpus.corpus_checks import check_corpus
+from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.importers import splits
 from elocute.corpus.importers.biwi import convert_biwi
 from elocute.corpus.importers.common import metres_per_unit
@@ -20,11 +21,10 @@ from elocute.corpus.importers.grid import SCALARS, grid_clips, read_track
 from elocute.corpus.importers.registry import convert, detect_format
 from elocute.corpus.importers.vocaset import convert_vocaset
 from elocute.corpus.split import leaks
-from elocute.corpus.store import Corpus, open_corpus
 from elocute.errors import CorpusError, InputError
 from elocute.head.builtin import load_builtin_head
-from elocute.motion.measures import measure_mouth
 from elocute.motion.motion import Motion
+from elocute.motion.mouth_measures import measure_mouth
 
 TWO = (splits.TRAIN[0], splits.VALIDATION[0], splits.TEST[0])
 

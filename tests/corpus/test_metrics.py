@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.topologies import BIWI, FLAME, topology_of
 from elocute.errors import CorpusError, MotionError
-from elocute.evaluation.clips import true_track
-from elocute.evaluation.closures import Closures, closures, lip_opening, short_runs
-from elocute.evaluation.intervals import mean_interval, ratio_interval, summarise
+from elocute.evaluation.confidence_intervals import mean_interval, ratio_interval, summarise
+from elocute.evaluation.lip_closures import Closures, closures, lip_opening, short_runs
 from elocute.evaluation.metrics import (
     clip_metrics,
     dynamics_deviation,
@@ -24,6 +23,7 @@ from elocute.evaluation.metrics import (
     mean_vertex_error,
     velocity_error,
 )
+from elocute.evaluation.model_predictions import true_track
 from elocute.evaluation.vertex_lists import (
     VertexList,
     builtin_list,
@@ -32,8 +32,8 @@ from elocute.evaluation.vertex_lists import (
 )
 from elocute.head.builtin import load_builtin_head
 from elocute.motion import track as track_module
-from elocute.motion.measures import measure_mouth
 from elocute.motion.motion import Motion
+from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.track import Track
 
 FPS = 30.0

@@ -23,8 +23,8 @@ from elocute.evaluation.mouth_studies import (
     spread,
     style_openings,
 )
-from elocute.motion.measures import measure_mouth
 from elocute.motion.motion import Motion
+from elocute.motion.mouth_measures import measure_mouth
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ class TestFaces:
                 face_scores(short, count, seed)
 
     def test_another_topology_has_no_faces(self, python2: Any, tmp_path: Path) -> None:
-        from elocute.head.choice import open_head
+        from elocute.head.registry import open_head
 
         (tmp_path / "flame.pkl").write_bytes(python2.dumps(python2.flame()))
         head = open_head(tmp_path / "flame.pkl")

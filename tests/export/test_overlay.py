@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from elocute.errors import OutputError
-from elocute.export.overlay import HEIGHT, INKS, SHADE, WIDTH, plot_overlay
+from elocute.export.overlay_plot import HEIGHT, INKS, SHADE, WIDTH, plot_overlay
 from elocute.motion.curves import Curves
 
 LOW_AND_HIGH = Curves(

@@ -24,7 +24,7 @@ import json, os, sys
 sys.path.insert(0, sys.argv[1])
 import numpy, trimesh, onnxruntime, PIL.Image, PIL.PngImagePlugin, elocute
 from pathlib import Path
-from elocute.capture.scan_file import read_scan
+from elocute.capture.scans.scan_file import read_scan
 from elocute.errors import InputError
 from elocute.files.onnx_session import open_session
 from elocute.head.mesh import read_mesh

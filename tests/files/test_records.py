@@ -3,7 +3,7 @@
 import pytest
 
 from elocute.errors import HeadError, InputError
-from elocute.files.records import finite_number, parse_json, read_record, write_record
+from elocute.files.json_records import finite_number, parse_json, read_record, write_record
 
 LIMITS = {"max_bytes": 100_000, "allowed": "a record"}
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from elocute.errors import ModelError
-from elocute.files.tensors import read_tensor_header
+from elocute.files.safetensors_header import read_tensor_header
 
 WHOLE = {"w": {"dtype": "F32", "shape": [2, 3], "data_offsets": [0, 24]}}
 

@@ -11,9 +11,9 @@ from elocute.errors import HeadError, InputError
 from elocute.export.registry import write
 from elocute.head.flame import flame_vertices, load_flame, rotations_of
 from elocute.head.flame_head import flame_head
-from elocute.head.storage import load_head, save_head
-from elocute.motion.measures import measure_mouth
+from elocute.head.store import load_head, save_head
 from elocute.motion.motion import Motion
+from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion, save_motion
 
 

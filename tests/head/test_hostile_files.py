@@ -9,17 +9,17 @@ import pytest
 from scipy.sparse import csc_matrix
 
 from elocute.errors import HeadError, InputError
-from elocute.head.bare import bare_head
 from elocute.head.flame import load_flame
 from elocute.head.identity import read_identity
-from elocute.head.storage import load_head, save_head
+from elocute.head.mesh import head_from_arrays
+from elocute.head.store import load_head, save_head
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion, save_motion
 
 
 def small_head():
     corners = np.random.default_rng(0).normal(size=(12, 3)) * 0.1
-    return bare_head(
+    return head_from_arrays(
         "small",
         corners,
         np.array([[0, 1, 2], [3, 4, 5]]),
@@ -121,7 +121,9 @@ def test_frame_rates_that_are_none(tmp_path, fps):
 def test_a_head_of_more_vertices_than_two_bytes_count(tmp_path):
     corners = np.zeros((70_000, 3))
     corners[:, 1] = np.linspace(0, 0.2, 70_000)
-    save_head(tmp_path / "large.npz", bare_head("large", corners, np.array([[0, 1, 69_999]])))
+    save_head(
+        tmp_path / "large.npz", head_from_arrays("large", corners, np.array([[0, 1, 69_999]]))
+    )
     assert load_head(tmp_path / "large.npz").quads.max() == 69_999
 
 

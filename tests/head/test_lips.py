@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from elocute.articulation.shapes import VISEME_SHAPES
+from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.head import load_builtin_head
 from elocute.head.identity import sample_identity
 

@@ -11,7 +11,7 @@ from elocute.errors import HeadError
 from elocute.head import load_builtin_head, load_head, save_head
 from elocute.head.builtin import BUILTIN_HEAD_PATH
 from elocute.head.identity import sample_identity
-from elocute.head.storage import BASIS_STEP_M
+from elocute.head.store import BASIS_STEP_M
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from elocute.errors import InputError
-from elocute.jobs.local import checked_jobs, run_local
 from elocute.jobs.pool import Failed
+from elocute.jobs.process_pool import checked_jobs, run_local
 from tests.jobs import works
 
 Run = Callable[..., dict[int, Any]]

@@ -28,7 +28,7 @@ STARTS = 4
 DRIVER = """
 import json
 from tests.jobs import works
-from elocute.jobs.ray import ray_pool
+from elocute.jobs.ray_cluster import ray_pool
 tasks = [({folder!r}, number) for number in range(6)]
 pool = ray_pool({address!r}, 2)
 print(json.dumps([(t[1], r if isinstance(r, int) else r.reason)
@@ -162,7 +162,7 @@ def test_another_token_is_refused(node, tmp_path: Path):
 
 def test_no_cluster_there(tmp_path: Path):
     from elocute.errors import MachineError
-    from elocute.jobs.ray import CONNECT_S, ray_pool
+    from elocute.jobs.ray_cluster import CONNECT_S, ray_pool
 
     kept = {name: os.environ.get(name) for name in ("RAY_AUTH_MODE", "RAY_AUTH_TOKEN")}
     os.environ["RAY_AUTH_TOKEN"] = secrets.token_hex(32)

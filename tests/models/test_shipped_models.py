@@ -13,7 +13,7 @@ from elocute.animation import animate
 from elocute.errors import ModelError
 from elocute.models import crnn_network, voca
 from elocute.models.registry import open_model
-from elocute.motion.measures import measure_mouth
+from elocute.motion.mouth_measures import measure_mouth
 
 LIPS_CLOSE_S = {"me": 1.69, "p": 5.46, "m": 6.34, "blue": 8.18}  # as recipes/example.py says
 MODELS = {"voca": (voca.SHIPPED_PATH, 1.0), "crnn": (crnn_network.SHIPPED_PATH, 3.0)}  # MB at most

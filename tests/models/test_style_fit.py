@@ -13,7 +13,7 @@ from elocute.audio.features import Features
 from elocute.audio.read import read_audio
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import ModelError
-from elocute.evaluation.clips import true_track
+from elocute.evaluation.model_predictions import true_track
 from elocute.head.builtin import load_builtin_head
 from elocute.models import style_fit
 from elocute.models.hearing import hear

@@ -22,8 +22,8 @@ from elocute.motion.edits import (
 )
 from elocute.motion.edits.lid_gap import lid_gap
 from elocute.motion.motion import Motion
-from elocute.motion.quaternions import from_axis_angle, from_matrices, to_axis_angle
 from elocute.motion.store import load_motion, save_motion
+from elocute.numerics.quaternions import from_axis_angle, from_matrices, to_axis_angle
 
 
 @pytest.fixture(scope="module")

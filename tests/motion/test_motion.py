@@ -6,8 +6,8 @@ import pytest
 from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion, motion_from_curves
-from elocute.motion.measures import measure_mouth, write_measures
 from elocute.motion.motion import Motion
+from elocute.motion.mouth_measures import measure_mouth, write_measures
 from elocute.motion.store import load_motion, save_motion
 
 

@@ -8,12 +8,12 @@ import pytest
 from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
-from elocute.motion.box import solve_box
 from elocute.motion.edits import cut, with_pose
-from elocute.motion.joint_slopes import inverses, joint_slopes, rig_of, vertex_transforms
+from elocute.motion.joint_jacobians import inverses, joint_slopes, rig_of, vertex_transforms
 from elocute.motion.motion import Motion
-from elocute.motion.quaternions import from_axis_angle, multiply, to_axis_angle
 from elocute.motion.solve import solve_weights
+from elocute.numerics.bounded_least_squares import solve_box
+from elocute.numerics.quaternions import from_axis_angle, multiply, to_axis_angle
 
 JOINTS = ("neck", "head", "jaw", "eyeLeft", "eyeRight")
 TURNS = ((5, 20, 3), (-10, 12, 5), (7, 2, 0), (5, -10, 0), (3, 8, 0))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from elocute.audio.mel3 import BANDS, CONTEXT, MARGIN, mel3, mel3_columns, mel3_windows
+from elocute.audio.mel_with_deltas import BANDS, CONTEXT, MARGIN, mel3, mel3_columns, mel3_windows
 from elocute.audio.read import read_audio
 from elocute.networks.crnn import COLUMNS, Crnn, CrnnConfig, SharedCrnn, with_slopes
 

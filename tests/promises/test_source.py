@@ -35,9 +35,9 @@ MODULES = {
             "asyncio",
             "webbrowser",
         },
-        {"jobs/ray.py"},
+        {"jobs/ray_cluster.py"},
     ),
-    "other programs": ({"subprocess", "pty"}, {"jobs/ray.py"}),
+    "other programs": ({"subprocess", "pty"}, {"jobs/ray_cluster.py"}),
 }
 CALLS = {
     "code out of data": (

@@ -18,8 +18,8 @@ import soundfile
 from typer.testing import CliRunner
 
 from elocute.cli.app import app
+from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import Shards, open_shards
-from elocute.corpus.store import open_corpus
 
 WORDS = ("one", "three", "two", "zero")
 

@@ -10,7 +10,7 @@ import pytest
 
 from elocute.audio.read import read_audio
 from elocute.errors import CorpusError
-from elocute.propagation.readers import find_recordings, word_span
+from elocute.propagation.word_recordings import find_recordings, word_span
 
 
 def write_mp4(path: Path, seconds: float) -> None:

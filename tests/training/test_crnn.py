@@ -12,7 +12,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from elocute.animation import animate  # noqa: E402
-from elocute.audio.mel3 import mel3_columns  # noqa: E402
+from elocute.audio.mel_with_deltas import mel3_columns  # noqa: E402
 from elocute.audio.read import read_audio  # noqa: E402
 from elocute.audio.waveform import Waveform  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
@@ -25,9 +25,8 @@ from elocute.models.speech_shapes import as_builtin, speech_names, to_shapes  # 
 from elocute.models.voca import VocaModel  # noqa: E402
 from elocute.motion.motion import Motion  # noqa: E402
 from elocute.networks.crnn import SharedCrnn  # noqa: E402
-from elocute.training.crnn.batch import answer, random_batch, segment, whole_batch  # noqa: E402
+from elocute.training.crnn.batches import answer, random_batch, segment, whole_batch  # noqa: E402
 from elocute.training.crnn.config import CrnnTrainConfig  # noqa: E402
-from elocute.training.crnn.data import hear_shards  # noqa: E402
 from elocute.training.crnn.fit import audible_bands, fit, lesson_of  # noqa: E402
 from elocute.training.crnn.loss import (  # noqa: E402
     concordance,
@@ -36,6 +35,7 @@ from elocute.training.crnn.loss import (  # noqa: E402
     tempered,
 )
 from elocute.training.crnn.run import MODEL, train_crnn  # noqa: E402
+from elocute.training.crnn.training_data import hear_shards  # noqa: E402
 
 FPS = 30.0
 SHORT = CrnnTrainConfig(epochs=2, batch_clips=8, augment=0.5, highest_hz=8000)

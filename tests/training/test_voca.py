@@ -17,7 +17,7 @@ pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
 
 import elocute  # noqa: E402
 from elocute.audio.features import Features  # noqa: E402
-from elocute.corpus.store import Corpus  # noqa: E402
+from elocute.corpus.corpus_store import Corpus  # noqa: E402
 from elocute.encoders.registry import resolve_encoder  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
 from elocute.models.protocol import Heard, Span  # noqa: E402

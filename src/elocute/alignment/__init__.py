@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from elocute.alignment.aligner import Aligner
+    from elocute.alignment.alignment import Alignment
     from elocute.alignment.methods import METHODS, align, fit_aligner
-    from elocute.alignment.speech import speech_view
-    from elocute.alignment.types import Alignment
+    from elocute.alignment.sound_views import speech_view
 
 _HOMES = {
     "METHODS": "methods",
     "Aligner": "aligner",
-    "Alignment": "types",
+    "Alignment": "alignment",
     "align": "methods",
     "fit_aligner": "methods",
-    "speech_view": "speech",
+    "speech_view": "sound_views",
 }
 
 __all__ = ["METHODS", "Aligner", "Alignment", "align", "fit_aligner", "speech_view"]

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elocute.alignment.alignment import Alignment, Array, Group, Path, checked_group
 from elocute.alignment.cca import correlation
 from elocute.alignment.dtw import Matrix, dtw, squared_distances
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
-from elocute.alignment.types import Alignment, Array, Group, Path, checked_group
-from elocute.alignment.warp import expected_path, merged
-from elocute.brief import one_line
+from elocute.alignment.warping_paths import expected_path, merged
 from elocute.errors import AlignmentError
+from elocute.one_line_repr import one_line
 
 
 @dataclass(frozen=True, kw_only=True)

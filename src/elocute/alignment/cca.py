@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.objective import inverse_root
-from elocute.brief import one_line
+from elocute.alignment.correlation_objective import inverse_root
+from elocute.one_line_repr import one_line
 
 Array = NDArray[np.float64]
 CORRELATION_MIN, CORRELATION_MAX = 1e-3, 0.98

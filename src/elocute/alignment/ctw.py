@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.alignment.aligner import DtwAligner, Embedded, PlainConfig
+from elocute.alignment.alignment import Array, Group, Path
 from elocute.alignment.cca import Projection, canonical, principal
-from elocute.alignment.types import Array, Group, Path
-from elocute.alignment.warp import diagonal_path
+from elocute.alignment.warping_paths import diagonal_path
 from elocute.errors import AlignmentError
 
 

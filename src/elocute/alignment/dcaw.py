@@ -15,8 +15,9 @@ import torch
 from torch import Tensor
 
 from elocute.alignment.aligner import Embedded, Match
+from elocute.alignment.alignment import Array, Group, Path
 from elocute.alignment.ctw import is_shared
-from elocute.alignment.deep import (
+from elocute.alignment.deep_aligner import (
     Clips,
     DeepAligner,
     DeepConfig,
@@ -26,7 +27,6 @@ from elocute.alignment.deep import (
     projected,
     start,
 )
-from elocute.alignment.types import Array, Group, Path
 from elocute.networks.dcaw import DcawNetwork, frame_mask, monotonic_attention, soft_attention
 
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from elocute.alignment.alignment import Group
 from elocute.alignment.ctw import is_shared
-from elocute.alignment.deep import (
+from elocute.alignment.deep_aligner import (
     Clips,
     DeepAligner,
     DeepConfig,
@@ -19,7 +20,6 @@ from elocute.alignment.deep import (
     projected,
     start,
 )
-from elocute.alignment.types import Group
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elocute.alignment.types import Path
+from elocute.alignment.alignment import Path
 from elocute.errors import AlignmentError
 
 Matrix = NDArray[np.floating]

@@ -15,8 +15,8 @@ from elocute.alignment.aligner import (
     SoftConfig,
     SoftDtwAligner,
 )
+from elocute.alignment.alignment import Alignment, Array, Group, checked_group
 from elocute.alignment.ctw import CtwConfig, fit_ctw
-from elocute.alignment.types import Alignment, Array, Group, checked_group
 from elocute.errors import AlignmentError, needs_extra
 
 Done = Callable[[float], None] | None

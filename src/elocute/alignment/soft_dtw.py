@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from elocute.alignment.alignment import Path
 from elocute.alignment.dtw import Matrix, dtw
-from elocute.alignment.types import Path
 from elocute.errors import AlignmentError
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.motion.lids import BLINK_S, blink_starts, lid_closure
+from elocute.motion.blink_timing import BLINK_S, blink_starts, lid_closure
 
 
 def blink_curve(

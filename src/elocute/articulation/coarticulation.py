@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.articulation.targets import (
+from elocute.articulation.phone_targets import (
     DIPHTHONGS,
     curve_groups,
     curve_names,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from elocute.articulation.blinks import blink_curve
 from elocute.articulation.coarticulation import DIPHTHONG_S, REACH_S, coarticulate
-from elocute.articulation.gates import (
+from elocute.articulation.contacts_and_rest import (
     CLOSING_S,
     CONTACT_S,
     HOLD_MAX_S,
@@ -24,9 +24,9 @@ from elocute.articulation.gates import (
     contact_gate,
     speech_gate,
 )
-from elocute.articulation.shapes import VISEME_SHAPES
+from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
-from elocute.articulation.targets import curve_names
+from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.audio.phones import PHONES
 from elocute.errors import InputError
 from elocute.motion.curves import Curves

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
-from elocute.articulation.gates import HOLD_MAX_S
+from elocute.articulation.contacts_and_rest import HOLD_MAX_S
 from elocute.errors import InputError
-from elocute.files.records import finite_number, read_record
+from elocute.files.json_records import finite_number, read_record
 
 
 @dataclass(frozen=True)

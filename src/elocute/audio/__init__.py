@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from elocute.audio.features import Features
-    from elocute.audio.mel import fbank, log_mel, mel_filterbank, mfcc, power_spectrum
-    from elocute.audio.mel3 import Mel3, mel3_windows
+    from elocute.audio.mel_with_deltas import Mel3, mel3_windows
     from elocute.audio.read import (
         AudioInfo,
         AudioStream,
@@ -20,21 +19,22 @@ if TYPE_CHECKING:
         read_audio,
         resampled_blocks,
     )
+    from elocute.audio.spectral import fbank, log_mel, mel_filterbank, mfcc, power_spectrum
     from elocute.audio.waveform import Waveform
 
 _HOMES = {
     "AudioInfo": "read",
     "AudioStream": "read",
     "Features": "features",
-    "Mel3": "mel3",
+    "Mel3": "mel_with_deltas",
     "Waveform": "waveform",
-    "fbank": "mel",
-    "log_mel": "mel",
-    "mel3_windows": "mel3",
-    "mel_filterbank": "mel",
-    "mfcc": "mel",
+    "fbank": "spectral",
+    "log_mel": "spectral",
+    "mel3_windows": "mel_with_deltas",
+    "mel_filterbank": "spectral",
+    "mfcc": "spectral",
     "open_audio": "read",
-    "power_spectrum": "mel",
+    "power_spectrum": "spectral",
     "probe_audio": "read",
     "read_audio": "read",
     "resampled_blocks": "read",

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
 from elocute.errors import InputError
-from elocute.numerics.sampling import frame_places, read_rows
+from elocute.numerics.resampling import frame_places, read_rows
+from elocute.one_line_repr import one_line
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,19 +1,34 @@
-"""Reading sound from files: soundfile first, PyAV for what it does not know.
+"""Reading sound from files: libsndfile first, PyAV for what it does not know.
 
-There is one way through, the stream of blocks; `read_audio` is a stream read to its end.
+There is one way through, the stream of blocks; `read_audio` is a stream read to its end. All that
+a header can tell is checked before anything is decoded.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from elocute.audio.opening import open_source
-from elocute.audio.source import Array, AudioInfo, check_format, cut_off, damaged
+from elocute.audio.decoders import (
+    AGAIN,
+    FORMATS,
+    HEADS,
+    Array,
+    AudioInfo,
+    ContainerDecoder,
+    Decoder,
+    SoundFileDecoder,
+    check_format,
+    cut_off,
+    damaged,
+)
+from elocute.audio.wav_header import UNKNOWN_SIZES, WavHeader, read_wav_header
 from elocute.audio.waveform import Waveform, check_rate, check_samples
 from elocute.errors import AudioError
+from elocute.files.reading import open_regular
 
 __all__ = [
     "AudioInfo",
@@ -29,6 +44,8 @@ BLOCK_S = 10.0
 WHOLE_MAX_BYTES = 400_000_000
 WHOLE_TIMES = 100
 """A sound read whole may take as much memory as WHOLE_MAX_BYTES or this many times its file."""
+FILE_MAX_BYTES = 2**40
+OGG_PAGE_MAX = 27 + 255 + 255 * 255
 
 
 class AudioStream:
@@ -37,8 +54,8 @@ class AudioStream:
     def __init__(self, path: str | Path, channel: int | None = None) -> None:
         self.path = Path(path)
         self._channel = channel
-        self._source = open_source(self.path)
-        self.info = self._source.info
+        self._decoder = open_decoder(self.path)
+        self.info = self._decoder.info
         try:
             self._check_header()
         except BaseException:
@@ -65,7 +82,7 @@ class AudioStream:
         self.close()
 
     def close(self) -> None:
-        self._source.close()
+        self._decoder.close()
 
     def _check_header(self) -> None:
         info, channel = self.info, self._channel
@@ -79,8 +96,8 @@ class AudioStream:
             )
         if info.duration_s is not None and info.duration_s > DURATION_MAX_S:
             raise _too_long(self.path, info.duration_s)
-        if self._source.promised is not None:
-            _check_length(self.path, self._source.promised)
+        if self._decoder.promised is not None:
+            _check_length(self.path, self._decoder.promised)
 
     def blocks(self, block_s: float = BLOCK_S) -> Iterator[Array]:
         """Mono float32 blocks of about `block_s`: the mean of all channels, or the one chosen.
@@ -88,7 +105,7 @@ class AudioStream:
         Raises AudioError for samples that are no sound, an early end, or more than a day.
         """
         done = 0
-        for block in self._source.blocks(max(1, round(block_s * self.sample_rate))):
+        for block in self._decoder.blocks(max(1, round(block_s * self.sample_rate))):
             if (self._channel or 0) >= block.shape[1]:
                 raise damaged(self.path, f"{block.shape[1]} channels of {self.channels}")
             heard = block if self._channel is None else block[:, self._channel, None]
@@ -98,8 +115,8 @@ class AudioStream:
                 raise _too_long(self.path, done / self.sample_rate)
             mono = heard[:, 0] if heard.shape[1] == 1 else heard.mean(axis=1)
             yield np.ascontiguousarray(mono, np.float32)
-        promised = self._source.promised
-        if promised is not None and done < promised - self._source.slack:
+        promised = self._decoder.promised
+        if promised is not None and done < promised - self._decoder.slack:
             raise cut_off(self.path, f"{done} of the {promised} samples promised")
         _check_length(self.path, done)
 
@@ -179,3 +196,74 @@ def _too_long(path: Path, seconds: float) -> AudioError:
     return AudioError.about(
         path, found=f"{seconds / 3600:.1f} hours", allowed="24 hours", remedy="cut it into parts"
     )
+
+
+def open_decoder(path: Path) -> Decoder:
+    """Check the header of `path` and open it; nothing is decoded. Raises AudioError."""
+    _check_file(path)
+    header = read_wav_header(path)
+    if header:
+        _check_wav(path, header)
+        if header.promised_bytes is None or not header.orderly:
+            # libsndfile would take a size of 0 at its word, and runs in circles in lists whose
+            # parts lead backwards.
+            return ContainerDecoder(path)
+    with path.open("rb") as file:
+        head = file.read(24)
+    _check_outer_size(path, head)
+    if not head.startswith(HEADS):
+        return ContainerDecoder(path)
+    import soundfile
+
+    try:
+        return SoundFileDecoder(path)
+    except soundfile.LibsndfileError:
+        return ContainerDecoder(path)
+
+
+def _check_file(path: Path) -> None:
+    """No pipe, which would be waited for, no folder, nothing empty."""
+    allowed = f"a file: {FORMATS}"
+    with open_regular(
+        path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AudioError, remedy="check the name"
+    ) as file:
+        if file.read(1):
+            return
+    raise AudioError.about(path, found="an empty file", allowed=allowed, remedy=AGAIN)
+
+
+def _check_wav(path: Path, header: WavHeader) -> None:
+    """What libsndfile would guess about, or take memory for."""
+    check_format(path, header.sample_rate, header.channels)
+    if header.promised_bytes is not None and header.promised_bytes > header.present_bytes:
+        raise cut_off(
+            path, f"{header.present_bytes} of the {header.promised_bytes} bytes of sound promised"
+        )
+
+
+def _check_outer_size(path: Path, head: bytes) -> None:
+    """AIFF, Wave64 and Ogg: what libsndfile would read silently although its end is missing."""
+    present = path.stat().st_size
+    if head.startswith(b"FORM") and head[8:11] == b"AIF":
+        promised = int.from_bytes(head[4:8], "big") + 8
+        if promised - 8 in UNKNOWN_SIZES:
+            return
+    elif head.startswith(b"riff") and len(head) == 24:
+        promised = int.from_bytes(head[16:24], "little")
+    elif head.startswith(b"OggS"):
+        promised = present + _missing_of_last_page(path)
+    else:
+        return
+    if promised > present + 1:  # one byte of padding may lack
+        raise cut_off(path, f"{present} of the {promised} bytes promised")
+
+
+def _missing_of_last_page(path: Path) -> int:
+    """Bytes that the last Ogg page lacks: each page says how long it is."""
+    with path.open("rb") as file:
+        file.seek(0, os.SEEK_END)
+        file.seek(-min(file.tell(), OGG_PAGE_MAX), os.SEEK_END)
+        tail = file.read()
+    page = tail[tail.rfind(b"OggS\0") :]
+    segments = page[26] if len(page) > 26 else 1
+    return max(0, 27 + segments + sum(page[27 : 27 + segments]) - len(page))

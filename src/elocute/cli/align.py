@@ -44,7 +44,7 @@ def align_command(
     if plot is not None and plot.suffix.lower() != ".png":
         raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
     plan = plan_files([source, target], [plot], overwrite, no_clobber)
-    methods, speech = alignment_module("methods"), alignment_module("speech")
+    methods, speech = alignment_module("methods"), alignment_module("sound_views")
     chosen = methods.resolve_method(method)
     config = chosen.config()(band=band, open_source=find)
     sounds = [read_audio(path) for path in (source, target)]

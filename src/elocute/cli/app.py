@@ -16,7 +16,7 @@ from elocute.cli import (
     edit,
     evaluate,
     heads,
-    inspect,
+    info,
     propagate,
     render,
     solve,
@@ -35,7 +35,7 @@ app.command("render")(render.render_command)
 app.command("edit")(edit.edit_command)
 app.command("solve")(solve.solve_command)
 app.command("measure")(render.measure_command)
-app.command("info")(inspect.info_command)
+app.command("info")(info.info_command)
 app.command("doctor")(doctor.doctor_command)
 app.command("align")(align.align_command)
 app.add_typer(evaluate.app, name="evaluate")

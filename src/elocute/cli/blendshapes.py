@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from elocute.capture.blendshapes.compare import Projection
-    from elocute.corpus.store import Corpus
+    from elocute.capture.blendshapes.basis_comparison import Projection
+    from elocute.corpus.corpus_store import Corpus
     from elocute.motion.motion import Motion
 
 app = Commands("Learn, compare and show speech blendshapes.")
@@ -44,9 +44,13 @@ def learn_command(
     as_json: bool = options.Json,
 ) -> None:
     """Principal components of every mesh minus its speaker's neutral face."""
-    from elocute.capture.blendshapes.learn import COMPONENTS, BlendshapeConfig, learn_blendshapes
-    from elocute.capture.blendshapes.sweep import sweep
-    from elocute.corpus.store import open_corpus
+    from elocute.capture.blendshapes.basis_motion import sweep
+    from elocute.capture.blendshapes.blendshape_learning import (
+        COMPONENTS,
+        BlendshapeConfig,
+        learn_blendshapes,
+    )
+    from elocute.corpus.corpus_store import open_corpus
     from elocute.export.registry import check_suffix, write
 
     check_suffix(output)
@@ -88,9 +92,9 @@ def show_command(
     no_clobber: bool = options.NoClobber,
 ) -> None:
     """Draw every shape at plus and minus two deviations."""
-    from elocute.capture.blendshapes.sweep import extremes
+    from elocute.capture.blendshapes.basis_motion import extremes
     from elocute.errors import OutputError
-    from elocute.export.png import contact_sheet
+    from elocute.export.contact_sheet import contact_sheet
     from elocute.export.render import open_renderer, portrait
     from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
@@ -130,8 +134,8 @@ def compare_command(
     The other basis is taken whole, and cut to as many of its shapes as the first one has, those
     that explain the training part best.
     """
-    from elocute.capture.blendshapes.compare import Basis, project, strongest_shapes
-    from elocute.corpus.store import open_corpus
+    from elocute.capture.blendshapes.basis_comparison import Basis, project, strongest_shapes
+    from elocute.corpus.corpus_store import open_corpus
     from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
 
@@ -193,7 +197,7 @@ def _other(against: str) -> tuple[str, NDArray[np.float32]]:
 def _plot(found: list[Projection], fps: float, path: Path) -> None:
     import numpy as np
 
-    from elocute.export.overlay import plot_overlay
+    from elocute.export.overlay_plot import plot_overlay
     from elocute.motion.curves import Curves
 
     values = np.stack([p.errors_mm for p in found], axis=1).astype(np.float32)

@@ -18,8 +18,8 @@ from elocute.errors import InputError, MachineError, OutputError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.capture.register import Registration
-    from elocute.capture.result import SequenceResult
+    from elocute.capture.registration.register import Registration
+    from elocute.capture.sequence_result import SequenceResult
     from elocute.head.model import HeadModel
 
 app = Commands("Turn raw scans into motion of one topology.")
@@ -60,10 +60,10 @@ def scan_command(
 ) -> None:
     """Register one scan: the head's mesh, laid over it."""
     _need_scipy()
-    from elocute.capture.landmarks import no_landmarks, read_landmarks
-    from elocute.capture.scan_file import read_scan, unit_m
+    from elocute.capture.scans.landmarks import no_landmarks, read_landmarks
+    from elocute.capture.scans.scan_file import read_scan, unit_m
     from elocute.files.atomic import write_atomically
-    from elocute.head.choice import open_head
+    from elocute.head.registry import open_head
 
     if output.suffix.lower() not in (".ply", ".obj"):
         raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".ply .obj")
@@ -86,8 +86,12 @@ def scan_command(
 def _registered(
     model: HeadModel, scan: Any, known: Any, template: Path | None, method: str
 ) -> Registration:
-    from elocute.capture.register import register_neutral, register_nonrigid, register_scan
-    from elocute.capture.template import Template
+    from elocute.capture.registration.register import (
+        register_neutral,
+        register_nonrigid,
+        register_scan,
+    )
+    from elocute.capture.registration.template import Template
     from elocute.head.mesh import read_mesh, with_template
 
     if template is not None:
@@ -100,7 +104,7 @@ def _registered(
 
 
 def _mesh_bytes(head: HeadModel, suffix: str, points: Any) -> bytes:
-    from elocute.export.faces import MESHES
+    from elocute.export.face_samples import MESHES
 
     return MESHES[suffix](head)(points.astype("float32"))
 
@@ -145,7 +149,7 @@ def scans_command(
 ) -> None:
     """Register sequences of scans and make a corpus of those with sound."""
     _need_scipy()
-    from elocute.capture.batch import BatchSettings, capture_scans
+    from elocute.capture.scans_to_corpus import BatchSettings, capture_scans
 
     settings = BatchSettings(head, fps, unit, jobs, eyes_ms / 1000)
     with (
@@ -189,7 +193,7 @@ def check_command(
 ) -> None:
     """Look at scans before they are registered; exit 1 where an error was found."""
     _need_scipy()
-    from elocute.capture.check import check_scans
+    from elocute.capture.scans.scan_checks import check_scans
 
     with progress_bar(f"checking {folder.name}", as_json) as progress:
         findings = check_scans(folder, fps=fps, unit=unit, every=every, progress=progress)
@@ -226,8 +230,8 @@ def simulate_command(
     _need_scipy()
     from elocute.animation import animate
     from elocute.audio.read import read_audio
-    from elocute.capture.sequence import SequenceFacts
-    from elocute.capture.simulate import Scanner, simulate_scans
+    from elocute.capture.scans.scan_sequence import SequenceFacts
+    from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
     from elocute.motion.edits import cut
 
     plan = OutputPlan()

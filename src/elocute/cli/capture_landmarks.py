@@ -15,8 +15,8 @@ from elocute.errors import CaptureError, OutputError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.capture.detect import Detector
-    from elocute.capture.scan import Scan
+    from elocute.capture.scans.landmark_detection import Detector
+    from elocute.capture.scans.scan import Scan
 
 FOLDER = "landmarks"
 
@@ -36,7 +36,7 @@ def landmarks_command(
     Scans stand about upright and look along +Z. Those of a folder that have landmarks already are
     left alone, so a run that was interrupted goes on.
     """
-    from elocute.capture.video.marks import mediapipe_landmarks
+    from elocute.capture.video.landmarks_68 import mediapipe_landmarks
 
     if scans.is_dir() == (output is not None):
         raise OutputError.about(
@@ -68,7 +68,7 @@ def landmarks_command(
 
 
 def _of_file(scan: Path, output: Path, unit: str, detector: Detector) -> tuple[int, list[str]]:
-    from elocute.capture.scan_file import read_scan
+    from elocute.capture.scans.scan_file import read_scan
 
     told = _written(read_scan(scan, unit), unit, output, detector)
     return int(not told), [f"{scan}: {told}"] if told else []
@@ -78,7 +78,7 @@ def _of_folder(
     folder: Path, unit: str | None, detector: Detector, quiet: bool
 ) -> tuple[int, list[str]]:
     """How many were found now, and a line for each that was not."""
-    from elocute.capture.sequence import find_sequences, open_sequence
+    from elocute.capture.scans.scan_sequence import find_sequences, open_sequence
 
     sequences = [open_sequence(place, unit=unit) for place in find_sequences(folder)]
     waiting = [
@@ -104,9 +104,9 @@ def _of_folder(
 
 def _written(scan: Scan, unit: str, path: Path, detector: Detector) -> str:
     """Why there are no landmarks, or "". They are written in the scan's unit."""
-    from elocute.capture.detect import detect_landmarks
-    from elocute.capture.landmarks import Landmarks, write_landmarks
-    from elocute.capture.scan_file import unit_m
+    from elocute.capture.scans.landmark_detection import detect_landmarks
+    from elocute.capture.scans.landmarks import Landmarks, write_landmarks
+    from elocute.capture.scans.scan_file import unit_m
 
     found = detect_landmarks(scan, detector)
     if not found.enough:

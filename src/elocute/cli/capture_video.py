@@ -18,7 +18,7 @@ from elocute.errors import CaptureError, OutputError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.capture.video.capture import VideoCapture
+    from elocute.capture.video.video_to_motion import VideoCapture
     from elocute.motion.motion import Motion
 
 OWN = "own"
@@ -99,7 +99,7 @@ def _plan(
 
 
 def _capture(path: Path, face: str | None, fps: float | None, quiet: bool) -> VideoCapture:
-    from elocute.capture.video.capture import capture_video
+    from elocute.capture.video.video_to_motion import capture_video
 
     with progress_bar(f"watching {path.name}", quiet) as progress:
         return capture_video(path, face=face, fps=fps, progress=progress)
@@ -124,7 +124,7 @@ def _write_corpus(
     text: str,
     as_json: bool,
 ) -> None:
-    from elocute.capture.video.clips import FPS, write_corpus
+    from elocute.capture.video.video_to_corpus import FPS, write_corpus
 
     if text and len(videos) > 1:
         raise CaptureError.about("--text", found=f"{len(videos)} videos", allowed="one")

@@ -16,7 +16,7 @@ from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.corpus.check import Finding
+    from elocute.corpus.corpus_checks import Finding
 
 app = Commands("Look at, check and convert corpora of talking faces.")
 
@@ -27,8 +27,8 @@ NAMES_MAX_BYTES = 16_000_000
 @app.command("info")
 def info_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
     """Say what a corpus holds: subjects, sentences, minutes and splits."""
+    from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.statistics import summary
-    from elocute.corpus.store import open_corpus
 
     record = summary(open_corpus(folder))
     if as_json:
@@ -51,8 +51,8 @@ def info_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
 @app.command("check")
 def check_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
     """Look for what would spoil training; exit 1 where an error was found."""
-    from elocute.corpus.check import check_corpus
-    from elocute.corpus.store import open_corpus
+    from elocute.corpus.corpus_checks import check_corpus
+    from elocute.corpus.corpus_store import open_corpus
 
     corpus = open_corpus(folder)
     with progress_bar(f"checking {folder.name}", as_json) as progress:
@@ -107,8 +107,8 @@ def convert_command(
 
     folder is what FaceFormer, CodeTalker and later work keep: vertices_npy/, wav/, templates.pkl.
     """
+    from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.importers.registry import convert
-    from elocute.corpus.store import open_corpus
 
     plan = OutputPlan([given for given in (texts, leave_out) if given is not None])
     plan.add(output, source)

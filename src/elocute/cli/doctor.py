@@ -189,7 +189,7 @@ def _mp4(folder: Path) -> str:
     """A head that is drawn, encoded with sound, and read again: the picture and the sound."""
     import numpy as np
 
-    from elocute.capture.video.frames import Video
+    from elocute.capture.video.video_frames import Video
     from elocute.export.mp4 import write_mp4
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.motion import Motion

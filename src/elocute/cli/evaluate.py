@@ -49,7 +49,7 @@ def real_command(
     from elocute.animation import animate
     from elocute.evaluation.real_talker import evaluate_real
     from elocute.head.builtin import load_builtin_head
-    from elocute.motion.measures import measure_mouth
+    from elocute.motion.mouth_measures import measure_mouth
 
     wanted = read_names(names)
     eye_distance_mm = 1000 * load_builtin_head().eye_distance_m

@@ -44,7 +44,7 @@ def alignment_command(
     from elocute.encoders.registry import resolve_encoder
 
     with needs_extra("alignment", "wild"):
-        from elocute.evaluation import alignments as judge
+        from elocute.evaluation import alignment_scores as judge
     names = list(dict.fromkeys(name.strip() for name in methods.split(",") if name.strip()))
     low, high = NOISE_RANGE_DB
     if noise_db is not None and not low <= noise_db <= high:

@@ -14,9 +14,9 @@ from elocute.cli.progress import progress_bar
 from elocute.errors import CorpusError, InputError
 
 if TYPE_CHECKING:
-    from elocute.corpus.store import Corpus
+    from elocute.corpus.corpus_store import Corpus
+    from elocute.evaluation.confidence_intervals import Interval
     from elocute.evaluation.corpus_scores import Measure, Row
-    from elocute.evaluation.intervals import Interval
     from elocute.evaluation.vertex_lists import VertexList
 
 PARTS = ("test", "validation", "train")
@@ -65,9 +65,9 @@ def corpus_command(
     published figures computes it (of squared distances, mm²).
     """
     from elocute.cli.tables import check_tables, write_tables
-    from elocute.corpus.store import open_corpus
-    from elocute.evaluation.clips import clip_predictor
+    from elocute.corpus.corpus_store import open_corpus
     from elocute.evaluation.corpus_scores import best_rows, rows, score_clips
+    from elocute.evaluation.model_predictions import clip_predictor
     from elocute.files.atomic import write_atomically
     from elocute.models.registry import open_model
 

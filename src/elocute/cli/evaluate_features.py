@@ -13,7 +13,7 @@ from elocute.cli.report import save_report
 from elocute.errors import CorpusError, InputError, needs_extra
 
 if TYPE_CHECKING:
-    from elocute.corpus.store import Corpus
+    from elocute.corpus.corpus_store import Corpus
     from elocute.evaluation.corpus_scores import Measure, Row
 
 SHOWN = ("lve_mm", "mve_mm", "velocity_mm", "closure_recall", "closure_precision")
@@ -37,7 +37,7 @@ def features_command(
     from elocute.cli.evaluate_corpus import cell, measure_of
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
-    from elocute.corpus.store import open_corpus
+    from elocute.corpus.corpus_store import open_corpus
 
     names = list(dict.fromkeys(name.strip() for name in encoders.split(",") if name.strip()))
     if not names:
@@ -103,8 +103,8 @@ def _train(
 
 def _measured(corpus: Corpus, clips: list[str], model: Path, measure: Measure) -> Row:
     """Every clip in the style that fits its subject best."""
-    from elocute.evaluation.clips import clip_predictor
     from elocute.evaluation.corpus_scores import best_rows, score_clips
+    from elocute.evaluation.model_predictions import clip_predictor
     from elocute.models.registry import open_model
 
     opened = open_model(model)
@@ -116,9 +116,9 @@ def _measured(corpus: Corpus, clips: list[str], model: Path, measure: Measure) -
 def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path) -> None:
     import numpy as np
 
-    from elocute.evaluation.clips import clip_predictor, true_track
-    from elocute.evaluation.closures import lip_opening
-    from elocute.export.overlay import plot_overlay
+    from elocute.evaluation.lip_closures import lip_opening
+    from elocute.evaluation.model_predictions import clip_predictor, true_track
+    from elocute.export.overlay_plot import plot_overlay
     from elocute.models.registry import open_model
     from elocute.models.styles import EVEN
     from elocute.motion.curves import Curves

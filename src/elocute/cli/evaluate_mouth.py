@@ -48,7 +48,7 @@ def noise_command(
     from elocute.animation import animate
     from elocute.evaluation.mouth_studies import mean_scores, noise_scores
     from elocute.motion.curves import Curves
-    from elocute.motion.measures import measure_mouth
+    from elocute.motion.mouth_measures import measure_mouth
 
     plan = _planned(plot, (speech, model, noise), overwrite, no_clobber)
     steps = _levels(levels)
@@ -69,7 +69,7 @@ def noise_command(
                 progress(done / len(sounds))
     means = mean_scores(clips)
     if plot is not None and plan.wants(plot):
-        from elocute.export.overlay import plot_overlay
+        from elocute.export.overlay_plot import plot_overlay
 
         names = ("clean", *(f"{level:g} dB" for level in steps))
         curves = Curves(np.stack(first, axis=1).astype(np.float32), names, FPS)
@@ -116,7 +116,7 @@ def styles_command(
 
     curves = style_openings(names, moved)
     if plot is not None and plan.wants(plot):
-        from elocute.export.overlay import plot_overlay
+        from elocute.export.overlay_plot import plot_overlay
 
         title = "distance between the lips; shaded: convex combinations of the styles"
         with plan.writing(plot):
@@ -186,7 +186,7 @@ def _levels(text: str) -> list[float]:
 def _sounds(speech: Path) -> list[Waveform]:
     """The file, or at most CLIPS_MOST clips of a corpus's test part, evenly taken."""
     from elocute.audio.read import read_audio
-    from elocute.corpus.store import open_corpus
+    from elocute.corpus.corpus_store import open_corpus
 
     if not speech.is_dir():
         return [read_audio(speech)]

@@ -54,15 +54,15 @@ def wild_command(
     from elocute.corpus.shards import open_shards
 
     with needs_extra("training", "train"):
-        from elocute.evaluation import wild
+        from elocute.evaluation import wild_experiments
         from elocute.training.crnn.config import CrnnTrainConfig
-        from elocute.training.crnn.data import hear_shards
+        from elocute.training.crnn.training_data import hear_shards
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
-    if "speaker" not in chosen or not set(chosen) <= set(wild.TRAININGS):
+    if "speaker" not in chosen or not set(chosen) <= set(wild_experiments.TRAININGS):
         raise InputError.about(
             f"--trainings {trainings!r}",
             found="speaker is missing, or one is unknown",
-            allowed=", ".join(wild.TRAININGS),
+            allowed=", ".join(wild_experiments.TRAININGS),
         )
     config = CrnnTrainConfig(
         epochs=epochs,
@@ -80,19 +80,21 @@ def wild_command(
     prepare_trainings(output, chosen, resume)
     heard = hear_shards(opened, output, config.fps)
     for name in chosen:
-        wild.rows_of(heard, name)
-    table, shares = {}, wild.shares_of(opened)
+        wild_experiments.rows_of(heard, name)
+    table, shares = {}, wild_experiments.shares_of(opened)
     for name in chosen:
-        trained = wild.train_one(opened, heard, name, config, output / name, Lines(as_json))
-        for part, found in wild.judge(trained, heard, name, shares).items():
+        trained = wild_experiments.train_one(
+            opened, heard, name, config, output / name, Lines(as_json)
+        )
+        for part, found in wild_experiments.judge(trained, heard, name, shares).items():
             table[f"{name} {part}"] = found
         if name == "speaker":
             for kind in ("white", "babble"):
                 for snr in (0.0, 10.0, 20.0):
-                    table[f"{kind} {snr:.0f} dB"] = wild.judge_noise(
+                    table[f"{kind} {snr:.0f} dB"] = wild_experiments.judge_noise(
                         trained.network, opened, heard, kind, snr, shares
                     )
-    model = output / "speaker" / wild.MODEL
+    model = output / "speaker" / wild_experiments.MODEL
     bases: dict[str, Any] = {}
     if corpus is not None:
         table |= _continuous(corpus, taken, model, opened, shares)
@@ -129,7 +131,7 @@ def _sentences(
     """The corpus of sentences and the names of those that are judged."""
     if path is None:
         return None, []
-    from elocute.corpus.store import open_corpus
+    from elocute.corpus.corpus_store import open_corpus
     from elocute.errors import CorpusError
 
     corpus = open_corpus(path)
@@ -150,7 +152,7 @@ def _continuous(
     corpus: Any, names: list[str], model: Path, shards: Shards, shares: Any
 ) -> dict[str, Figures]:
     """With the state going on, and in pieces of 15 frames as the paper does."""
-    from elocute.evaluation.wild import judge_sentences
+    from elocute.evaluation.wild_experiments import judge_sentences
     from elocute.models.crnn_network import CrnnNetwork
     from elocute.models.crnn_stream import JOINS, stream_weights
 
@@ -169,7 +171,7 @@ def _continuous(
 
 
 def _bases(corpus: Any, names: list[str], shards: Shards) -> dict[str, dict[str, float]]:
-    from elocute.evaluation.wild import compare_bases
+    from elocute.evaluation.wild_experiments import compare_bases
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.curves import ARKIT_NAMES
 
@@ -191,7 +193,7 @@ def _talker(folder: Path, names: Path | None, model: Path) -> dict[str, Any]:
     from elocute.cli.evaluate import read_names
     from elocute.evaluation.real_talker import evaluate_real
     from elocute.head.builtin import load_builtin_head
-    from elocute.motion.measures import measure_mouth
+    from elocute.motion.mouth_measures import measure_mouth
 
     eye_mm, wanted = 1000 * load_builtin_head().eye_distance_m, read_names(names)
     found = {}

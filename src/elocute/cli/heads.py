@@ -26,7 +26,7 @@ def show_command(
     as_json: bool = options.Json,
 ) -> None:
     """Say what a head model holds. Nothing in the file is run."""
-    from elocute.head.choice import open_head
+    from elocute.head.registry import open_head
 
     record = {"file": file, **_facts(open_head(file))}
     if as_json:
@@ -68,8 +68,8 @@ def sample_command(
     as_json: bool = options.Json,
 ) -> None:
     """Draw random faces of a head, as meshes or as one picture."""
-    from elocute.export.faces import check_faces, write_faces
-    from elocute.head.choice import open_head, sample_identities
+    from elocute.export.face_samples import check_faces, write_faces
+    from elocute.head.registry import open_head, sample_identities
 
     suffix, pixels = f".{mesh.lower().removeprefix('.')}", options.parse_size(size)
     plan = OutputPlan()

@@ -15,9 +15,9 @@ from elocute.cli.work_folder import prepare_work
 from elocute.errors import CorpusError
 
 if TYPE_CHECKING:
-    from elocute.corpus.store import Corpus
+    from elocute.corpus.corpus_store import Corpus
     from elocute.jobs.pool import Pool
-    from elocute.propagation.run import Summary
+    from elocute.propagation.corpus_propagation import Summary
 
 WRITTEN = ("basis.npz", "manifest.json", "rejects.csv", "*.parquet")
 DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
@@ -56,11 +56,11 @@ def propagate_command(
     word failed after the others were finished.
     """
     from elocute.alignment.methods import resolve_method
-    from elocute.corpus.store import open_corpus
-    from elocute.propagation.captured import captured_words
-    from elocute.propagation.readers import find_recordings
-    from elocute.propagation.run import propagate
+    from elocute.corpus.corpus_store import open_corpus
+    from elocute.propagation.captured_words import captured_words
+    from elocute.propagation.corpus_propagation import propagate
     from elocute.propagation.word_job import RECORDS, JobSettings
+    from elocute.propagation.word_recordings import find_recordings
 
     resolve_method(method)
     opened, found = open_corpus(corpus), find_recordings(recordings)
@@ -93,25 +93,25 @@ def propagate_command(
 
 def _pool(jobs: int, address: str | None, method: str) -> Pool:
     if address is not None:
-        from elocute.jobs.ray import ray_pool
+        from elocute.jobs.ray_cluster import ray_pool
 
         return ray_pool(address, jobs)
     if jobs == 1 and method not in DEEP:
         from elocute.jobs.pool import one_after_another
 
         return one_after_another
-    from elocute.jobs.local import local_pool
+    from elocute.jobs.process_pool import local_pool
 
     return local_pool(jobs)
 
 
 def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path:
     """The basis as it lies in the output folder: copied, learned, or from an earlier run."""
-    from elocute.capture.blendshapes.learn import learn_blendshapes
-    from elocute.capture.blendshapes.sweep import sweep
-    from elocute.corpus.shard_writer import BASIS
+    from elocute.capture.blendshapes.basis_motion import sweep
+    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+    from elocute.corpus.shard_writing import BASIS
     from elocute.motion.store import load_motion, save_motion
-    from elocute.propagation.captured import Capture
+    from elocute.propagation.captured_words import Capture
 
     path = (output / BASIS).resolve()
     if given is not None:

@@ -78,7 +78,7 @@ def measure_command(
 ) -> None:
     """Measure the mouth per frame: opening, width, protrusion and jaw, in millimetres."""
     from elocute.errors import OutputError
-    from elocute.motion.measures import measure_mouth, write_measures
+    from elocute.motion.mouth_measures import measure_mouth, write_measures
     from elocute.motion.store import load_motion
 
     for path, suffix in ((output, ".csv"), (plot, ".png")):
@@ -95,7 +95,7 @@ def measure_command(
         with plan.writing(output):
             write_measures(measures, output)
     if plot is not None and plan.wants(plot):
-        from elocute.export.plot import plot_curves
+        from elocute.export.curve_plot import plot_curves
 
         with plan.writing(plot):
             plot_curves(measures, plot, title=motion.name)

@@ -100,7 +100,7 @@ def _chosen_head(path: Path | None, identity: str | None, motion: Motion | None)
 def _read_head(path: Path) -> HeadModel:
     """A head on its own, or the one that travels with a motion. Raises InputError."""
     from elocute.files.reading import open_regular
-    from elocute.head.storage import load_head
+    from elocute.head.store import load_head
 
     try:
         with (

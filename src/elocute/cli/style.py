@@ -94,8 +94,8 @@ def _of_motion(path: Path, sound: Path, model: SpeechModel) -> Observed:
 
 
 def _of_clip(path: Path, model: SpeechModel) -> Observed:
-    from elocute.corpus.store import open_corpus
-    from elocute.evaluation.clips import true_track
+    from elocute.corpus.corpus_store import open_corpus
+    from elocute.evaluation.model_predictions import true_track
     from elocute.models.hearing import hear
     from elocute.models.style_fit import Observed
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from elocute.errors import InputError
-from elocute.evaluation.intervals import Interval
+from elocute.evaluation.confidence_intervals import Interval
 from elocute.files.atomic import write_atomically
 from elocute.files.outputs import OutputPlan
 

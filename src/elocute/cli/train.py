@@ -15,7 +15,7 @@ from elocute.cli.work_folder import prepare_training
 from elocute.errors import needs_extra
 
 if TYPE_CHECKING:
-    from elocute.corpus.store import Corpus
+    from elocute.corpus.corpus_store import Corpus
 
 app = Commands("Train models on a corpus.")
 
@@ -39,7 +39,7 @@ def voca_command(
     as_json: bool = options.Json,
 ) -> None:
     """Train VOCA; leaves model.onnx, checkpoint.safetensors, log.csv and TensorBoard events."""
-    from elocute.corpus.store import open_corpus
+    from elocute.corpus.corpus_store import open_corpus
 
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):

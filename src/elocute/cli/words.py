@@ -15,7 +15,7 @@ from elocute.errors import AlignmentError, InputError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.alignment.words import Words
+    from elocute.alignment.word_times import Words
 
 app = Commands("Find the words of a reading, and check them.")
 
@@ -34,8 +34,8 @@ def segment_command(
     as_json: bool = options.Json,
 ) -> None:
     """Find when each word of a text is said, by forced alignment."""
-    from elocute.alignment.forced import segment
-    from elocute.alignment.words import write_words
+    from elocute.alignment.forced_alignment import segment
+    from elocute.alignment.word_times import write_words
     from elocute.audio.read import read_audio
 
     spoken = _text(text, text_file)
@@ -60,8 +60,8 @@ def check_command(
     as_json: bool = options.Json,
 ) -> None:
     """Draw waveform, spectrogram and boundaries as one page, doubtful words marked."""
-    from elocute.alignment.word_page import check_length, doubts, write_word_page
-    from elocute.alignment.words import read_words, write_words
+    from elocute.alignment.word_review_page import check_length, doubts, write_word_page
+    from elocute.alignment.word_times import read_words, write_words
     from elocute.audio.read import read_audio
 
     if textgrid is not None and textgrid.suffix.lower() != ".textgrid":
@@ -97,7 +97,7 @@ def take_command(
     as_json: bool = options.Json,
 ) -> None:
     """Take back words that a person edited, checked."""
-    from elocute.alignment.words import read_words, take_edits, write_words
+    from elocute.alignment.word_times import read_words, take_edits, write_words
 
     plan = OutputPlan([before] if before else [])
     plan.add(output, edited)
@@ -123,7 +123,7 @@ def _text(text: str | None, file: Path | None) -> str:
 
 
 def _tell(words: Words, output: Path, as_json: bool) -> None:
-    from elocute.alignment.word_page import doubts
+    from elocute.alignment.word_review_page import doubts
 
     doubtful = [w.text for w in words.words if doubts(w)]
     if as_json:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
-from elocute.brief import one_line
 from elocute.errors import CorpusError
 from elocute.files.arrays import ArrayFile
+from elocute.one_line_repr import one_line
 
 # Names become file names: nothing else may stand in them.
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
+from elocute.one_line_repr import one_line
 
 Floats = NDArray[np.float64]
 

@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 
 from elocute.audio.waveform import Waveform
-from elocute.brief import one_line
 from elocute.corpus.shard_file import (
     ShardEntry,
     fault,
@@ -28,7 +27,7 @@ from elocute.corpus.shard_file import (
     read_columns,
     write_shard,
 )
-from elocute.corpus.shard_writer import (
+from elocute.corpus.shard_writing import (
     BASIS,
     FORMAT,
     MANIFEST,
@@ -40,10 +39,11 @@ from elocute.corpus.shard_writer import (
 )
 from elocute.corpus.word_clip import COMPONENTS_MAX, SPLITS, WordClip, is_inside
 from elocute.errors import CorpusError
+from elocute.files.json_records import read_record
 from elocute.files.reading import is_file
-from elocute.files.records import read_record
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion
+from elocute.one_line_repr import one_line
 
 __all__ = [
     "SPLITS",

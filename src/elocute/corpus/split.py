@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from elocute.brief import one_line
 from elocute.errors import CorpusError
+from elocute.one_line_repr import one_line
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 
 BLOCK_FRAMES = 256
 Doubles = NDArray[np.float64]

@@ -9,9 +9,9 @@ from pathlib import PurePosixPath
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
 from elocute.corpus.clip import check_name
 from elocute.errors import CorpusError
+from elocute.one_line_repr import one_line
 
 SENTENCE = "sentence"  # the word of a clip that holds several
 SPLITS = ("train", "validation", "test")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.features import Features
-from elocute.audio.mel import mfcc
+from elocute.audio.spectral import mfcc
 from elocute.audio.waveform import Waveform
 from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
 from elocute.encoders.frozen_graph import FrozenGraph, read_frozen_graph

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from elocute.audio import front_end
 from elocute.audio.phones import PHONES
 from elocute.errors import InputError
+from elocute.files.json_records import as_record, parse_json
 from elocute.files.onnx_session import open_session
-from elocute.files.records import as_record, parse_json
 
 Array = NDArray[np.float32]
 

@@ -12,8 +12,8 @@ DEFAULT = "phones"
 
 # kind: (module, class, what must follow a colon); modules are imported when first needed.
 ENCODERS: dict[str, tuple[str, str, str]] = {
-    "phones": ("elocute.encoders.plain", "Phones", ""),
-    "fbank": ("elocute.encoders.plain", "Fbank", ""),
+    "phones": ("elocute.encoders.builtin_encoders", "Phones", ""),
+    "fbank": ("elocute.encoders.builtin_encoders", "Fbank", ""),
     "deepspeech": ("elocute.encoders.deepspeech", "DeepSpeech", "PATH.pb"),
     "wav2vec2": ("elocute.encoders.speech_transformer", "Wav2Vec2", "FOLDER"),
     "hubert": ("elocute.encoders.speech_transformer", "Hubert", "FOLDER"),

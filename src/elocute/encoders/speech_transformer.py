@@ -22,7 +22,7 @@ from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
 from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
 from elocute.errors import InputError
-from elocute.files.records import read_record
+from elocute.files.json_records import read_record
 
 Array = NDArray[np.float32]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import CorpusError
-from elocute.evaluation.intervals import CONFIDENCE, DRAWS, Interval
+from elocute.evaluation.confidence_intervals import CONFIDENCE, DRAWS, Interval
 
 Array = NDArray[np.float32]
 FIRST = 5  # parameters that the paper's table names one by one

@@ -9,11 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from elocute.corpus.store import Corpus
-from elocute.evaluation.clips import true_track
-from elocute.evaluation.closures import CLOSED_MM
-from elocute.evaluation.intervals import Interval, summarise
+from elocute.corpus.corpus_store import Corpus
+from elocute.evaluation.confidence_intervals import Interval, summarise
+from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.evaluation.metrics import ClipMetrics, clip_metrics
+from elocute.evaluation.model_predictions import true_track
 from elocute.evaluation.vertex_lists import VertexList
 from elocute.motion.track import Track
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from elocute.corpus.statistics import moments
 from elocute.errors import CorpusError
-from elocute.evaluation.closures import CLOSED_MM, Closures, closures, lip_opening
+from elocute.evaluation.lip_closures import CLOSED_MM, Closures, closures, lip_opening
 from elocute.evaluation.vertex_lists import VertexList
 from elocute.motion.track import Track
 

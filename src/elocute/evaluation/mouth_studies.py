@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from elocute.audio.noise import with_gain, with_noise
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
-from elocute.evaluation.closures import CLOSED_MM
+from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.head.builtin import load_builtin_head
-from elocute.head.choice import sample_identities
 from elocute.head.model import HeadModel
+from elocute.head.registry import sample_identities
 from elocute.motion.curves import Curves
-from elocute.motion.measures import measure_mouth
 from elocute.motion.motion import Motion
+from elocute.motion.mouth_measures import measure_mouth
 
 Doubles = NDArray[np.float64]
 Opening = Callable[[Waveform], Doubles]

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
 from elocute.errors import InputError
 from elocute.files.arrays import read_npz
-from elocute.files.records import parse_json
+from elocute.files.json_records import parse_json
 from elocute.motion.curves import Curves
+from elocute.one_line_repr import one_line
 
 Array = NDArray[np.float64]
 Predictor = Callable[[Path], Curves]

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
 from elocute.corpus.topologies import Topology, published_indices
 from elocute.errors import CorpusError
 from elocute.files.arrays import read_npy
+from elocute.files.json_records import INTEGER_MAX_DIGITS, parse_json
 from elocute.files.reading import read_bytes, read_text
-from elocute.files.records import INTEGER_MAX_DIGITS, parse_json
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
+from elocute.one_line_repr import one_line
 
 FILE_MAX_BYTES = 16_000_000
 HASH_DIGITS = 12

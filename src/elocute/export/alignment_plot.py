@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.mel import log_mel
+from elocute.audio.spectral import log_mel
 from elocute.audio.waveform import Waveform
 from elocute.files.atomic import write_atomically
 

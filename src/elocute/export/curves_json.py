@@ -16,7 +16,7 @@ import numpy as np
 
 from elocute.errors import MotionError
 from elocute.files.atomic import write_atomically
-from elocute.files.records import finite_number, read_record
+from elocute.files.json_records import finite_number, read_record
 from elocute.motion.curves import Curves
 from elocute.motion.motion import FPS_MAX, Motion
 

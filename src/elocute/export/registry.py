@@ -20,7 +20,7 @@ WRITERS: dict[str, tuple[str, str]] = {
     ".npy": ("elocute.export.meshes", "write_npy"),
     ".obj": ("elocute.export.meshes", "write_obj"),
     ".ply": ("elocute.export.meshes", "write_ply"),
-    ".png": ("elocute.export.png", "write_png"),
+    ".png": ("elocute.export.contact_sheet", "write_png"),
 }
 WITH_SOUND = (".mp4", ".glb", ".html")
 

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from elocute.head.model import HeadModel
-from elocute.head.storage import load_head
+from elocute.head.store import load_head
 
 BUILTIN_HEAD_PATH = Path(__file__).parent / "assets" / "head.npz"
 

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elocute.brief import one_line
 from elocute.errors import HeadError
 from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
 from elocute.head.skinning import blended, chained
+from elocute.one_line_repr import one_line
 
 Floats = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.head.bare import SKIN, bare_head
 from elocute.head.flame import JOINT_NAMES, FlameModel
+from elocute.head.mesh import SKIN_SRGB, head_from_arrays
 from elocute.head.model import HeadModel
 
 NOTICE = "Made with FLAME (Li et al. 2017, flame.is.tue.mpg.de), under the licence it came with."
@@ -28,7 +28,7 @@ def flame_head(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
     identity = np.moveaxis(model.identity_basis, 2, 0)
     expression = np.moveaxis(model.expression_basis, 2, 0)
     triangles, eyes = model.triangles, _eye_vertices(model)
-    bare = bare_head(
+    bare = head_from_arrays(
         name,
         model.template,
         triangles,
@@ -59,7 +59,7 @@ def _eye_vertices(model: FlameModel) -> NDArray[np.bool_]:
 
 def _colors(model: FlameModel, eyes: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """(vertex, 3) sRGB: skin, and eyes that look ahead."""
-    colors = np.tile(np.array(SKIN, np.uint8), (model.vertex_count, 1))
+    colors = np.tile(np.array(SKIN_SRGB, np.uint8), (model.vertex_count, 1))
     if not eyes.any():
         return colors
     colors[eyes] = WHITE

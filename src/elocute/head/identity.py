@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
-from elocute.files.records import finite_number, read_record
+from elocute.files.json_records import finite_number, read_record
 
 IDENTITY_COUNT = 50
 COEFFICIENT_MAX = 5.0

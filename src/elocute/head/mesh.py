@@ -1,4 +1,4 @@
-"""Neutral faces from mesh files."""
+"""Heads out of little: a mesh file or arrays, which name no places."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from elocute.errors import HeadError
 from elocute.files.meshes import SUFFIXES as MESHES
 from elocute.files.meshes import read_mesh_file
-from elocute.head.bare import bare_head
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 
 FILE_MAX_BYTES = 500_000_000
 HEIGHT_RANGE_M = (0.12, 0.6)  # of a head with or without its neck
+SKIN_SRGB = (206, 162, 142)
 UNITS_M = {"millimetres": 1e-3, "centimetres": 1e-2, "decimetres": 0.1, "inches": 0.0254}
 
 
@@ -43,14 +43,65 @@ def read_mesh(path: str | Path) -> tuple[NDArray[np.float32], NDArray[np.int32]]
     return points, faces
 
 
-def mesh_head(path: str | Path) -> HeadModel:
+def head_from_mesh(path: str | Path) -> HeadModel:
     """A mesh as a head: the built-in head with that neutral face where the topology is its own,
     one that names no places where it is not. Raises HeadError."""
     points, faces = read_mesh(path)
     builtin = load_builtin_head()
     if len(points) == builtin.vertex_count:
         return with_template(builtin, points, Path(path).stem)
-    return bare_head(Path(path).stem, points, faces)
+    return head_from_arrays(Path(path).stem, points, faces)
+
+
+def head_from_arrays(
+    name: str,
+    template: NDArray[np.floating],
+    faces: NDArray[np.integer],
+    *,
+    expression_names: tuple[str, ...] = (),
+    expression_basis: NDArray[np.floating] | None = None,
+    notice: str = "",
+) -> HeadModel:
+    """A head with one colour and one joint.
+
+    template (vertex, 3) m, faces (face, 3 or 4), expression_basis (component, vertex, 3) m.
+    Landmarks, lips and regions are empty: what measures a mouth refuses this head. Raises
+    HeadError for faces that point past the vertices and numbers that are not finite.
+    """
+    vertices, nothing = len(template), np.zeros(0, np.int32)
+    if expression_basis is None:
+        expression_basis = np.zeros((0, vertices, 3))
+    quads = faces if faces.shape[1] == 4 else np.concatenate([faces, faces[:, 2:]], axis=1)
+    return HeadModel(
+        name=name,
+        template=template.astype(np.float32),
+        quads=quads.astype(np.int32),
+        uv=np.zeros((1, 2), np.float32),
+        uv_quads=np.zeros((len(faces), 4), np.int32),
+        identity_basis=np.zeros((0, vertices, 3), np.float32),
+        expression_names=expression_names,
+        expression_basis=np.ascontiguousarray(expression_basis, np.float32),
+        joint_names=("head",),
+        joint_parents=(-1,),
+        joint_positions=template.mean(axis=0, keepdims=True).astype(np.float32),
+        joint_identity_basis=np.zeros((0, 1, 3), np.float32),
+        skin_weights=np.ones((vertices, 1), np.float32),
+        landmarks=nothing,
+        lip_rings=np.zeros((0, 0), np.int32),
+        outer_lip_upper=nothing,
+        outer_lip_lower=nothing,
+        inner_lip_upper=nothing,
+        inner_lip_lower=nothing,
+        outer_corners=nothing,
+        inner_corners=nothing,
+        regions={},
+        material=np.zeros(len(faces), np.uint8),
+        material_names=("skin",),
+        vertex_color=np.tile(np.array(SKIN_SRGB, np.uint8), (vertices, 1)),
+        occlusion=np.ones(vertices, np.float32),
+        mirror=nothing,
+        notice=notice,
+    )
 
 
 def with_template(head: HeadModel, template: NDArray[np.float32], name: str) -> HeadModel:

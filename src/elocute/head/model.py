@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
-from elocute.head.tone import TONE_SHARES, recoloured
+from elocute.head.skin_tone import TONE_SHARES, recoloured
 
 Array = NDArray[np.float32]
 Indices = NDArray[np.int32]

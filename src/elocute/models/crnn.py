@@ -27,7 +27,7 @@ from elocute.models.protocol import Ears, Heard, Level, Span
 from elocute.models.speech_shapes import as_builtin, speech_names
 from elocute.models.styles import rigged
 from elocute.motion.curves import Curves
-from elocute.numerics.sampling import frame_places, read_rows
+from elocute.numerics.resampling import frame_places, read_rows
 
 Array = NDArray[np.float32]
 COLUMN_S = 0.01

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.mel3 import BANDS, CONTEXT, HOP, MARGIN, RATE
+from elocute.audio.mel_with_deltas import BANDS, CONTEXT, HOP, MARGIN, RATE
 from elocute.errors import ModelError
 from elocute.models.onnx_record import check_file, open_session, run_session, stored_record
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.mel3 import (
+from elocute.audio.mel_with_deltas import (
     BANDS,
     CONTEXT,
     FLOOR,

@@ -7,7 +7,7 @@ from typing import Any
 
 from elocute.errors import ModelError
 from elocute.files import onnx_session
-from elocute.files.records import parse_json
+from elocute.files.json_records import parse_json
 
 FILE_MAX_BYTES = 512_000_000
 RECORD_MAX = 1_000_000

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.articulation.targets import curve_names
+from elocute.articulation.phone_targets import curve_names
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 

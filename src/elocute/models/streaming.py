@@ -22,7 +22,7 @@ from elocute.errors import AudioError, InputError
 from elocute.models.protocol import Ear, Heard, Level, Span, SpeechModel
 from elocute.models.registry import DEFAULT, open_model
 from elocute.motion.curves import Curves
-from elocute.numerics.sampling import frames_in
+from elocute.numerics.resampling import frames_in
 
 Array = NDArray[np.float32]
 FPS_RANGE = (1.0, 240.0)

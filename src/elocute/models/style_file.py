@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from elocute.errors import ModelError
-from elocute.files.records import finite_number, read_record, write_record
+from elocute.files.json_records import finite_number, read_record, write_record
 
 FILE_MAX_BYTES = 65_536
 SHARE_MOST = 1e9

@@ -25,7 +25,7 @@ from elocute.errors import ModelError
 from elocute.models.protocol import Heard, Span, SpeechModel
 from elocute.models.styles import basis_of
 from elocute.motion.track import MM, Track
-from elocute.numerics.sampling import frame_places, frames_in, read_rows
+from elocute.numerics.resampling import frame_places, frames_in, read_rows
 
 Array = NDArray[np.float32]
 Doubles = NDArray[np.float64]

@@ -30,7 +30,7 @@ from elocute.models.onnx_record import check_file, open_session, run_session, st
 from elocute.models.protocol import Ears, Heard, Level, Span
 from elocute.models.styles import mixed, rigged, style_shares
 from elocute.motion.curves import Curves
-from elocute.numerics.sampling import frame_places, read_rows
+from elocute.numerics.resampling import frame_places, read_rows
 
 Array = NDArray[np.float32]
 SHIPPED = "voca"

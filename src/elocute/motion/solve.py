@@ -12,11 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.files.arrays import ArrayFile
 from elocute.head.model import HeadModel
-from elocute.motion.box import solve_box
 from elocute.motion.edits.joints import joint_index
-from elocute.motion.joint_slopes import ALL, Rig, inverses, joint_slopes, rig_of, vertex_transforms
+from elocute.motion.joint_jacobians import (
+    ALL,
+    Rig,
+    inverses,
+    joint_slopes,
+    rig_of,
+    vertex_transforms,
+)
 from elocute.motion.motion import Motion
-from elocute.motion.quaternions import from_axis_angle, from_matrices, multiply, no_turn
+from elocute.numerics.bounded_least_squares import solve_box
+from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, no_turn
 
 Floats = NDArray[np.float64]
 Vertices = ArrayLike | ArrayFile

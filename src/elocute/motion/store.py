@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import HeadError, MotionError
 from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES, read_npz, write_npz
-from elocute.files.records import as_record, finite_number, parse_json
+from elocute.files.json_records import as_record, finite_number, parse_json
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
 from elocute.errors import MotionError
 from elocute.files.arrays import ArrayFile
+from elocute.one_line_repr import one_line
 
 BLOCK_FRAMES = 256
 MM = 1000.0

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from elocute.audio.mel3 import BANDS, CONTEXT, MARGIN
+from elocute.audio.mel_with_deltas import BANDS, CONTEXT, MARGIN
 
 COLUMNS = 2 * CONTEXT + 1  # 41
 CHANNELS, FILTERS, HIDDEN = 3, 64, 128

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.encoders.speech_transformer import WEIGHTS_MAX_BYTES
 from elocute.errors import InputError, MachineError
-from elocute.files.tensors import read_tensor_header
+from elocute.files.safetensors_header import read_tensor_header
 
 Array = NDArray[np.float32]
 

@@ -19,20 +19,20 @@ from numpy.typing import NDArray
 
 from elocute.alignment.aligner import Aligner
 from elocute.alignment.methods import fit_aligner
-from elocute.alignment.speech import speech_view
+from elocute.alignment.sound_views import speech_view
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.brief import one_line
+from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import NAME as SHARD_NAME
 from elocute.corpus.shards import ShardEntry, WordClip, write_shard
-from elocute.corpus.store import open_corpus
 from elocute.errors import AlignmentError, InputError
 from elocute.files.atomic import write_atomically
-from elocute.files.records import read_record
+from elocute.files.json_records import read_record
 from elocute.motion.store import load_motion
-from elocute.propagation.captured import MARGIN_S, Capture, CapturedWord, cut
-from elocute.propagation.readers import Recording, word_span
+from elocute.one_line_repr import one_line
+from elocute.propagation.captured_words import MARGIN_S, Capture, CapturedWord, cut
 from elocute.propagation.transfer import carried, resampled
+from elocute.propagation.word_recordings import Recording, word_span
 
 Array = NDArray[np.float32]
 VIEW_RATE = 50.0  # Hz, of `speech_view`

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from elocute.audio.waveform import Waveform
-from elocute.capture.landmarks import no_landmarks
-from elocute.capture.register import Registration, register_neutral
-from elocute.capture.scan import Scan, checked_scan
-from elocute.capture.sequence import SequenceFacts
-from elocute.capture.simulate import Scanner, Stage, simulate_scans
-from elocute.capture.template import Template
+from elocute.capture.registration.register import Registration, register_neutral
+from elocute.capture.registration.template import Template
+from elocute.capture.scans.landmarks import no_landmarks
+from elocute.capture.scans.scan import Scan, checked_scan
+from elocute.capture.scans.scan_sequence import SequenceFacts
+from elocute.capture.simulation.scan_simulator import Scanner, Stage, simulate_scans
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elocute.capture.landmarks import read_landmarks
+from elocute.capture.scans.landmarks import read_landmarks
 from elocute.errors import CaptureError
 
 POINTS = np.random.default_rng(0).random((68, 3)).round(6)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elocute.capture.landmarks import Landmarks, read_landmarks, write_landmarks
-from elocute.capture.scan import Scan, checked_scan
-from elocute.capture.scan_file import read_scan, write_scan
-from elocute.capture.sequence import find_sequences, open_sequence
+from elocute.capture.scans.landmarks import Landmarks, read_landmarks, write_landmarks
+from elocute.capture.scans.scan import Scan, checked_scan
+from elocute.capture.scans.scan_file import read_scan, write_scan
+from elocute.capture.scans.scan_sequence import find_sequences, open_sequence
 from elocute.errors import CaptureError
 
 

@@ -7,23 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elocute.capture.errors_mm import correspondence_mm, surface_error
-from elocute.capture.landmarks import Landmarks, no_landmarks
-from elocute.capture.nicp import Nicp
-from elocute.capture.pose import Pose, posed, unposed
-from elocute.capture.register import (
+from elocute.capture.registration.accuracy import correspondence_mm, surface_error
+from elocute.capture.registration.closest_points import (
+    CoarseMesh,
+    FineMesh,
+    lattice_of,
+    on_triangles,
+)
+from elocute.capture.registration.nonrigid_icp import Nicp
+from elocute.capture.registration.pose import Pose, posed, unposed
+from elocute.capture.registration.register import (
     Registration,
     register_neutral,
     register_nonrigid,
     register_scan,
 )
-from elocute.capture.scan import Scan
-from elocute.capture.simulate import Stage
-from elocute.capture.surface import CoarseMesh, FineMesh, lattice_of, on_triangles
-from elocute.capture.template import Template, adaptive_template
+from elocute.capture.registration.template import Template, adaptive_template
+from elocute.capture.scans.landmarks import Landmarks, no_landmarks
+from elocute.capture.scans.scan import Scan
+from elocute.capture.simulation.scan_simulator import Stage
 from elocute.errors import CaptureError
 from elocute.head.model import HeadModel
-from elocute.motion.quaternions import from_axis_angle
+from elocute.numerics.quaternions import from_axis_angle
 
 
 def apart_mm(head: HeadModel, vertices: np.ndarray, truth: np.ndarray) -> float:

@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.capture.batch import BatchSettings, capture_scans
-from elocute.capture.check import check_scans
-from elocute.capture.clean import cleaned, ears, held_share, smoothed_share
-from elocute.capture.detect import SIDE, detect_landmarks
-from elocute.capture.result import SequenceResult
-from elocute.capture.scan import Scan
-from elocute.capture.simulate import Stage
-from elocute.corpus.store import open_corpus
+from elocute.capture.cleaning import cleaned, ears, held_share, smoothed_share
+from elocute.capture.scans.landmark_detection import SIDE, detect_landmarks
+from elocute.capture.scans.scan import Scan
+from elocute.capture.scans.scan_checks import check_scans
+from elocute.capture.scans_to_corpus import BatchSettings, capture_scans
+from elocute.capture.sequence_result import SequenceResult
+from elocute.capture.simulation.scan_simulator import Stage
+from elocute.corpus.corpus_store import open_corpus
 from elocute.errors import CaptureError, OutputError
 from elocute.head.model import HeadModel
 

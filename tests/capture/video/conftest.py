@@ -16,13 +16,13 @@ import elocute
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.capture.video.camera import Camera, Poses
-from elocute.capture.video.points import builtin_face_points
-from elocute.capture.video.track import FaceTrack
+from elocute.capture.video.face_mesh_points import builtin_face_points
+from elocute.capture.video.face_tracking import FaceTrack
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.motion.edits import with_blinks, with_gaze
 from elocute.motion.motion import Motion
-from elocute.motion.quaternions import from_axis_angle
+from elocute.numerics.quaternions import from_axis_angle
 
 FPS = 25.0
 SIZE = (480, 360)

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from elocute.audio.read import read_audio
-from elocute.capture.video.capture import fit_track
-from elocute.capture.video.clips import write_corpus
-from elocute.corpus.store import open_corpus
+from elocute.capture.video.video_to_corpus import write_corpus
+from elocute.capture.video.video_to_motion import fit_track
+from elocute.corpus.corpus_store import open_corpus
 from elocute.errors import CaptureError
-from elocute.motion.measures import measure_mouth
+from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion
 
 HAS_MEDIAPIPE = importlib.util.find_spec("mediapipe") is not None
@@ -120,8 +120,8 @@ def test_a_real_talker_becomes_a_corpus(shared_data, tmp_path):
     assert (entry.name, entry.text, corpus.fps) == (f"ann.{videos[0].stem}", "bin blue", 60)
     tracked = np.load(shared_data / f"grid_s1/clips/{videos[0].stem}.npz")
     gap = np.interp(np.arange(entry.frames) / 60, tracked["t"], tracked["inner_opening_mean"])
-    from elocute.evaluation.clips import true_track
-    from elocute.evaluation.closures import lip_opening
+    from elocute.evaluation.lip_closures import lip_opening
+    from elocute.evaluation.model_predictions import true_track
 
     assert np.corrcoef(gap, lip_opening(true_track(corpus, entry.name)))[0, 1] > 0.95
 

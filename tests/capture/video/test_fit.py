@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from elocute.capture.video.camera import first_poses, fit_poses
-from elocute.capture.video.capture import VideoCapture, fit_track, resampled
-from elocute.capture.video.person import resting_frames
-from elocute.capture.video.points import builtin_face_points
-from elocute.capture.video.topology import EYE_CORNERS, GAP_PAIRS, LIPS
+from elocute.capture.video.face_mesh_points import builtin_face_points
+from elocute.capture.video.face_mesh_topology import EYE_CORNERS, GAP_PAIRS, LIPS
+from elocute.capture.video.person_fit import resting_frames
+from elocute.capture.video.video_to_motion import VideoCapture, fit_track, resampled
 from elocute.head.builtin import load_builtin_head
-from elocute.motion.measures import measure_mouth
-from elocute.motion.quaternions import multiply, to_axis_angle
+from elocute.motion.mouth_measures import measure_mouth
+from elocute.numerics.quaternions import multiply, to_axis_angle
 
 
 @pytest.fixture(scope="module")

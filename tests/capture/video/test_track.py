@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elocute.capture.video.detector import Faces, no_faces
-from elocute.capture.video.track import track_face
+from elocute.capture.video.face_detector import Faces, no_faces
+from elocute.capture.video.face_tracking import track_face
 from elocute.errors import CaptureError
 
 FRAMES = 30

@@ -120,7 +120,7 @@ def vertex_files(folder: Path) -> None:
     """What `solve` takes, on the small head."""
     import numpy as np
 
-    from elocute.head.storage import save_head
+    from elocute.head.store import save_head
 
     inner = seeds.place(folder, "one")
     motion = seeds.small_motion(turning=False)
@@ -138,11 +138,11 @@ _MODULES = (
     "elocute.cli",
     "elocute.audio.read",
     "elocute.motion.store",
-    "elocute.motion.measures",
+    "elocute.motion.mouth_measures",
     "elocute.export.registry",
     "elocute.export.gltf",
-    "elocute.head.choice",
-    "elocute.corpus.check",
+    "elocute.head.registry",
+    "elocute.corpus.corpus_checks",
     "elocute.corpus.importers.registry",
     "trimesh",
 )

@@ -55,14 +55,14 @@ def _mix(path: Path) -> None:
 
 
 def _words(path: Path) -> None:
-    from elocute.alignment.words import read_words, take_edits
+    from elocute.alignment.word_times import read_words, take_edits
 
     words = read_words(path)
     take_edits(words, words)
 
 
 def _parts(path: Path) -> None:
-    from elocute.evaluation.trials import read_parts
+    from elocute.evaluation.alignment_trials import read_parts
 
     read_parts(path)
 
@@ -80,13 +80,13 @@ def _texts(path: Path) -> None:
 
 
 def _landmarks(path: Path) -> None:
-    from elocute.capture.landmarks import read_landmarks
+    from elocute.capture.scans.landmarks import read_landmarks
 
     read_landmarks(path, 0.001)
 
 
 def _capture(folder: Path, _out: Path) -> None:
-    from elocute.capture.sequence import find_sequences, open_sequence
+    from elocute.capture.scans.scan_sequence import find_sequences, open_sequence
 
     for inner in find_sequences(folder):
         sequence = open_sequence(inner)
@@ -107,7 +107,7 @@ def _curves(path: Path) -> None:
 
 
 def _lrw(folder: Path, _out: Path) -> None:
-    from elocute.propagation.readers import find_recordings, word_span
+    from elocute.propagation.word_recordings import find_recordings, word_span
 
     found = find_recordings(folder)
     for word in found.words:
@@ -124,7 +124,7 @@ def _motion(path: Path) -> None:
 
 
 def _head(path: Path) -> None:
-    from elocute.head.choice import open_head
+    from elocute.head.registry import open_head
 
     head = open_head(path)
     head.with_identity(np.ones(len(head.identity_basis), np.float32))
@@ -132,21 +132,21 @@ def _head(path: Path) -> None:
 
 
 def _flame(path: Path) -> None:
-    from elocute.head.choice import open_head
+    from elocute.head.registry import open_head
 
     head = open_head(path)
     _ = head.triangles, head.with_identity(np.ones(len(head.identity_basis), np.float32))
 
 
 def _mesh(path: Path) -> None:
-    from elocute.head.choice import open_head
+    from elocute.head.registry import open_head
 
     _ = open_head(path).triangles
 
 
 def _scan(folder: Path, _out: Path) -> None:
-    from elocute.capture.scan import checked_scan
-    from elocute.capture.scan_file import read_scan
+    from elocute.capture.scans.scan import checked_scan
+    from elocute.capture.scans.scan_file import read_scan
     from elocute.errors import CaptureError
 
     path = next(path for path in folder.iterdir() if path.suffix in (".ply", ".obj"))
@@ -162,7 +162,7 @@ def _vertex_list(path: Path) -> None:
 
 
 def _frame(path: Path) -> None:
-    from elocute.capture.frame_file import (
+    from elocute.capture.frame_store import (
         read_frame_record,
         read_pose,
         read_registration,
@@ -184,7 +184,7 @@ def _sound(path: Path) -> None:
 
 
 def _video(path: Path) -> None:
-    from elocute.capture.video.frames import Video
+    from elocute.capture.video.video_frames import Video
 
     with Video(path) as video:
         for _ in video.pictures():
@@ -192,8 +192,8 @@ def _video(path: Path) -> None:
 
 
 def _corpus(folder: Path, _out: Path) -> None:
-    from elocute.corpus.check import check_corpus
-    from elocute.corpus.store import open_corpus
+    from elocute.corpus.corpus_checks import check_corpus
+    from elocute.corpus.corpus_store import open_corpus
 
     corpus = open_corpus(folder)
     check_corpus(corpus)
@@ -225,7 +225,7 @@ def forge(files: Files) -> None:
 
 
 def _features(folder: Path, _out: Path) -> None:
-    from elocute.training.crnn.data import _open
+    from elocute.training.crnn.training_data import _open
 
     heard = _open(folder)
     for row in heard.rows:
@@ -358,12 +358,12 @@ def _encoder_text(given: str) -> None:
 
 
 def _read_text(given: str) -> None:
-    from elocute.alignment.forced import words_in
+    from elocute.alignment.forced_alignment import words_in
 
     words_in(given)
 
 
-_AUDIO = ("elocute.audio.read", "elocute.audio.sndfile", "elocute.audio.container")
+_AUDIO = ("elocute.audio.read", "elocute.audio.decoders", "elocute.audio.decoders")
 _IMPORTERS = ("elocute.corpus.importers.registry", *_AUDIO)
 _JSON = {"*.json": "json"}
 
@@ -377,9 +377,9 @@ READERS: tuple[Reader, ...] = (
         seeds.words,
         only(_words),
         {"*.json": "json", "*.TextGrid": "text"},
-        ("elocute.alignment.words",),
+        ("elocute.alignment.word_times",),
     ),
-    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.trials",)),
+    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.alignment_trials",)),
     Reader(
         "phones",
         seeds.phones,
@@ -399,14 +399,14 @@ READERS: tuple[Reader, ...] = (
         seeds.landmarks,
         only(_landmarks),
         {"*.json": "json", "*.ljson": "json", "*.pts": "text"},
-        ("elocute.capture.landmarks",),
+        ("elocute.capture.scans.landmarks",),
     ),
     Reader(
         "capture",
         seeds.capture_folders,
         _capture,
         {"*.json": "json"},
-        ("elocute.capture.sequence",),
+        ("elocute.capture.scans.scan_sequence",),
     ),
     Reader(
         "word record",
@@ -417,11 +417,11 @@ READERS: tuple[Reader, ...] = (
         needs=("pyarrow", "numba"),
     ),
     Reader("curves", seeds.curves, only(_curves), {"*.csv": "text"}, ("elocute.export.arkit_csv",)),
-    Reader("lrw", seeds.lrw, _lrw, {"*.txt": "text"}, ("elocute.propagation.readers",)),
+    Reader("lrw", seeds.lrw, _lrw, {"*.txt": "text"}, ("elocute.propagation.word_recordings",)),
     # Arrays
     Reader("motion", seeds.motions, only(_motion), {"*.npz": "npz"}, ("elocute.motion.store",)),
-    Reader("head", seeds.heads, only(_head), {"*.npz": "npz"}, ("elocute.head.choice",)),
-    Reader("frame", seeds.frames, only(_frame), {"*.npz": "npz"}, ("elocute.capture.frame_file",)),
+    Reader("head", seeds.heads, only(_head), {"*.npz": "npz"}, ("elocute.head.registry",)),
+    Reader("frame", seeds.frames, only(_frame), {"*.npz": "npz"}, ("elocute.capture.frame_store",)),
     Reader(
         "vertex list",
         seeds.vertex_lists,
@@ -442,7 +442,7 @@ READERS: tuple[Reader, ...] = (
         seeds.features,
         _features,
         {"*.json": "json", "*.npy": "npy"},
-        ("elocute.training.crnn.data",),
+        ("elocute.training.crnn.training_data",),
         needs=("torch", "pyarrow"),
     ),
     # Meshes, scans, FLAME
@@ -451,7 +451,7 @@ READERS: tuple[Reader, ...] = (
         seeds.scans,
         _scan,
         {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png"},
-        ("elocute.capture.scan", "elocute.capture.scan_file", "trimesh"),
+        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file", "trimesh"),
         short=150,
     ),
     Reader(
@@ -459,7 +459,7 @@ READERS: tuple[Reader, ...] = (
         seeds.meshes,
         only(_mesh),
         {"*.ply": "ply", "*.obj": "text"},
-        ("elocute.head.choice", "trimesh"),
+        ("elocute.head.registry", "trimesh"),
         short=150,
     ),
     Reader(
@@ -467,7 +467,7 @@ READERS: tuple[Reader, ...] = (
         seeds.flame,
         only(_flame),
         {"*.pkl": "pickle"},
-        ("elocute.head.choice",),
+        ("elocute.head.registry",),
         short=150,
         needs=("scipy",),
     ),
@@ -499,7 +499,7 @@ READERS: tuple[Reader, ...] = (
         seeds.videos,
         only(_video),
         {"*": "bytes"},
-        ("elocute.capture.video.frames", "av"),
+        ("elocute.capture.video.video_frames", "av"),
         short=150,
     ),
     # Corpora
@@ -508,7 +508,7 @@ READERS: tuple[Reader, ...] = (
         seeds.corpora,
         _corpus,
         {"*.json": "json", "*.npy": "npy", "*.flac": "bytes"},
-        ("elocute.corpus.store", "elocute.corpus.check", *_AUDIO),
+        ("elocute.corpus.corpus_store", "elocute.corpus.corpus_checks", *_AUDIO),
         short=100,
     ),
     Reader(

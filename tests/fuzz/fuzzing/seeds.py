@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from elocute.audio.waveform import Waveform
-from elocute.head.bare import bare_head
+from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 
@@ -59,7 +59,7 @@ def small_head(name: str = "small") -> HeadModel:
     faces = np.stack([np.arange(VERTICES - 2), np.arange(1, VERTICES - 1), np.arange(2, VERTICES)])
     shapes = np.zeros((3, VERTICES, 3), np.float32)
     shapes[:, :20, 1] = -0.01 * np.arange(1, 4)[:, None]
-    head = bare_head(
+    head = head_from_arrays(
         name, points, faces.T, expression_names=("jawOpen", "a", "b"), expression_basis=shapes
     )
     ring = np.arange(8, dtype=np.int32)
@@ -101,7 +101,7 @@ def motions(folder: Path) -> None:
 
 
 def heads(folder: Path) -> None:
-    from elocute.head.storage import save_head
+    from elocute.head.store import save_head
 
     save_head(place(folder, "small") / "head.npz", small_head())
 
@@ -147,7 +147,7 @@ def scans(folder: Path) -> None:
     """As `meshes`, one that our own writer wrote, and one with a texture."""
     from PIL import Image
 
-    from elocute.capture.scan_file import write_scan
+    from elocute.capture.scans.scan_file import write_scan
 
     meshes(folder)
     big_endian(folder)
@@ -173,11 +173,11 @@ def vertex_lists(folder: Path) -> None:
 
 def frames(folder: Path) -> None:
     """A registered frame of a capture, and the person's own face beside it."""
-    from elocute.capture.errors_mm import SurfaceError
-    from elocute.capture.frame_file import FrameRecord, write_frame
-    from elocute.capture.model_fit import Shape
-    from elocute.capture.pose import Pose
-    from elocute.capture.register import Registration
+    from elocute.capture.frame_store import FrameRecord, write_frame
+    from elocute.capture.registration.accuracy import SurfaceError
+    from elocute.capture.registration.model_fit import Shape
+    from elocute.capture.registration.pose import Pose
+    from elocute.capture.registration.register import Registration
 
     points = small_head().template.astype(np.float64)
     surface = SurfaceError(**dict.fromkeys(SurfaceError.__dataclass_fields__, 0.5))
@@ -237,7 +237,7 @@ Object class = "TextGrid"
 
 
 def words(folder: Path) -> None:
-    from elocute.alignment.words import Word, Words, write_words
+    from elocute.alignment.word_times import Word, Words, write_words
 
     said = Words((Word("she", 0.1, 0.4, 0.9), Word("had", 0.5, 0.9, 0.8)), 1.5)
     write_words(said, place(folder, "json") / "words.json")
@@ -276,8 +276,8 @@ def landmarks(folder: Path) -> None:
 
 
 def capture_folders(folder: Path) -> None:
-    from elocute.capture.scan_file import write_scan
-    from elocute.capture.sequence import SequenceFacts, write_facts
+    from elocute.capture.scans.scan_file import write_scan
+    from elocute.capture.scans.scan_sequence import SequenceFacts, write_facts
 
     head, inner = small_head(), place(folder, "one")
     facts = SequenceFacts(subject="anna", sentence="ah", text="ah", sound="ah.wav", neutral=0)
@@ -429,8 +429,8 @@ def videos(folder: Path) -> None:
 
 def corpora(folder: Path) -> None:
     from elocute.corpus.clip import Clip
+    from elocute.corpus.corpus_writing import corpus_writer
     from elocute.corpus.split import Split
-    from elocute.corpus.writer import corpus_writer
 
     motion = small_motion()
     head = motion.head
@@ -479,7 +479,7 @@ def shards(folder: Path) -> None:
 
 def features(folder: Path) -> None:
     """What `train crnn` keeps of the shards it has heard."""
-    from elocute.training.crnn.data import BANDS, STATIC, TARGETS
+    from elocute.training.crnn.training_data import BANDS, STATIC, TARGETS
 
     inner = place(folder, "one")
     np.save(inner / STATIC, np.zeros((20, BANDS), "<f2"))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.head.skinning import rotation_matrices
-from elocute.motion.quaternions import from_axis_angle, from_matrices, multiply
+from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply
 
 Floats = NDArray[np.float64]
 

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import Progress, Skipped, finish, metres_per_unit
 from elocute.corpus.importers.splits import chosen_splits
 from elocute.corpus.topologies import topology_of
-from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.reading import bytes_text, read_bytes
 

@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
-from elocute.corpus.split import Entry, Split, split_by_subject
-from elocute.corpus.topologies import BIWI, topology_of
-from elocute.corpus.units import (
+from elocute.corpus.corpus_writing import CorpusWriter
+from elocute.corpus.length_units import (
     TYPICAL_HEIGHT_M,
     UNITS,
     fitting_unit,
     height,
     is_head_sized,
 )
-from elocute.corpus.writer import CorpusWriter
+from elocute.corpus.split import Entry, Split, split_by_subject
+from elocute.corpus.topologies import BIWI, topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
-from elocute.files.records import finite_number
+from elocute.files.json_records import finite_number
 
 FLOATS = "a .npy of floats, row after row, no Python objects"
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from elocute.audio.read import probe_audio, read_audio
 from elocute.corpus.clip import Clip
-from elocute.corpus.frame_rate import frame_rate
+from elocute.corpus.corpus_writing import corpus_writer
+from elocute.corpus.frame_rates import frame_rate
 from elocute.corpus.importers.common import (
     FLOATS,
     Progress,
@@ -28,7 +29,6 @@ from elocute.corpus.importers.common import (
 from elocute.corpus.importers.splits import PUBLISHED, chosen_splits
 from elocute.corpus.importers.vocaset import read_texts, sentence_id
 from elocute.corpus.topologies import topology_of
-from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle

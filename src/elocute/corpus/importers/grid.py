@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import Progress, finish
 from elocute.corpus.importers.lip_fit import (
     CONTOURS,
@@ -29,12 +30,11 @@ from elocute.corpus.importers.lip_fit import (
     lip_rows,
 )
 from elocute.corpus.importers.splits import chosen_splits
-from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npz
-from elocute.files.records import parse_json
+from elocute.files.json_records import parse_json
 from elocute.head.builtin import load_builtin_head
-from elocute.motion.between import between
+from elocute.motion.resample import between
 
 Floats = NDArray[np.float64]
 

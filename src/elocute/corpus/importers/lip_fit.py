@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
 from elocute.head.model import HeadModel
-from elocute.motion.box import solve_box_chain
+from elocute.numerics.bounded_least_squares import solve_box_chain
+from elocute.one_line_repr import one_line
 
 Floats = NDArray[np.float64]
 

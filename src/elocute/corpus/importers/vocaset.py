@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import (
     Progress,
     finish,
@@ -27,12 +28,11 @@ from elocute.corpus.importers.common import (
 )
 from elocute.corpus.importers.splits import PUBLISHED, chosen_splits
 from elocute.corpus.split import Entry
-from elocute.corpus.writer import corpus_writer
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
+from elocute.files.json_records import parse_json
 from elocute.files.pickles.closed_pickle import read_pickle
 from elocute.files.reading import read_text
-from elocute.files.records import parse_json
 
 FPS = 60.0
 VERTICES = 5023  # FLAME's mesh

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.brief import one_line
 from elocute.files.pickles.pickle_budget import ARRAY_BYTES, Purse, RefusedError
 from elocute.files.pickles.pickle_cursor import Raw
+from elocute.one_line_repr import one_line
 
 DTYPES = ("b1", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f2", "f4", "f8")
 AXES_MAX = 32

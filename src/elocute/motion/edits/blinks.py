@@ -9,9 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import MotionError
+from elocute.motion.blink_timing import (
+    BLINK_S,
+    CLOSED_S,
+    CLOSING_S,
+    SEED,
+    blink_starts,
+    lid_closure,
+)
 from elocute.motion.edits.lid_gap import lid_scale
 from elocute.motion.edits.shape import shape_index
-from elocute.motion.lids import BLINK_S, CLOSED_S, CLOSING_S, SEED, blink_starts, lid_closure
 from elocute.motion.motion import Motion
 
 SIDES = ("Left", "Right")

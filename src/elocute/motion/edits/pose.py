@@ -11,7 +11,7 @@ from elocute.errors import MotionError
 from elocute.motion.edits.joints import joint_index
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
 from elocute.motion.motion import Motion
-from elocute.motion.quaternions import from_axis_angle, multiply, no_turn
+from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
 
 def with_pose(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.mel3 import BANDS, FLOOR
+from elocute.audio.mel_with_deltas import BANDS, FLOOR
 
 Array = NDArray[np.float32]
 LOWEST = float(np.log(FLOOR))

@@ -9,12 +9,12 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from elocute.audio.mel3 import BANDS, CONTEXT, MARGIN
+from elocute.audio.mel_with_deltas import BANDS, CONTEXT, MARGIN
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 from elocute.networks.crnn import HIDDEN, SharedCrnn
 from elocute.training.crnn.fit import TrainedCrnn
-from elocute.training.onnx_file import attach_constant, attach_record
+from elocute.training.onnx_metadata import attach_constant, attach_record
 
 OPSET = 17
 

@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 import torch
 
-from elocute.audio.mel import hz_to_mel
-from elocute.audio.mel3 import BANDS, RATE
+from elocute.audio.mel_with_deltas import BANDS, RATE
+from elocute.audio.spectral import hz_to_mel
 from elocute.errors import CorpusError, ModelError
 from elocute.networks.crnn import Crnn, CrnnConfig, SharedCrnn
-from elocute.training.board import Board
-from elocute.training.crnn.batch import answer, random_batch, whole_batch
+from elocute.training.crnn.batches import answer, random_batch, whole_batch
 from elocute.training.crnn.config import BETAS, CrnnTrainConfig
-from elocute.training.crnn.data import Heard, Row, batches, standard
 from elocute.training.crnn.loss import LOSSES, concordance, explained_shares, tempered
+from elocute.training.crnn.training_data import Heard, Row, batches, standard
 from elocute.training.device import resolve_device
+from elocute.training.training_log import Board
 from elocute.training.voca.checkpoint import (
     check_state,
     load_checkpoint,

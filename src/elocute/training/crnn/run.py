@@ -6,9 +6,9 @@ from pathlib import Path
 
 from elocute.corpus.shards import Shards
 from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.crnn.data import hear_shards
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.fit import Report, TrainedCrnn, fit, lesson_of
+from elocute.training.crnn.training_data import hear_shards
 from elocute.training.device import resolve_device
 
 MODEL = "model.onnx"

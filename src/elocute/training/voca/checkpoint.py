@@ -11,8 +11,8 @@ from torch import Tensor
 
 from elocute.errors import ModelError, OutputError
 from elocute.files.atomic import write_atomically
-from elocute.files.records import as_record, finite_number, parse_json
-from elocute.files.tensors import read_tensor_header
+from elocute.files.json_records import as_record, finite_number, parse_json
+from elocute.files.safetensors_header import read_tensor_header
 
 FILE_MAX_BYTES = 4_000_000_000
 

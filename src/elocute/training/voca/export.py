@@ -9,10 +9,10 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 from elocute.files.atomic import write_atomically
 from elocute.networks.voca import SharedVoca, Voca
-from elocute.training.onnx_file import attach_constant, attach_record
+from elocute.training.onnx_metadata import attach_constant, attach_record
 from elocute.training.voca.fit import Trained
 
 OPSET = 17

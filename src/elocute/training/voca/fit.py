@@ -13,12 +13,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from elocute.brief import one_line
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 from elocute.errors import ModelError
 from elocute.networks.voca import Voca, VocaConfig
-from elocute.training.board import Board
+from elocute.one_line_repr import one_line
 from elocute.training.device import resolve_device
+from elocute.training.training_log import Board
 from elocute.training.voca.checkpoint import (
     load_checkpoint,
     network_tensors,
@@ -28,8 +28,8 @@ from elocute.training.voca.checkpoint import (
     stored_log,
 )
 from elocute.training.voca.config import TrainConfig
-from elocute.training.voca.data import Encode, Frames, load_frames
-from elocute.training.voca.space import MotionSpace, motion_space
+from elocute.training.voca.target_space import MotionSpace, motion_space
+from elocute.training.voca.training_data import Encode, Frames, load_frames
 
 LOG_FIELDS: tuple[str, ...] = (
     "epoch",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from elocute.corpus.store import Corpus
+from elocute.corpus.corpus_store import Corpus
 from elocute.encoders.registry import resolve_encoder
 from elocute.training.device import resolve_device
 from elocute.training.voca.config import TrainConfig

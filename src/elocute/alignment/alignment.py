@@ -1,0 +1,130 @@
+"""What an alignment is, and what may be aligned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import AlignmentError
+from elocute.one_line_repr import one_line
+
+Array = NDArray[np.float32]
+Path = NDArray[np.intp]
+Group = tuple[Array, ...]
+"""Sequences of one thing, to be aligned with each other: a pair, or more."""
+
+CELLS_MAX = 64_000_000
+"""Of one matrix of all frames against all frames: 8,000 against 8,000, half a gigabyte."""
+COLUMN_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """Sequences warped onto each other.
+
+    features: of each view, (frame, feature), as the method compared them.
+    path: (step, view): frames that belong together; no column ever decreases. Where `whole`, all
+        go from the first frame to the last; else the first view, in which the others were to be
+        found, may begin and end anywhere.
+    score: higher is better, 0 to 1: the mean correlation of the compared features along the path.
+    attention: (source frame, target frame), columns sum to one; None where a method has none.
+    Raises AlignmentError where these do not fit together.
+    """
+
+    features: Group
+    path: Path
+    score: float
+    attention: Array | None = None
+    whole: bool = True
+
+    __repr__ = one_line
+
+    def __post_init__(self) -> None:
+        path = np.ascontiguousarray(self.path, np.intp)
+        check_path(path, [len(view) for view in self.features], self.whole)
+        if not 0 <= self.score <= 1:
+            raise AlignmentError.about("score", found=f"{self.score}", allowed="0 to 1")
+        if self.attention is not None:
+            _check_attention(self.attention, [len(view) for view in self.features[:2]])
+        object.__setattr__(self, "path", path)
+
+    def source_frames(self) -> NDArray[np.float64]:
+        """(target frame,): where in the first view each frame of the second is, the mean of many.
+
+        That is what carrying values over takes: mean over many-to-one, copy over one-to-many.
+        """
+        targets = self.path[:, 1]
+        sums = np.bincount(targets, self.path[:, 0], minlength=targets.max() + 1)
+        return sums / np.maximum(np.bincount(targets, minlength=len(sums)), 1)
+
+
+def check_path(path: Path, lengths: Sequence[int], whole: bool = True) -> None:
+    """Raise AlignmentError for a path that is none of views so long."""
+    fault = ""
+    if path.ndim != 2 or not len(path) or path.shape[1] != len(lengths):
+        fault = f"shape {path.shape}"
+    elif (np.diff(path, axis=0) < 0).any() or (path < 0).any() or (path >= lengths).any():
+        fault = "going back, or beyond the end"
+    else:
+        first = 0 if whole else 1
+        ends = np.array(lengths) - 1
+        if (path[0, first:] != 0).any() or (path[-1, first:] != ends[first:]).any():
+            fault = f"from {path[0].tolist()} to {path[-1].tolist()}"
+    if fault:
+        raise AlignmentError.about(
+            "path", found=fault, allowed=f"(step, {len(lengths)}), from 0 to the last frame"
+        )
+
+
+def _check_attention(attention: Array, lengths: Sequence[int]) -> None:
+    sums = attention.sum(axis=0, dtype=np.float64) if attention.ndim == 2 else np.zeros(1)
+    if attention.shape != tuple(lengths) or np.abs(sums - 1).max() > COLUMN_TOLERANCE:
+        raise AlignmentError.about(
+            "attention",
+            found=f"shape {attention.shape}, columns {sums.min():g} to {sums.max():g}",
+            allowed=f"{tuple(lengths)}, columns that sum to one",
+        )
+
+
+def checked_group(views: Sequence[object], same_width: bool, subject: str = "views") -> Group:
+    """Views as float32 arrays. Raises AlignmentError for what no method can align."""
+    if len(views) < 2:
+        raise AlignmentError.about(subject, found=f"{len(views)}", allowed="two or more sequences")
+    group = tuple(_checked(view, f"{subject}[{place}]") for place, view in enumerate(views))
+    widths = {view.shape[1] for view in group}
+    if same_width and len(widths) > 1:
+        raise AlignmentError.about(
+            subject,
+            found=f"{' and '.join(map(str, sorted(widths)))} features",
+            allowed="equal counts with this method",
+            remedy="use ctw, dctw or dcaw",
+        )
+    for one, other in pairwise(sorted(map(len, group))):
+        if one * other > CELLS_MAX:
+            raise AlignmentError.about(
+                subject,
+                found=f"{one} against {other} frames",
+                allowed=f"{CELLS_MAX / 1e6:g} million cells",
+                remedy="cut them into words",
+            )
+    return group
+
+
+def _checked(view: object, subject: str) -> Array:
+    try:
+        values = np.ascontiguousarray(view, np.float32)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    except (TypeError, ValueError) as error:
+        raise AlignmentError.about(subject, found="no array of numbers") from error
+    allowed = "(frame, feature), at least one of each, finite"
+    if values.ndim != 2 or not values.size:
+        raise AlignmentError.about(subject, found=f"shape {values.shape}", allowed=allowed)
+    wrong = ~np.isfinite(values).all(axis=1)
+    if wrong.any():
+        raise AlignmentError.about(
+            subject, found=f"NaN or infinity in frame {int(wrong.argmax())}", allowed=allowed
+        )
+    return values

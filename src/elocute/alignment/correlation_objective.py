@@ -1,0 +1,85 @@
+"""The objective of canonical correlation: nuclear norm of the whitened cross-covariance.
+
+Tzirakis et al. 2019, Eqs. 4 to 9. Features here are (frame, feature), the paper's transposed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import AlignmentError
+from elocute.one_line_repr import one_line
+
+Array = NDArray[np.float64]
+RIDGE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """K = Σ11^-½ Σ12 Σ22^-½ = U S Vᵀ of two views of equally many frames, and what made it."""
+
+    views: tuple[Array, Array]  # centred
+    roots: tuple[Array, Array]  # Σ11^-½, Σ22^-½
+    u: Array
+    s: Array
+    v: Array
+
+    __repr__ = one_line
+
+    @property
+    def norm(self) -> float:
+        """The nuclear norm, Eq. 5: at most the smaller number of features."""
+        return float(self.s.sum())
+
+    def gradients(self) -> tuple[Array, Array]:
+        """The sub-gradient of the norm by each view (frame, feature), Eqs. 6 to 8."""
+        (first, second), (one, other) = self.views, self.roots
+        across = one @ self.u @ self.v.T @ other
+        within = one @ (self.u * self.s) @ self.u.T @ one
+        within_other = other @ (self.v * self.s) @ self.v.T @ other
+        share = 1 / (len(first) - 1)
+        return share * (second @ across.T - first @ within), share * (
+            first @ across - second @ within_other
+        )
+
+
+def whitened(first: Array, second: Array, ridge: float = RIDGE) -> Whitened:
+    """ridge is added to the diagonals of Σ11 and Σ22, so that a constant feature is no fault.
+
+    Raises AlignmentError where the views do not have equally many frames, two at least.
+    """
+    if first.ndim != 2 or second.ndim != 2 or len(first) != len(second) or len(first) < 2:
+        raise AlignmentError.about(
+            "correlated views",
+            found=f"shapes {first.shape} and {second.shape}",
+            allowed="(frame, feature) of equally many frames, two or more",
+        )
+    if not ridge > 0:
+        raise AlignmentError.about("ridge", found=f"{ridge}", allowed="above 0")
+    views = tuple(view - view.mean(axis=0) for view in map(np.float64, (first, second)))
+    roots = tuple(inverse_root(view.T @ view / (len(view) - 1), ridge) for view in views)
+    cross = views[0].T @ views[1] / (len(first) - 1)
+    u, s, vt = np.linalg.svd(roots[0] @ cross @ roots[1], full_matrices=False)
+    return Whitened((views[0], views[1]), (roots[0], roots[1]), u, s, vt.T)
+
+
+def all_pairs(views: Sequence[Array], ridge: float = RIDGE) -> tuple[float, list[Array]]:
+    """Eq. 9: the sum of the norms over all pairs of views, and its sub-gradient by each."""
+    total, gradients = 0.0, [np.zeros(view.shape) for view in views]
+    for i, j in combinations(range(len(views)), 2):
+        pair = whitened(views[i], views[j], ridge)
+        total += pair.norm
+        for place, slope in zip((i, j), pair.gradients(), strict=True):
+            gradients[place] += slope
+    return total, gradients
+
+
+def inverse_root(covariance: Array, ridge: float) -> Array:
+    """(covariance + ridge)^-½, symmetric."""
+    values, vectors = np.linalg.eigh(covariance + ridge * np.eye(len(covariance)))
+    return (vectors / np.sqrt(np.maximum(values, ridge))) @ vectors.T

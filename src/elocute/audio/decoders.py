@@ -1,0 +1,287 @@
+"""Open sounds, whichever library decodes them: libsndfile, or FFmpeg's libraries through PyAV."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.waveform import check_rate
+from elocute.errors import AudioError
+from elocute.files.media import open_media
+
+Array = NDArray[np.float32]
+
+FORMATS = "wav, flac, mp3, ogg, opus, m4a, mp4, mkv, webm"
+AGAIN = "copy or export it again"
+CHANNELS_MAX = 1024
+BLOCK_VALUES_MAX = 20_000_000  # samples times channels held at once: 80 MB
+# Lossy streams count whole packets; one that ends earlier than this was cut off.
+SHORTFALL_S = 0.1
+# Only these come here. libsndfile would search anything named .mp3 for MPEG frames, and its MP3
+# decoder prints its doubts to stderr.
+HEADS = (b"RIFF", b"RF64", b"riff", b"FORM", b"fLaC", b"OggS", b"caff", b".snd")
+LOSSLESS = ("WAV", "WAVEX", "RF64", "W64", "FLAC", "AIFF", "CAF", "AU")
+# FFmpeg decodes a picture or two to find where they start; 8K is 33 million.
+PIXELS_MAX = 40_000_000
+# Silence before the first sample: a few bytes can promise a day of it.
+SILENCE_MAX_S = 600.0
+SILENCE_VALUES_MAX = 200_000_000
+
+
+@dataclass(frozen=True)
+class AudioInfo:
+    """What a header says. duration_s is None where it does not."""
+
+    format: str
+    codec: str
+    sample_rate: int
+    channels: int
+    duration_s: float | None
+
+
+class Decoder(Protocol):
+    """An open sound. `promised` samples per channel, give or take `slack`; None if unknown."""
+
+    info: AudioInfo
+    promised: int | None
+    slack: int
+
+    def blocks(self, size: int) -> Iterator[Array]:
+        """(sample, channel) blocks of about `size` samples."""
+        ...
+
+    def close(self) -> None: ...
+
+
+def system_name(path: Path) -> Any:
+    """A path as libsndfile's binding takes every name, those too that are no UTF-8."""
+    return str(path) if os.name == "nt" else os.fsencode(path)
+
+
+def check_format(path: Path, sample_rate: int, channels: int) -> None:
+    """Raise AudioError for a rate or a number of channels that no recording has."""
+    check_rate(path, sample_rate)
+    if not 1 <= channels <= CHANNELS_MAX:
+        raise AudioError.about(
+            path, found=f"{channels} channels", allowed=f"1 to {CHANNELS_MAX}", remedy=AGAIN
+        )
+
+
+def cut_off(path: Path, found: str) -> AudioError:
+    return AudioError.about(
+        path, found=f"{found}: it was cut off", allowed="a whole file", remedy=AGAIN
+    )
+
+
+def damaged(path: Path, reason: object) -> AudioError:
+    return AudioError.about(
+        path,
+        found=f"damaged sound ({str(reason).rstrip('.')})",
+        allowed="a whole file",
+        remedy=AGAIN,
+    )
+
+
+class SoundFileDecoder:
+    """Raises soundfile.LibsndfileError for a format that libsndfile does not know."""
+
+    def __init__(self, path: Path) -> None:
+        import soundfile
+
+        self._file = soundfile.SoundFile(system_name(path))
+        self._path = path
+        rate, frames = self._file.samplerate, self._file.frames
+        known = 0 <= frames < 2**62 and rate > 0
+        self.promised = frames if known else None
+        self.slack = 0 if self._file.format in LOSSLESS else round(SHORTFALL_S * rate)
+        self.info = AudioInfo(
+            self._file.format,
+            self._file.subtype,
+            rate,
+            self._file.channels,
+            frames / rate if known else None,
+        )
+
+    def blocks(self, size: int) -> Iterator[Array]:
+        import soundfile
+
+        size = max(1, min(size, BLOCK_VALUES_MAX // self.info.channels))
+        while True:
+            try:
+                block = self._file.read(size, dtype="float32", always_2d=True)
+            except soundfile.LibsndfileError as error:
+                raise damaged(self._path, error.error_string) from error
+            if not len(block):
+                return
+            yield cast(Array, block)
+
+    def close(self) -> None:
+        self._file.close()
+
+
+class ContainerDecoder:
+    """The first audio track of a container. Raises AudioError.
+
+    FFmpeg removes encoder delays that the container states. Time zero is the start of the
+    container: where sound begins after the picture, silence goes before it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        try:
+            self._file = open_media(path, pixels_max=PIXELS_MAX)
+        except ImportError:
+            raise  # PyAV itself is broken, not the file
+        except Exception as error:  # PyAV has no common base for what a file makes it raise
+            raise _unreadable(path) from error
+        try:
+            self._look()
+        except BaseException:
+            self.close()
+            raise
+
+    def _look(self) -> None:
+        """Find the track and what it says of itself. Raises AudioError."""
+        path = self._path
+        streams = self._file.streams.audio
+        if not streams:
+            raise AudioError.about(
+                path,
+                found="no audio track",
+                allowed="a file with sound",
+                remedy="add the sound or give its .wav",
+            )
+        self._stream: Any = streams[0]
+        context = self._stream.codec_context
+        if context is None:
+            raise AudioError.about(
+                path,
+                found="sound in a coding that FFmpeg does not know",
+                allowed=FORMATS,
+                remedy="convert it to .wav",
+            )
+        rate, seconds = context.sample_rate or 0, self._seconds()
+        self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
+        self.info = AudioInfo(
+            self._file.format.name, context.name, rate, context.channels or 0, seconds
+        )
+        promised_s = self._promised_s(seconds)
+        self.promised = round(promised_s * rate) if promised_s else None
+        self.slack = round((SHORTFALL_S + 0.002 * (seconds or 0)) * rate)
+
+    def _seconds(self) -> float | None:
+        if self._stream.duration is not None and self._stream.time_base:
+            return float(self._stream.duration * self._stream.time_base)
+        return self._file.duration / 1e6 if self._file.duration else None
+
+    def _promised_s(self, seconds: float | None) -> float | None:
+        """How long the audio track says it is; elsewhere FFmpeg guesses from the bit rate."""
+        kind = self._file.format.name
+        if kind.startswith("mov") or (kind == "mp3" and _has_frame_count(self._path)):
+            return seconds
+        if not kind.startswith("matroska"):
+            return None
+        with contextlib.suppress(KeyError, ValueError):
+            hours, minutes, rest = self._stream.metadata["DURATION"].split(":")
+            told = float(hours) * 3600 + float(minutes) * 60 + float(rest)
+            if 0 <= told < 1e9:
+                return told
+        return seconds if len(self._file.streams) == 1 else None
+
+    def blocks(self, size: int) -> Iterator[Array]:
+        size = max(1, min(size, BLOCK_VALUES_MAX // self.info.channels))
+        waiting: list[Array] = []
+        count = 0
+        for piece in self._pieces(size):
+            waiting.append(piece)
+            count += len(piece)
+            if count >= size:
+                yield np.concatenate(waiting)
+                waiting, count = [], 0
+        if count:
+            yield np.concatenate(waiting)
+
+    def _pieces(self, size: int) -> Iterator[Array]:
+        """Decoded frames as (sample, channel), placed so that the first sample is at time zero."""
+        import av
+
+        # Packed samples: PyAV reads planes of more than eight channels from where none are.
+        resampler = av.AudioResampler(format="flt", rate=self.info.sample_rate)
+        early = None
+        try:
+            for frame in self._file.decode(self._stream):
+                channels = _channels(frame.layout)
+                if early is None:
+                    early = self._early(frame)
+                    yield from self._silence(-early, channels, size)
+                for ready in resampler.resample(frame):
+                    piece = ready.to_ndarray().reshape(-1, channels).astype(np.float32, copy=False)
+                    yield piece[max(0, early) :]
+                    early = max(0, early - len(piece))
+        except AudioError:
+            raise
+        except Exception as error:  # PyAV has no common base for what a damaged file makes it raise
+            raise damaged(self._path, "its packets cannot be decoded") from error
+
+    def _early(self, frame: Any) -> int:
+        """Samples of `frame` that lie before time zero; negative where it starts after it."""
+        if frame.pts is None or not frame.time_base:
+            return 0
+        seconds = self._zero_s - float(frame.pts * frame.time_base)
+        early = math.floor(seconds * self.info.sample_rate + 0.5)
+        # Matroska's clock has milliseconds: what ends within one of time zero ends there.
+        tick = float(frame.time_base) * self.info.sample_rate
+        ends_at_zero = abs(early - frame.samples) <= tick < frame.samples / 2
+        return frame.samples if ends_at_zero else early
+
+    def _silence(self, count: int, channels: int, size: int) -> Iterator[Array]:
+        seconds = count / self.info.sample_rate
+        if seconds > SILENCE_MAX_S or count * channels > SILENCE_VALUES_MAX:
+            raise AudioError.about(
+                self._path,
+                found=f"sound that begins after {seconds:.0f} s of nothing",
+                allowed=f"{SILENCE_MAX_S:.0f} s",
+                remedy=AGAIN,
+            )
+        for start in range(0, count, size):
+            yield np.zeros((min(size, count - start), channels), np.float32)
+
+    def close(self) -> None:
+        with contextlib.suppress(Exception):
+            self._file.close()
+
+
+def _channels(layout: Any) -> int:
+    """How many; PyAV before 13 only lists them."""
+    return getattr(layout, "nb_channels", 0) or len(layout.channels)
+
+
+def _has_frame_count(path: Path) -> bool:
+    """Whether the first frame of an MP3 file counts the others (a Xing or Info header)."""
+    with path.open("rb") as file:
+        head = file.read(10)
+        if head[:3] == b"ID3" and len(head) == 10:
+            size = 0
+            for byte in head[6:]:
+                size = size << 7 | byte & 0x7F
+            file.seek(10 + size)
+        first = file.read(2048)
+    return b"Xing" in first or b"Info" in first
+
+
+def _unreadable(path: Path) -> AudioError:
+    with path.open("rb") as file:
+        head = file.read(12)
+    if head[4:8] == b"ftyp":
+        return damaged(path, "an MP4 file whose index is missing: was it cut off?")
+    return AudioError.about(
+        path, found="no sound that can be read", allowed=FORMATS, remedy="convert it to .wav"
+    )

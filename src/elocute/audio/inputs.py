@@ -1,0 +1,184 @@
+"""Sound as callers give it: a path, samples with a rate, the bytes of a file, or an open file."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elocute.audio.decoders import CHANNELS_MAX, FORMATS
+from elocute.audio.read import open_audio
+from elocute.audio.waveform import Waveform
+from elocute.errors import AudioError
+from elocute.files.reading import bytes_text
+
+
+class BinaryFile(Protocol):
+    """What is asked of a file object."""
+
+    def read(self, size: int, /) -> bytes: ...
+
+
+Speech = str | os.PathLike[str] | Waveform | bytes | BinaryFile | ArrayLike
+"""What `sound_of` takes."""
+
+BYTES_MAX = 1_000_000_000
+SAMPLES_MAX = 250_000_000
+"""Of sound that is not read from a path, and so is held in memory whole: 87 minutes at 48 kHz."""
+CHUNK = 1 << 20
+
+
+def sound_of(
+    speech: Speech, rate: int | None = None, channel: int | None = None
+) -> Path | Waveform:
+    """The sound meant, for functions that take a path or a Waveform.
+
+    speech   a path or a Waveform, which is returned; the bytes of a sound file, or a binary file
+             object that gives them; or samples, an array (sample,) or (sample, channel) of floats
+             within ±1 or of integers of 8, 16 or 32 bits
+    rate     Hz, for an array and for nothing else
+    channel  which one to take of bytes, a file object or an array, in place of the mean
+
+    Raises AudioError.
+    """
+    has_rate = isinstance(speech, str | os.PathLike | Waveform | bytes | bytearray | memoryview)
+    if not has_rate and not hasattr(speech, "read"):
+        return _waveform(speech, rate, channel)
+    if rate is not None:
+        raise AudioError.about(
+            "rate",
+            found=f"{rate} with a sound that has its own",
+            allowed="a rate with an array of samples",
+        )
+    if isinstance(speech, Waveform):
+        return speech
+    return Path(speech) if isinstance(speech, str | os.PathLike) else _decoded(speech, channel)
+
+
+def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
+    try:
+        given: NDArray[Any] = np.asarray(samples)
+    except ValueError:  # lists of unequal length
+        given = np.zeros((), object)
+    if given.dtype.kind not in "fiu" or given.dtype in (np.int64, np.uint32, np.uint64, np.uint16):
+        found = f"samples of type {given.dtype}" if given.ndim else type(samples).__name__
+        raise AudioError.about(
+            "array",
+            found=found,
+            allowed="floats within ±1, or integers of 8, 16 or 32 bits as .wav files have them",
+            remedy="or give a path, a Waveform, bytes or a binary file",
+        )
+    if given.size > SAMPLES_MAX:
+        raise AudioError.about(
+            "array",
+            found=f"{given.size} samples",
+            allowed=f"up to {SAMPLES_MAX}",
+            remedy="give a path",
+        )
+    if rate is None:
+        raise AudioError.about(
+            "array",
+            found="samples without a rate",
+            allowed="a rate in Hz",
+            remedy="animate(samples, rate=16000)",
+        )
+    if given.ndim not in (1, 2) or (given.ndim == 2 and not _has_channels(*given.shape)):
+        raise AudioError.about(
+            "array",
+            found=f"shape {given.shape}",
+            allowed=f"(sample,) or (sample, channel) with up to {CHANNELS_MAX} channels",
+            remedy="turn (channel, sample) round: samples.T",
+        )
+    columns = given[:, None] if given.ndim == 1 else given
+    if not (channel is None or (np.ndim(channel) == 0 and channel in range(columns.shape[1]))):
+        raise AudioError.about(
+            "array", found=f"no channel {channel}", allowed=f"0 to {columns.shape[1] - 1}"
+        )
+    heard = _floats(columns if channel is None else columns[:, channel, None])
+    return Waveform(heard[:, 0] if heard.shape[1] == 1 else heard.mean(axis=1), rate)
+
+
+def _has_channels(samples: int, channels: int) -> bool:
+    return 1 <= channels <= min(samples, CHANNELS_MAX)
+
+
+def _floats(samples: NDArray) -> NDArray:
+    """Full scale is ±1; integers are as wide as .wav files have them, those of 8 bits unsigned."""
+    if samples.dtype.kind == "f":
+        return samples
+    middle = 128 if samples.dtype == np.uint8 else 0
+    scale = np.float32(2.0 ** (8 * samples.dtype.itemsize - 1))
+    return (samples.astype(np.float32) - middle) / scale
+
+
+def _decoded(given: Any, channel: int | None) -> Waveform:
+    """Through a temporary file, so that bytes are read and checked as files are."""
+    subject = "sound" if not hasattr(given, "read") else str(getattr(given, "name", "file object"))
+    with tempfile.TemporaryDirectory(prefix="elocute-") as folder:
+        path = Path(folder) / "sound"
+        _spool(given, path, subject)
+        try:
+            return _read_whole(path, subject, channel)
+        except AudioError as error:
+            raise AudioError(str(error).replace(str(path), subject)) from None
+
+
+def _spool(given: Any, path: Path, subject: str) -> None:
+    try:
+        with path.open("wb") as file:
+            if isinstance(given, bytes | bytearray | memoryview):
+                _check_bytes(subject, len(memoryview(given).cast("B")))
+                file.write(given)
+                return
+            count = 0
+            while chunk := given.read(CHUNK):
+                if not isinstance(chunk, bytes | bytearray | memoryview):
+                    raise AudioError.about(
+                        subject,
+                        found=f"a file of {type(chunk).__name__}",
+                        allowed="a binary file",
+                        remedy="open it with mode 'rb'",
+                    )
+                count += len(chunk)
+                _check_bytes(subject, count)
+                file.write(chunk)
+            _check_bytes(subject, count)
+    except OSError as error:
+        free = shutil.disk_usage(path.parent).free
+        raise AudioError.about(
+            subject,
+            found=f"cannot be kept in {path.parent.parent} ({error.strerror})",
+            allowed=f"at most the {bytes_text(free)} free there",
+            remedy="set TMPDIR",
+        ) from error
+
+
+def _check_bytes(subject: str, count: int) -> None:
+    if not 0 < count <= BYTES_MAX:
+        raise AudioError.about(
+            subject,
+            found="nothing" if not count else f"more than {bytes_text(BYTES_MAX)}",
+            allowed=f"the bytes of a sound file: {FORMATS}",
+            remedy="give the path of a larger one" if count else "check where it comes from",
+        )
+
+
+def _read_whole(path: Path, subject: str, channel: int | None) -> Waveform:
+    with open_audio(path, channel) as stream:
+        pieces, count = [], 0
+        for piece in stream.blocks():
+            count += len(piece)
+            if count > SAMPLES_MAX:
+                raise AudioError.about(
+                    subject,
+                    found=f"more than {SAMPLES_MAX / stream.sample_rate / 60:.0f} minutes",
+                    allowed="less, where the sound is held in memory",
+                    remedy="give its path, or cut it",
+                )
+            pieces.append(piece)
+        return Waveform(np.concatenate(pieces), stream.sample_rate)

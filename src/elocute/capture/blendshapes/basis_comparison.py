@@ -1,0 +1,116 @@
+"""How well a basis can represent faces that it was not learned from (in the wild 2019, 6.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.corpus_store import Corpus
+from elocute.errors import CorpusError
+
+Array = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+BLOCK_FRAMES = 256
+RIDGE = 1e-9  # of the greatest eigenvalue: shapes that say the same
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Errors of one basis.
+
+    name        of the basis
+    components  how many shapes it has
+    errors_mm   (frame,) mean distance of vertices between a mesh and its projection
+    """
+
+    name: str
+    components: int
+    errors_mm: Doubles
+
+    @property
+    def mean_mm(self) -> float:
+        return float(self.errors_mm.mean())
+
+
+class Basis:
+    """Least-squares projection onto shapes (component, vertex, 3)."""
+
+    def __init__(self, name: str, shapes: Array) -> None:
+        self.name = name
+        self.flat = shapes.reshape(len(shapes), -1).astype(np.float64)
+        gram = self.flat @ self.flat.T
+        values, vectors = np.linalg.eigh(gram)
+        kept = values > max(float(values.max(initial=0)), 1e-300) * RIDGE
+        # Orthonormal directions of the span, so that projecting needs no solving.
+        self.directions = (vectors[:, kept] / np.sqrt(values[kept])).T @ self.flat
+
+    def errors_mm(self, displacements: Array) -> Doubles:
+        """(frame,) mean distance of vertices in mm of (frame, vertex, 3) m."""
+        flat = displacements.reshape(len(displacements), -1).astype(np.float64)
+        left = flat - (flat @ self.directions.T) @ self.directions
+        lengths = np.linalg.norm(left.reshape(len(flat), -1, 3), axis=2)
+        return lengths.mean(axis=1) * 1000
+
+
+def project(
+    corpus: Corpus,
+    names: Sequence[str],
+    bases: Sequence[Basis],
+    progress: Callable[[float], None] | None = None,
+) -> list[Projection]:
+    """Project every frame of some clips onto every basis. Raises CorpusError."""
+    for basis in bases:
+        if basis.flat.shape[1] != corpus.vertex_count * 3:
+            raise CorpusError.about(
+                f"basis {basis.name}",
+                found=f"{basis.flat.shape[1] // 3} vertices",
+                allowed=f"{corpus.vertex_count}, as {corpus.folder} has",
+            )
+    errors: list[list[Doubles]] = [[] for _ in bases]
+    for done, name in enumerate(names, 1):
+        for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
+            block = corpus.displacements(name, start, start + BLOCK_FRAMES)
+            for basis, found in zip(bases, errors, strict=True):
+                found.append(basis.errors_mm(block))
+        if progress:
+            progress(done / len(names))
+    return [
+        Projection(basis.name, len(basis.flat), np.concatenate(found))
+        for basis, found in zip(bases, errors, strict=True)
+    ]
+
+
+def strongest_shapes(
+    corpus: Corpus, names: Sequence[str], shapes: Array, count: int
+) -> NDArray[np.intp]:
+    """The shapes of a basis that together explain some clips best, one added after another.
+
+    A comparison at equal numbers of components is with these. Orthogonal matching pursuit on the
+    covariance of the clips in the span of the basis.
+    """
+    flat = shapes.reshape(len(shapes), -1).astype(np.float64)
+    cross = np.zeros((len(flat), len(flat)))
+    for name in names:
+        moved = corpus.displacements(name).reshape(corpus.entry(name).frames, -1)
+        seen = moved @ flat.T.astype(np.float32)
+        cross += seen.T.astype(np.float64) @ seen
+    gram = flat @ flat.T
+    chosen: list[int] = []
+    while len(chosen) < min(count, len(flat)):
+        chosen.append(
+            max(
+                set(range(len(flat))) - set(chosen),
+                key=lambda i: _energy(gram, cross, [*chosen, i]),
+            )
+        )
+    return np.array(sorted(chosen), np.intp)
+
+
+def _energy(gram: Doubles, cross: Doubles, chosen: list[int]) -> float:
+    """Squared displacement that the span of some shapes holds: tr(G⁻¹·C) over them."""
+    part = np.ix_(chosen, chosen)
+    ridge = RIDGE * np.trace(gram[part]) * np.eye(len(chosen))
+    return float(np.trace(np.linalg.solve(gram[part] + ridge, cross[part])))

@@ -1,0 +1,152 @@
+"""From a corpus to a head whose shapes are those of its speech."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.blendshapes.localised_components import localised
+from elocute.capture.blendshapes.principal_components import Principal, principal_directions
+from elocute.corpus.corpus_store import Corpus
+from elocute.corpus.statistics import displacement_blocks
+from elocute.errors import CorpusError, InputError
+from elocute.head.builtin import load_builtin_head
+from elocute.head.mesh import head_from_arrays
+from elocute.head.model import HeadModel
+from elocute.one_line_repr import one_line
+
+Array = NDArray[np.float32]
+COMPONENTS = 28  # in the wild 2019, section 3.3: 99.9 % of the variance of its four speakers
+COMPONENTS_MAX = 400
+
+
+@dataclass(frozen=True)
+class BlendshapeConfig:
+    """How a basis is learned; the default is the paper's.
+
+    components  how many, or None for as many as `variance` needs
+    variance    share of the squared displacement that must be explained
+    sparsity    0 for principal components; up to 1 for shapes of ever smaller parts of the face
+
+    Raises InputError for a number outside its range.
+    """
+
+    components: int | None = COMPONENTS
+    variance: float = 0.999
+    sparsity: float = 0.0
+
+    def __post_init__(self) -> None:
+        ranges = {"components": (1, COMPONENTS_MAX), "variance": (0.01, 1.0), "sparsity": (0, 0.9)}
+        for name, (low, high) in ranges.items():
+            value = getattr(self, name)
+            if value is not None and not low <= value <= high:
+                raise InputError.about(f"--{name}", found=str(value), allowed=f"{low} to {high}")
+
+
+@dataclass(frozen=True, eq=False)
+class Blendshapes:
+    """A learned basis.
+
+    head       shapes `speech00`, `speech01`, …: a weight of 1 is one deviation, (vertex, 3) m
+    explained  (component,) share of the squared displacement that the first so many hold
+    frames     how many meshes it was learned from
+    """
+
+    head: HeadModel
+    explained: NDArray[np.float64]
+    frames: int
+
+    __repr__ = one_line
+
+
+def learn_blendshapes(
+    corpus: Corpus,
+    names: Sequence[str],
+    config: BlendshapeConfig | None = None,
+    progress: object = None,
+) -> Blendshapes:
+    """Learn a basis from clips: every mesh minus its speaker's neutral face, then components.
+
+    Signs are fixed so that each component, on its own, lowers or (where it moves nothing down)
+    pushes forward what it moves most. Raises CorpusError where nothing moves.
+    """
+    config = config or BlendshapeConfig()
+    wanted = config.components or COMPONENTS_MAX
+    blocks = _told(
+        displacement_blocks(corpus, names), sum(corpus.entry(n).frames for n in names), progress
+    )
+    found = principal_directions(blocks, max(wanted, COMPONENTS))
+    if not len(found.strengths):
+        raise CorpusError.about(corpus.folder, found="nothing moves", allowed="clips of speech")
+    count = _count(found, config)
+    if config.sparsity:
+        shapes, deviations = localised(found, count, config.sparsity)
+    else:
+        shapes, deviations = found.directions[:count], found.deviations[:count]
+    basis = _signed(shapes) * np.asarray(deviations, np.float32)[:, None]
+    return Blendshapes(
+        head_of(corpus, basis.reshape(len(basis), -1, 3)), _explained(found, shapes), found.frames
+    )
+
+
+def _count(found: Principal, config: BlendshapeConfig) -> int:
+    if config.components is not None:
+        return min(config.components, len(found.strengths))
+    enough = np.flatnonzero(found.explained >= config.variance - 1e-9)
+    return int(enough[0]) + 1 if len(enough) else len(found.strengths)
+
+
+def _explained(found: Principal, shapes: Array) -> NDArray[np.float64]:
+    """Share of the energy in the span of the first one, two, … shapes."""
+    basis, _ = np.linalg.qr(shapes.T.astype(np.float64))
+    inside = (found.directions.astype(np.float64) * found.strengths[:, None]) @ basis
+    return np.cumsum(np.square(inside).sum(axis=0)) / max(found.energy, 1e-300)
+
+
+def _signed(shapes: Array) -> Array:
+    """(component, number): the coordinate that moves most goes down, forward or to the left."""
+    most = np.abs(shapes).argmax(axis=1)
+    values = shapes[np.arange(len(shapes)), most]
+    wanted = np.where(most % 3 == 1, -1, 1)
+    return shapes * (np.sign(values) * wanted).astype(np.float32)[:, None]
+
+
+def head_of(corpus: Corpus, basis: Array) -> HeadModel:
+    """The corpus's head with other shapes; the built-in one where its mesh is the corpus's."""
+    names = tuple(f"speech{index:02d}" for index in range(len(basis)))
+    builtin = load_builtin_head()
+    if corpus.topology == builtin.name and corpus.vertex_count == builtin.vertex_count:
+        mean = np.mean([corpus.template(s) for s in corpus.subjects], axis=0)
+        return replace(
+            builtin.with_identity(np.zeros(0, np.float32)),
+            template=mean.astype(np.float32),
+            expression_names=names,
+            expression_basis=basis,
+        )
+    if corpus.faces is None:
+        raise CorpusError.about(
+            corpus.folder, found="no faces", allowed="a corpus that says how vertices are joined"
+        )
+    template = np.mean([corpus.template(s) for s in corpus.subjects], axis=0)
+    return head_from_arrays(
+        corpus.topology or "captured",
+        template,
+        np.asarray(corpus.faces),
+        expression_names=names,
+        expression_basis=basis,
+        notice=corpus.note,
+    )
+
+
+def _told(
+    blocks: Iterable[NDArray[np.floating]], frames: int, progress: object
+) -> Iterator[NDArray[np.floating]]:
+    done = 0
+    for block in blocks:
+        yield block
+        done += len(block)
+        if callable(progress):
+            progress(done / max(frames, 1))

@@ -1,0 +1,57 @@
+"""Components that move a part of the face each, instead of all of it.
+
+Minimises ½‖X − A·C‖² + λ·Σ‖c‖ over vertices of every component (Neumann et al. 2013, without
+their map of supports), by block coordinate descent: a component at a time is fitted to what the
+others leave, and vertices that gain less than λ by it stay still.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.blendshapes.principal_components import Principal
+
+Array = NDArray[np.float32]
+SWEEPS = 20
+
+
+def localised(principal: Principal, count: int, sparsity: float) -> tuple[Array, Array]:
+    """(component, number) unit shapes and (component,) their deviations, strongest first.
+
+    principal holds the motion as its strongest directions; sparsity 0…1 says how much a vertex
+    must gain, relative to the strongest vertex of a component.
+    """
+    data = principal.directions * principal.deviations[:, None].astype(np.float32)
+    shapes = data[:count].copy()
+    weights = np.eye(len(data), len(shapes), dtype=np.float32)
+    left = data - weights @ shapes
+    for _ in range(SWEEPS):
+        for index in range(len(shapes)):
+            left += np.outer(weights[:, index], shapes[index])
+            weights[:, index], shapes[index] = _one(left, weights[:, index], sparsity)
+            left -= np.outer(weights[:, index], shapes[index])
+    lengths = np.linalg.norm(shapes, axis=1)
+    strength = np.linalg.norm(weights, axis=0) * lengths
+    order = np.argsort(strength)[::-1]
+    order = order[strength[order] > 0]
+    return shapes[order] / lengths[order, None], strength[order]
+
+
+def _one(left: Array, weight: Array, sparsity: float) -> tuple[Array, Array]:
+    """Weights (row,) of unit length and the shape (number,) that best explain what is left."""
+    weight = weight / max(float(np.linalg.norm(weight)), 1e-12)
+    shape = _shrunk(weight @ left, sparsity)
+    length = float(np.linalg.norm(shape))
+    if length < 1e-12:
+        return np.zeros_like(weight), np.zeros_like(shape)
+    weight = left @ shape
+    weight /= max(float(np.linalg.norm(weight)), 1e-12)
+    return weight, _shrunk(weight @ left, sparsity)
+
+
+def _shrunk(shape: Array, sparsity: float) -> Array:
+    moved = shape.reshape(-1, 3)
+    lengths = np.linalg.norm(moved, axis=1, keepdims=True)
+    least = sparsity * float(lengths.max(initial=0))
+    return (moved * np.maximum(0, 1 - least / np.maximum(lengths, 1e-12))).ravel()

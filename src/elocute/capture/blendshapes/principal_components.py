@@ -1,0 +1,75 @@
+"""Principal directions of more meshes than fit into memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.one_line_repr import one_line
+
+Array = NDArray[np.float32]
+OVERSAMPLING = 4  # directions kept while blocks come in, for each one wanted
+KEPT_LEAST = 96
+NEGLIGIBLE = 1e-14  # of the greatest squared singular value
+
+
+@dataclass(frozen=True, eq=False)
+class Principal:
+    """Directions about the origin, which is the neutral face: no motion has no weight.
+
+    directions (component, number) orthonormal, strongest first
+    strengths  (component,) singular values
+    frames     how many rows were seen
+    energy     Σ of all squared numbers, those outside the directions included
+    """
+
+    directions: Array
+    strengths: NDArray[np.float64]
+    frames: int
+    energy: float
+
+    __repr__ = one_line
+
+    @property
+    def deviations(self) -> NDArray[np.float64]:
+        """(component,) root mean square of a frame along each direction."""
+        return self.strengths / np.sqrt(max(self.frames, 1))
+
+    @property
+    def explained(self) -> NDArray[np.float64]:
+        """(component,) share of the squared displacement that the first so many directions hold."""
+        return np.cumsum(self.strengths**2) / max(self.energy, 1e-300)
+
+
+def principal_directions(blocks: Iterable[NDArray[np.floating]], count: int) -> Principal:
+    """Singular vectors of blocks (frame, …) laid on one another, one pass, bounded memory.
+
+    What is known so far, each direction as long as it is strong, stands for all frames before
+    (sequential Karhunen-Loève, Levy and Lindenbaum 2000).
+    """
+    kept = max(KEPT_LEAST, OVERSAMPLING * count)
+    directions, strengths = None, np.zeros(0)
+    frames, energy = 0, 0.0
+    for block in blocks:
+        rows = block.reshape(len(block), -1).astype(np.float32, copy=False)
+        frames += len(rows)
+        energy += float(np.einsum("ij,ij->", rows, rows, dtype=np.float64))
+        if directions is not None:
+            rows = np.concatenate([directions * strengths[:, None].astype(np.float32), rows])
+        directions, strengths = _strongest(rows, kept)
+    if directions is None:
+        return Principal(np.zeros((0, 0), np.float32), strengths, 0, 0.0)
+    return Principal(directions[:count], strengths[:count], frames, energy)
+
+
+def _strongest(rows: Array, count: int) -> tuple[Array, NDArray[np.float64]]:
+    """Right singular vectors and values of (row, number) by the small Gram matrix."""
+    wide = rows.astype(np.float64)
+    values, vectors = np.linalg.eigh(wide @ wide.T)
+    order = np.argsort(values)[::-1][:count]
+    order = order[values[order] > max(float(values.max()), 1e-300) * NEGLIGIBLE]
+    strengths = np.sqrt(values[order])
+    return ((vectors[:, order] / strengths).T @ wide).astype(np.float32), strengths

@@ -1,0 +1,1 @@
+"""Registration: one topology laid onto a scan."""

@@ -1,0 +1,84 @@
+"""How far a registration lies from its scan, and from the truth where that is known."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.registration.template import Template
+from elocute.capture.scans.landmarks import Landmarks
+from elocute.capture.scans.scan import Scan
+from elocute.head.model import HeadModel
+
+Floats = NDArray[np.float64]
+
+REACH_M = 0.02
+"""Points of the scan further away than this are no part of the head."""
+FACE_REACH_M = 0.01
+
+
+@dataclass(frozen=True)
+class SurfaceError:
+    """Distance from scan points to the registered surface in mm (VOCA 2019, section 6).
+
+    covered  share of the scan's points within 20 mm of the surface; the rest is not counted
+    face     share of the face that has a point of the scan within 10 mm
+    """
+
+    median: float
+    mean: float
+    p95: float
+    covered: float
+    face: float = 1.0
+
+    def record(self) -> dict[str, float]:
+        return {name: round(value, 5) for name, value in asdict(self).items()}
+
+
+def scan_distances(template: Template, vertices: Floats, scan: Scan) -> Floats:
+    """(point,) mm from each point of the scan to the surface; infinite beyond 20 mm."""
+    surface = template.surface(vertices)
+    squared = surface.closest(scan.points, REACH_M, near=3).squared
+    return 1000 * np.sqrt(squared)
+
+
+def face_seen(head: HeadModel, vertices: Floats, points: Floats) -> float:
+    """Share of the face's vertices with a point (point, 3) m near; 1 for a head without places."""
+    from scipy.spatial import KDTree
+
+    face = vertices[head.regions["face"]] if "face" in head.regions else vertices[:0]
+    if not len(face):
+        return 1.0
+    apart, _ = KDTree(points).query(face, distance_upper_bound=FACE_REACH_M)
+    return float(np.isfinite(apart).mean())
+
+
+def surface_error(distances_mm: Floats) -> SurfaceError:
+    """Of distances (point,), infinite where a point is no part of the head."""
+    near = distances_mm[np.isfinite(distances_mm)]
+    if not len(near):
+        return SurfaceError(np.inf, np.inf, np.inf, 0.0)
+    return SurfaceError(
+        float(np.median(near)),
+        float(near.mean()),
+        float(np.percentile(near, 95)),
+        len(near) / len(distances_mm),
+    )
+
+
+def landmark_error_mm(head: HeadModel, vertices: Floats, landmarks: Landmarks) -> float | None:
+    """Mean distance of the good landmarks but the jaw line's, or None where there are none."""
+    good = np.flatnonzero(landmarks.good)
+    good = good[good >= 17]
+    if not len(good) or not len(head.landmarks):
+        return None
+    apart = vertices[head.landmarks[good]] - landmarks.points[good]
+    return float(1000 * np.linalg.norm(apart, axis=1).mean())
+
+
+def correspondence_mm(head: HeadModel, vertices: Floats, truth: Floats) -> dict[str, float]:
+    """Mean distance of vertices (vertex, 3) m to where they truly are, for each named region."""
+    apart = 1000 * np.linalg.norm(vertices - truth, axis=1)
+    return {name: float(apart[where].mean()) for name, where in head.regions.items() if len(where)}

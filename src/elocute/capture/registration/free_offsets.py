@@ -1,0 +1,102 @@
+"""Free offsets: the skin leaves the model where the scan does, smoothly.
+
+The last stage of VOCA's registration (2019, section 6, after Li et al. 2017): the distance from
+the scan to the surface plus the bending of what is added to the model. Targets lie along the
+surface's normal, so all three coordinates share one sparse matrix of a row per vertex; a step
+along the tangent is neither asked for nor forbidden (a majorisation of point-to-plane).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.registration.matching import Matches, Samples, match, robust_weights
+from elocute.capture.registration.template import Template
+
+Floats = NDArray[np.float64]
+
+NOISE_M = 2e-4
+
+
+@dataclass(frozen=True)
+class Softness:
+    """One step towards the scan.
+
+    bend_m     length over which offsets may bend: shorter follows more, noise too
+    stretch_m  length over which they may change at all; keeps unseen parts quiet
+    hold       share of the area by which an offset is drawn back to the model
+    reach_m    furthest match
+    facing     smallest cosine between the normals of a match
+    """
+
+    bend_m: float
+    stretch_m: float = 3e-4
+    hold: float = 1e-3
+    reach_m: float = 0.004
+    facing: float = 0.6
+
+
+COLD = (Softness(0.008, reach_m=0.006), Softness(0.004), Softness(0.003, reach_m=0.003))
+WARM = (Softness(0.004), Softness(0.003, reach_m=0.003))
+
+
+def free_offsets(
+    template: Template,
+    model: Floats,
+    samples: Samples,
+    *,
+    start: Floats | None = None,
+    steps: Sequence[Softness] = COLD,
+) -> Floats:
+    """(vertex, 3) m to be added to the model (vertex, 3) m, posed as the scan; zero off the skin.
+
+    start  offsets (vertex, 3) m of the frame before, turned as this one
+    """
+    offsets = np.zeros_like(model) if start is None else start.copy()
+    for step in steps:
+        matched = match(
+            template, model + offsets, samples, reach_m=step.reach_m, facing=step.facing
+        )
+        offsets[template.skin] += _change(template, offsets[template.skin], matched, samples, step)
+    return offsets
+
+
+def _change(
+    template: Template, offsets: Floats, matched: Matches, samples: Samples, step: Softness
+) -> Floats:
+    """(free, 3) m: the best change of offsets (free, 3) m for given matches."""
+    from scipy.sparse import csr_matrix, diags
+
+    corners = template.place_in_skin[template.triangles[matched.triangle]]
+    rows = np.flatnonzero((corners >= 0).all(axis=1))
+    weights = robust_weights(matched.gap[rows], NOISE_M) * samples.areas[matched.sample[rows]]
+    starts = 3 * np.arange(len(rows) + 1)
+    spread: Any = csr_matrix(
+        (matched.bary[rows].ravel(), corners[rows].ravel(), starts), (len(rows), len(offsets))
+    )
+    smooth = step.bend_m**4 * template.bending + step.stretch_m**2 * template.stretching
+    smooth = smooth + diags(step.hold * template.skin_areas)
+    weighted = spread.T @ diags(weights)
+    target = matched.gap[rows, None] * matched.normals[rows]
+    return solve_symmetric(
+        (weighted @ spread + smooth).tocsc(), weighted @ target - smooth @ offsets
+    )
+
+
+def solve_symmetric(matrix: Any, side: Floats) -> Floats:
+    """x of matrix · x = side, for a sparse positive definite matrix."""
+    from scipy.sparse.linalg import splu
+
+    # No pivoting is needed, and the order of a symmetric matrix fills in least.
+    factor = splu(
+        matrix,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return factor.solve(side)

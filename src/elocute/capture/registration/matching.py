@@ -1,0 +1,103 @@
+"""Which point of a scan belongs to which point of the template's surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.registration.template import Template
+from elocute.capture.scans.scan import Scan
+from elocute.one_line_repr import one_line
+
+Floats = NDArray[np.float64]
+
+ON_EDGE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points of a scan that take part.
+
+    points, normals  (sample, 3) m
+    areas            (sample,) m², what each stands for
+    """
+
+    points: Floats
+    normals: Floats
+    areas: Floats
+
+    def some(self, count: int, seed: int = 0) -> Samples:
+        """At most `count` of them, evenly spread by area."""
+        if count >= len(self.points):
+            return self
+        share = self.areas / self.areas.sum()
+        # Even steps through the summed areas, after a shuffle: no two draws fall together.
+        order = np.random.default_rng(seed).permutation(len(share))
+        steps = (np.arange(count) + 0.5) / count
+        chosen = order[np.searchsorted(np.cumsum(share[order]), steps).clip(0, len(order) - 1)]
+        chosen = np.unique(chosen)
+        areas = np.full(len(chosen), self.areas.sum() / len(chosen))
+        return Samples(self.points[chosen], self.normals[chosen], areas)
+
+
+def samples_of(scan: Scan) -> Samples:
+    """All points of a scan but those on the rims of its holes, whose normals mean little."""
+    kept = ~scan.boundary
+    return Samples(scan.points[kept], scan.normals[kept], scan.areas[kept])
+
+
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """Samples that found their place on the template.
+
+    sample    (match,) index into the samples
+    triangle  (match,) index into the template's triangles
+    bary      (match, 3)
+    normals   (match, 3) unit normals of the template's triangles
+    gap       (match,) m, signed distance from surface to sample along the normal
+    """
+
+    sample: NDArray[np.intp]
+    triangle: NDArray[np.intp]
+    bary: Floats
+    normals: Floats
+    gap: Floats
+
+    __repr__ = one_line
+
+
+def match(
+    template: Template,
+    vertices: Floats,
+    samples: Samples,
+    *,
+    reach_m: float,
+    facing: float,
+    near: int = 2,
+) -> Matches:
+    """Lay samples on the surface with vertices (vertex, 3) m.
+
+    Refused are samples further than reach_m, samples whose normal meets the surface's at a
+    cosine below `facing`, and those that fall on the template's own rim (Amberg 2007, 4.3).
+    """
+    found = template.surface(vertices).closest(samples.points, reach_m, near)
+    a, b, c = (vertices[template.triangles[found.triangle, corner]] for corner in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+    kept = np.isfinite(found.squared) & (found.squared <= reach_m**2)
+    kept &= np.einsum("ij,ij->i", normals, samples.normals) > facing
+    on_edge = (found.bary < ON_EDGE) & template.rim[found.triangle]
+    kept &= ~on_edge.any(axis=1)
+    rows = np.flatnonzero(kept)
+    gap = np.einsum("ij,ij->i", normals[rows], samples.points[rows] - found.points[rows])
+    return Matches(rows, found.triangle[rows], found.bary[rows], normals[rows], gap)
+
+
+def robust_weights(gap: Floats, smallest_m: float) -> Floats:
+    """(match,) 0…1 by Geman and McClure's rule, its scale from the median of |gap|."""
+    if not len(gap):
+        return gap
+    scale = max(2.5 * 1.4826 * float(np.median(np.abs(gap))), smallest_m)
+    return 1 / (1 + (gap / scale) ** 2) ** 2

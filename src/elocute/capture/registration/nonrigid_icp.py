@@ -1,0 +1,249 @@
+"""Optimal step non-rigid ICP (Amberg, Romdhani and Vetter 2007), fast on sparse matrices.
+
+Every vertex of the template has an affine map X (4, 3) of its own; neighbours' maps are held
+alike by a stiffness that falls from level to level:
+
+    E(X) = Σ w_i |X_iᵀ v_i - u_i|² + α Σ_edges |(X_i - X_j)ᵀ G|² + β Σ_landmarks |X_lᵀ v_l - p_l|²
+
+The matrix changes from step to step only where matches come and go. So it is factorised once per
+stiffness and person, and that factor, a little out of date, preconditions conjugate gradients,
+which then need a handful of steps. The second frame of a person pays for no factorisation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.registration.closest_points import FineMesh
+from elocute.capture.registration.template import Template
+from elocute.capture.scans.landmarks import Landmarks
+from elocute.capture.scans.scan import Scan
+from elocute.head.normals import vertex_normals
+
+Floats = NDArray[np.float64]
+
+SOLVED = 5e-2  # share of the first residual at which conjugate gradients stop
+ENOUGH = 0.3  # share at which a solution may be used where that takes too long
+ROUNDS_MAX = 12
+"""Steps of conjugate gradients after which a new factor is cheaper."""
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """One level.
+
+    alpha      weight of the edges; coordinates are scaled to a head of size one
+    landmarks  β
+    steps      at most so many
+    settled    mean movement in m below which the level is done
+    reach_m    furthest match
+    facing     smallest cosine between normals of a match
+    """
+
+    alpha: float
+    landmarks: float
+    steps: int = 4
+    settled: float = 5e-5
+    reach_m: float = 0.02
+    facing: float = 0.6
+
+
+COLD = (
+    Stiffness(10.0, 5.0),
+    Stiffness(2.0, 1.0),
+    Stiffness(0.3, 0.1, reach_m=0.01),
+    Stiffness(0.03, 0.0, reach_m=0.006),
+    Stiffness(0.003, 0.0, reach_m=0.004),
+)
+"""From a template that stands roughly where the scan does."""
+WARM = (
+    Stiffness(0.3, 0.1, 1, reach_m=0.01),
+    Stiffness(0.03, 0.0, 1, reach_m=0.006),
+    Stiffness(0.003, 0.0, 2, reach_m=0.004),
+)
+"""From the shape of the frame before."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Aim:
+    """A scan in the frame of the head: surface, normals (point, 3), rims (point,), landmarks."""
+
+    surface: FineMesh
+    normals: Floats
+    boundary: NDArray[np.bool_]
+    landmarks: Landmarks
+
+
+@dataclass(frozen=True, eq=False)
+class Nicp:
+    """Non-rigid ICP of one template's skin; keeps its factors from scan to scan."""
+
+    template: Template
+    factors: dict[float, Any] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def _triangles(self) -> NDArray[np.intp]:
+        triangles = self.template.place_in_skin[self.template.head.triangles]
+        return triangles[(triangles >= 0).all(axis=1)]
+
+    @cached_property
+    def _scale(self) -> float:
+        """Heads per metre."""
+        return 1 / float(np.ptp(self.template.vertices[self.template.skin], axis=0).max())
+
+    @cached_property
+    def _edges(self) -> Any:
+        """(4 · free, 4 · free) MᵀM ⊗ GᵀG with γ = 1, as the paper has it for one unit of size."""
+        from scipy.sparse import coo_matrix, diags, identity, kron
+
+        count = len(self.template.skin)
+        a, b, c = self._triangles.T
+        rows, columns = np.r_[a, b, c], np.r_[b, c, a]
+        links = coo_matrix((np.ones(len(rows)), (rows, columns)), (count, count)).tocsr()
+        links = ((links + links.T) > 0).astype(np.float64)
+        laplacian = diags(np.asarray(links.sum(axis=1)).ravel()) - links
+        return kron(laplacian, identity(4), format="csr")
+
+    @cached_property
+    def _matchable(self) -> NDArray[np.bool_]:
+        """(free,) vertices that a scan can show: not the inside of the mouth."""
+        inside = np.zeros(self.template.head.vertex_count, bool)
+        inside[self.template.head.regions.get("inner_mouth", np.zeros(0, np.int32))] = True
+        return ~inside[self.template.skin]
+
+    def register(
+        self,
+        start: Floats,
+        scan: Scan,
+        landmarks: Landmarks,
+        levels: Sequence[Stiffness] = COLD,
+    ) -> tuple[Floats, int]:
+        """Vertices (vertex, 3) m laid over the scan, and how many steps that took.
+
+        start (vertex, 3) m is the template in the scan's frame: fixed, adapted by Eq. 1 of
+        "Speech in the wild" (2019), or the frame before. Only the skin
+        moves; eyes, teeth and tongue stay as they came.
+        """
+        skin = self.template.skin
+        # In the frame of the head the matrix is nearly the same for all frames of a person.
+        rotation, shift = _rigid(self.template.vertices[skin], start[skin])
+        aim = _Aim(
+            FineMesh((scan.points - shift) @ rotation, scan.triangles),
+            scan.normals @ rotation,
+            scan.boundary,
+            Landmarks((landmarks.points - shift) @ rotation, landmarks.confidence),
+        )
+        current, steps = (start[skin] - shift) @ rotation, 0
+        middle = self.template.vertices[skin].mean(axis=0)
+        source = np.column_stack([(current - middle) * self._scale, np.ones(len(skin))])
+        maps = np.tile(np.vstack([np.eye(3), np.zeros((1, 3))]), (len(skin), 1, 1))
+        for level in levels:
+            for _ in range(level.steps):
+                weights, targets = self._targets(current, aim, level)
+                scaled = (targets - middle) * self._scale
+                maps = self._solved(level.alpha, source, weights, scaled, maps)
+                moved = np.einsum("va,vab->vb", source, maps) / self._scale + middle
+                change = float(np.linalg.norm(moved - current, axis=1).mean())
+                current, steps = moved, steps + 1
+                if change < level.settled:
+                    break
+        result = start.copy()
+        result[skin] = current @ rotation.T + shift
+        return result, steps
+
+    def _targets(self, current: Floats, aim: _Aim, level: Stiffness) -> tuple[Floats, Floats]:
+        """Weights (free,) and targets (free, 3) m: closest points, and landmarks in one with them.
+
+        No match across a hole's rim, beyond reach, or between surfaces that face apart (4.3).
+        """
+        found = aim.surface.closest(current, level.reach_m)
+        corners = aim.surface.triangles[found.triangle]
+        normals = vertex_normals(current, self._triangles)
+        shared = np.einsum("vc,vca->va", found.bary, aim.normals[corners])
+        length = np.maximum(np.linalg.norm(shared, axis=1), 1e-12)
+        facing = np.einsum("va,va->v", normals, shared) / length
+        kept = np.isfinite(found.squared) & (found.squared <= level.reach_m**2)
+        kept &= (facing > level.facing) & self._matchable
+        kept &= ~aim.boundary[corners].any(axis=1)
+        weights = kept.astype(np.float64)
+        targets = np.where(kept[:, None], found.points, 0)
+        if level.landmarks:
+            vertices, places, shares = self.template.landmark_weights(aim.landmarks)
+            rows = self.template.place_in_skin[vertices]
+            pull = level.landmarks * shares
+            total = weights[rows] + pull
+            targets[rows] = (
+                weights[rows, None] * targets[rows] + pull[:, None] * places
+            ) / np.maximum(total, 1e-12)[:, None]
+            weights[rows] = total
+        return weights, targets
+
+    def _solved(
+        self, alpha: float, source: Floats, weights: Floats, aims: Floats, maps: Floats
+    ) -> Floats:
+        """(free, 4, 3): the maps that minimise E for given matches."""
+        from scipy.sparse import bsr_matrix
+
+        count = len(source)
+        blocks = weights[:, None, None] * source[:, :, None] * source[:, None, :]
+        # A trace of stiffness to nothing at all, for vertices cut off from every match.
+        blocks = blocks + 1e-9 * np.eye(4)
+        data = bsr_matrix((blocks, np.arange(count), np.arange(count + 1)))
+        matrix = (alpha * self._edges + data.tocsr()).tocsr()
+        side = (weights[:, None, None] * source[:, :, None] * aims[:, None, :]).reshape(-1, 3)
+        guess = maps.reshape(-1, 3)
+        if alpha in self.factors:
+            found = _conjugate(matrix, side, guess, self.factors[alpha])
+            if found is not None:
+                return found.reshape(-1, 4, 3)
+        self.factors[alpha] = _factor(matrix.tocsc())
+        return self.factors[alpha].solve(side).reshape(-1, 4, 3)
+
+
+def _rigid(model: Floats, placed: Floats) -> tuple[Floats, Floats]:
+    """Rotation (3, 3) and shift (3,) with placed ≈ rotation · model + shift (Kabsch 1976)."""
+    middle, goal = model.mean(axis=0), placed.mean(axis=0)
+    left, _, right = np.linalg.svd((placed - goal).T @ (model - middle))
+    rotation = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
+    return rotation, goal - rotation @ middle
+
+
+def _factor(matrix: Any) -> Any:
+    from scipy.sparse.linalg import splu
+
+    return splu(
+        matrix,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+
+
+def _conjugate(matrix: Any, side: Floats, guess: Floats, factor: Any) -> Floats | None:
+    """x of matrix · x = side (row, column) by preconditioned conjugate gradients.
+
+    None where a dozen steps come to nothing: the factor is then too old.
+    """
+    x = guess.copy()
+    left = side - matrix @ x
+    first = np.linalg.norm(left, axis=0) + 1e-9
+    near = factor.solve(left)
+    along, power = near.copy(), (left * near).sum(axis=0)
+    for _ in range(ROUNDS_MAX):
+        if (np.linalg.norm(left, axis=0) <= SOLVED * first).all():
+            return x
+        image = matrix @ along
+        step = power / np.maximum((along * image).sum(axis=0), 1e-300)
+        x += step * along
+        left -= step * image
+        near = factor.solve(left)
+        before, power = power, (left * near).sum(axis=0)
+        along = near + power / np.maximum(before, 1e-300) * along
+    # The next matches correct what is left of a solution that is nearly there.
+    return x if (np.linalg.norm(left, axis=0) <= ENOUGH * first).all() else None

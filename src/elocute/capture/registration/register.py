@@ -1,0 +1,237 @@
+"""Registration of scans: a person's own neutral face, then frame after frame.
+
+The sequential fit of VOCA (2019, section 6, after Li et al. 2017): identity once per subject from
+a resting face; then pose and expression of every frame, warm from the frame before; then offsets
+that are free but smooth.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.registration import free_offsets, model_fit, nonrigid_icp
+from elocute.capture.registration.accuracy import (
+    SurfaceError,
+    face_seen,
+    landmark_error_mm,
+    scan_distances,
+    surface_error,
+)
+from elocute.capture.registration.matching import Samples, samples_of
+from elocute.capture.registration.model_fit import ModelFit, Shape
+from elocute.capture.registration.nonrigid_icp import Nicp
+from elocute.capture.registration.pose import Pose, posed, unposed
+from elocute.capture.registration.start_pose import start_pose
+from elocute.capture.registration.template import Template, adaptive_template
+from elocute.capture.scans.landmarks import Landmarks
+from elocute.capture.scans.scan import Scan, checked_scan
+from elocute.errors import CaptureError
+from elocute.head.mesh import with_template
+from elocute.head.model import HeadModel
+
+Floats = NDArray[np.float64]
+
+MODEL_POINTS = 6_000
+SURFACE_POINTS = 40_000
+LOST_MEDIAN_MM = 0.6
+LOST_LANDMARK_MM = 6.0
+LOST_COVERED = 0.4
+LOST_FACE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """A scan in the topology of the head.
+
+    vertices    (vertex, 3) m in the scan's own frame
+    zero        (vertex, 3) m in zero pose
+    shape       the model under it
+    offsets     (vertex, 3) m in zero pose, what was added to the model
+    surface     distance from the scan
+    landmark_mm mean distance to the landmarks given, or None without
+    seconds     of processor time that the registration took, without reading and measuring
+    notes       what had to be taken away from the scan
+    """
+
+    vertices: Floats
+    zero: Floats
+    shape: Shape
+    offsets: Floats
+    surface: SurfaceError
+    landmark_mm: float | None
+    seconds: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def lost(self) -> str:
+        """Why this is no registration to be used, or ""."""
+        if self.surface.covered < LOST_COVERED:
+            return f"only {100 * self.surface.covered:.0f} % of the scan is near the head"
+        if self.surface.face < LOST_FACE:
+            return f"only {100 * self.surface.face:.0f} % of the face is in the scan"
+        if not self.surface.median <= LOST_MEDIAN_MM:
+            return f"the surface is {self.surface.median:.2f} mm off"
+        if self.landmark_mm is not None and self.landmark_mm > LOST_LANDMARK_MM:
+            return f"the landmarks are {self.landmark_mm:.1f} mm off"
+        return ""
+
+
+def register_neutral(
+    head: HeadModel, scan: Scan, landmarks: Landmarks
+) -> tuple[Template, Registration]:
+    """A person's own template from a scan of a resting face, and that scan's registration.
+
+    What little expression the face shows is taken out of the template. Raises CaptureError for
+    a scan without a head.
+    """
+    general = Template(head)
+    found = _register(general, ModelFit(general, True), scan, landmarks, None)
+    shown = np.tensordot(found.shape.expression, general.basis, 1)
+    neutral = (found.zero - shown).astype(np.float32)
+    own = with_template(_with_joints(head, found.shape), neutral, head.name)
+    # The joints were found with the identity; `with_template` would guess them once more.
+    joints = head.identity_joints(found.shape.identity.astype(np.float32)).astype(np.float32)
+    return Template(replace(own, joint_positions=joints)), found
+
+
+def _with_joints(head: HeadModel, shape: Shape) -> HeadModel:
+    return head.with_identity(shape.identity.astype(np.float32)) if len(shape.identity) else head
+
+
+def register_scan(
+    template: Template, scan: Scan, landmarks: Landmarks, before: Registration | None = None
+) -> Registration:
+    """A scan of a person whose template is known; from the frame before, or from scratch.
+
+    A frame that is lost from the one before is tried once more from scratch, and the better of
+    the two is taken: ask `lost` of the result. Raises CaptureError for a scan without a head, and
+    where the frame before is of a template with an identity, as a neutral face is.
+    """
+    fit = ModelFit(template, False)
+    if before is not None and len(before.shape.identity):
+        raise CaptureError.about(
+            "the frame before", found="a fit of an identity", allowed="a result of register_scan"
+        )
+    scan, notes = checked_scan(scan)
+    if before is not None and not before.lost:
+        found = _register(template, fit, scan, landmarks, before, notes)
+        if not found.lost:
+            return found
+        again = _register(template, fit, scan, landmarks, None, notes)
+        return min(found, again, key=lambda one: (bool(one.lost), one.surface.median))
+    return _register(template, fit, scan, landmarks, None, notes)
+
+
+def register_nonrigid(
+    template: Template,
+    scan: Scan,
+    landmarks: Landmarks,
+    *,
+    adapted: bool = True,
+    icp: Nicp | None = None,
+    before: Registration | None = None,
+) -> tuple[Registration, int]:
+    """A scan by non-rigid ICP ("Speech in the wild" 2019, 3.2), and its steps.
+
+    adapted  start from the adaptive template of Eq. 1; else from the neutral face, as usual
+    icp      of the same template, to use its factors again
+    before   the frame before: what it had beyond its template is kept, and fewer steps do
+
+    Raises CaptureError for a scan without a head.
+    """
+    started = time.thread_time()
+    scan, notes = checked_scan(scan)
+    fit = ModelFit(template, False)
+    shape = fit.neutral_start(start_pose(template, samples_of(scan), landmarks))
+    if adapted and landmarks.enough and len(template.head.landmarks):
+        shape = replace(shape, expression=_adapted(template, landmarks, shape.pose))
+    start = fit.posed(shape)
+    if before is not None:
+        start = start + _turned(template, before.offsets, shape.pose)
+    levels = nonrigid_icp.COLD if before is None else nonrigid_icp.WARM
+    vertices, steps = (icp or Nicp(template)).register(start, scan, landmarks, levels)
+    seconds = time.thread_time() - started
+    zero = unposed(template.head, vertices, shape.pose)
+    found = Registration(
+        vertices,
+        zero,
+        shape,
+        zero - fit.zero(shape),
+        _surface(template, vertices, scan),
+        landmark_error_mm(template.head, vertices, landmarks),
+        seconds,
+        notes,
+    )
+    return found, steps
+
+
+def _register(
+    template: Template,
+    fit: ModelFit,
+    scan: Scan,
+    landmarks: Landmarks,
+    before: Registration | None,
+    notes: tuple[str, ...] | None = None,
+) -> Registration:
+    started = time.thread_time()
+    if notes is None:
+        scan, notes = checked_scan(scan)
+    samples = samples_of(scan)
+    if not len(samples.points):
+        raise CaptureError.about(scan.name, found="nothing but rims", allowed="a surface")
+    if before is None:
+        shape = _cold_shape(template, fit, samples, landmarks)
+        added, steps = None, free_offsets.COLD
+    else:
+        shape = fit.fit(samples.some(MODEL_POINTS), landmarks, before.shape, model_fit.WARM)
+        added, steps = _turned(template, before.offsets, shape.pose), free_offsets.WARM
+    model = fit.posed(shape)
+    some = samples.some(SURFACE_POINTS, seed=1)
+    vertices = model + free_offsets.free_offsets(template, model, some, start=added, steps=steps)
+    seconds = time.thread_time() - started
+    head = _with_joints(template.head, shape)
+    zero = unposed(head, vertices, shape.pose)
+    return Registration(
+        vertices,
+        zero,
+        shape,
+        zero - fit.zero(shape),
+        _surface(template, vertices, scan),
+        landmark_error_mm(template.head, vertices, landmarks),
+        seconds,
+        notes,
+    )
+
+
+def _surface(template: Template, vertices: Floats, scan: Scan) -> SurfaceError:
+    found = surface_error(scan_distances(template, vertices, scan))
+    return replace(found, face=face_seen(template.head, vertices, scan.points))
+
+
+def _cold_shape(template: Template, fit: ModelFit, samples: Samples, landmarks: Landmarks) -> Shape:
+    """From scratch: pose by landmarks or search, expression by Eq. 1, then the model fit."""
+    start = fit.neutral_start(start_pose(template, samples, landmarks))
+    if landmarks.enough and len(template.head.landmarks) and not fit.with_identity:
+        start = replace(start, expression=_adapted(template, landmarks, start.pose))
+    return fit.fit(samples.some(MODEL_POINTS), landmarks, start, model_fit.COLD)
+
+
+def _adapted(template: Template, landmarks: Landmarks, pose: Pose) -> Floats:
+    """(expression,) that the landmarks show, once they stand in the frame of the head."""
+    low, high = model_fit.BOUNDS
+    places = np.nan_to_num(landmarks.points)
+    frame = np.zeros_like(template.vertices)
+    frame[template.head.landmarks] = places
+    back = unposed(template.head, frame, pose)[template.head.landmarks]
+    _, coefficients = adaptive_template(template, Landmarks(back, landmarks.confidence))
+    return np.clip(coefficients, low, high)
+
+
+def _turned(template: Template, added: Floats, pose: Pose) -> Floats:
+    """(vertex, 3) m: offsets in zero pose, turned as the head is."""
+    base = posed(template.head, template.vertices, pose)
+    return posed(template.head, template.vertices + added, pose) - base

@@ -1,0 +1,195 @@
+"""A head as registration sees it: its surface, its smoothness, and a person's own neutral face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.registration.closest_points import CoarseMesh, Lattice, lattice_of
+from elocute.capture.scans.landmarks import JAW_LINE, Landmarks
+from elocute.errors import CaptureError
+from elocute.head.model import HeadModel
+
+Floats = NDArray[np.float64]
+
+FAR_SIDE = ("hair",)
+"""Materials that are no surface a scanner measures: brows and lashes stand on the skin."""
+COTANGENT_MAX = 5.0
+JAW_LINE_WEIGHT = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """One head prepared for registration.
+
+    head  its template is the neutral face from which registration starts
+    """
+
+    head: HeadModel
+
+    @cached_property
+    def triangles(self) -> NDArray[np.int32]:
+        """(triangle, 3) of the surface that scans show."""
+        names = self.head.material_names
+        unseen = [index for index, name in enumerate(names) if name in FAR_SIDE]
+        return self.head.triangles[~np.isin(self.head.triangle_material, unseen)]
+
+    @cached_property
+    def lattice(self) -> Lattice:
+        return lattice_of(self.vertices, self.triangles)
+
+    @cached_property
+    def rim(self) -> NDArray[np.bool_]:
+        """(triangle, 3) whether the edge opposite each corner is on the rim of the surface."""
+        after = np.roll(self.triangles, -1, axis=1).astype(np.int64)
+        before = np.roll(self.triangles, 1, axis=1).astype(np.int64)
+        keys = np.minimum(after, before) * self.head.vertex_count + np.maximum(after, before)
+        _, place, count = np.unique(keys, return_inverse=True, return_counts=True)
+        return (count == 1)[place].reshape(keys.shape)
+
+    @cached_property
+    def vertices(self) -> Floats:
+        """(vertex, 3) m, the neutral face."""
+        return self.head.template.astype(np.float64)
+
+    def surface(self, vertices: Floats) -> CoarseMesh:
+        """The template's surface in another shape (vertex, 3) m."""
+        return CoarseMesh(vertices, self.triangles, self.lattice)
+
+    @cached_property
+    def neutral_surface(self) -> CoarseMesh:
+        """The surface of the neutral face; its tree is kept."""
+        return self.surface(self.vertices)
+
+    @cached_property
+    def neutral_normals(self) -> Floats:
+        """(triangle, 3) unit normals of the neutral face."""
+        a, b, c = (self.vertices[self.triangles[:, corner]] for corner in range(3))
+        normals = np.cross(b - a, c - a)
+        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+
+    @cached_property
+    def basis(self) -> Floats:
+        """(expression, vertex, 3) m."""
+        return self.head.expression_basis.astype(np.float64)
+
+    @cached_property
+    def identity_basis(self) -> Floats:
+        """(identity, vertex, 3) m per standard deviation."""
+        return self.head.identity_basis.astype(np.float64)
+
+    @cached_property
+    def skin(self) -> NDArray[np.intp]:
+        """(free,) vertices that may leave the model: the part that bears the landmarks.
+
+        Eyes, teeth and tongue are hardly measured: they stay with the model. A head without
+        landmarks is free in its largest part.
+        """
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+
+        count = self.head.vertex_count
+        a, b, c = self.head.triangles.T
+        ones = np.ones(2 * len(a), np.int8)
+        links = coo_matrix((ones, (np.r_[a, b], np.r_[b, c])), (count, count))
+        _, label = connected_components(links, directed=False)
+        bearing = self.head.landmarks if len(self.head.landmarks) else np.arange(count)
+        return np.flatnonzero(label == np.bincount(label[bearing]).argmax())
+
+    @cached_property
+    def place_in_skin(self) -> NDArray[np.intp]:
+        """(vertex,) index into `skin`, -1 for the others."""
+        place = np.full(self.head.vertex_count, -1)
+        place[self.skin] = np.arange(len(self.skin))
+        return place
+
+    @cached_property
+    def skin_areas(self) -> Floats:
+        """(free,) m²: a third of the triangles around each vertex of the skin."""
+        triangles = self.place_in_skin[self.head.triangles]
+        triangles = triangles[(triangles >= 0).all(axis=1)]
+        a, b, c = (self.vertices[self.skin[triangles[:, corner]]] for corner in range(3))
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
+        total = np.bincount(triangles.ravel(), np.repeat(area, 3), minlength=len(self.skin))
+        return np.maximum(total, 1e-9).astype(np.float64)
+
+    @cached_property
+    def stretching(self) -> Any:
+        """(free, free) sparse: Σ over edges of cotangent weight times squared difference."""
+        from scipy.sparse import coo_matrix, diags
+
+        triangles = self.place_in_skin[self.head.triangles]
+        triangles = triangles[(triangles >= 0).all(axis=1)]
+        corners = self.vertices[self.skin[triangles]]
+        rows, columns, weights = [], [], []
+        for corner in range(3):
+            after, before = (corner + 1) % 3, (corner + 2) % 3
+            u, v = corners[:, after] - corners[:, corner], corners[:, before] - corners[:, corner]
+            area = np.linalg.norm(np.cross(u, v), axis=1)
+            cotangent = np.einsum("ij,ij->i", u, v) / np.maximum(area, 1e-12)
+            # Needles of the mesh would make the system worse, not the surface better.
+            weights.append(np.clip(cotangent, 0.05, COTANGENT_MAX) / 2)
+            rows.append(triangles[:, after])
+            columns.append(triangles[:, before])
+        count = len(self.skin)
+        links = coo_matrix(
+            (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))),
+            (count, count),
+        ).tocsr()
+        links = links + links.T
+        return (diags(np.asarray(links.sum(axis=1)).ravel()) - links).tocsc()
+
+    @cached_property
+    def bending(self) -> Any:
+        """(free, free) sparse: ∫ |Δd|² over the skin, per m² of d; K M⁻¹ K of the cotangent K."""
+        from scipy.sparse import diags
+
+        return (self.stretching @ diags(1 / self.skin_areas) @ self.stretching).tocsc()
+
+    def landmark_weights(self, landmarks: Landmarks) -> tuple[NDArray[np.intp], Floats, Floats]:
+        """Vertices (landmark,), their measured places (landmark, 3) m and weights (landmark,).
+
+        Only good landmarks; the jaw line counts a tenth. Empty for a head without landmarks.
+        """
+        if not len(self.head.landmarks):
+            return np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0)
+        good = np.flatnonzero(landmarks.good)
+        weights = landmarks.confidence[good].copy()
+        weights[np.isin(good, JAW_LINE)] *= JAW_LINE_WEIGHT
+        vertices = self.head.landmarks[good].astype(np.intp)
+        return vertices, landmarks.points[good], weights
+
+    def require_landmarks(self) -> None:
+        """Raises CaptureError for a head that names none."""
+        if not len(self.head.landmarks):
+            raise CaptureError.about(
+                f"head {self.head.name!r}",
+                found="names no landmarks",
+                allowed="for landmarks a head that names its own",
+            )
+
+
+def adaptive_template(
+    template: Template, landmarks: Landmarks, *, regularisation: float = 1e-7
+) -> tuple[Floats, Floats]:
+    """The neutral face with the expression that a scan's landmarks show.
+
+    "Speech in the wild" (2019), Eq. 1: c = argmin |l - A(x + U c)|², with ridge; l are the scan's
+    landmarks in the frame of the head (zero pose), x the registered neutral, U the expression
+    basis. Returns x + U c (vertex, 3) m and c (expression,).
+
+    regularisation  cost of a squared coefficient in m² of mean squared landmark distance
+    """
+    vertices, places, weights = template.landmark_weights(landmarks)
+    if not len(vertices):
+        return template.vertices, np.zeros(len(template.basis))
+    root = np.sqrt(weights / weights.sum())[:, None]
+    slopes = (template.basis[:, vertices] * root).reshape(len(template.basis), -1)
+    left = ((places - template.vertices[vertices]) * root).ravel()
+    gram = slopes @ slopes.T + regularisation * np.eye(len(slopes))
+    coefficients: Floats = np.linalg.solve(gram, slopes @ left).astype(np.float64)
+    return template.vertices + np.tensordot(coefficients, template.basis, 1), coefficients

@@ -1,0 +1,1 @@
+"""Scans: reading them, checking them, and the landmarks on them."""

@@ -1,0 +1,156 @@
+"""Landmarks of a scan by a detector that knows pictures only.
+
+"Speech in the wild" (2019, 3.2): a 2D detector runs on a picture whose pixels are known in space.
+Here the pictures are renders of the scan, textured or just shaded, from several sides; what the
+detector finds is lifted through the mesh and fused so that one wrong view does no harm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from trimesh.registration import procrustes
+
+from elocute.capture.scans.landmarks import COUNT, Landmarks, no_landmarks
+from elocute.capture.scans.scan import Scan
+from elocute.errors import CaptureError
+from elocute.export.render import Camera, open_renderer
+from elocute.head.builtin import load_builtin_head
+from elocute.head.mesh import head_from_arrays
+
+Floats = NDArray[np.float64]
+Detector = Callable[[NDArray[np.uint8]], tuple[Floats, Floats] | None]
+"""Takes a picture (height, width, 3) sRGB; gives points (68, 2) in pixels, x to the right and y
+down, and confidence (68,) 0…1; None where it sees no face."""
+
+YAWS_DEG = (0.0, -25.0, 25.0, -50.0, 50.0)
+SIDE = 640
+FIELD_DEG = 18.0
+APART_M = 0.004
+"""Views that agree on a landmark lie closer together than this."""
+SINGLE = 0.5  # confidence kept by a landmark that only one view has seen
+PLAUSIBLE_LEAST, PLAUSIBLE_STEPS = 8, 6
+OFF_M = 0.010
+"""From a face of average build: at this distance confidence has fallen to 0.37."""
+
+
+def detect_landmarks(
+    scan: Scan, detector: Detector, *, yaws_deg: Sequence[float] = YAWS_DEG, side: int = SIDE
+) -> Landmarks:
+    """The 68 landmarks of a scan that stands about upright and looks along +Z.
+
+    Confidence is that of the detector, times the share of views that agree, less where a point
+    lies off a face laid over all of them: through an open mouth a ray meets the throat. A scan in
+    which nothing is found has none: ask `enough`. Raises CaptureError for a detector that gives
+    something else than 68 points.
+    """
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    scene = EmbreeScene()
+    TriangleMesh(scene, np.ascontiguousarray(scan.points[scan.triangles], np.float32))
+    places, trusts = [], []
+    for yaw in yaws_deg:
+        camera = view_of(scan, yaw)
+        found = detector(picture_of(scan, camera, side))
+        if found is None:
+            continue
+        pixels, confidence = _checked(*found)
+        space, facing = _lifted(scene, scan, camera, pixels, side)
+        places.append(space)
+        trusts.append(np.where(np.isfinite(space[:, 0]), confidence * facing, 0))
+    return _plausible(_fused(np.stack(places), np.stack(trusts))) if places else no_landmarks()
+
+
+def view_of(scan: Scan, yaw_deg: float) -> Camera:
+    """A camera that frames the whole scan from a side."""
+    low, high = scan.points.min(axis=0), scan.points.max(axis=0)
+    target = (low + high) / 2
+    distance = 0.55 * float(np.linalg.norm(high - low)) / np.tan(np.radians(FIELD_DEG) / 2)
+    yaw = np.radians(yaw_deg)
+    away = np.array([np.sin(yaw), 0.0, np.cos(yaw)])
+    return Camera(
+        (target + distance * away).astype(np.float32), target.astype(np.float32), FIELD_DEG
+    )
+
+
+def picture_of(scan: Scan, camera: Camera, side: int = SIDE) -> NDArray[np.uint8]:
+    """(side, side, 3) of the scan in its own colours, or shaded like skin."""
+    head = head_from_arrays(scan.name, scan.points, scan.triangles)
+    if scan.colors is not None:
+        head = replace(head, vertex_color=scan.colors)
+    with open_renderer(head, (side, side), camera=camera) as renderer:
+        return renderer.frame(scan.points.astype(np.float32)).copy()
+
+
+def _checked(pixels: Floats, confidence: Floats) -> tuple[Floats, Floats]:
+    pixels, confidence = np.asarray(pixels, np.float64), np.asarray(confidence, np.float64)
+    if pixels.shape != (COUNT, 2) or confidence.shape != (COUNT,):
+        raise CaptureError(
+            f"detector: found {pixels.shape} points and {confidence.shape} confidences; allowed: "
+            f"({COUNT}, 2) and ({COUNT},)"
+        )
+    unknown = ~np.isfinite(pixels).all(axis=1) | ~np.isfinite(confidence)
+    return np.where(unknown[:, None], 0, pixels), np.where(unknown, 0, np.clip(confidence, 0, 1))
+
+
+def _lifted(
+    scene: Any, scan: Scan, camera: Camera, pixels: Floats, side: int
+) -> tuple[Floats, Floats]:
+    """Points (68, 3) m under pixels, NaN in holes, and 0…1 how far they face the eye."""
+    reach = np.tan(np.radians(camera.field_deg) / 2)
+    across = (2 * pixels / side - 1) * reach * [1, -1]
+    rays = np.column_stack([across, -np.ones(len(across))]) @ camera.axes().astype(np.float64)
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    eyes = np.repeat(camera.position[None], len(rays), axis=0)
+    hit = scene.run(np.ascontiguousarray(eyes, np.float32), rays.astype(np.float32), output=True)
+    found = hit["primID"] >= 0
+    corners = scan.triangles[np.where(found, hit["primID"], 0)]
+    u, v = hit["u"][:, None], hit["v"][:, None]
+    shares = np.concatenate([1 - u - v, u, v], axis=1)
+    points = np.einsum("pc,pca->pa", shares, scan.points[corners])
+    normals = np.einsum("pc,pca->pa", shares, scan.normals[corners])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    facing = np.clip(-np.einsum("pa,pa->p", normals, rays), 0, 1)
+    return np.where(found[:, None], points, np.nan), np.where(found, facing, 0)
+
+
+def _fused(places: Floats, trusts: Floats) -> Landmarks:
+    """Of views (view, 68, 3) m with trust (view, 68): the largest group that agrees, averaged."""
+    points, confidence = np.full((COUNT, 3), np.nan), np.zeros(COUNT)
+    for mark in range(COUNT):
+        seen = np.flatnonzero(trusts[:, mark] > 0)
+        if not len(seen):
+            continue
+        here, trust = places[seen, mark], trusts[seen, mark]
+        near = np.linalg.norm(here[:, None] - here[None], axis=2) < APART_M
+        group = near[int((near * trust).sum(axis=1).argmax())]
+        share = trust[group] / trust[group].sum()
+        points[mark] = share @ here[group]
+        agreeing = trust[group].sum() / trust.sum()
+        alone = SINGLE if group.sum() == 1 else 1.0
+        confidence[mark] = min(1.0, trust[group].max()) * agreeing * alone
+    return Landmarks(points, confidence)
+
+
+def _plausible(found: Landmarks) -> Landmarks:
+    """Less confidence in points away from the built-in face, laid over the rest of them."""
+    known = np.flatnonzero(found.confidence > 0)
+    if len(known) < PLAUSIBLE_LEAST:
+        return found
+    head = load_builtin_head()
+    model, places = head.template[head.landmarks[known]].astype(float), found.points[known]
+    trust = found.confidence[known]
+    for _ in range(PLAUSIBLE_STEPS):
+        matrix = np.asarray(
+            procrustes(model, places, weights=trust, reflection=False, return_cost=False)
+        )
+        off = np.linalg.norm(model @ matrix[:3, :3].T + matrix[:3, 3] - places, axis=1)
+        trust = found.confidence[known] * np.exp(-np.square(off / OFF_M))
+    confidence = found.confidence.copy()
+    confidence[known] = trust
+    return Landmarks(found.points, confidence)

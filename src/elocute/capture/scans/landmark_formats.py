@@ -1,0 +1,174 @@
+"""Landmark files of others: iBUG's 68 points in Menpo's .ljson, and .pts.
+
+A .ljson may hold its points in any order; its labels say which are the jaw, which the mouth.
+Landmarker.io, for one, writes parts in the order of its template. Points are put where iBUG has
+them, by label; without labels the order is taken as iBUG's. Left and right are the picture's, as
+Menpo's labels have it: left_eyebrow is points 17 to 21.
+
+    version 1  {"groups": [{"label": "jaw", "landmarks": [{"point": [x, y, z]}, …]}, …]}
+    version 2  {"landmarks": {"points": [[x, y, z], …]}, "labels": [{"label", "mask"}, …]}
+    version 3  {"groups": {"PTS": {"landmarks": …, "labels": …}, …}}, each as version 2
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from elocute.errors import CaptureError
+from elocute.files.json_records import finite_number, parse_json
+
+COUNT = 68
+ALLOWED = f"{COUNT} points of x, y, z in the unit of the scan"
+Row = list[float] | None
+"""x, y, z; None for a point that is not seen."""
+
+PLACES: dict[str, range] = {
+    "jaw": range(17),
+    "chin": range(17),
+    "left_eyebrow": range(17, 22),
+    "right_eyebrow": range(22, 27),
+    "nose": range(27, 36),
+    "nose_bridge": range(27, 31),
+    "upper_nose": range(27, 31),
+    "nose_tip": range(31, 36),
+    "lower_nose": range(31, 36),
+    "nostrils": range(31, 36),
+    "left_eye": range(36, 42),
+    "right_eye": range(42, 48),
+    "mouth": range(48, 68),
+    "outer_mouth": range(48, 60),
+    "outer_lips": range(48, 60),
+    "inner_mouth": range(60, 68),
+    "inner_lips": range(60, 68),
+}
+"""Where the points of a label lie in iBUG's order."""
+KNOWN_GROUPS = ("pts", "ibug68", "ibug_68", "face_ibug_68", "face_ibug_68_trimesh")
+NAMED_AT_MOST = 8
+
+
+def ljson_points(text: str, path: Path) -> list[Row]:
+    """The 68 points of a .ljson in iBUG's order. Raises CaptureError for what is none."""
+    record = parse_json(text, path, allowed=ALLOWED, error=CaptureError)
+    if not isinstance(record, dict):
+        raise _refused(path, f"JSON of a {type(record).__name__}")
+    groups = record.get("groups")
+    if isinstance(groups, list):
+        return _placed(path, *_first_version(path, groups))
+    if isinstance(groups, dict):
+        return _placed(path, *_chosen_group(path, groups))
+    return _placed(path, *_points_and_labels(path, record))
+
+
+def pts_points(text: str, path: Path) -> list[Row]:
+    """The points of a .pts, `n_points: 68 { x y z … }`; `nan` is a point that is not seen.
+
+    Raises CaptureError for what is none.
+    """
+    inside = re.search(r"\{([^{}]*)\}", text)
+    if inside is None:
+        raise _refused(path, "no { … }")
+    rows = [line.split() for line in inside[1].splitlines() if line.strip()]
+    promised = re.search(r"n_points:\s*(\d{1,9})\b", text[: inside.start()])
+    if promised and int(promised[1]) != len(rows):
+        raise _refused(path, f"{len(rows)} points where n_points says {promised[1]}")
+    try:
+        points = [[float(word) for word in row] for row in rows]
+    except ValueError:
+        raise _refused(path, "words that are no numbers") from None
+    unseen = [any(value != value for value in row) for row in points]
+    return _placed(path, [None if u else p for p, u in zip(points, unseen, strict=True)], [])
+
+
+Labels = list[tuple[str, list[int]]]
+
+
+def _first_version(path: Path, groups: list[Any]) -> tuple[list[Row], Labels]:
+    points: list[Row] = []
+    labels: Labels = []
+    for group in groups:
+        marks = group.get("landmarks") if isinstance(group, dict) else None
+        if not isinstance(marks, list) or not all(isinstance(mark, dict) for mark in marks):
+            raise _refused(path, "a group without landmarks")
+        places = list(range(len(points), len(points) + len(marks)))
+        labels.append((_name(group.get("label")), places))
+        points += [_row(path, mark.get("point")) for mark in marks]
+    return points, labels
+
+
+def _chosen_group(path: Path, groups: dict[str, Any]) -> tuple[list[Row], Labels]:
+    """The group called as iBUG's are, else the only one with 68 points, else the only one."""
+    read = {
+        name: _points_and_labels(path, group)
+        for name, group in groups.items()
+        if isinstance(group, dict)
+    }
+    named = [name for name in read if _name(name) in KNOWN_GROUPS]
+    whole = [name for name in read if len(read[name][0]) == COUNT]
+    for choice in (named, whole, list(read)):
+        if len(choice) == 1:
+            return read[choice[0]]
+    sizes = [f"{name} ({len(read[name][0])} points)" for name in list(read)[:NAMED_AT_MOST]]
+    raise _refused(path, f"groups {', '.join(sizes) or 'none'}")
+
+
+def _points_and_labels(path: Path, record: dict[str, Any]) -> tuple[list[Row], Labels]:
+    marks = record.get("landmarks", record)
+    points = marks.get("points") if isinstance(marks, dict) else None
+    if not isinstance(points, list):
+        raise _refused(path, "no points")
+    rows = [_row(path, point) for point in points]
+    given = record.get("labels") or []
+    if not isinstance(given, list):
+        raise _refused(path, "labels that are no list")
+    return rows, [_label(path, label, len(rows)) for label in given]
+
+
+def _label(path: Path, label: Any, count: int) -> tuple[str, list[int]]:
+    mask = label.get("mask") if isinstance(label, dict) else None
+    whole = isinstance(mask, list) and all(type(place) is int for place in mask)
+    if mask is None or not whole or not all(0 <= place < count for place in mask):
+        raise _refused(path, "a label whose mask is no list of its points")
+    return _name(label.get("label")), mask
+
+
+def _placed(path: Path, points: list[Row], labels: Labels) -> list[Row]:
+    """Rows in iBUG's order: by labels that are known, else as they come."""
+    known = [(name, mask) for name, mask in labels if name in PLACES]
+    if not known:
+        if len(points) != COUNT:
+            raise _refused(path, f"{len(points)} points{_told(labels)}")
+        return points
+    placed: dict[int, Row] = {}
+    for name, mask in known:
+        places = PLACES[name]
+        if len(mask) != len(places):
+            raise _refused(path, f"{len(mask)} points of {name}, which has {len(places)}")
+        placed |= {place: points[index] for place, index in zip(places, mask, strict=True)}
+    return [placed.get(place) for place in range(COUNT)]
+
+
+def _row(path: Path, point: Any) -> Row:
+    if point is None or (isinstance(point, list) and None in point):
+        return None
+    values = [finite_number(value) for value in point] if isinstance(point, list) else []
+    if len(values) != 3 or None in values:
+        raise _refused(path, f"a point of {len(values)} numbers")
+    return [value for value in values if value is not None]
+
+
+def _name(label: Any) -> str:
+    return re.sub(r"[^a-z0-9]+", "_", label.lower()) if isinstance(label, str) else ""
+
+
+def _told(labels: Iterable[tuple[str, list[int]]]) -> str:
+    names = [name for name, _ in labels][:NAMED_AT_MOST]
+    return f" labelled {', '.join(names)}" if names else ""
+
+
+def _refused(path: Path, found: str) -> CaptureError:
+    return CaptureError.about(
+        path, found=f"no landmarks that can be used ({found})", allowed=ALLOWED
+    )

@@ -1,0 +1,127 @@
+"""The 68 landmarks of a face, and the files that hold them."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.scans.landmark_formats import COUNT, ljson_points, pts_points
+from elocute.errors import CaptureError
+from elocute.files.atomic import write_atomically
+from elocute.files.json_records import parse_json
+from elocute.files.reading import read_text
+
+Floats = NDArray[np.float64]
+
+GOOD_MIN = 20
+"""Landmarks below which a scan is flagged."""
+CONFIDENT = 0.3
+FILE_MAX_BYTES = 1_000_000
+JAW_LINE = range(17)
+"""The contour of the jaw: where it lies depends on the view, so it counts little."""
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """iBUG's 68 points in space.
+
+    points      (68, 3) m; NaN where one is not known
+    confidence  (68,) 0…1; 0 where a point is not known
+    """
+
+    points: Floats
+    confidence: Floats
+
+    def __post_init__(self) -> None:
+        points = np.array(self.points, np.float64)
+        confidence = np.array(self.confidence, np.float64)
+        if points.shape != (COUNT, 3) or confidence.shape != (COUNT,):
+            raise CaptureError(
+                f"landmarks: found {points.shape} points, {confidence.shape} confidences; "
+                f"allowed: ({COUNT}, 3) and ({COUNT},)"
+            )
+        unknown = ~np.isfinite(points).all(axis=1) | ~np.isfinite(confidence)
+        confidence[unknown], points[unknown] = 0, np.nan
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "confidence", np.clip(confidence, 0, 1))
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """(68,) those that may be used."""
+        return self.confidence >= CONFIDENT
+
+    @property
+    def enough(self) -> bool:
+        return int(self.good.sum()) >= GOOD_MIN
+
+
+def no_landmarks() -> Landmarks:
+    return Landmarks(np.full((COUNT, 3), np.nan), np.zeros(COUNT))
+
+
+def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
+    """68 points from a file, in the unit of its scan.
+
+    .json    {"points": [[x, y, z], …], "confidence": [c, …]}; null for a point not known
+    .ljson   the Menpo project's, versions 1 to 3, by its labels (`landmark_formats`)
+    .pts     "version: 1, n_points: 68 { x y z … }"
+
+    Raises CaptureError for another count, flat points and anything that cannot be read.
+    """
+    path = Path(path)
+    readers = {".json": _json_points, ".ljson": _ljson_points, ".pts": _pts_points}
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise CaptureError.about(path, found="no landmarks", allowed=" ".join(readers))
+    allowed = f"{COUNT} points of x, y, z in the unit of the scan"
+    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CaptureError)
+    try:
+        points, confidence = reader(text, path)
+        points = [[math.nan] * 3 if p is None or None in p else p for p in points]
+        array = np.array(points, np.float64)
+        if array.shape != (COUNT, 3):
+            raise ValueError(f"shape {array.shape}")
+        if confidence is None:
+            confidence = np.isfinite(array).all(axis=1).astype(np.float64)
+        with np.errstate(over="ignore"):  # what is infinite then counts as not known
+            return Landmarks(unit_m * array, np.array(confidence, np.float64))
+    except CaptureError:
+        raise
+    except (ValueError, TypeError, AttributeError, IndexError, OverflowError) as error:
+        reason = " ".join(str(error).split())[:80]
+        raise CaptureError.about(
+            path, found=f"no landmarks that can be used ({reason})", allowed=allowed
+        ) from error
+
+
+def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
+    """A .json that `read_landmarks` reads, in metres. Raises OutputError."""
+    rows = np.round(landmarks.points, 7).tolist()
+    record = {
+        "points": [row if all(map(math.isfinite, row)) else None for row in rows],
+        "confidence": np.round(landmarks.confidence, 4).tolist(),
+    }
+    with write_atomically(path) as draft:
+        draft.write_text(json.dumps(record) + "\n", encoding="utf-8")
+
+
+def _json_points(text: str, path: Path) -> tuple[list[Any], Any]:
+    """Points and confidence of our own record; a .ljson under the name .json is read as one."""
+    record = parse_json(text, path, allowed="landmarks", error=CaptureError)
+    if "points" not in record:
+        return ljson_points(text, path), record.get("confidence")
+    return record["points"], record.get("confidence")
+
+
+def _ljson_points(text: str, path: Path) -> tuple[list[Any], None]:
+    return ljson_points(text, path), None
+
+
+def _pts_points(text: str, path: Path) -> tuple[list[Any], None]:
+    return pts_points(text, path), None

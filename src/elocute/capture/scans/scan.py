@@ -1,0 +1,145 @@
+"""Scan: one raw 3D picture of a head, as a scanner gives it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, height, is_head_sized
+from elocute.errors import CaptureError
+from elocute.head.normals import vertex_normals
+from elocute.one_line_repr import one_line
+
+Floats = NDArray[np.float64]
+
+POINTS_RANGE = (500, 4_000_000)
+STRAY_SHARE = 0.001
+"""A part with fewer of the points than this, that hangs on nothing, is thrown away."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """A triangle mesh without known topology: holes, noise and stray parts are normal.
+
+    points     (point, 3) float64 m, +Y roughly up where there are no landmarks
+    triangles  (triangle, 3) int32
+    colors     (point, 3) uint8 sRGB, or None for a scan without texture
+    """
+
+    name: str
+    points: Floats
+    triangles: NDArray[np.int32]
+    colors: NDArray[np.uint8] | None = None
+    unit_m: float = 1.0
+    """Metres in the unit that the file was taken to be in."""
+
+    __repr__ = one_line
+
+    @cached_property
+    def normals(self) -> Floats:
+        """(point, 3) unit normals, triangles weighted by area."""
+        return vertex_normals(self.points, self.triangles).astype(np.float64)
+
+    @cached_property
+    def boundary(self) -> NDArray[np.bool_]:
+        """(point,) whether it lies on the rim of a hole: what is closest there may be elsewhere."""
+        count = len(self.points)
+        start = self.triangles.astype(np.int64).ravel()
+        stop = np.roll(self.triangles, -1, axis=1).astype(np.int64).ravel()
+        keys = np.sort(np.minimum(start, stop) * count + np.maximum(start, stop))
+        first = np.concatenate([[True], keys[1:] != keys[:-1]])
+        places = np.flatnonzero(first)
+        single = keys[places[np.diff(np.append(places, len(keys))) == 1]]
+        found = np.zeros(count, bool)
+        found[single // count] = True
+        found[single % count] = True
+        return found
+
+    @cached_property
+    def areas(self) -> Floats:
+        """(point,) m²: a third of the triangles around each point."""
+        a, b, c = (self.points[self.triangles[:, corner]] for corner in range(3))
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
+        return np.bincount(
+            self.triangles.ravel(), np.repeat(area, 3), minlength=len(self.points)
+        ).astype(np.float64)
+
+
+def checked_scan(scan: Scan) -> tuple[Scan, tuple[str, ...]]:
+    """A scan fit for registration, and notes on what had to be taken away.
+
+    Points that are not finite, triangles without area, points without triangle and small stray
+    parts go. Raises CaptureError for a scan that holds no head: too few points, a size that is
+    no head's in metres (naming the unit that fits), one of a single plane.
+    """
+    notes = []
+    finite = np.asarray(np.isfinite(scan.points).all(axis=1), bool)
+    if not finite.all():
+        notes.append(f"{(~finite).sum()} points were not finite")
+    kept = finite[scan.triangles].all(axis=1)
+    a, b, c = scan.triangles.T
+    kept &= (a != b) & (b != c) & (c != a)
+    scan = _without_points(replace(scan, triangles=scan.triangles[kept]))
+    _check_count(scan)
+    part = _largest_parts(scan)
+    if not part.all():
+        notes.append(f"{(~part).sum()} points in stray parts")
+        scan = _without_points(replace(scan, triangles=scan.triangles[part[scan.triangles[:, 0]]]))
+        _check_count(scan)
+    _check_size(scan)
+    return scan, tuple(notes)
+
+
+def _without_points(scan: Scan) -> Scan:
+    """The scan without points that no triangle uses."""
+    used = np.zeros(len(scan.points), bool)
+    used[scan.triangles] = True
+    if used.all():
+        return scan
+    places = np.cumsum(used) - 1
+    colors = None if scan.colors is None else scan.colors[used]
+    triangles = places[scan.triangles].astype(np.int32)
+    return Scan(scan.name, scan.points[used], triangles, colors, scan.unit_m)
+
+
+def _largest_parts(scan: Scan) -> NDArray[np.bool_]:
+    """(point,) whether it belongs to a connected part of some size."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    count = len(scan.points)
+    a, b, c = scan.triangles.T
+    ones = np.ones(2 * len(a), np.int8)
+    links = coo_matrix((ones, (np.r_[a, b], np.r_[b, c])), (count, count))
+    _, label = connected_components(links, directed=False)
+    sizes = np.bincount(label)
+    large = sizes >= min(STRAY_SHARE * count, int(sizes.max()))
+    return np.asarray(large, bool)[label]
+
+
+def _check_count(scan: Scan) -> None:
+    low, high = POINTS_RANGE
+    if not low <= len(scan.points) <= high:
+        raise CaptureError.about(
+            scan.name,
+            found=f"{len(scan.points)} usable points",
+            allowed=f"a mesh of {low} to {high} points with triangles",
+        )
+
+
+def _check_size(scan: Scan) -> None:
+    size = height(scan.points)
+    if is_head_sized(size):
+        if np.linalg.svd(scan.points[::101] - scan.points.mean(axis=0))[1][2] < 1e-6:
+            raise CaptureError.about(scan.name, found="a flat plane", allowed="a scan of a head")
+        return
+    raw = size / scan.unit_m
+    unit = "m" if is_head_sized(raw) else fitting_unit(raw)
+    remedy = f"it looks like {unit}: say --unit {unit}" if unit else ""
+    low, high = HEIGHT_RANGE_M
+    raise CaptureError.about(
+        scan.name, found=f"a size of {size:.4g} m", allowed=f"{low} to {high} m", remedy=remedy
+    )

@@ -1,0 +1,254 @@
+"""A folder of scans: numbered .ply or .obj files, and capture.json that says what they are.
+
+capture.json         {"format": "elocute-scans", "version": 1, "fps": 60, "unit": "mm", …}
+00000.ply, …         one frame each; the number is the last run of digits in the name
+00000.json           its 68 landmarks, where they are known (.ljson, .json or .pts), here or
+                     in landmarks/
+sound.wav            as named by "sound"
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from elocute.capture.scans.scan import Scan
+from elocute.capture.scans.scan_file import SUFFIXES, read_scan, unit_m
+from elocute.corpus.clip import check_name
+from elocute.errors import CaptureError, CorpusError
+from elocute.files.json_records import read_record, write_record
+
+MANIFEST = "capture.json"
+FORMAT, VERSION = "elocute-scans", 1
+MANIFEST_MAX_BYTES = 1_000_000
+NUMBER_MAX = 1_000_000
+FPS_MAX = 1000.0
+TEXT_MAX, NAME_MAX = 10_000, 200
+LANDMARK_SUFFIXES = (".ljson", ".json", ".pts")
+
+
+@dataclass(frozen=True)
+class SequenceFacts:
+    """What capture.json says.
+
+    fps       frames per second; frame number n is at (n - first number) / fps
+    unit      of the coordinates: m, mm, cm, dm or inch
+    subject   who moves; one neutral face for all sequences of a subject
+    sentence  an identifier of what is said
+    text      the words, or ""
+    sound     file name in the folder, or ""
+    neutral   number of a frame with a resting face, or None for the first
+    """
+
+    fps: float = 60.0
+    unit: str = "m"
+    subject: str = "subject"
+    sentence: str = "sequence"
+    text: str = ""
+    sound: str = ""
+    neutral: int | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 < self.fps <= FPS_MAX:
+            raise CaptureError(f"fps: found {self.fps}; allowed: above 0, at most {FPS_MAX:g}")
+        unit_m(self.unit)
+        try:
+            check_name(self.subject, "subject")
+            check_name(self.sentence, "sentence")
+        except CorpusError as error:
+            raise CaptureError(str(error)) from error
+        if len(self.sound) > NAME_MAX:
+            raise CaptureError(
+                f"sound: found a name of {len(self.sound)} characters; allowed: {NAME_MAX}"
+            )
+        if self.sound and (Path(self.sound).name != self.sound or self.sound.startswith(".")):
+            raise CaptureError(
+                f"sound: found {self.sound[:60]!r}; allowed: a file name in the folder"
+            )
+
+
+@dataclass(frozen=True)
+class ScanSequence:
+    """Scans in the order of their numbers, read when asked for.
+
+    numbers (frame,) rise but may have gaps: `missing` names them.
+    """
+
+    folder: Path
+    facts: SequenceFacts
+    numbers: tuple[int, ...]
+    files: tuple[Path, ...]
+
+    @property
+    def name(self) -> str:
+        return f"{self.facts.subject}.{self.facts.sentence}"
+
+    @property
+    def missing(self) -> tuple[int, ...]:
+        """Numbers between the first and the last for which there is no file."""
+        there = set(self.numbers)
+        return tuple(n for n in range(self.numbers[0], self.numbers[-1] + 1) if n not in there)
+
+    @property
+    def frame_count(self) -> int:
+        """Frames of the motion: gaps count."""
+        return self.numbers[-1] - self.numbers[0] + 1
+
+    @property
+    def neutral(self) -> int:
+        """Number of the frame that shows the resting face."""
+        return self.numbers[0] if self.facts.neutral is None else self.facts.neutral
+
+    @property
+    def sound_path(self) -> Path | None:
+        return self.folder / self.facts.sound if self.facts.sound else None
+
+    def file(self, number: int) -> Path:
+        """Raises CaptureError for a number that is not there."""
+        if number not in self.numbers:
+            raise CaptureError.about(
+                self.folder,
+                found=f"no frame {number}",
+                allowed=f"{self.numbers[0]} to {self.numbers[-1]} but for the missing",
+            )
+        return self.files[self.numbers.index(number)]
+
+    def scan(self, number: int) -> Scan:
+        """The scan as it is in the file. Raises CaptureError."""
+        return read_scan(self.file(number), self.facts.unit)
+
+    def landmark_file(self, number: int) -> Path | None:
+        """The file of the frame's landmarks, if there is one."""
+        stem = self.file(number).stem
+        for folder in (self.folder, self.folder / "landmarks"):
+            for suffix in LANDMARK_SUFFIXES:
+                if (folder / (stem + suffix)).is_file():
+                    return folder / (stem + suffix)
+        return None
+
+
+def open_sequence(
+    folder: str | Path, *, fps: float | None = None, unit: str | None = None
+) -> ScanSequence:
+    """The scans in a folder; fps and unit go before what capture.json says.
+
+    Without capture.json the folder's name is the sentence, and fps has to be said. Raises
+    CaptureError for a folder without scans, two files of one number, and facts that are wrong.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise CaptureError.about(folder, found="no such folder", allowed="a folder of scans")
+    facts = _read_facts(folder, fps)
+    changed: dict[str, Any] = {"fps": fps, "unit": unit}
+    facts = replace(facts, **{k: v for k, v in changed.items() if v is not None})
+    numbered = _numbered(folder)
+    sequence = ScanSequence(folder, facts, tuple(numbered), tuple(numbered.values()))
+    if sequence.neutral not in numbered:
+        raise CaptureError.about(
+            folder / MANIFEST,
+            found=f"neutral {sequence.neutral}, no such frame",
+            allowed=f"a number from {sequence.numbers[0]} to {sequence.numbers[-1]}",
+        )
+    if sequence.sound_path is not None and not sequence.sound_path.is_file():
+        raise CaptureError.about(sequence.sound_path, found="no such file", allowed="a sound")
+    return sequence
+
+
+def find_sequences(folder: str | Path) -> list[Path]:
+    """The folder itself where it holds scans, else those directly in it. Raises CaptureError."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise CaptureError.about(folder, found="no such folder", allowed="a folder of scans")
+    if (folder / MANIFEST).is_file() or _scan_files(folder):
+        return [folder]
+    found = sorted(
+        inner
+        for inner in folder.iterdir()
+        if inner.is_dir() and ((inner / MANIFEST).is_file() or _scan_files(inner))
+    )
+    if not found:
+        raise CaptureError.about(
+            folder, found="no scans", allowed=f"numbered {' or '.join(SUFFIXES)} files"
+        )
+    return found
+
+
+def write_facts(folder: Path, facts: SequenceFacts) -> None:
+    """capture.json of a folder. Raises OutputError."""
+    record = {"format": FORMAT, "version": VERSION}
+    record |= {field.name: getattr(facts, field.name) for field in fields(facts)}
+    write_record(folder / MANIFEST, record, indent=1)
+
+
+def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
+    path = folder / MANIFEST
+    if not path.is_file():
+        if fps is None:
+            raise CaptureError.about(
+                folder,
+                found=f"no {MANIFEST}",
+                allowed='one with "fps" and "unit"',
+                remedy="or say --fps and --unit",
+            )
+        plain = re.sub(r"[^A-Za-z0-9_.-]", "-", folder.resolve().name).lstrip("_.-")
+        return SequenceFacts(fps=fps, sentence=plain or "sequence")
+    known = {field.name: type(field.default) for field in fields(SequenceFacts)}
+    allowed_facts = f'{{"format": "{FORMAT}", "version": {VERSION}, "fps": 60, "unit": "mm", …}}'
+    record = read_record(
+        path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed_facts, error=CaptureError
+    )
+    try:
+        if record["format"] != FORMAT or record["version"] != VERSION:
+            raise ValueError("another format or version")
+        values = {name: record[name] for name in known if name in record}
+        for name, value in values.items():
+            allowed = (int, type(None)) if name == "neutral" else known[name]
+            if known[name] is float:
+                allowed = (int, float)
+            if not isinstance(value, allowed) or isinstance(value, bool):
+                raise ValueError(f"{name} is {str(value)[:60]!r}")
+            if isinstance(value, str) and len(value) > TEXT_MAX:
+                raise ValueError(f"{name} of {len(value)} characters")
+        return SequenceFacts(**values)
+    except CaptureError as error:
+        raise CaptureError(f"{path}: {error}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise CaptureError.about(
+            path, found=f"cannot be used ({str(error)[:120]})", allowed=allowed_facts
+        ) from error
+
+
+def _scan_files(folder: Path) -> list[Path]:
+    return sorted(
+        path
+        for path in folder.iterdir()
+        if path.suffix.lower() in SUFFIXES and path.is_file() and not path.name.startswith(".")
+    )
+
+
+def _numbered(folder: Path) -> dict[int, Path]:
+    """Number to file, by number. Raises CaptureError for none and for two of one number."""
+    found: dict[int, Path] = {}
+    for path in _scan_files(folder):
+        digits = re.findall(r"\d+", path.stem)
+        if not digits or len(digits[-1]) > 9:
+            raise CaptureError.about(
+                path, found="no number in the name", allowed="frame numbers: 00000.ply, 00001.ply"
+            )
+        number = int(digits[-1])
+        if number in found:
+            raise CaptureError.about(path, found=f"number {number}, as {found[number].name}")
+        found[number] = path
+    if not found:
+        raise CaptureError.about(
+            folder, found="no scans", allowed=f"numbered {' or '.join(SUFFIXES)} files"
+        )
+    if max(found) - min(found) >= NUMBER_MAX:
+        raise CaptureError.about(
+            folder,
+            found=f"numbers from {min(found)} to {max(found)}",
+            allowed=f"a range below {NUMBER_MAX}",
+        )
+    return dict(sorted(found.items()))

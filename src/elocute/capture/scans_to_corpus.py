@@ -1,0 +1,391 @@
+"""Folders of scan sequences to a corpus: resumable, in parallel, one bad frame never fatal.
+
+OUTPUT/subjects/NAME.npz               a person's neutral face and joints
+OUTPUT/sequences/SUBJECT.SENTENCE/     frames/000000.npz …, frames.json, motion.npy
+OUTPUT/corpus/                         all sequences that have sound
+OUTPUT/corpus.sha256                   of its manifest: one that somebody changed is not replaced
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.read import read_audio
+from elocute.capture.cleaning import cleaned_frames
+from elocute.capture.frame_store import FrameRecord, read_zero
+from elocute.capture.registration.register import register_neutral
+from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, open_sequence
+from elocute.capture.sequence_report import write_report
+from elocute.capture.sequence_result import SequenceResult
+from elocute.capture.sequence_tracking import Track, frame_landmarks, track_frames
+from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
+from elocute.corpus.importers.common import even_split
+from elocute.corpus.shard_file import sha256_of
+from elocute.errors import AudioError, CaptureError, ElocuteError, InputError, OutputError
+from elocute.files.arrays import ArrayFile, RowWriter, read_npz
+from elocute.files.atomic import moved_aside, write_atomically
+from elocute.head.model import HeadModel
+from elocute.head.registry import open_head
+from elocute.jobs.pool import Failed
+from elocute.jobs.process_pool import checked_jobs, run_local
+
+CORPUS, MADE = "corpus", "corpus.sha256"
+FILE_MAX_BYTES = 500_000_000
+CHUNK = 30
+"""Frames that one worker takes at a time; the first of them starts from scratch."""
+NEUTRAL_TRIES = 5
+"""First frames of a sequence in which a neutral face is sought where none is named."""
+FLAGGED_MAX = 0.5
+"""Share of frames beyond which a sequence is not worth filling in."""
+
+Progress = Callable[[float], None] | None
+
+
+@dataclass(frozen=True)
+class BatchSettings:
+    """head as `open_head` takes it; fps and unit go before what the folders say; jobs 0 = all
+    processors; eyes_s is the smoothing around the eyes in seconds."""
+
+    head: str = "builtin"
+    fps: float | None = None
+    unit: str | None = None
+    jobs: int = 1
+    eyes_s: float = 0.02
+
+
+def capture_scans(
+    folder: str | Path,
+    output: str | Path,
+    settings: BatchSettings | None = None,
+    progress: Progress = None,
+) -> list[SequenceResult]:
+    """Register all sequences in a folder (or the folder itself) and make a corpus of them.
+
+    What was registered before is kept, so a run that was interrupted goes on. A sequence that
+    fails is reported and the others go on. Raises CaptureError for a folder without scans,
+    OutputError for a place that cannot be written.
+    """
+    settings, output = settings or BatchSettings(), Path(output)
+    sequences, results = _opened(find_sequences(folder), settings)
+    head = open_head(settings.head)
+    _check_corpus_place(output)
+    _make(output / "subjects")
+    tracks: list[Track] = []
+    for subject in dict.fromkeys(sequence.facts.subject for sequence in sequences):
+        of_subject = [one for one in sequences if one.facts.subject == subject]
+        try:
+            own = _own_head(head, of_subject, output / "subjects" / f"{subject}.npz")
+        except OutputError:
+            raise
+        except ElocuteError as error:
+            results += [SequenceResult(one.name, str(error)) for one in of_subject]
+            continue
+        for sequence in of_subject:
+            frames = _make(output / "sequences" / sequence.name / "frames")
+            tracks.append(Track(sequence, own, frames))
+    _check_rates(tracks)
+    lost = _track_all(tracks, settings, progress)
+    again = "the frames that are done are kept: run it again to go on"
+    results += [SequenceResult(name, f"{name}: {why}; {again}") for name, why in lost.items()]
+    tracks = [track for track in tracks if track.sequence.name not in lost]
+    results += _write_corpus(output, tracks, settings)
+    return sorted(results, key=lambda result: result.name)
+
+
+def _opened(
+    folders: list[Path], settings: BatchSettings
+) -> tuple[list[ScanSequence], list[SequenceResult]]:
+    """The sequences that can be opened, and what is wrong with the others."""
+    opened: dict[str, ScanSequence] = {}
+    failed = []
+    for folder in folders:
+        try:
+            sequence = open_sequence(folder, fps=settings.fps, unit=settings.unit)
+        except ElocuteError as error:
+            if len(folders) == 1:
+                raise
+            failed.append(SequenceResult(folder.name, str(error)))
+            continue
+        if sequence.name in opened:
+            told = f"{folder}: another sequence {sequence.name}, as {opened[sequence.name].folder}"
+            failed.append(SequenceResult(folder.name, told))
+            continue
+        opened[sequence.name] = sequence
+    return list(opened.values()), failed
+
+
+def _make(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError.about(folder, found=f"cannot be made ({error.strerror})") from error
+    return folder
+
+
+def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> HeadModel:
+    """The person's neutral face, from the sequence that names a neutral frame, or the first."""
+    try:
+        stored = read_npz(
+            path, max_bytes=FILE_MAX_BYTES, allowed="a neutral face", error=CaptureError
+        )
+        template, joints = stored["template"], stored["joints"]
+        if template.shape == head.template.shape and joints.shape == head.joint_positions.shape:
+            return personal_head(head, template, joints)
+    except (InputError, KeyError):
+        pass  # not there yet, or broken: it is made (again)
+    own = _registered_neutral(head, sequences)
+    with write_atomically(path) as draft, draft.open("wb") as file:
+        np.savez(file, template=own.template, joints=own.joint_positions)
+    # As another process or a later run reads it.
+    return personal_head(head, own.template, own.joint_positions)
+
+
+def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadModel:
+    """From the frame that is named neutral, else from the first that can be used.
+
+    Raises CaptureError where there is none.
+    """
+    named = [one for one in sequences if one.facts.neutral is not None]
+    sequence = (named or sequences)[0]
+    numbers = [sequence.neutral] if named else sequence.numbers[:NEUTRAL_TRIES]
+    problems: list[ElocuteError] = []
+    for number in numbers:
+        try:
+            landmarks = frame_landmarks(sequence, number)
+            own, found = register_neutral(head, sequence.scan(number), landmarks)
+            if not found.lost:
+                return own.head
+            raise CaptureError.about(
+                sequence.file(number),
+                found=f"no neutral face: {found.lost}",
+                allowed="a scan of a resting face",
+                remedy=f'name one: "neutral" in {sequence.folder}',
+            )
+        except ElocuteError as problem:
+            problems.append(problem)
+    raise CaptureError(str(problems[0])) from problems[0]
+
+
+def personal_head(
+    head: HeadModel, template: NDArray[np.float32], joints: NDArray[np.float32]
+) -> HeadModel:
+    """The head with somebody's neutral face (vertex, 3) m and joints (joint, 3) m."""
+    return replace(
+        head,
+        template=template,
+        joint_positions=joints,
+        identity_basis=head.identity_basis[:0],
+        joint_identity_basis=head.joint_identity_basis[:0],
+        tone_basis=head.tone_basis[:0],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Chunk:
+    """Frames for one worker; heads are large, so only what a person has of their own is sent."""
+
+    sequence: str
+    folder: str
+    settings: BatchSettings
+    template: NDArray[np.float32]
+    joints: NDArray[np.float32]
+    frames: str
+    numbers: tuple[int, ...]
+
+
+def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress) -> dict[str, str]:
+    """Every frame that is not there yet, in chunks, by as many processes as wished for.
+
+    Sequences of which a chunk came to nothing, and why: its worker was killed again and again.
+    """
+    chunks = [
+        (track, track.numbers[start : start + CHUNK])
+        for track in tracks
+        for start in range(0, len(track.numbers), CHUNK)
+    ]
+    total, done = sum(len(numbers) for _, numbers in chunks), 0
+
+    def count(frames: int) -> None:
+        nonlocal done
+        done += frames
+        if progress:
+            progress(done / max(total, 1))
+
+    jobs = checked_jobs(settings.jobs) or os.cpu_count() or 1
+    if jobs == 1:
+        for track, numbers in chunks:
+            track_frames(track, numbers, lambda _: count(1))
+        return {}
+    tasks = (
+        _Chunk(
+            track.sequence.name,
+            str(track.sequence.folder),
+            settings,
+            track.head.template,
+            track.head.joint_positions,
+            str(track.folder),
+            numbers,
+        )
+        for track, numbers in chunks
+    )
+    lost: dict[str, str] = {}
+    for chunk, outcome in run_local(_track_chunk, tasks, min(jobs, len(chunks))):
+        if isinstance(outcome, Failed):
+            lost[chunk.sequence] = outcome.reason
+        count(len(chunk.numbers))
+    return lost
+
+
+def _track_chunk(chunk: _Chunk) -> int:
+    """In a worker. Frames that another worker made before it was killed are kept."""
+    settings = chunk.settings
+    sequence = open_sequence(chunk.folder, fps=settings.fps, unit=settings.unit)
+    head = personal_head(open_head(settings.head), chunk.template, chunk.joints)
+    track_frames(Track(sequence, head, Path(chunk.frames)), chunk.numbers)
+    return len(chunk.numbers)
+
+
+def _check_rates(tracks: list[Track]) -> None:
+    rates = {track.sequence.facts.fps for track in tracks}
+    if len(rates) > 1:
+        raise CaptureError(
+            f"sequences: found {sorted(rates)} frames per second; allowed: one rate in a corpus"
+        )
+
+
+def _finished(track: Track, settings: BatchSettings) -> SequenceResult:
+    """Frames in a row, gaps filled, cleaned; written as motion.npy beside frames.json."""
+    records = track.records()
+    place = track.folder.parent
+    with write_atomically(place / "frames.json") as draft:
+        rows = [asdict(record) for record in records.values()]
+        draft.write_text(json.dumps(rows, indent=0) + "\n", encoding="utf-8")
+    result = _summary(track, records)
+    if not result.failed:
+        good = [number for number, record in records.items() if not record.flag]
+        fps, shape = track.sequence.facts.fps, (track.head.vertex_count, 3)
+        with (
+            write_atomically(place / "motion.npy") as draft,
+            RowWriter(draft, shape) as rows,
+        ):
+            # On disk from the start: an hour of frames need not fit in memory.
+            for frame in cleaned_frames(
+                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_s
+            ):
+                rows.add(frame[None])
+    write_report(track, result, place / "report.html")
+    return result
+
+
+def _summary(track: Track, records: dict[int, FrameRecord]) -> SequenceResult:
+    sequence = track.sequence
+    flagged = tuple(number for number, record in records.items() if record.flag)
+    good = [record for record in records.values() if not record.flag]
+    share = 1 - len(good) / sequence.frame_count
+    result = SequenceResult(
+        sequence.name, frames=sequence.frame_count, flagged=flagged, missing=sequence.missing
+    )
+    if not good or share > FLAGGED_MAX:
+        first = next((record.flag for record in records.values() if record.flag), "missing")
+        return replace(result, failed=f"{100 * share:.0f} % of the frames failed, say: {first}")
+    surfaces = [record.surface for record in good if record.surface is not None]
+    apart = [record.landmark_mm for record in good if record.landmark_mm is not None]
+    return replace(
+        result,
+        median_mm=float(np.median([surface.median for surface in surfaces])),
+        p95_mm=float(np.median([surface.p95 for surface in surfaces])),
+        landmark_mm=float(np.median(apart)) if apart else None,
+        seconds_per_frame=float(np.mean([record.seconds for record in good])),
+    )
+
+
+def _filled(track: Track, good: list[int]) -> Iterator[NDArray[np.float32]]:
+    """Frames (vertex, 3) m in zero pose; without a good scan, between their neighbours.
+
+    Before the first good frame and after the last, that frame stands.
+    """
+    first = track.numbers[0]
+    low = high = read_zero(track.path(good[0]))
+    before = after = good[0]
+    following = iter(good[1:])
+    for number in range(first, first + track.sequence.frame_count):
+        if number > after:
+            low, before = high, after
+            after = next(following, after)
+            high = read_zero(track.path(after))
+        if before < number < after:
+            share = np.float32((number - before) / (after - before))
+            yield (low * (1 - share) + high * share).astype(np.float32)
+        else:
+            yield high
+
+
+def _check_corpus_place(output: Path) -> None:
+    """Raises OutputError where a corpus is that was not made here, or was changed since."""
+    manifest, place = output / CORPUS / "corpus.json", output / MADE
+    if not os.path.lexists(output / CORPUS):
+        return
+    made = place.read_text(encoding="utf-8", errors="replace") if place.is_file() else ""
+    if not manifest.is_file() or made.strip() != sha256_of(manifest):
+        raise OutputError.about(
+            output / CORPUS,
+            found="a folder that capture did not make, or that was changed since",
+            remedy="move it away, or choose another output folder",
+        )
+
+
+def _write_corpus(
+    output: Path, tracks: list[Track], settings: BatchSettings
+) -> list[SequenceResult]:
+    """Finish all sequences; those with sound become one corpus, which replaces an older one."""
+    results = [_finished(track, settings) for track in tracks]
+    spoken: list[tuple[int, Path]] = []
+    for place, track in enumerate(tracks):
+        sound = track.sequence.sound_path
+        if sound is not None and not results[place].failed:
+            spoken.append((place, sound))
+    if not spoken:
+        return results
+    heads = {tracks[place].sequence.facts.subject: tracks[place].head for place, _ in spoken}
+    head = tracks[0].head
+    folder = output / CORPUS
+    before = moved_aside(folder) if folder.exists() else nullcontext()
+    with (
+        before,
+        corpus_writer(
+            folder,
+            {subject: own.template for subject, own in heads.items()},
+            fps=tracks[0].sequence.facts.fps,
+            faces=head.triangles,
+            topology=head.name,
+            note="registered from scans by elocute capture",
+        ) as writer,
+    ):
+        for place, sound in spoken:
+            results[place] = _add(writer, tracks[place], results[place], sound)
+        if writer.entries:
+            writer.splits["default"] = even_split(writer.entries, [])
+    with write_atomically(output / MADE) as draft:
+        draft.write_text(sha256_of(folder / "corpus.json") + "\n", encoding="utf-8")
+    return results
+
+
+def _add(writer: CorpusWriter, track: Track, result: SequenceResult, sound: Path) -> SequenceResult:
+    """One clip, whose frames are read from the disk as they are written."""
+    facts = track.sequence.facts
+    try:
+        waveform = read_audio(sound)
+    except AudioError as error:
+        return replace(result, failed=str(error))
+    frames = ArrayFile(track.folder.parent / "motion.npy", allowed="registered motion")
+    writer.add(Clip(facts.subject, facts.sentence, facts.text, waveform, frames))
+    return replace(result, in_corpus=True)

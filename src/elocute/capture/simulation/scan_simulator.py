@@ -1,0 +1,333 @@
+"""Simulated scans with known truth: a head in motion, seen by a scanner in software.
+
+What a model-based registration could recover exactly is avoided on purpose: the surface is rounded
+between the template's vertices, the face has bumps that no identity has, and the mouth moves in
+ways that no expression has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.flac import write_flac
+from elocute.audio.waveform import Waveform
+from elocute.capture.scans.landmarks import Landmarks, write_landmarks
+from elocute.capture.scans.scan_file import write_scan
+from elocute.capture.scans.scan_sequence import SequenceFacts, write_facts
+from elocute.capture.simulation.range_scanner import Seen, look, mesh_of
+from elocute.capture.simulation.smooth_surface import Refinement, refinement_of, smooth_points
+from elocute.errors import CaptureError
+from elocute.files.arrays import RowWriter, save_npy
+from elocute.files.atomic import write_folder_atomically
+from elocute.head.model import HeadModel
+from elocute.head.skinning import joint_transforms
+from elocute.motion.motion import Motion
+from elocute.numerics.quaternions import from_axis_angle, no_turn
+from elocute.one_line_repr import one_line
+
+Floats = NDArray[np.float64]
+
+PARTS = 3  # each template triangle becomes PARTS² on the rounded surface
+BUMPS, BUMP_WIDTH_M = 60, 0.012
+MOUTH_BUMPS, MOUTH_WIDTH_M = 6, 0.008
+INSIDE = ("mouth", "teeth", "gums", "tongue")  # wet and dark: stereo sees little of it
+LEFT_OUT = ("hair",)
+POINTS_RANGE = (2_000, 1_000_000)
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """How scans are taken.
+
+    points        about how many each has
+    noise_mm      standard deviation along the camera's ray: half of it pixel by pixel, half
+                  spread over neighbours, as stereo matching does
+    landmark_mm   standard deviation of each coordinate of the 68 landmarks
+    bumps_mm      standard deviation of what the model cannot explain, of face and of mouth
+    turn_deg, shift_mm  how far the head turns and moves; the neck turns half as far beside it
+    holes         share of hair and of the inside of the mouth that is missing
+    textured      vertex colours or none
+    seed          the same seed gives the same scans
+    """
+
+    points: int = 120_000
+    noise_mm: float = 0.1
+    landmark_mm: float = 0.7
+    bumps_mm: float = 0.4
+    turn_deg: float = 8.0
+    shift_mm: float = 15.0
+    holes: float = 0.6
+    textured: bool = True
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        low, high = POINTS_RANGE
+        if not low <= self.points <= high:
+            raise CaptureError(f"points: found {self.points}; allowed: {low} to {high}")
+        amounts = (self.noise_mm, self.landmark_mm, self.bumps_mm, self.turn_deg, self.shift_mm)
+        if not all(0 <= amount <= 100 for amount in amounts) or not 0 <= self.holes <= 1:
+            raise CaptureError(f"scanner: found {self}; allowed: amounts 0 to 100, holes 0 to 1")
+        if self.seed < 0:
+            raise CaptureError(f"seed: found {self.seed}; allowed: 0 or more")
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What was scanned: vertices (vertex, 3) m of the head's topology, posed and in zero pose,
+    translation (3,) m and turns (joint, 4) wxyz that lead from one to the other."""
+
+    posed: Floats
+    zero: Floats
+    translation: Floats
+    turns: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedFrame:
+    """One simulated scan with its truth; lengths in metres."""
+
+    points: Floats
+    triangles: NDArray[np.int32]
+    colors: NDArray[np.uint8] | None
+    landmarks: Landmarks
+    truth: Truth
+
+    __repr__ = one_line
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A motion before the scanner; `frame` scans one frame of it."""
+
+    motion: Motion
+    scanner: Scanner
+
+    @property
+    def head(self) -> HeadModel:
+        return self.motion.head
+
+    @cached_property
+    def triangles(self) -> NDArray[np.int32]:
+        """(triangle, 3) of what a scanner can see."""
+        names = self.head.material_names
+        unseen = [index for index, name in enumerate(names) if name in LEFT_OUT]
+        return self.head.triangles[~np.isin(self.head.triangle_material, unseen)]
+
+    @cached_property
+    def refinement(self) -> Refinement:
+        return refinement_of(self.triangles, PARTS)
+
+    @cached_property
+    def bumps(self) -> Floats:
+        """(vertex, 3) m that this face has beyond its identity."""
+        rng = np.random.default_rng(self.scanner.seed)
+        places = self.head.template[self.head.regions["skin"]]
+        return self._bumps(rng, places, BUMPS, BUMP_WIDTH_M)
+
+    @cached_property
+    def mouth_bumps(self) -> Floats:
+        """(bump, vertex, 3) m by which the mouth moves beyond its expressions."""
+        rng = np.random.default_rng(self.scanner.seed + 1)
+        places = self.head.template[self.head.regions["lips"]]
+        each = [self._bumps(rng, places, 1, MOUTH_WIDTH_M) for _ in range(MOUTH_BUMPS)]
+        return np.stack(each)
+
+    @cached_property
+    def spacing_m(self) -> float:
+        """Pixel that gives about as many points as were asked for, on the neutral face."""
+        surface = smooth_points(self.head.template, self.triangles, self.refinement)
+        coarse, rng = 0.003, np.random.default_rng(self.scanner.seed)
+        views = look(surface, self.refinement.triangles, coarse, np.zeros(2))
+        count = sum(int((~self._lost(seen, rng)).sum()) for seen in views)
+        return coarse * float(np.sqrt(count / self.scanner.points))
+
+    def _bumps(
+        self, rng: np.random.Generator, places: NDArray[np.float32], count: int, width_m: float
+    ) -> Floats:
+        """(vertex, 3) m: `count` round bumps of which any vertex feels about one."""
+        template = self.head.template.astype(np.float64)
+        total = np.zeros_like(template)
+        for place in places[rng.integers(len(places), size=count)]:
+            far = ((template - place) ** 2).sum(axis=1) / width_m**2
+            total += np.exp(-far / 2)[:, None] * rng.normal(0, self.scanner.bumps_mm / 1000, 3)
+        return total
+
+    def truth(self, frame: int) -> Truth:
+        """Where every vertex is at a frame."""
+        seconds = frame / self.motion.fps
+        zero = self.motion.vertices(frame, frame + 1)[0].astype(np.float64) + self.bumps
+        phases = np.arange(MOUTH_BUMPS)
+        swing = np.sin(2 * np.pi * (1.3 + 0.4 * phases) * seconds + phases)
+        zero = zero + np.tensordot(swing, self.mouth_bumps, 1)
+        wave = np.sin(2 * np.pi * np.outer(seconds + np.arange(3), [0.31, 0.47, 0.23]))
+        turns = no_turn(len(self.head.joint_names)).astype(np.float64)
+        if "head" in self.head.joint_names:
+            turns[self.head.joint_names.index("head")] = from_axis_angle(
+                np.radians(self.scanner.turn_deg / 2) * wave[1]
+            )
+        turns[0] = from_axis_angle(np.radians(self.scanner.turn_deg) * wave[0])
+        translation = self.scanner.shift_mm / 1000 * wave[2]
+        rotations, shifts = joint_transforms(
+            turns, self.head.joint_positions.astype(np.float64), self.head.joint_parents
+        )
+        weights = self.head.skin_weights.astype(np.float64)
+        matrices = np.tensordot(weights, rotations, 1)
+        posed = np.einsum("vab,vb->va", matrices, zero) + weights @ shifts + translation
+        return Truth(posed, zero, translation, turns)
+
+    def frame(self, frame: int) -> ScannedFrame:
+        """Scan one frame."""
+        truth = self.truth(frame)
+        rng = np.random.default_rng((self.scanner.seed, 2, frame))
+        fine = self.refinement
+        surface = smooth_points(truth.posed, self.triangles, fine)
+        views = look(surface, fine.triangles, self.spacing_m, rng.random(2))
+        patches = [self._patch(seen, surface, rng) for seen in views]
+        points, triangles, colors = _joined(patches)
+        return ScannedFrame(
+            points,
+            triangles,
+            colors if self.scanner.textured else None,
+            self._landmarks(truth, rng),
+            truth,
+        )
+
+    def _patch(
+        self, seen: Seen, surface: Floats, rng: np.random.Generator
+    ) -> tuple[Floats, NDArray[np.int32], NDArray[np.uint8]]:
+        """One camera's points with noise, its triangles and colours."""
+        fine = self.refinement
+        corners = fine.triangles[seen.triangle]
+        exact = np.einsum("pc,pca->pa", seen.bary, surface[corners])
+        depth = _stereo_noise(seen, rng) * self.scanner.noise_mm / 1000
+        points = exact + depth[:, None] * seen.ray
+        kept = ~self._lost(seen, rng)
+        triangles = mesh_of(seen, points, self.spacing_m, kept)
+        shares = np.einsum("pc,pck->pk", seen.bary, fine.bary[corners])
+        colors = self.head.vertex_color[self.triangles[fine.parent[corners[:, 0]]]]
+        painted = np.einsum("pk,pka->pa", shares, colors.astype(np.float64))
+        return points, triangles, np.clip(painted + 0.5, 0, 255).astype(np.uint8)
+
+    def _lost(self, seen: Seen, rng: np.random.Generator) -> NDArray[np.bool_]:
+        """(point,) where stereo fails: blots in the hair and inside the mouth."""
+        parents = self.refinement.parent[self.refinement.triangles[seen.triangle, 0]]
+        lost = _blots(seen.cell, rng) < self.scanner.holes
+        return lost & self._hard[parents]
+
+    @cached_property
+    def _hard(self) -> NDArray[np.bool_]:
+        """(triangle,) whether stereo fails there now and then."""
+        names = self.head.material_names
+        unseen = [index for index, name in enumerate(names) if name in LEFT_OUT]
+        inside = [index for index, name in enumerate(names) if name in INSIDE]
+        material = self.head.triangle_material
+        scalp = np.zeros(self.head.vertex_count, bool)
+        scalp[self.head.regions["scalp"]] = True
+        hard = np.isin(material, inside) | scalp[self.head.triangles].any(axis=1)
+        return hard[~np.isin(material, unseen)]
+
+    def _landmarks(self, truth: Truth, rng: np.random.Generator) -> Landmarks:
+        points = truth.posed[self.head.landmarks]
+        noise = rng.normal(0, self.scanner.landmark_mm / 1000, points.shape)
+        return Landmarks(points + noise, np.ones(len(points)))
+
+
+def simulate_scans(
+    motion: Motion,
+    folder: str | Path,
+    *,
+    scanner: Scanner | None = None,
+    facts: SequenceFacts | None = None,
+    sound: Waveform | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """A folder of scans of a motion of a head that names its places, and the truth beside them.
+
+        00000.ply …         in metres
+        landmarks/          00000.json …
+        truth/vertices.npy  (frame, vertex, 3) m, where the template's vertices were
+        truth/zero.npy      (frame, vertex, 3) m, the same in zero pose
+        truth/template.npy  (vertex, 3) m, the neutral face
+
+    Raises OutputError for a folder that is there, CaptureError for a head without places.
+    """
+    if not len(motion.head.landmarks) or "scalp" not in motion.head.regions:
+        raise CaptureError.about(
+            f"head {motion.head.name!r}", found="names no places", allowed="the built-in head"
+        )
+    stage = Stage(motion, scanner or Scanner())
+    facts = replace(facts or SequenceFacts(), fps=motion.fps, unit="m")
+    with write_folder_atomically(folder) as draft:
+        if sound is not None:
+            facts = replace(facts, sound="sound.flac")
+            _write_sound(draft / facts.sound, sound, motion.duration_s)
+        write_facts(draft, facts)
+        (draft / "landmarks").mkdir()
+        (draft / "truth").mkdir()
+        template = (motion.head.template + stage.bumps).astype(np.float32)
+        save_npy(draft / "truth" / "template.npy", template)
+        with (
+            RowWriter(draft / "truth" / "vertices.npy", template.shape) as posed,
+            RowWriter(draft / "truth" / "zero.npy", template.shape) as zero,
+        ):
+            for number in range(motion.frame_count):
+                scanned = stage.frame(number)
+                write_scan(
+                    draft / f"{number:05d}.ply", scanned.points, scanned.triangles, scanned.colors
+                )
+                write_landmarks(draft / "landmarks" / f"{number:05d}.json", scanned.landmarks)
+                posed.add(scanned.truth.posed[None])
+                zero.add(scanned.truth.zero[None])
+                if progress:
+                    progress((number + 1) / motion.frame_count)
+
+
+def _write_sound(path: Path, sound: Waveform, seconds: float) -> None:
+    """As much of the sound as there is motion, in 16 bits."""
+    write_flac(path, sound.samples[: round(seconds * sound.sample_rate)], sound.sample_rate)
+
+
+def _stereo_noise(seen: Seen, rng: np.random.Generator) -> Floats:
+    """(point,) standard normal: half of the variance from pixel to pixel, half over about five."""
+    if not len(seen.cell):
+        return np.zeros(0)
+    smooth = _field(seen.cell, rng, 5.0)
+    return np.sqrt(0.5) * (rng.normal(size=len(smooth)) + smooth)
+
+
+def _blots(cells: NDArray[np.intp], rng: np.random.Generator) -> Floats:
+    """(point,) 0…1 evenly distributed, alike over about twelve pixels."""
+    if not len(cells):
+        return np.zeros(0)
+    field = _field(cells, rng, 12.0)
+    return np.argsort(np.argsort(field)) / len(field)
+
+
+def _field(cells: NDArray[np.intp], rng: np.random.Generator, width: float) -> Floats:
+    """(point,) standard normal noise on a grid of pixels, alike over `width` of them."""
+    from scipy.ndimage import gaussian_filter
+
+    noise = gaussian_filter(rng.normal(size=cells.max(axis=0) + 1), width / 2)
+    return (noise / noise.std())[cells[:, 0], cells[:, 1]]
+
+
+def _joined(
+    patches: list[tuple[Floats, NDArray[np.int32], NDArray[np.uint8]]],
+) -> tuple[Floats, NDArray[np.int32], NDArray[np.uint8]]:
+    """One mesh of several, without points that no triangle uses."""
+    points = np.concatenate([patch[0] for patch in patches])
+    colors = np.concatenate([patch[2] for patch in patches])
+    starts = np.cumsum([0, *(len(patch[0]) for patch in patches[:-1])])
+    triangles = np.concatenate(
+        [patch[1] + start for patch, start in zip(patches, starts, strict=True)]
+    )
+    used = np.zeros(len(points), bool)
+    used[triangles] = True
+    places = np.cumsum(used) - 1
+    return points[used], places[triangles].astype(np.int32), colors[used]

@@ -1,0 +1,63 @@
+"""Where the 478 points of MediaPipe's face mesh lie on the built-in head."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.video.face_mesh_topology import POINT_COUNT
+from elocute.files.arrays import read_npz
+from elocute.files.atomic import write_atomically
+from elocute.one_line_repr import one_line
+
+TABLE_PATH = Path(__file__).parent / "assets" / "face_points.npz"
+TABLE_MAX_BYTES = 10_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class FacePoints:
+    """Each point as a place in a triangle of the head (made by recipes/face_points.py).
+
+    vertices   (478, 3) vertex indices
+    shares     (478, 3) barycentric coordinates
+    spread_mm  (478,) how far to doubt a place: the median distance of the detector's sightings,
+               or twice how far sides differ or the place was moved onto a line, if that is more;
+               1.8 mm in the median, most at the rim of the face
+    """
+
+    vertices: NDArray[np.int32]
+    shares: NDArray[np.float32]
+    spread_mm: NDArray[np.float32]
+
+    __repr__ = one_line
+
+    def on(self, vertices: NDArray[np.floating]) -> NDArray[np.float64]:
+        """(…, 478, 3) of vertices, or of displacements of them, (…, vertex, 3)."""
+        corners = vertices[..., self.vertices, :].astype(np.float64)
+        return np.einsum("pc,...pca->...pa", self.shares.astype(np.float64), corners)
+
+
+@cache
+def builtin_face_points() -> FacePoints:
+    """The table that ships, read once per process."""
+    stored = read_npz(TABLE_PATH, max_bytes=TABLE_MAX_BYTES, allowed="the table that ships")
+    return FacePoints(stored["vertices"], stored["shares"], stored["spread_mm"])
+
+
+def save_table(points: FacePoints, path: Path = TABLE_PATH) -> None:
+    """Write the table. Raises OutputError."""
+    assert len(points.vertices) == POINT_COUNT
+    packed = io.BytesIO()
+    np.savez_compressed(
+        packed,
+        vertices=points.vertices.astype(np.int32),
+        shares=points.shares.astype(np.float32),
+        spread_mm=points.spread_mm.astype(np.float32),
+    )
+    with write_atomically(path) as draft:
+        draft.write_bytes(packed.getvalue())

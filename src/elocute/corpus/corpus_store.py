@@ -1,0 +1,353 @@
+"""A corpus on disk: a folder that is read lazily and never runs anything.
+
+    corpus.json     who says what, where its frames are, the splits; no paths
+    motion.npy      all frames of all clips, one after another: (frame, component) weights or
+                    (frame, vertex, 3) m
+    templates.npy   (subject, vertex, 3) m, the neutral faces
+    basis.npy       (component, vertex, 3) m, with weights only
+    faces.npy       (face, 3 or 4), where they are known
+    sound/NAME.flac 16 bits
+
+Arrays are uncompressed, and frames stay on disk until they are asked for: a random one costs
+some hundredths of a millisecond, however long the corpus.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.waveform import Waveform
+from elocute.corpus.clip import Clip, check_name
+from elocute.corpus.split import Entry, Split
+from elocute.errors import CorpusError
+from elocute.files.arrays import ArrayFile, read_npy
+from elocute.files.json_records import finite_number, read_record
+from elocute.files.reading import is_file
+from elocute.one_line_repr import one_line
+
+FORMAT, VERSION = "elocute-corpus", 1
+MANIFEST_MAX_BYTES = 256_000_000
+ARRAY_MAX_BYTES = 2_000_000_000
+"""Of templates, basis and faces, which are held in memory."""
+TEXT_MAX, COUNT_MAX = 10_000, 10**12
+ALLOWED = "what CorpusWriter wrote"
+FPS_MAX = 1000.0
+Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Corpus:
+    """A folder of clips; frames are read when they are asked for.
+
+    kind        "weights" on `basis`, or "vertices"
+    components  names of the weights, () for vertices
+    topology    name of the head whose mesh this is ("elocute" for the built-in), or ""
+    subjects    names, in the order of `templates` and of a model's styles
+    """
+
+    folder: Path
+    fps: float
+    kind: str
+    components: tuple[str, ...]
+    topology: str
+    subjects: tuple[str, ...]
+    entries: tuple[Entry, ...]
+    splits: dict[str, Split] = field(default_factory=dict)
+    note: str = ""
+
+    __repr__ = one_line
+
+    @cached_property
+    def motion(self) -> ArrayFile:
+        """All frames, on disk."""
+        return ArrayFile(_there(self.folder / "motion.npy"), allowed=ALLOWED, error=CorpusError)
+
+    @cached_property
+    def templates(self) -> Array:
+        """(subject, vertex, 3) m."""
+        return _in_memory(self.folder / "templates.npy")
+
+    @cached_property
+    def basis(self) -> Array | None:
+        """(component, vertex, 3) m, or None where frames are vertices."""
+        return _in_memory(self.folder / "basis.npy") if self.kind == "weights" else None
+
+    @cached_property
+    def faces(self) -> NDArray[np.int32] | None:
+        """(face, 3 or 4), or None where nobody wrote them."""
+        path = self.folder / "faces.npy"
+        if not path.is_file():
+            return None
+        faces = read_npy(path, max_bytes=ARRAY_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+        corners = faces.ndim == 2 and faces.shape[1] in (3, 4) and faces.dtype.kind in "iu"
+        if not corners or (faces.size and not 0 <= faces.min() <= faces.max() < self.vertex_count):
+            raise CorpusError.about(
+                path,
+                found=f"{faces.dtype} of shape {faces.shape}",
+                allowed=f"(face, 3 or 4) vertices from 0 to {self.vertex_count - 1}",
+            )
+        return faces.astype(np.int32)
+
+    @cached_property
+    def by_name(self) -> dict[str, Entry]:
+        return {entry.name: entry for entry in self.entries}
+
+    @property
+    def vertex_count(self) -> int:
+        return self.templates.shape[1]
+
+    @property
+    def frame_count(self) -> int:
+        return sum(entry.frames for entry in self.entries)
+
+    def entry(self, name: str) -> Entry:
+        """Raises CorpusError for a clip that is not there."""
+        if name not in self.by_name:
+            raise CorpusError.about(
+                self.folder, found=f"no clip {name[:60]!r}", allowed=_some(list(self.by_name))
+            )
+        return self.by_name[name]
+
+    def split(self, name: str = "default") -> Split:
+        """Raises CorpusError for a split that is not there."""
+        if name not in self.splits:
+            raise CorpusError.about(
+                self.folder, found=f"no split {name[:60]!r}", allowed=_some(list(self.splits))
+            )
+        return self.splits[name]
+
+    def template(self, subject: str) -> Array:
+        """(vertex, 3) m. Raises CorpusError for somebody who is not there."""
+        if subject not in self.subjects:
+            raise CorpusError.about(
+                self.folder,
+                found=f"no subject {subject[:60]!r}",
+                allowed=_some(list(self.subjects)),
+            )
+        return self.templates[self.subjects.index(subject)]
+
+    def frames(self, name: str) -> ArrayFile:
+        """(frame, component) or (frame, vertex, 3) of one clip: nothing is read yet."""
+        entry = self.entry(name)
+        return self.motion.part(entry.start, entry.start + entry.frames)
+
+    def displacements(self, name: str, start: int = 0, stop: int | None = None) -> Array:
+        """(frame, vertex, 3) m from the subject's template."""
+        frames = self.frames(name)[start:stop]
+        if self.basis is None:
+            return frames - self.template(self.entry(name).subject)
+        flat = frames @ self.basis.reshape(len(self.basis), -1)
+        return flat.reshape(len(frames), -1, 3)
+
+    def vertices(self, name: str, start: int = 0, stop: int | None = None) -> Array:
+        """(frame, vertex, 3) m."""
+        if self.basis is None:
+            return self.frames(name)[start:stop]
+        return self.displacements(name, start, stop) + self.template(self.entry(name).subject)
+
+    def sound_path(self, name: str) -> Path:
+        """Made from the clip's name, never read from the manifest."""
+        return self.folder / "sound" / f"{self.entry(name).name}.flac"
+
+    def sound(self, name: str) -> Waveform:
+        """Raises AudioError where the file is missing or broken."""
+        from elocute.audio.read import read_audio
+
+        return read_audio(self.sound_path(name))
+
+    def clip(self, name: str) -> Clip:
+        """Everything of one clip in memory."""
+        entry = self.entry(name)
+        return Clip(
+            entry.subject,
+            entry.sentence,
+            entry.text,
+            self.sound(name),
+            np.array(self.frames(name)),
+        )
+
+
+def open_corpus(folder: str | Path) -> Corpus:
+    """Read the manifest and check that the arrays fit it; frames stay on disk.
+
+    Raises CorpusError with what is wrong and where.
+    """
+    folder = Path(folder)
+    corpus = _corpus_of(folder, _read_manifest(folder))
+    _check_arrays(corpus)
+    return corpus
+
+
+def write_manifest(folder: Path, corpus: dict[str, Any]) -> None:
+    """corpus.json, readable by eye."""
+    text = json.dumps({"format": FORMAT, "version": VERSION, **corpus}, indent=1)
+    (folder / "corpus.json").write_text(text + "\n", encoding="utf-8")
+
+
+def manifest_of(corpus: Corpus) -> dict[str, Any]:
+    """What `write_manifest` takes."""
+    return {
+        "fps": corpus.fps,
+        "kind": corpus.kind,
+        "components": corpus.components,
+        "topology": corpus.topology,
+        "subjects": corpus.subjects,
+        "note": corpus.note,
+        "clips": [
+            {k: v for k, v in asdict(entry).items() if k != "name"} for entry in corpus.entries
+        ],
+        "splits": {name: split.parts() for name, split in corpus.splits.items()},
+    }
+
+
+def _read_manifest(folder: Path) -> dict[str, Any]:
+    path = folder / "corpus.json"
+    if not is_file(path):
+        raise CorpusError.about(
+            folder,
+            found="no corpus.json in it",
+            allowed="a corpus folder",
+            remedy="make one: elocute corpus convert",
+        )
+    record = read_record(
+        path, max_bytes=MANIFEST_MAX_BYTES, allowed="a corpus manifest", error=CorpusError
+    )
+    if record.get("format") != FORMAT:
+        raise CorpusError.about(path, found="another kind of JSON", allowed=f"format {FORMAT}")
+    if record.get("version") != VERSION:
+        raise CorpusError.about(
+            path, found=f"version {str(record.get('version'))[:40]}", allowed=f"version {VERSION}"
+        )
+    return record
+
+
+def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
+    try:
+        clips, fps = _list_of(record["clips"], dict), finite_number(record["fps"])
+        corpus = Corpus(
+            folder,
+            0.0 if fps is None else fps,
+            _text(record["kind"]),
+            tuple(map(_text, _list_of(record["components"], str))),
+            _text(record["topology"]),
+            tuple(check_name(_text(s), "subject") for s in record["subjects"]),
+            tuple(map(_entry, clips)),
+            {
+                _text(name): Split(
+                    *(tuple(_list_of(parts[p], str)) for p in ("train", "validation", "test"))
+                )
+                for name, parts in record["splits"].items()
+            },
+            _text(record["note"]),
+        )
+    except CorpusError as error:
+        raise CorpusError(f"{folder / 'corpus.json'}: {error}") from error
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise CorpusError.about(
+            folder / "corpus.json",
+            allowed=ALLOWED,
+            found=f"a field that is missing or wrong ({str(error)[:80]})",
+        ) from error
+    _check_lists(corpus)
+    return corpus
+
+
+def _entry(clip: dict[str, Any]) -> Entry:
+    subject = check_name(_text(clip["subject"]), "subject")
+    sentence = check_name(_text(clip["sentence"]), "sentence")
+    start, frames = clip["start"], clip["frames"]
+    if type(start) is not int or type(frames) is not int or max(start, frames) > COUNT_MAX:
+        raise ValueError("start and frames that are no whole numbers")
+    return Entry(f"{subject}.{sentence}", subject, sentence, _text(clip["text"]), start, frames)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str) or len(value) > TEXT_MAX:
+        raise TypeError(f"found a {type(value).__name__}, no text of up to {TEXT_MAX} characters")
+    return value
+
+
+def _list_of(values: Any, kind: type) -> list[Any]:
+    if not isinstance(values, list) or not all(isinstance(value, kind) for value in values):
+        raise TypeError(f"no list of {kind.__name__}")
+    return values
+
+
+def _check_lists(corpus: Corpus) -> None:
+    def refuse(found: str, allowed: str) -> None:
+        raise CorpusError.about(corpus.folder / "corpus.json", found=found, allowed=allowed)
+
+    if corpus.kind not in ("weights", "vertices"):
+        refuse(f"kind {corpus.kind[:60]!r}", "weights, vertices")
+    if not 0 < corpus.fps <= FPS_MAX:
+        refuse(f"fps {corpus.fps}", f"above 0, at most {FPS_MAX:g}")
+    if not corpus.entries:
+        refuse("no clip", "one clip or more")
+    if len(corpus.by_name) != len(corpus.entries):
+        refuse("a subject that says one sentence twice", "names SUBJECT.SENTENCE that differ")
+    subjects = set(corpus.subjects)
+    if len(subjects) != len(corpus.subjects):
+        refuse("a subject twice", "each subject once")
+    for entry in corpus.entries:
+        if entry.subject not in subjects:
+            refuse(f"clip {entry.name} of an unlisted subject", _some(list(corpus.subjects)))
+        if entry.start < 0 or entry.frames < 1:
+            refuse(f"clip {entry.name} at {entry.start}, {entry.frames} frames", "0, 1 or more")
+    for name, split in corpus.splits.items():
+        listed = [clip for part in split.parts().values() for clip in part]
+        strange = sorted(set(listed) - set(corpus.by_name))
+        if strange:
+            refuse(f"split {name[:60]} names a clip {strange[0][:60]!r}", "clips of this corpus")
+        if len(set(listed)) != len(listed):
+            refuse(f"split {name[:60]} names a clip twice", "each clip in one part")
+
+
+def _check_arrays(corpus: Corpus) -> None:
+    motion, templates = corpus.motion, corpus.templates
+    vertex = templates.shape[1] if templates.ndim == 3 else 0
+    expected = (len(corpus.subjects), vertex, 3)
+    wanted: list[tuple[str, tuple[int, ...], tuple[int, ...]]] = [
+        ("templates.npy", templates.shape, expected)
+    ]
+    last = max(entry.start + entry.frames for entry in corpus.entries)
+    total = max(last, len(motion))
+    if corpus.basis is None:
+        wanted.append(("motion.npy", motion.shape, (total, vertex, 3)))
+    else:
+        wanted.append(("motion.npy", motion.shape, (total, len(corpus.components))))
+        wanted.append(("basis.npy", corpus.basis.shape, (len(corpus.components), vertex, 3)))
+    if corpus.motion.dtype.kind != "f":
+        raise CorpusError.about(
+            corpus.folder / "motion.npy", found=str(corpus.motion.dtype), allowed="fractions"
+        )
+    for name, found, allowed in wanted:
+        if found != allowed:
+            raise CorpusError.about(
+                corpus.folder / name, found=f"shape {found}", allowed=str(allowed)
+            )
+
+
+def _there(path: Path) -> Path:
+    if not path.is_file():
+        raise CorpusError.about(
+            path.parent, found=f"no {path.name} in it", allowed="a whole corpus"
+        )
+    return path
+
+
+def _in_memory(path: Path) -> Array:
+    array = read_npy(_there(path), max_bytes=ARRAY_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    if array.dtype.kind != "f":
+        raise CorpusError.about(path, found=str(array.dtype), allowed="metres")
+    return array
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")

@@ -1,0 +1,152 @@
+"""Writing a corpus clip by clip, in memory for one clip."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.audio.flac import write_flac
+from elocute.corpus.clip import Clip, check_name
+from elocute.corpus.corpus_store import Corpus, manifest_of, open_corpus, write_manifest
+from elocute.corpus.split import Entry, Split
+from elocute.errors import CorpusError
+from elocute.files.arrays import RowWriter, save_npy
+from elocute.files.atomic import write_folder_atomically
+
+BLOCK = 120  # frames of a clip that are in memory at once where the clip lies on disk
+FLAC_MAX_HZ = 655_350
+
+
+class CorpusWriter:
+    """Takes clips; `corpus_writer` makes one and renames the folder when all is whole."""
+
+    def __init__(
+        self,
+        folder: Path,
+        templates: dict[str, NDArray[np.float32]],
+        *,
+        fps: float,
+        basis: NDArray[np.float32] | None = None,
+        components: tuple[str, ...] = (),
+        faces: NDArray[np.integer] | None = None,
+        topology: str = "",
+        note: str = "",
+    ) -> None:
+        for subject in templates:
+            check_name(subject, "subject")
+        self._corpus = Corpus(
+            folder,
+            fps,
+            "vertices" if basis is None else "weights",
+            components,
+            topology,
+            tuple(templates),
+            (),
+            {},
+            note,
+        )
+        self.entries: list[Entry] = []
+        self.splits: dict[str, Split] = {}
+        stacked = np.stack(list(templates.values())).astype(np.float32)
+        self._shape = stacked.shape[1:] if basis is None else (len(basis),)
+        (folder / "sound").mkdir()
+        save_npy(folder / "templates.npy", stacked)
+        if basis is not None:
+            save_npy(folder / "basis.npy", basis.astype(np.float32))
+        if faces is not None:
+            save_npy(folder / "faces.npy", faces.astype(np.int32))
+        self._rows = RowWriter(folder / "motion.npy", self._shape)
+        self._names: set[str] = set()
+
+    def add(self, clip: Clip) -> None:
+        """Append one clip. Raises CorpusError where it does not fit the corpus."""
+        if clip.frames.shape[1:] != self._shape:
+            raise CorpusError.about(
+                f"clip {clip.name}",
+                found=f"frames of shape {clip.frames.shape[1:]}",
+                allowed=str(self._shape),
+            )
+        if clip.subject not in self._corpus.subjects:
+            raise CorpusError.about(
+                f"clip {clip.name}",
+                found="a subject without template",
+                allowed=", ".join(self._corpus.subjects),
+            )
+        if clip.name in self._names:
+            raise CorpusError.about(f"clip {clip.name}", found="there already")
+        if clip.sound.sample_rate > FLAC_MAX_HZ:
+            raise CorpusError.about(
+                f"clip {clip.name}",
+                found=f"sound at {clip.sound.sample_rate} Hz",
+                allowed=f"up to {FLAC_MAX_HZ} Hz, as much as FLAC holds",
+            )
+        path = self._corpus.folder / "sound" / f"{clip.name}.flac"
+        write_flac(path, clip.sound.samples, clip.sound.sample_rate)
+        start = self._rows.count
+        for block in range(0, len(clip.frames), BLOCK):
+            self._rows.add(clip.frames[block : block + BLOCK])
+        self._names.add(clip.name)
+        self.entries.append(
+            Entry(clip.name, clip.subject, clip.sentence, clip.text, start, len(clip.frames))
+        )
+
+    def close(self) -> None:
+        """Fill in the header and write the manifest."""
+        self._rows.close()
+        whole = replace(self._corpus, entries=tuple(self.entries), splits=self.splits)
+        write_manifest(self._corpus.folder, manifest_of(whole))
+
+
+@contextlib.contextmanager
+def corpus_writer(
+    folder: str | Path,
+    templates: dict[str, NDArray[np.float32]],
+    *,
+    fps: float,
+    basis: NDArray[np.float32] | None = None,
+    components: tuple[str, ...] = (),
+    faces: NDArray[np.integer] | None = None,
+    topology: str = "",
+    note: str = "",
+) -> Iterator[CorpusWriter]:
+    """A CorpusWriter whose folder appears under its name only when the block ends well.
+
+    templates  subject to (vertex, 3) m
+    basis      (component, vertex, 3) m where clips hold weights, None where they hold vertices
+
+    Raises OutputError for a place that cannot be written, CorpusError for an empty corpus.
+    """
+    with write_folder_atomically(folder) as draft:
+        writer = CorpusWriter(
+            draft,
+            templates,
+            fps=fps,
+            basis=basis,
+            components=components,
+            faces=faces,
+            topology=topology,
+            note=note,
+        )
+        try:
+            yield writer
+        except BaseException:
+            with contextlib.suppress(OSError):
+                writer.close()
+            raise
+        writer.close()
+        open_corpus(draft)  # refuse to leave behind what could not be read again
+
+
+def set_split(corpus: Corpus, name: str, split: Split) -> None:
+    """Store a split under a name in the manifest of a corpus on disk."""
+    from elocute.files.atomic import write_atomically
+
+    record = manifest_of(corpus)
+    record["splits"][name] = split.parts()
+    with write_atomically(corpus.folder / "corpus.json") as draft:
+        write_manifest(draft.parent, record)

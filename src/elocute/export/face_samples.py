@@ -1,0 +1,108 @@
+"""Faces of one head side by side: mesh files, or one picture of all of them."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import OutputError
+from elocute.export.contact_sheet import COLUMNS, contact_sheet
+from elocute.export.meshes import MeshBytes, obj_of, ply_of
+from elocute.export.render import Renderer, open_renderer, portrait
+from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
+from elocute.head.model import HeadModel
+
+MESHES: dict[str, Callable[[HeadModel], MeshBytes]] = {".obj": obj_of, ".ply": ply_of}
+SHEET_MAX = 200  # faces on one picture
+
+Progress = Callable[[float], None] | None
+
+
+def check_faces(path: str | Path, count: int, mesh: str = ".obj") -> None:
+    """Refuse a place or a format that `write_faces` could not write. Raises OutputError."""
+    path = check_output(path)
+    suffix = path.suffix.lower()
+    if mesh not in MESHES:
+        raise OutputError.about(f"format {mesh}", found="unknown", allowed=" ".join(MESHES))
+    if suffix not in ("", ".png", *MESHES):
+        raise OutputError.about(
+            path,
+            found=f"suffix {suffix!r}",
+            allowed=f".png for one picture; a new folder, perhaps ending in {' or '.join(MESHES)}",
+        )
+    if suffix == ".png" and count > SHEET_MAX:
+        raise OutputError.about(path, found=f"{count} faces", allowed=f"up to {SHEET_MAX}")
+
+
+def write_faces(
+    head: HeadModel,
+    identities: NDArray[np.float32],
+    path: str | Path,
+    *,
+    mesh: str = ".obj",
+    size: tuple[int, int] = (800, 800),
+    backend: str = "auto",
+    progress: Progress = None,
+) -> None:
+    """Draw identities (face, coefficient) of a head.
+
+    `path` ending in .png is one sheet, twice as wide as `size`; anything else is a new folder
+    of 00000.obj, 00001.obj, … in metres (.ply by its suffix or by `mesh`). Raises OutputError.
+    """
+    path = Path(path)
+    check_faces(path, len(identities), mesh)
+    suffix = path.suffix.lower()
+    people = (head.with_identity(coefficients) for coefficients in identities)
+    if suffix == ".png":
+        side = max(32, 2 * size[0] // COLUMNS)
+        _write_sheet(head, people, len(identities), path, side, backend, progress)
+        return
+    suffix = suffix or mesh
+    with write_folder_atomically(path) as folder:
+        for number, person in enumerate(people):
+            data = MESHES[suffix](person)(person.template)
+            (folder / f"{number:05d}{suffix}").write_bytes(data)
+            if progress:
+                progress((number + 1) / len(identities))
+
+
+def _write_sheet(
+    head: HeadModel,
+    people: Iterable[HeadModel],
+    count: int,
+    path: Path,
+    side: int,
+    backend: str,
+    progress: Progress,
+) -> None:
+    pictures: list[NDArray[np.uint8]] = []
+    with write_atomically(path) as draft, _renderers(head, side, backend) as renderer_of:
+        for person in people:
+            with renderer_of(person) as renderer:
+                pictures.append(renderer.frame(person.template))
+            if progress:
+                progress(len(pictures) / count)
+        labels = [str(number) for number in range(count)]
+        contact_sheet(pictures, labels, min(COLUMNS, count)).save(draft)
+
+
+_RendererOf = Callable[[HeadModel], contextlib.AbstractContextManager[Renderer]]
+
+
+@contextlib.contextmanager
+def _renderers(head: HeadModel, side: int, backend: str) -> Iterator[_RendererOf]:
+    """A renderer for each person: one for all where nobody has another colour of skin."""
+    camera = portrait(head)
+
+    def opened(person: HeadModel) -> Renderer:
+        return open_renderer(person, (side, side), backend=backend, camera=camera)
+
+    if len(head.tone_basis):
+        yield opened
+        return
+    with opened(head) as shared:
+        yield lambda person: contextlib.nullcontext(shared)

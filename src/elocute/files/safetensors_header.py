@@ -1,0 +1,111 @@
+"""The header of a .safetensors file, checked against the bytes that are there.
+
+Eight bytes say how long the header is; it is JSON: names to type, shape and place. Source: the
+format's own description, github.com/huggingface/safetensors.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from elocute.errors import InputError
+from elocute.files.json_records import as_record, parse_json
+from elocute.files.reading import open_regular
+
+HEADER_MAX_BYTES = 4_000_000
+TENSORS_MAX = 20_000
+AXES_MAX = 8
+ITEM_BYTES = {
+    "BOOL": 1,
+    "U8": 1,
+    "I8": 1,
+    "U16": 2,
+    "I16": 2,
+    "F16": 2,
+    "BF16": 2,
+    "U32": 4,
+    "I32": 4,
+    "F32": 4,
+    "U64": 8,
+    "I64": 8,
+    "F64": 8,
+}
+
+
+@dataclass(frozen=True)
+class TensorHeader:
+    """shapes of all tensors by name; metadata is text by name."""
+
+    shapes: dict[str, tuple[int, ...]]
+    metadata: dict[str, str]
+
+
+def read_tensor_header(
+    path: str | Path,
+    *,
+    max_bytes: int,
+    allowed: str,
+    error: type[InputError] = InputError,
+    remedy: str = "",
+) -> TensorHeader:
+    """What a .safetensors file says that it holds, once it is known to hold it.
+
+    Raises `error`, in one line, for a file that is missing, larger than `max_bytes`, cut short, or
+    whose header and content do not fit each other.
+    """
+    with open_regular(
+        path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
+    ) as file:
+        total = os.fstat(file.fileno()).st_size
+        size = int.from_bytes(file.read(8), "little")
+        text = file.read(size) if size <= min(HEADER_MAX_BYTES, total - 8) else b""
+    if not text:
+        raise error.about(
+            path,
+            found=f"no {allowed.removeprefix('a ')}: its header is missing or cut off",
+            allowed=allowed,
+            remedy=remedy,
+        )
+    record = as_record(parse_json(text, path, allowed=allowed, error=error), path, allowed, error)
+    try:
+        return _checked(record, total - 8 - size)
+    except (ValueError, TypeError, KeyError) as problem:
+        reason = str(problem)[:120]
+        raise error.about(
+            path,
+            found=f"tensors that are not as their header says ({reason})",
+            allowed=allowed,
+            remedy=remedy,
+        ) from None
+
+
+def _checked(record: dict[str, Any], content_bytes: int) -> TensorHeader:
+    metadata = record.pop("__metadata__", {})
+    if not isinstance(metadata, dict) or not all(isinstance(v, str) for v in metadata.values()):
+        raise ValueError("metadata that is no text")
+    if len(record) > TENSORS_MAX:
+        raise ValueError(f"{len(record)} tensors")
+    shapes = {name: _shape(entry) for name, entry in record.items()}
+    places = sorted(tuple(entry["data_offsets"]) for entry in record.values())
+    at = 0
+    for begin, end in places:
+        if begin != at:
+            raise ValueError("gaps or overlaps")
+        at = end
+    if at != content_bytes:
+        raise ValueError(f"{at} bytes told, {content_bytes} there")
+    return TensorHeader(shapes, metadata)
+
+
+def _shape(entry: dict[str, Any]) -> tuple[int, ...]:
+    shape, (begin, end) = entry["shape"], entry["data_offsets"]
+    numbers = [*shape, begin, end]
+    if len(shape) > AXES_MAX or not all(type(n) is int and n >= 0 for n in numbers):
+        raise ValueError("a shape that is none")
+    if math.prod(shape) * ITEM_BYTES[entry["dtype"]] != end - begin:
+        raise ValueError("a shape that does not fit its bytes")
+    return tuple(shape)

@@ -1,0 +1,173 @@
+"""Words of captured speakers: where they are said in a corpus, and the motion that goes with them.
+
+A clip whose text is one word is that word, whole; of any other, WORDS/SUBJECT.SENTENCE.json (or
+.TextGrid) says when each word is said, as `elocute words` writes it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.alignment.word_times import read_words
+from elocute.audio.waveform import Waveform
+from elocute.corpus.corpus_store import Corpus
+from elocute.errors import CorpusError
+from elocute.motion.motion import Motion
+from elocute.propagation.transfer import resampled
+
+Array = NDArray[np.float32]
+MARGIN_S = 0.05  # kept around a word, where its neighbours leave room: lips move before the sound
+RIDGE = 1e-9
+
+
+@dataclass(frozen=True)
+class CapturedWord:
+    """A word that a captured speaker says from start_s to end_s of a clip of the corpus."""
+
+    name: str
+    word: str
+    subject: str
+    split: str
+    clip: str
+    start_s: float
+    end_s: float
+
+
+def captured_words(
+    corpus: Corpus, words: Path | None = None, split: str = "default"
+) -> dict[str, list[CapturedWord]]:
+    """Spelling in small letters to all that say it. Without that split, all clips are `train`.
+
+    Raises CorpusError where no clip holds a word with times, AlignmentError for a file of words
+    that is broken or does not fit its clip.
+    """
+    if words is not None and not words.is_dir():
+        raise CorpusError.about(words, found="no folder", allowed="a folder of CLIP.json")
+    parts = _parts(corpus, split)
+    found: dict[str, list[CapturedWord]] = {}
+    for entry in corpus.entries:
+        if entry.name not in parts:
+            continue
+        for index, (word, start, end) in enumerate(_spoken(corpus, entry.name, words)):
+            found.setdefault(word, []).append(
+                CapturedWord(
+                    f"{entry.name}.{index:03d}",
+                    word,
+                    entry.subject,
+                    parts[entry.name],
+                    entry.name,
+                    start,
+                    end,
+                )
+            )
+    if not found:
+        raise CorpusError.about(
+            corpus.folder,
+            found="no word with its times",
+            allowed="clips of one word each, or --words FOLDER with CLIP.json",
+            remedy="make them: elocute words segment",
+        )
+    return found
+
+
+def _parts(corpus: Corpus, split: str) -> dict[str, str]:
+    """Clip to train, validation or test."""
+    if split not in corpus.splits:
+        return {entry.name: "train" for entry in corpus.entries}
+    parts = corpus.split(split).parts()
+    return {clip: part for part, clips in parts.items() for clip in clips}
+
+
+def _spoken(corpus: Corpus, clip: str, words: Path | None) -> list[tuple[str, float, float]]:
+    """(word, start_s, end_s) with margins as wide as the neighbours allow."""
+    entry = corpus.entry(clip)
+    duration = entry.frames / corpus.fps
+    path = _words_path(words, clip)
+    if path is None:
+        text = entry.text.strip().casefold()
+        return [(text, 0.0, duration)] if len(text.split()) == 1 else []
+    listed = read_words(path).words
+    if listed[-1].end_s > duration + 1 / corpus.fps:
+        raise CorpusError.about(
+            path,
+            found=f"words until {listed[-1].end_s:.2f} s",
+            allowed=f"{duration:.2f} s, the length of clip {clip}",
+        )
+    found = []
+    for index, word in enumerate(listed):
+        before = listed[index - 1].end_s if index else 0.0
+        after = listed[index + 1].start_s if index + 1 < len(listed) else duration
+        start = max(word.start_s - MARGIN_S, min((before + word.start_s) / 2, word.start_s), 0.0)
+        end = min(word.end_s + MARGIN_S, max((after + word.end_s) / 2, word.end_s), duration)
+        found.append((word.text.strip(".,;:!?").casefold(), start, end))
+    return found
+
+
+def _words_path(words: Path | None, clip: str) -> Path | None:
+    if words is None:
+        return None
+    for suffix in (".json", ".TextGrid"):
+        if (words / f"{clip}{suffix}").is_file():
+            return words / f"{clip}{suffix}"
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class Capture:
+    """A corpus seen through a basis of speech blendshapes: a Motion as `sweep` makes it.
+
+    Raises CorpusError where their meshes differ.
+    """
+
+    corpus: Corpus
+    basis: Motion
+
+    def __post_init__(self) -> None:
+        shapes = self.basis.head.expression_basis
+        if shapes.shape[1] != self.corpus.vertex_count:
+            raise CorpusError.about(
+                "basis",
+                found=f"{shapes.shape[1]} vertices",
+                allowed=f"{self.corpus.vertex_count}, as {self.corpus.folder} has",
+            )
+
+    @cached_property
+    def _solver(self) -> Array:
+        """(number or component, parameter): least squares, from what the corpus stores."""
+        shapes = self.basis.head.expression_basis
+        flat = shapes.reshape(len(shapes), -1).astype(np.float64)
+        gram = flat @ flat.T
+        gram += RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
+        inverse = np.linalg.solve(gram, flat).T
+        if self.corpus.basis is None:
+            return inverse.astype(np.float32)
+        stored = np.asarray(self.corpus.basis).reshape(len(self.corpus.basis), -1)
+        return (stored.astype(np.float64) @ inverse).astype(np.float32)
+
+    def parameters(self, word: CapturedWord, times_s: NDArray[np.floating]) -> Array:
+        """(time, parameter) at times in s of the clip, by projection and interpolation."""
+        fps = self.corpus.fps
+        first = max(0, int(np.floor(times_s.min() * fps)))
+        last = int(np.ceil(times_s.max() * fps)) + 1
+        if self.corpus.basis is None:
+            moved = self.corpus.displacements(word.clip, first, last)
+            values = moved.reshape(len(moved), -1) @ self._solver
+        else:
+            values = np.asarray(self.corpus.frames(word.clip)[first:last]) @ self._solver
+        return resampled(values, fps, times_s - first / fps)
+
+    def sound(self, word: CapturedWord) -> Waveform:
+        """What is heard while the word is said."""
+        return cut(self.corpus.sound(word.clip), word.start_s, word.end_s)
+
+
+def cut(sound: Waveform, start_s: float, end_s: float) -> Waveform:
+    """From start_s to end_s of a sound, two samples at least."""
+    first = max(0, min(round(start_s * sound.sample_rate), len(sound.samples) - 2))
+    last = max(first + 2, round(end_s * sound.sample_rate))
+    return Waveform(sound.samples[first:last], sound.sample_rate)

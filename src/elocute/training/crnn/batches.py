@@ -1,0 +1,115 @@
+"""From rows to tensors: cut at random, made worse, padded and masked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from elocute.audio.mel_with_deltas import CONTEXT, HOP, MARGIN, RATE
+from elocute.networks.crnn import SharedCrnn
+from elocute.training.crnn.augment import at_places, tempo, worsened
+from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.training.crnn.training_data import Heard, Row
+
+SPAN = 2 * (CONTEXT + MARGIN) + 1  # columns that one frame needs
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Clips of many lengths: convolutions run over all of them laid end to end, without padding.
+
+    static   (column, 128) of all clips one after another
+    starts   (window,) first columns of all windows in `static`
+    places   (clip, frame) which window a frame has, 0 where a clip has ended
+    targets  (clip, frame, parameter)
+    mask     (clip, frame), 0 where a clip has ended (section 6.1)
+    """
+
+    static: Tensor
+    starts: Tensor
+    places: Tensor
+    targets: Tensor
+    mask: Tensor
+
+    def to(self, device: torch.device) -> Batch:
+        return Batch(*(value.to(device) for value in vars(self).values()))
+
+
+def answer(network: SharedCrnn, batch: Batch) -> Tensor:
+    """(clip, frame, parameter); the LSTM begins anew with every clip."""
+    embedded = network.embed(batch.static[None], batch.starts[None])[0]
+    return network.crnn.head(embedded[batch.places])[0]
+
+
+def whole_batch(heard: Heard, rows: Sequence[Row]) -> Batch:
+    """Clips as they are, for measures."""
+    parts = [
+        (heard.columns(row).astype(np.float32), heard.starts(row), heard.parameters(row))
+        for row in rows
+    ]
+    return _padded(parts)
+
+
+def random_batch(
+    heard: Heard, rows: Sequence[Row], config: CrnnTrainConfig, draw: np.random.Generator
+) -> Batch:
+    """Clips cut at both ends (section 6.4) and, as far as the settings say, made worse."""
+    parts = []
+    for index, row in enumerate(rows):
+        first, frames = segment(row.frames, config, draw)
+        if draw.random() < config.augment:
+            other = heard.columns(rows[index - 1]).astype(np.float32)
+            parts.append(_other_voice(heard, row, first, frames, other, draw))
+            continue
+        starts = heard.starts(row, first, frames)
+        begin, end = int(starts[0]), int(starts[-1]) + SPAN
+        static = heard.columns(row)[begin:end].astype(np.float32)
+        parts.append((static, starts - begin, heard.parameters(row)[first : first + frames]))
+    return _padded(parts)
+
+
+def segment(frames: int, config: CrnnTrainConfig, draw: np.random.Generator) -> tuple[int, int]:
+    """First frame and how many: at least `keep` of a clip, at most `frames_most`."""
+    least = max(1, int(np.ceil(config.keep * frames)))
+    kept = min(int(draw.integers(least, frames + 1)), config.frames_most)
+    return int(draw.integers(0, frames - kept + 1)), kept
+
+
+def _other_voice(
+    heard: Heard, row: Row, first: int, frames: int, other: np.ndarray, draw: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same frames at another tempo, by another voice, in another room."""
+    rate = tempo(draw)
+    count = max(1, int(frames / rate))
+    columns = heard.columns(row).astype(np.float32)
+    # Window k begins at k · 100 / fps; its middle is what is played faster.
+    half = CONTEXT + MARGIN
+    middle = (row.first + first) * (RATE / HOP) / heard.fps + half
+    step = RATE / HOP / heard.fps
+    starts = np.floor(np.arange(count) * step + 0.5).astype(np.int64)
+    places = middle + (np.arange(starts[-1] + SPAN) - half) * rate
+    static = worsened(at_places(columns, places), other, draw)
+    targets = at_places(np.asarray(heard.parameters(row)), first + np.arange(count) * rate)
+    return static, starts, targets
+
+
+def _padded(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Batch:
+    """Of columns, first columns of windows in them, and parameters, per clip."""
+    frames, outputs = max(len(begin) for _, begin, _ in parts), parts[0][2].shape[1]
+    places = np.zeros((len(parts), frames), np.int64)
+    targets = np.zeros((len(parts), frames, outputs), np.float32)
+    mask = np.zeros((len(parts), frames), np.float32)
+    starts, columns, windows = [], 0, 0
+    for index, (values, begin, wanted) in enumerate(parts):
+        count = len(begin)
+        starts.append(begin + columns)
+        places[index, :count] = np.arange(windows, windows + count)
+        targets[index, :count] = wanted
+        mask[index, :count] = 1
+        columns, windows = columns + len(values), windows + count
+    static = np.concatenate([values for values, _, _ in parts])
+    return Batch(*map(torch.from_numpy, (static, np.concatenate(starts), places, targets, mask)))
