@@ -9,18 +9,18 @@ from typing import Any
 from elocute.errors import OutputError
 from elocute.motion.motion import Motion
 
-# suffix: (module, function); modules are imported when first needed.
+# suffix: (module beside this one, function); modules are imported when first needed.
 WRITERS: dict[str, tuple[str, str]] = {
-    ".npz": ("elocute.export.npz", "write_npz"),
-    ".glb": ("elocute.export.gltf", "write_glb"),
-    ".mp4": ("elocute.export.mp4", "write_mp4"),
-    ".html": ("elocute.export.html", "write_html"),
-    ".csv": ("elocute.export.arkit_csv", "write_csv"),
-    ".json": ("elocute.export.curves_json", "write_json"),
-    ".npy": ("elocute.export.meshes", "write_npy"),
-    ".obj": ("elocute.export.meshes", "write_obj"),
-    ".ply": ("elocute.export.meshes", "write_ply"),
-    ".png": ("elocute.export.contact_sheet", "write_png"),
+    ".npz": ("npz", "write_npz"),
+    ".glb": ("gltf", "write_glb"),
+    ".mp4": ("mp4", "write_mp4"),
+    ".html": ("html", "write_html"),
+    ".csv": ("arkit_csv", "write_csv"),
+    ".json": ("curves_json", "write_json"),
+    ".npy": ("meshes", "write_npy"),
+    ".obj": ("meshes", "write_obj"),
+    ".ply": ("meshes", "write_ply"),
+    ".png": ("contact_sheet", "write_png"),
 }
 WITH_SOUND = (".mp4", ".glb", ".html")
 
@@ -51,7 +51,9 @@ def write(
     if suffix == ".glb":
         options["overwrite"] = overwrite
     module, function = WRITERS[suffix]
-    getattr(importlib.import_module(module), function)(motion, Path(path), sound=sound, **options)
+    getattr(importlib.import_module(f"elocute.export.{module}"), function)(
+        motion, Path(path), sound=sound, **options
+    )
 
 
 def side_files(
