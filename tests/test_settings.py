@@ -58,8 +58,8 @@ class Oven:
         ({"share": math.nan}, "oven `share`: nan; allowed: above 0, up to 1"),
         ({"fan": "no"}, "oven `fan`: 'no'; allowed: true or false"),
         ({"heat": "below"}, "oven `heat`: 'below'; allowed: both, top"),
-        ({"tin": (20, 61)}, "oven `tin`: (20, 61); allowed: 5 to 60 cm"),
-        ({"tin": (20,)}, "oven `tin`: (20,); allowed: 5 to 60 cm"),
+        ({"tin": (20, 61)}, "oven `tin`: (20, 61); allowed: 2 numbers, each 5 to 60 cm"),
+        ({"tin": (20,)}, "oven `tin`: (20); allowed: 2 numbers, each 5 to 60 cm"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(given: dict[str, Any], told: str) -> None:
@@ -78,7 +78,7 @@ def test_a_table_has_a_row_for_each_setting() -> None:
         "| `share` | none | above 0, up to 1 | How full the tin is. |",
         "| `fan` | no | true or false | Whether air is moved. |",
         "| `heat` | both | both, top | Where it comes from. |",
-        "| `tin` | 20 × 30 | 5 to 60 cm | Its sides. |",
+        "| `tin` | 20 × 30 | 2 numbers, each 5 to 60 cm | Its sides. |",
     ]
 
 

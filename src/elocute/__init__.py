@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from elocute._version import __version__
 from elocute.lazy import lazy
+from elocute.notebook_repr import register_view
 
 if TYPE_CHECKING:
     from elocute import (
@@ -127,3 +128,12 @@ __getattr__, __dir__ = lazy(
         "training",
     ),
 )
+
+
+def _motion_view(motion: Motion) -> str:
+    from elocute.export.notebook import viewer_frame
+
+    return viewer_frame(motion, None, repr(motion))
+
+
+register_view("Motion", _motion_view)

@@ -130,17 +130,16 @@ def test_pages_and_examples_use_public_names_alone(page: Path) -> None:
     for tree in python_of(page):
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("elocute"):
-                home = importlib.import_module(node.module or "")
-                listed = getattr(home, "__all__", None) if node.module in HOMES else None
-                private += [
-                    f"from {node.module} import {each.name}"
-                    for each in node.names
-                    if listed is None or each.name not in listed
-                ]
+                used = [(node.module or "", each.name) for each in node.names]
             elif isinstance(node, ast.Attribute) and ast.unparse(node.value) in HOMES:
-                home = ast.unparse(node.value)
-                if not node.attr.startswith("__") and node.attr not in importlib.import_module(home).__all__ and (
-                    f"{home}.{node.attr}" not in HOMES
-                ):
-                    private.append(f"{home}.{node.attr}")
+                used = [(ast.unparse(node.value), node.attr)]
+            else:
+                continue
+            private += [f"{home}.{name}" for home, name in used if not is_public(home, name)]
     assert private == []
+
+
+def is_public(home: str, name: str) -> bool:
+    """Whether a package lists the name, it is a package that lists names, or Python's own."""
+    listed = importlib.import_module(home).__all__ if home in HOMES else ()
+    return name in listed or f"{home}.{name}" in HOMES or name.startswith("__")
