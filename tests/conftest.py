@@ -265,7 +265,7 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
     from elocute.encoders.phone_encoder import PHONE_RATE
     from elocute.encoders.registry import resolve_encoder
     from elocute.head.builtin import load_builtin_head
-    from elocute.models.speech_shapes import speech_names
+    from elocute.models.model_shapes import speech_names
     from elocute.motion.motion import Motion
 
     fps, head, names = 30.0, load_builtin_head(), speech_names()

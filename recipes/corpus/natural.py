@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from corpus import subjects
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter

@@ -14,7 +14,7 @@ from crnn.simulation import FPS, simulate
 from elocute.corpus.shard_writing import ShardWriter
 from elocute.corpus.word_clip import SENTENCE, WordClip
 from elocute.head.builtin import load_builtin_head
-from elocute.models.speech_shapes import to_shapes
+from elocute.models.model_shapes import to_shapes
 from elocute.motion.motion import Motion
 from encoder.store import RATE
 

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from elocute.audio.front_end import encoder_features
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from encoder.natural import EnglishAligner, Recording, list_precise, list_recordings, read, split_of
 from encoder.ship import load_net
 from encoder.store import HOP, ShardWriter

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from encoder.evaluate import Utterance
 from encoder.natural import PAD_S
 from encoder.store import load_shard

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from elocute.audio import front_end
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
 
 

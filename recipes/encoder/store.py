@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 
 RATE = 16000
 HOP = 160

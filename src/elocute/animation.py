@@ -1,6 +1,6 @@
-"""Speech to motion in one call: read, listen, answer, move.
+"""SpeechInput to motion in one call: read, listen, answer, move.
 
-The path of the data: blocks of sound → the model's ears → rows of features → curves → Motion.
+The path of the data: blocks of sound → rows of features → curves → Motion.
 Sound is decoded once, in blocks, so an hour of it needs bounded memory.
 """
 
@@ -18,17 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.style import Style
-from elocute.audio.inputs import Speech, sound_of
+from elocute.audio.speech_input import SpeechInput, resolve_speech
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
-from elocute.models.ears import Phones
-from elocute.models.hearing import Progress, SoundBlocks, blocks_of, hear
-from elocute.models.protocol import Span
-from elocute.models.registry import DEFAULT, open_model
+from elocute.models.feature_extraction import (
+    PhoneTimes,
+    Progress,
+    SoundBlocks,
+    blocks_of,
+    extract_features,
+)
+from elocute.models.protocol import FrameSpan
+from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.streaming import FPS_RANGE, STRENGTH_RANGE, check_range
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
@@ -71,7 +76,7 @@ class Animation:
 
 
 def animate(
-    speech: Speech,
+    speech: SpeechInput,
     *,
     rate: int | None = None,
     fps: float = 60.0,
@@ -79,15 +84,15 @@ def animate(
     head: str | Path = "builtin",
     style: str | Style = "plain",
     strength: float = 1.0,
-    model: str | Path = DEFAULT,
+    model: str | Path = DEFAULT_MODEL,
     channel: int | None = None,
-    phones: Phones | None = None,
+    phones: PhoneTimes | None = None,
     progress: Progress | None = None,
 ) -> Animation:
     """Animate a head with speech.
 
     speech    a sound or video file, or a Waveform; or the bytes of such a file, a binary file
-              object, or an array of samples (see `elocute.audio.inputs`)
+              object, or an array of samples (see `elocute.audio.speech_input`)
     rate      Hz, of an array
     fps       frames per second of the motion, 1…240
     identity  a face of the built-in head: a name, a seed, or a JSON file of 50 coefficients
@@ -101,13 +106,13 @@ def animate(
     """
     check_range("fps", fps, FPS_RANGE)
     check_range("strength", strength, STRENGTH_RANGE)
-    sound = sound_of(speech, rate, channel)
+    sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved, rig = chosen.style(style), chosen.rig(_rig(head, identity))
     with _opened(sound, channel) as blocks:
-        heard, duration_s = hear(chosen, blocks, phones=phones, progress=progress)
-    span = Span.whole(frames_in(duration_s, fps), fps)
-    curves = chosen.curves(heard, resolved, span, strength)
+        features, duration_s = extract_features(chosen, blocks, phones=phones, progress=progress)
+    span = FrameSpan.whole(frames_in(duration_s, fps), fps)
+    curves = chosen.curves(features, resolved, span, strength)
     motion = motion_from_curves(rig, curves)
     return Animation(motion, curves, sound)
 
@@ -132,7 +137,7 @@ def identity_head(identity: str | int | Path) -> HeadModel:
 
 @lru_cache(maxsize=4)
 def _face(coefficients: bytes) -> HeadModel:
-    """Making a face takes as long as hearing a second of speech."""
+    """Making a face takes as long as encoding a second of speech."""
     return load_builtin_head().with_identity(np.frombuffer(coefficients, np.float32))
 
 

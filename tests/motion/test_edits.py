@@ -19,7 +19,7 @@ from elocute.motion.edits import (
     with_shape,
     without_pose,
 )
-from elocute.motion.edits.lid_gap import lid_gap
+from elocute.motion.edits.blinks import lid_gap
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion, save_motion
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, to_axis_angle

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.alignment.word_times import Word, Words
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
 from elocute.errors import AlignmentError, needs_extra
 
@@ -200,7 +200,7 @@ def _with_confidence(samples: NDArray[np.float32], words: list[SpokenWord]) -> l
 
 def _viseme_posteriors(samples: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
     """Phone to (frame,) at 50 Hz: probability of what looks like it, best of three frames."""
-    from elocute.audio.phones import PHONE_TO_VISEME
+    from elocute.audio.phones_and_visemes import PHONE_TO_VISEME
     from elocute.encoders.phone_encoder import builtin_encoder
 
     posteriors = np.exp(builtin_encoder().encode(samples))

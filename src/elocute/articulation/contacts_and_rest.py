@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+FloatArray = NDArray[np.floating]
 
 HYSTERESIS = 0.7
 SPEECH_FLOOR = 0.15
@@ -26,7 +26,7 @@ def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(starts, stops, strict=True))
 
 
-def contact_evidence(posterior: Array, silence: Array) -> Array:
+def contact_evidence(posterior: FloatArray, silence: FloatArray) -> FloatArray:
     """(frame,) how likely a contact is, given that somebody speaks.
 
     The closure of a first p or b is silent, so its posterior alone stays low until the burst;
@@ -39,13 +39,13 @@ def contact_evidence(posterior: Array, silence: Array) -> Array:
 
 
 def contact_gate(
-    evidence: Array,
-    silence: Array,
+    evidence: FloatArray,
+    silence: FloatArray,
     rate: float,
-    times_s: Array,
+    times_s: FloatArray,
     threshold: float,
     hold_s: float,
-) -> Array:
+) -> FloatArray:
     """(frame,) 0…1: full contact wherever `evidence` passes `threshold`, held and ramped.
 
     A contact lasts while the evidence stays above HYSTERESIS of the threshold, and reaches back
@@ -71,7 +71,7 @@ def contact_gate(
     return gate
 
 
-def _depth(peaks: Array, reach: int, places: Array) -> Array | float:
+def _depth(peaks: FloatArray, reach: int, places: FloatArray) -> FloatArray | float:
     """How far the lips come, 0…1: at `places` (rows of a run, fractions between) or throughout.
 
     peaks (row,) evidence as multiples of the threshold.
@@ -84,7 +84,7 @@ def _depth(peaks: Array, reach: int, places: Array) -> Array | float:
     return np.interp(places, np.arange(len(depths)), depths)
 
 
-def speech_gate(silence: Array, rate: float, times_s: Array) -> Array:
+def speech_gate(silence: FloatArray, rate: float, times_s: FloatArray) -> FloatArray:
     """(frame,) 1 while somebody speaks, exactly 0 at rest, eased in between.
 
     silence (frame,) is the posterior of silence at `rate` Hz. Pauses shorter than
@@ -108,5 +108,5 @@ def speech_gate(silence: Array, rate: float, times_s: Array) -> Array:
     return gate
 
 
-def _smooth(share: Array) -> Array:
+def _smooth(share: FloatArray) -> FloatArray:
     return share * share * (3 - 2 * share)

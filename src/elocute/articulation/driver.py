@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.articulation.blinks import blink_curve
 from elocute.articulation.coarticulation import DIPHTHONG_S, REACH_S, coarticulate
 from elocute.articulation.contacts_and_rest import (
     CLOSING_S,
@@ -27,11 +26,12 @@ from elocute.articulation.contacts_and_rest import (
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.errors import InputError
+from elocute.motion.blink_timing import blink_curve
 from elocute.motion.curves import Curves
 
-Array = NDArray[np.floating]
+FloatArray = NDArray[np.floating]
 
 SILENCE = PHONES.index("SIL")
 BILABIALS = ("P", "B", "M")
@@ -62,7 +62,7 @@ HISTORY_S = 2.0
 
 
 def articulate(
-    log_posteriors: Array,
+    log_posteriors: FloatArray,
     rate: float,
     *,
     frame_count: int | None = None,
@@ -110,7 +110,7 @@ def articulate(
 
 def make_contacts(
     curves: Curves,
-    log_posteriors: Array,
+    log_posteriors: FloatArray,
     rate: float,
     style: Style | None = None,
     *,
@@ -142,8 +142,8 @@ class _Place:
 
 
 def _finished(
-    curves: dict[str, Array],
-    posteriors: Array,
+    curves: dict[str, FloatArray],
+    posteriors: FloatArray,
     rate: float,
     fps: float,
     style: Style,
@@ -174,7 +174,7 @@ def _finished(
 
 def posteriors_from_phones(
     phones: list[tuple[float, float, str]], duration_s: float, rate: float = 50.0
-) -> Array:
+) -> FloatArray:
     """Log-posteriors (frame, 40) for phones whose times are known.
 
     phones is a list of (start s, end s, ARPAbet phone without stress); what nothing covers is
@@ -206,8 +206,8 @@ def posteriors_from_phones(
 
 
 def _contact(
-    posteriors: Array, phones: tuple[str, ...], rate: float, times_s: Array, style: Style
-) -> Array:
+    posteriors: FloatArray, phones: tuple[str, ...], rate: float, times_s: FloatArray, style: Style
+) -> FloatArray:
     silence = posteriors[:, SILENCE]
     posterior = posteriors[:, [PHONES.index(phone) for phone in phones]].sum(axis=1)
     threshold = style.closure if phones is BILABIALS else style.labiodental
@@ -215,7 +215,7 @@ def _contact(
     return contact_gate(evidence, silence, rate, times_s, threshold, style.hold_s)
 
 
-def _apply_style(curves: dict[str, Array], style: Style, strength: float) -> None:
+def _apply_style(curves: dict[str, FloatArray], style: Style, strength: float) -> None:
     for name in curves:
         factor = strength
         if name == "jawOpen" or name.startswith("mouthLowerDown"):
@@ -229,12 +229,12 @@ def _apply_style(curves: dict[str, Array], style: Style, strength: float) -> Non
         curves[name] = np.clip(curves[name] * factor, 0, 1)
 
 
-def _meet_teeth(curves: dict[str, Array], gate: Array) -> None:
+def _meet_teeth(curves: dict[str, FloatArray], gate: FloatArray) -> None:
     """Replace what the lips do by the labiodental shape, as far as the gate is open."""
     _replace(curves, VISEME_SHAPES["FF"], gate)
 
 
-def _close_lips(curves: dict[str, Array], gate: Array) -> None:
+def _close_lips(curves: dict[str, FloatArray], gate: FloatArray) -> None:
     """Seal the lips: parting curves go, the jaw rises, mouthClose takes up what it leaves."""
     for name in PARTING:
         if name in curves:
@@ -249,12 +249,12 @@ def _close_lips(curves: dict[str, Array], gate: Array) -> None:
     curves["mouthClose"] = gate * curves["jawOpen"]
 
 
-def _replace(curves: dict[str, Array], shape: dict[str, float], gate: Array) -> None:
+def _replace(curves: dict[str, FloatArray], shape: dict[str, float], gate: FloatArray) -> None:
     for name in curves:
         curves[name] = curves[name] * (1 - gate) + gate * shape.get(name, 0.0)
 
 
-def _lean(curves: dict[str, Array], asymmetry: float) -> None:
+def _lean(curves: dict[str, FloatArray], asymmetry: float) -> None:
     """Take from the side that the style does not favour."""
     weak = "Left" if asymmetry > 0 else "Right"
     for name in curves:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 
 # Curves move in four groups, each with its own dominance.
 GROUPS = ("jaw", "lips", "rounding", "tongue")

@@ -17,7 +17,7 @@ from elocute.audio.waveform import check_rate
 from elocute.errors import AudioError
 from elocute.files.media import open_media
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 
 FORMATS = "wav, flac, mp3, ogg, opus, m4a, mp4, mkv, webm"
 AGAIN = "copy or export it again"
@@ -54,7 +54,7 @@ class Decoder(Protocol):
     promised: int | None
     slack: int
 
-    def blocks(self, size: int) -> Iterator[Array]:
+    def blocks(self, size: int) -> Iterator[Float32Array]:
         """(sample, channel) blocks of about `size` samples."""
         ...
 
@@ -110,7 +110,7 @@ class SoundFileDecoder:
             frames / rate if known else None,
         )
 
-    def blocks(self, size: int) -> Iterator[Array]:
+    def blocks(self, size: int) -> Iterator[Float32Array]:
         import soundfile
 
         size = max(1, min(size, BLOCK_VALUES_MAX // self.info.channels))
@@ -121,7 +121,7 @@ class SoundFileDecoder:
                 raise damaged(self._path, error.error_string) from error
             if not len(block):
                 return
-            yield cast(Array, block)
+            yield cast(Float32Array, block)
 
     def close(self) -> None:
         self._file.close()
@@ -196,9 +196,9 @@ class ContainerDecoder:
                 return told
         return seconds if len(self._file.streams) == 1 else None
 
-    def blocks(self, size: int) -> Iterator[Array]:
+    def blocks(self, size: int) -> Iterator[Float32Array]:
         size = max(1, min(size, BLOCK_VALUES_MAX // self.info.channels))
-        waiting: list[Array] = []
+        waiting: list[Float32Array] = []
         count = 0
         for piece in self._pieces(size):
             waiting.append(piece)
@@ -209,7 +209,7 @@ class ContainerDecoder:
         if count:
             yield np.concatenate(waiting)
 
-    def _pieces(self, size: int) -> Iterator[Array]:
+    def _pieces(self, size: int) -> Iterator[Float32Array]:
         """Decoded frames as (sample, channel), placed so that the first sample is at time zero."""
         import av
 
@@ -242,7 +242,7 @@ class ContainerDecoder:
         ends_at_zero = abs(early - frame.samples) <= tick < frame.samples / 2
         return frame.samples if ends_at_zero else early
 
-    def _silence(self, count: int, channels: int, size: int) -> Iterator[Array]:
+    def _silence(self, count: int, channels: int, size: int) -> Iterator[Float32Array]:
         seconds = count / self.info.sample_rate
         if seconds > SILENCE_MAX_S or count * channels > SILENCE_VALUES_MAX:
             raise AudioError.about(

@@ -32,7 +32,7 @@ BLOCK = 500  # windows whose spectra are held at once
 
 
 @dataclass(frozen=True, eq=False)
-class Mel3:
+class MelDeltas:
     """The windows of all video frames, each computed once.
 
     values: (window, 128, 3) float32: static, first and second derivative.
@@ -52,7 +52,7 @@ class Mel3:
         return self.values[self.index[first:last]]
 
 
-def mel3(waveform: Waveform, fps: float = 30.0) -> Mel3:
+def mel_deltas(waveform: Waveform, fps: float = 30.0) -> MelDeltas:
     """Windows for video frame i centred on i / fps, exact to the sample. Raises InputError.
 
     Video frames whose windows fall on the same samples share them: at 30 frames a second that is
@@ -64,7 +64,7 @@ def mel3(waveform: Waveform, fps: float = 30.0) -> Mel3:
     middles = np.round(np.arange(count) * RATE / fps).astype(np.intp)
     taps = middles[:, None] + HOP * np.arange(-CONTEXT, CONTEXT + 1)
     places, index = np.unique(taps, return_inverse=True)
-    return Mel3(_with_slopes(samples, places), index.reshape(taps.shape))
+    return MelDeltas(_with_slopes(samples, places), index.reshape(taps.shape))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +86,12 @@ def column_starts(count: int, fps: float, first: int = 0) -> NDArray[np.int64]:
     return np.floor(np.arange(first, first + count) * (RATE / HOP / fps) + 0.5).astype(np.int64)
 
 
-def mel3_columns(waveform: Waveform, fps: float = 30.0) -> MelColumns:
-    """What `mel3` computes before its derivatives, every video frame on the nearest 10 ms.
+def mel_columns(waveform: Waveform, fps: float = 30.0) -> MelColumns:
+    """What `mel_deltas` computes before its derivatives, every video frame on the nearest 10 ms.
 
     Windows of neighbouring frames then share all their columns: 100 a second instead of 300, for
     5 ms at most between a frame and the middle of its window. Frames on the grid (each third one
-    at 30 a second) see exactly what `mel3` gives. Raises InputError.
+    at 30 a second) see exactly what `mel_deltas` gives. Raises InputError.
     """
     _check_fps(fps)
     count = max(1, round(waveform.duration_s * fps))
@@ -100,9 +100,9 @@ def mel3_columns(waveform: Waveform, fps: float = 30.0) -> MelColumns:
     return MelColumns(log_mel_at(_normalised(waveform), middles), starts)
 
 
-def mel3_windows(waveform: Waveform, fps: float = 30.0) -> NDArray[np.float32]:
+def mel_delta_windows(waveform: Waveform, fps: float = 30.0) -> NDArray[np.float32]:
     """(frame, 41, 128, 3) of a whole sound: 1.9 MB for each second of it at 30 frames a second."""
-    return mel3(waveform, fps).windows()
+    return mel_deltas(waveform, fps).windows()
 
 
 def slopes(values: NDArray[np.floating]) -> NDArray[np.floating]:

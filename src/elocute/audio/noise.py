@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 SILENT = 1e-6  # a root mean square below this holds no sound
 BABBLE_VOICES = 8
 
@@ -19,7 +19,7 @@ def with_gain(sound: Waveform, gain_db: float) -> Waveform:
     return Waveform(sound.samples * factor, sound.sample_rate)
 
 
-def with_noise(speech: Waveform, noise: Array, gain_db: float) -> Waveform:
+def with_noise(speech: Waveform, noise: Float32Array, gain_db: float) -> Waveform:
     """Speech with noise under it, `gain_db` against the speech (root mean squares).
 
     noise (sample,) at the speech's rate, repeated or cut to its length; -36 dB of it is a
@@ -34,12 +34,12 @@ def with_noise(speech: Waveform, noise: Array, gain_db: float) -> Waveform:
     return Waveform(mixed.astype(np.float32), speech.sample_rate)
 
 
-def white_noise(samples: int, seed: int) -> Array:
+def white_noise(samples: int, seed: int) -> Float32Array:
     """(sample,) all frequencies alike."""
     return np.random.default_rng(seed).normal(0, 0.1, samples).astype(np.float32)
 
 
-def babble(speech: Waveform, seed: int) -> Array:
+def babble(speech: Waveform, seed: int) -> Float32Array:
     """(sample,) many voices at once: the speech itself backwards, eight times, apart in time.
 
     It has a voice's spectrum and rhythm and no word of the original.
@@ -49,5 +49,5 @@ def babble(speech: Waveform, seed: int) -> Array:
     return np.mean([np.roll(backwards, shift) for shift in shifts], axis=0).astype(np.float32)
 
 
-def _level(samples: Array) -> float:
+def _level(samples: Float32Array) -> float:
     return float(np.sqrt(np.square(samples.astype(np.float64)).mean()))

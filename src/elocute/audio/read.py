@@ -16,10 +16,10 @@ from elocute.audio.decoders import (
     AGAIN,
     FORMATS,
     HEADS,
-    Array,
     AudioInfo,
     ContainerDecoder,
     Decoder,
+    Float32Array,
     SoundFileDecoder,
     check_format,
     cut_off,
@@ -99,7 +99,7 @@ class AudioStream:
         if self._decoder.promised is not None:
             _check_length(self.path, self._decoder.promised)
 
-    def blocks(self, block_s: float = BLOCK_S) -> Iterator[Array]:
+    def blocks(self, block_s: float = BLOCK_S) -> Iterator[Float32Array]:
         """Mono float32 blocks of about `block_s`: the mean of all channels, or the one chosen.
 
         Raises AudioError for samples that are no sound, an early end, or more than a day.
@@ -134,7 +134,7 @@ def probe_audio(path: str | Path) -> AudioInfo:
 
 def resampled_blocks(
     path: str | Path, rate: int, channel: int | None = None, block_s: float = BLOCK_S
-) -> Iterator[Array]:
+) -> Iterator[Float32Array]:
     """Mono blocks at `rate` Hz; bit for bit the same samples however long the blocks are.
 
     Raises AudioError as `AudioStream.blocks`.
@@ -167,7 +167,7 @@ def read_audio(
     return Waveform(samples, sample_rate)
 
 
-def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator[Array]:
+def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator[Float32Array]:
     taken, budget = 0, None
     for block in resampled_blocks(path, rate, channel):
         taken += block.nbytes

@@ -11,14 +11,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 Scale = Literal["htk", "slaney"]
 
 SLANEY_KNEE_HZ, SLANEY_STEP_HZ = 1000.0, 200.0 / 3  # linear below the knee, logarithmic above
 SLANEY_LOG_STEP = np.log(6.4) / 27.0
 
 
-def hz_to_mel(hz: Array | float, scale: Scale = "htk") -> Array:
+def hz_to_mel(hz: Float64Array | float, scale: Scale = "htk") -> Float64Array:
     """Mel of a frequency: HTK's formula, or Slaney's auditory toolbox."""
     hz = np.asarray(hz, float)
     if scale == "htk":
@@ -28,7 +28,7 @@ def hz_to_mel(hz: Array | float, scale: Scale = "htk") -> Array:
     return np.where(hz < SLANEY_KNEE_HZ, hz / SLANEY_STEP_HZ, above)
 
 
-def mel_to_hz(mel: Array | float, scale: Scale = "htk") -> Array:
+def mel_to_hz(mel: Float64Array | float, scale: Scale = "htk") -> Float64Array:
     """The inverse of `hz_to_mel`."""
     mel = np.asarray(mel, float)
     if scale == "htk":
@@ -46,7 +46,7 @@ def mel_filterbank(
     high_hz: float | None = None,
     scale: Scale = "htk",
     unit_area: bool = False,
-) -> Array:
+) -> Float64Array:
     """(band, fft / 2 + 1) triangular filters evenly spaced in mel; peak 1, or area 1 per hertz."""
     high_hz = sample_rate / 2 if high_hz is None else high_hz
     low_mel, high_mel = hz_to_mel(low_hz, scale), hz_to_mel(high_hz, scale)
@@ -71,7 +71,7 @@ def power_spectrum(
     hop: int,
     fft: int,
     centred: bool = True,
-) -> Array:
+) -> Float64Array:
     """(frame, fft / 2 + 1) squared magnitudes.
 
     Centred frames stand on t·hop, with zeros beyond both ends; others begin there.
@@ -87,7 +87,7 @@ def power_spectrum(
     return np.abs(np.fft.rfft(views * whole, fft)) ** 2
 
 
-def hann(length: int) -> Array:
+def hann(length: int) -> Float64Array:
     """A periodic Hann window."""
     return 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
 
@@ -103,7 +103,7 @@ def log_mel(
     high_hz: float | None = None,
     scale: Scale = "htk",
     floor: float = 1e-10,
-) -> Array:
+) -> Float64Array:
     """(frame, band) natural logarithms of mel powers, frame t centred on t·hop."""
     window = hann(round(window_s * sample_rate))
     power = power_spectrum(samples, window, round(hop_s * sample_rate), fft)
@@ -111,7 +111,7 @@ def log_mel(
     return np.log(np.maximum(power @ filters.T, floor))
 
 
-def _bin_filterbank(sample_rate: float, fft: int, bands: int) -> Array:
+def _bin_filterbank(sample_rate: float, fft: int, bands: int) -> Float64Array:
     """(band, fft / 2 + 1) filters with corners on whole FFT bins, as python_speech_features."""
     mels = np.linspace(hz_to_mel(0.0), hz_to_mel(sample_rate / 2), bands + 2)
     bins = np.floor((fft + 1) * mel_to_hz(mels) / sample_rate)
@@ -133,7 +133,7 @@ def filterbank_energies(
     fft: int = 512,
     preemphasis: float = 0.97,
     hamming: bool = False,
-) -> tuple[Array, Array]:
+) -> tuple[Float64Array, Float64Array]:
     """Mel-filterbank energies (frame, band) and frame energies (frame,), not logarithms.
 
     Frames begin at t·step; the paper's ablation (VOCA 2019, section 6) takes their logarithm.
@@ -150,7 +150,7 @@ def filterbank_energies(
     return np.where(energies == 0, tiny, energies), np.where(total == 0, tiny, total)
 
 
-def fbank(samples: NDArray[np.floating], sample_rate: int, bands: int = 26) -> Array:
+def fbank(samples: NDArray[np.floating], sample_rate: int, bands: int = 26) -> Float64Array:
     """(frame, band) log mel-filterbank energies at 100 Hz."""
     return np.log(filterbank_energies(samples, sample_rate, bands)[0])
 
@@ -164,7 +164,7 @@ def mfcc(
     step_s: float = 0.010,
     fft: int = 512,
     lifter: int = 22,
-) -> Array:
+) -> Float64Array:
     """(frame, coefficient) mel-frequency cepstrum, the first replaced by the log energy.
 
     Equal to python_speech_features, the front end of DeepSpeech (26 coefficients there).
@@ -178,7 +178,7 @@ def mfcc(
     return cepstrum
 
 
-def _dct(size: int) -> Array:
+def _dct(size: int) -> Float64Array:
     """(input, output) orthonormal DCT-II."""
     n = np.arange(size)
     matrix = np.cos(np.pi * (2 * n[:, None] + 1) * n / (2 * size)) * np.sqrt(2 / size)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.phones import PHONE_TO_VISEME, PHONES
+from elocute.audio.phones_and_visemes import PHONE_TO_VISEME, PHONES
 from elocute.audio.waveform import Waveform
 from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
 

@@ -1,19 +1,19 @@
-"""Which name is which speech encoder."""
+"""Any speech encoder by its name."""
 
 from __future__ import annotations
 
 import importlib
 from pathlib import Path
 
-from elocute.encoders.encoder import Encoder
+from elocute.encoders.protocol import Encoder
 from elocute.errors import InputError
 
-DEFAULT = "phones"
+DEFAULT_ENCODER = "phones"
 
 # kind: (module, class, what must follow a colon); modules are imported when first needed.
 ENCODERS: dict[str, tuple[str, str, str]] = {
-    "phones": ("elocute.encoders.builtin_encoders", "Phones", ""),
-    "fbank": ("elocute.encoders.builtin_encoders", "Fbank", ""),
+    "phones": ("elocute.encoders.phone_encoder", "PhonePosteriors", ""),
+    "fbank": ("elocute.encoders.filterbank_encoder", "FilterbankEnergies", ""),
     "deepspeech": ("elocute.encoders.deepspeech", "DeepSpeech", "PATH.pb"),
     "wav2vec2": ("elocute.encoders.speech_transformer", "Wav2Vec2", "FOLDER"),
     "hubert": ("elocute.encoders.speech_transformer", "Hubert", "FOLDER"),
@@ -26,7 +26,7 @@ def encoder_names() -> tuple[str, ...]:
     return tuple(f"{kind}:{what}" if what else kind for kind, (_, _, what) in ENCODERS.items())
 
 
-def resolve_encoder(name: str = DEFAULT) -> Encoder:
+def resolve_encoder(name: str = DEFAULT_ENCODER) -> Encoder:
     """The encoder of that name. Its network is loaded when it is first called.
 
     Raises InputError for a name that nothing has, a path that is missing or uncalled for, and

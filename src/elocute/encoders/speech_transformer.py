@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
-from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
+from elocute.encoders.protocol import FEATURE_RATE, SAMPLE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 from elocute.files.json_records import read_record
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 
 NETWORK_MODULE = "elocute.networks.speech_transformers"
 HOP = 320  # samples per frame: 20 ms
@@ -77,20 +77,20 @@ class SpeechTransformer:
         return self.config["hidden_size"]
 
     @cached_property
-    def _network(self) -> Callable[[Array], Array]:
+    def _network(self) -> Callable[[Float32Array], Float32Array]:
         """(sample,) to (frame, feature). Raises MachineError without the extra `encoders`."""
         load = importlib.import_module(NETWORK_MODULE).load_speech_transformer
         return load(self.name, self.config, self.folder / "model.safetensors")
 
     def __call__(self, waveform: Waveform) -> Features:
         """Raises InputError for weights that do not fit, MachineError without the extra."""
-        samples = heard(waveform)
+        samples = encoder_samples(waveform)
         if self.normalises:
             samples = (samples - samples.mean()) / np.sqrt(samples.var() + 1e-7)
         values = np.concatenate(
             [self._network(sound)[first:stop] for sound, first, stop in blocks(samples)]
         )
-        return features_of(waveform, values, self.name)
+        return as_features(waveform, values, self.name)
 
 
 class Wav2Vec2(SpeechTransformer):
@@ -111,7 +111,7 @@ class WavLM(SpeechTransformer):
     name = "wavlm"
 
 
-def blocks(samples: Array) -> Iterator[tuple[Array, int, int | None]]:
+def blocks(samples: Float32Array) -> Iterator[tuple[Float32Array, int, int | None]]:
     """Sound for one run of the network each, and which of its frames to keep (first, stop)."""
     total = len(samples) // HOP
     if total <= BLOCK_FRAMES:

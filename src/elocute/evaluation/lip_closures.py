@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
-from elocute.motion.track import Track
+from elocute.motion.vertex_motion import VertexMotion
 
 CLOSED_MM = 0.5  # inner-lip gap below which nobody sees an opening
 REST_S = 0.28  # as the driver: a mouth shut for longer rests
@@ -32,7 +32,7 @@ class Closures:
     right: int
 
 
-def lip_opening(track: Track) -> Doubles:
+def lip_opening(track: VertexMotion) -> Doubles:
     """(frame,) mm between the inner lips, middle third, as `measure_mouth` gives it.
 
     Raises CorpusError for another topology than the built-in head's.

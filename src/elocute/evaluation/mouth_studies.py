@@ -13,8 +13,8 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.head.builtin import load_builtin_head
+from elocute.head.identity import sample_identities
 from elocute.head.model import HeadModel
-from elocute.head.registry import sample_identities
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth

@@ -18,7 +18,7 @@ from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
 from elocute.head.skinning import blended, chained
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 IDENTITY_COUNT = 300  # of the 400 components; the rest are expressions
 VERTICES_MAX, COMPONENTS_MAX, JOINTS_MAX = 200_000, 1000, 64
@@ -35,12 +35,12 @@ class FlameModel:
     Raises HeadError where parts do not fit each other or are not finite.
     """
 
-    template: Floats  # (vertex, 3) m
-    identity_basis: Floats  # (vertex, 3, identity) m per standard deviation
-    expression_basis: Floats  # (vertex, 3, expression) m per standard deviation
-    pose_basis: Floats  # (vertex, 3, 9 · (joints - 1)) m per entry of R - I
-    joint_regressor: Floats  # (joint, vertex)
-    skin_weights: Floats  # (vertex, joint), rows sum to one
+    template: Float64Array  # (vertex, 3) m
+    identity_basis: Float64Array  # (vertex, 3, identity) m per standard deviation
+    expression_basis: Float64Array  # (vertex, 3, expression) m per standard deviation
+    pose_basis: Float64Array  # (vertex, 3, 9 · (joints - 1)) m per entry of R - I
+    joint_regressor: Float64Array  # (joint, vertex)
+    skin_weights: Float64Array  # (vertex, joint), rows sum to one
     parents: tuple[int, ...]  # -1 = no parent; parents come first
     triangles: NDArray[np.int32]  # (face, 3)
 
@@ -69,7 +69,7 @@ def flame_vertices(
     expression: ArrayLike = (),
     pose: ArrayLike = (),
     translation: ArrayLike = (0.0, 0.0, 0.0),
-) -> Floats:
+) -> Float64Array:
     """(frame, vertex, 3) m: FLAME's equations (section 4 of the paper), in double precision.
 
     T_S = T + Σ β S + Σ ψ E, joints J = 𝒥 · T_S, T_P = T_S + Σ (R(θ) - I) P over all joints but
@@ -106,7 +106,7 @@ def flame_vertices(
     return result
 
 
-def rotations_of(vectors: Floats) -> Floats:
+def rotations_of(vectors: Float64Array) -> Float64Array:
     """(..., 3, 3) of rotation vectors (..., 3) in radians: Rodrigues, exact down to zero."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     zero = np.zeros_like(x)
@@ -171,7 +171,7 @@ def _model_of(stored: dict[Any, Any], identity_count: int) -> FlameModel:
     )
 
 
-def _numbers(stored: dict[Any, Any], key: str, axes: int) -> Floats:
+def _numbers(stored: dict[Any, Any], key: str, axes: int) -> Float64Array:
     values = stored[key]
     if not isinstance(values, np.ndarray) or values.ndim != axes or values.dtype.kind not in "iuf":
         raise HeadError(f"{key} is {_told(values)}; allowed: numbers with {axes} axes")
@@ -185,7 +185,7 @@ def _whole(stored: dict[Any, Any], key: str) -> NDArray[np.int64]:
     return values.astype(np.int64)
 
 
-def _regressor(values: Any, shape: tuple[int, int]) -> Floats:
+def _regressor(values: Any, shape: tuple[int, int]) -> Float64Array:
     """The joint regressor, dense: its size is known to be small before it is unfolded."""
     if isinstance(values, SparseMatrix | np.ndarray) and values.shape == shape:
         if isinstance(values, SparseMatrix):
@@ -250,7 +250,7 @@ def _check_values(model: FlameModel) -> None:
         raise HeadError(f"faces that point past {len(model.template)} vertices, or none")
 
 
-def _rows(values: ArrayLike, name: str, most: int, exactly: bool = False) -> Floats:
+def _rows(values: ArrayLike, name: str, most: int, exactly: bool = False) -> Float64Array:
     """(1 or frame, number): one row per frame, or one for all."""
     try:
         rows = np.atleast_2d(np.asarray(values, np.float64))
@@ -263,7 +263,9 @@ def _rows(values: ArrayLike, name: str, most: int, exactly: bool = False) -> Flo
     return rows
 
 
-def _posed(model: FlameModel, shape: Floats, expression: Floats, pose: Floats) -> Floats:
+def _posed(
+    model: FlameModel, shape: Float64Array, expression: Float64Array, pose: Float64Array
+) -> Float64Array:
     """(frame, vertex, 3) before the translation; all arguments (frame, …)."""
     joints = len(model.parents)
     if not pose.shape[1]:
@@ -278,7 +280,7 @@ def _posed(model: FlameModel, shape: Floats, expression: Floats, pose: Floats) -
     return np.asarray(posed, np.float64)
 
 
-def _sum(basis: Floats, coefficients: Floats) -> Floats:
+def _sum(basis: Float64Array, coefficients: Float64Array) -> Float64Array:
     """(frame, vertex, 3): Σ_k coefficients[frame, k] · basis[vertex, axis, k]."""
     count = coefficients.shape[1]
     used = basis[:, :, :count].reshape(basis.shape[0] * basis.shape[1], count)

@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 
 from elocute.errors import HeadError
 from elocute.files.json_records import finite_number, read_record
+from elocute.head.model import HeadModel
 
 IDENTITY_COUNT = 50
 COEFFICIENT_MAX = 5.0
 SAMPLE_SPREAD = 0.85
 """Standard deviation of a random face: a little under one, so that few look odd."""
+COEFFICIENT_LIMIT = 2.5
+SEED_MAX = 999_999_999
+COUNT_MAX = 100_000
 FILE_MAX_BYTES = 100_000
 
 NAMED_PATH = Path(__file__).parent / "assets" / "identities.json"
@@ -76,3 +80,29 @@ def read_identity(path: Path) -> NDArray[np.float32]:
             path, found=f"identity[{place}] is {numbers[place]:g}", allowed=allowed
         )
     return numbers.astype(np.float32)
+
+
+def sample_identities(head: HeadModel, count: int, seed: int) -> NDArray[np.float32]:
+    """(count, identity) standard deviations of random faces; a seed always gives the same.
+
+    Normal with a spread of 0.85, drawn again where beyond ±2.5. The first faces of a seed stay
+    what they are when more are asked for. Raises HeadError for a head without an identity
+    space, a count below 1 or a seed that is none.
+    """
+    components = len(head.identity_basis)
+    if not components:
+        raise HeadError.about(
+            f"head {head.name!r}", found="has no identity space", allowed="a head with one"
+        )
+    for name, value, low, high in (("count", count, 1, COUNT_MAX), ("seed", seed, 0, SEED_MAX)):
+        if not low <= value <= high:
+            raise HeadError.about(name, found=str(value), allowed=f"{low} to {high}")
+    return np.stack([_drawn(components, seed, number) for number in range(count)])
+
+
+def _drawn(components: int, seed: int, number: int) -> NDArray[np.float32]:
+    rng = np.random.default_rng([seed, number])
+    values = rng.normal(0.0, SAMPLE_SPREAD, components)
+    while (wild := np.abs(values) > COEFFICIENT_LIMIT).any():
+        values[wild] = rng.normal(0.0, SAMPLE_SPREAD, int(wild.sum()))
+    return values.astype(np.float32)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from elocute.errors import HeadError
 from elocute.head.skin_tone import TONE_SHARES, recoloured
 
-Array = NDArray[np.float32]
-Indices = NDArray[np.int32]
+Float32Array = NDArray[np.float32]
+Int32Array = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,34 +34,34 @@ class HeadModel:
     """
 
     name: str
-    template: Array  # (vertex, 3) m, mean identity, closed lips
-    quads: Indices  # (face, 4); a triangle repeats its last index
-    uv: Array  # (texcoord, 2), origin bottom left
-    uv_quads: Indices  # (face, 4) into uv
-    identity_basis: Array  # (identity, vertex, 3) m per standard deviation
+    template: Float32Array  # (vertex, 3) m, mean identity, closed lips
+    quads: Int32Array  # (face, 4); a triangle repeats its last index
+    uv: Float32Array  # (texcoord, 2), origin bottom left
+    uv_quads: Int32Array  # (face, 4) into uv
+    identity_basis: Float32Array  # (identity, vertex, 3) m per standard deviation
     expression_names: tuple[str, ...]
-    expression_basis: Array  # (expression, vertex, 3) m
+    expression_basis: Float32Array  # (expression, vertex, 3) m
     joint_names: tuple[str, ...]
     joint_parents: tuple[int, ...]  # -1 = no parent
-    joint_positions: Array  # (joint, 3) m
-    joint_identity_basis: Array  # (identity, joint, 3) m
-    skin_weights: Array  # (vertex, joint), rows sum to one
-    landmarks: Indices  # (68,) iBUG order: first on the head's right side; or (0,)
-    lip_rings: Indices  # (ring, column), from the vermilion border inwards
-    outer_lip_upper: Indices  # (column,) vermilion border, by increasing x
-    outer_lip_lower: Indices
-    inner_lip_upper: Indices  # (column,) contact line, paired, by increasing x, no corners
-    inner_lip_lower: Indices
-    outer_corners: Indices  # (2,) by increasing x; or (0,), as the inner ones
-    inner_corners: Indices
-    regions: dict[str, Indices]  # name -> vertex indices
+    joint_positions: Float32Array  # (joint, 3) m
+    joint_identity_basis: Float32Array  # (identity, joint, 3) m
+    skin_weights: Float32Array  # (vertex, joint), rows sum to one
+    landmarks: Int32Array  # (68,) iBUG order: first on the head's right side; or (0,)
+    lip_rings: Int32Array  # (ring, column), from the vermilion border inwards
+    outer_lip_upper: Int32Array  # (column,) vermilion border, by increasing x
+    outer_lip_lower: Int32Array
+    inner_lip_upper: Int32Array  # (column,) contact line, paired, by increasing x, no corners
+    inner_lip_lower: Int32Array
+    outer_corners: Int32Array  # (2,) by increasing x; or (0,), as the inner ones
+    inner_corners: Int32Array
+    regions: dict[str, Int32Array]  # name -> vertex indices
     material: NDArray[np.uint8]  # (face,) into material_names
     material_names: tuple[str, ...]
     vertex_color: NDArray[np.uint8]  # (vertex, 3) sRGB
-    occlusion: Array  # (vertex,) 1 = open to the light, 0 = never lit
-    mirror: Indices  # (vertex,) the vertex on the other side; or (0,)
+    occlusion: Float32Array  # (vertex,) 1 = open to the light, 0 = never lit
+    mirror: Int32Array  # (vertex,) the vertex on the other side; or (0,)
     notice: str = field(repr=False)  # licence and origin
-    tone_basis: Array = field(default_factory=lambda: np.zeros(0, np.float32))
+    tone_basis: Float32Array = field(default_factory=lambda: np.zeros(0, np.float32))
     """(1 + identity,) skin tone of the mean face (0 light … 1 dark), then its slope; or empty."""
 
     def __post_init__(self) -> None:
@@ -81,7 +81,7 @@ class HeadModel:
         return len(self.template)
 
     @cached_property
-    def triangles(self) -> Indices:
+    def triangles(self) -> Int32Array:
         """(triangle, 3): every quad split along its first diagonal, degenerate halves dropped."""
         return split_quads(self.quads)
 
@@ -92,7 +92,7 @@ class HeadModel:
         return doubled[_kept_halves(self.quads)]
 
     @cached_property
-    def uv_triangles(self) -> Indices:
+    def uv_triangles(self) -> Int32Array:
         """(triangle, 3) into `uv`, row for row with `triangles`."""
         return _halves(self.uv_quads)[_kept_halves(self.quads)]
 
@@ -107,19 +107,19 @@ class HeadModel:
                 allowed=", ".join(self.expression_names),
             ) from None
 
-    def expression_vector(self, weights: dict[str, float]) -> Array:
+    def expression_vector(self, weights: dict[str, float]) -> Float32Array:
         """(expression,) from a few named weights, zeros elsewhere."""
         vector = np.zeros(len(self.expression_names), np.float32)
         for name, weight in weights.items():
             vector[self.expression_index(name)] = weight
         return vector
 
-    def identity_template(self, coefficients: Array) -> Array:
+    def identity_template(self, coefficients: Float32Array) -> Float32Array:
         """(vertex, 3) m: the neutral face of an identity (identity,) in standard deviations."""
         k = len(coefficients)
         return self.template + np.tensordot(coefficients, self.identity_basis[:k], 1)
 
-    def identity_joints(self, coefficients: Array) -> Array:
+    def identity_joints(self, coefficients: Float32Array) -> Float32Array:
         """(joint, 3) m: where the joints of an identity are."""
         k = len(coefficients)
         return self.joint_positions + np.tensordot(coefficients, self.joint_identity_basis[:k], 1)
@@ -139,7 +139,7 @@ class HeadModel:
         outer = self.template[self.landmarks[[36, 45]]]
         return float(np.linalg.norm(outer[1] - outer[0]))
 
-    def with_identity(self, coefficients: Array) -> HeadModel:
+    def with_identity(self, coefficients: Float32Array) -> HeadModel:
         """The same head with somebody's face: template, joints and blinks that fit the eyes.
 
         coefficients (identity,) in standard deviations, at most as many as the basis has;
@@ -171,7 +171,7 @@ class HeadModel:
             tone_basis=self.tone_basis[:0],
         )
 
-    def _toned(self, coefficients: Array) -> NDArray[np.uint8]:
+    def _toned(self, coefficients: Float32Array) -> NDArray[np.uint8]:
         if not len(self.tone_basis):
             return self.vertex_color
         mean, slope = float(self.tone_basis[0]), self.tone_basis[1 : 1 + len(coefficients)]
@@ -182,25 +182,25 @@ class HeadModel:
             share[where] = np.maximum(share[where], TONE_SHARES.get(name, 0.0))
         return recoloured(self.vertex_color, share, mean, tone)
 
-    def _lid_gap(self, vertices: Array, side: str) -> float:
+    def _lid_gap(self, vertices: Float32Array, side: str) -> float:
         upper = vertices[self.regions[f"lid_upper_{side}"], 1].mean()
         return float(upper - vertices[self.regions[f"lid_lower_{side}"], 1].mean())
 
-    def vertices(self, identity: Array, expression: Array) -> Array:
+    def vertices(self, identity: Float32Array, expression: Float32Array) -> Float32Array:
         """(vertex, 3) m: one face, before skinning."""
         return self.identity_template(identity) + np.tensordot(expression, self.expression_basis, 1)
 
 
-def split_quads(quads: Indices) -> Indices:
+def split_quads(quads: Int32Array) -> Int32Array:
     """(triangle, 3) of quads (face, 4) whose triangles repeat their last index."""
     return _halves(quads)[_kept_halves(quads)]
 
 
-def _halves(quads: Indices) -> Indices:
+def _halves(quads: Int32Array) -> Int32Array:
     return np.stack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]], 1).reshape(-1, 3)
 
 
-def _kept_halves(quads: Indices) -> NDArray[np.bool_]:
+def _kept_halves(quads: Int32Array) -> NDArray[np.bool_]:
     kept = np.ones((len(quads), 2), bool)
     kept[:, 1] = quads[:, 2] != quads[:, 3]
     return kept.ravel()

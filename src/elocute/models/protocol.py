@@ -1,7 +1,7 @@
 """What a model that turns speech into motion is: one protocol for all of them.
 
-A model listens (its ears turn sound into rows of features, as it comes in) and answers (frames of
-curves for a stretch of what it heard). A whole recording is a stream fed once.
+A model has feature streams, which turn sound into rows of features as it comes in, and gives frames
+of weights or curves for a stretch of those. A whole recording is a stream fed once.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from elocute.audio.waveform import Waveform
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves
 
-Array = NDArray[np.float32]
-Level = tuple[float, float]
+Float32Array = NDArray[np.float32]
+SoundLevel = tuple[float, float]
 """Mean and peak of a whole sound."""
 
 
 @dataclass(frozen=True)
-class Span:
+class FrameSpan:
     """Frames `first` … `first + count - 1` at `fps`; `total` frames in the whole take."""
 
     first: int
@@ -34,16 +34,16 @@ class Span:
     total: int | None = None
 
     @classmethod
-    def whole(cls, count: int, fps: float) -> Span:
+    def whole(cls, count: int, fps: float) -> FrameSpan:
         """All frames of a take."""
         return cls(0, count, fps, count)
 
 
 @dataclass(frozen=True, eq=False)
-class Heard:
-    """A stretch of sound as a model hears it.
+class SpeechFeatures:
+    """A stretch of speech as features.
 
-    features  what it answers to
+    features  what the model computes its weights from
     phones    (row, 40) log-posteriors at 50 Hz, where contacts and rests are made from them
     """
 
@@ -51,7 +51,7 @@ class Heard:
     phones: Features | None = None
 
 
-class Ear(Protocol):
+class FeatureStream(Protocol):
     """Sound in, rows of features out, each as soon as it is certain."""
 
     @property
@@ -64,28 +64,28 @@ class Ear(Protocol):
         """What Features.encoder says."""
         ...
 
-    def push(self, samples: Array) -> Array:
+    def push(self, samples: Float32Array) -> Float32Array:
         """(sample,) to the (row, feature) that are certain now, perhaps none."""
         ...
 
-    def flush(self) -> Array:
+    def flush(self) -> Float32Array:
         """The rows that were waiting for more sound."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
-class Ears:
-    """What listens for a model: to its features, and to phones where it needs them besides."""
+class FeatureStreams:
+    """A model's features, and phones where it needs them besides."""
 
-    features: Ear
-    phones: Ear | None = None
+    features: FeatureStream
+    phones: FeatureStream | None = None
 
 
 class SpeechModel(Protocol):
     """Speech to motion.
 
     name          as `open_model` knows it, or the file's name
-    encoder       what hears for it
+    encoder       the name of the encoder whose features it takes
     styles        names of its speaking styles, () where it has none
     components    names of what `weights` weigh, () where it has a basis of its own
     basis         (component, vertex, 3) m of its own, or None for shapes of the built-in head
@@ -93,7 +93,8 @@ class SpeechModel(Protocol):
     fps           frames per second at which it thinks; it answers at any rate
     lookahead_s   how much later than a frame's own time the sound must be known; infinite where
                   its encoder wants the whole sound first
-    needs_whole   whether it hears better with the level of the whole sound known beforehand
+    needs_sound_level
+                  whether the level of the whole sound, where it is known beforehand, helps
     """
 
     @property
@@ -105,7 +106,7 @@ class SpeechModel(Protocol):
     @property
     def components(self) -> tuple[str, ...]: ...
     @property
-    def basis(self) -> Array | None: ...
+    def basis(self) -> Float32Array | None: ...
     @property
     def topology(self) -> str: ...
     @property
@@ -115,12 +116,12 @@ class SpeechModel(Protocol):
     @property
     def lookahead_s(self) -> float: ...
     @property
-    def answer_lookahead_s(self) -> float:
-        """The part of it that lies between what is heard and the frame."""
+    def decoder_lookahead_s(self) -> float:
+        """The part of `lookahead_s` by which features must lead a frame."""
         ...
 
     @property
-    def needs_whole(self) -> bool: ...
+    def needs_sound_level(self) -> bool: ...
     @property
     def makes_contacts(self) -> bool:
         """Whether `curves` are those of the built-in head, with closures and rests made."""
@@ -137,18 +138,20 @@ class SpeechModel(Protocol):
         """The same from shares of its styles. Raises ModelError for one that it has not."""
         ...
 
-    def ears(self, sample_rate: int, *, contacts: bool = True, level: Level | None = None) -> Ears:
-        """What hears sound of this rate; without `contacts` only what `weights` need.
+    def feature_streams(
+        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+    ) -> FeatureStreams:
+        """New streams for sound of this rate; without `contacts` only what `weights` need.
 
         level  of the whole sound, where it is known. Raises AudioError, MachineError.
         """
         ...
 
-    def level_of(self, sound: Waveform) -> Level | None:
-        """The level that `ears` take, for a model that `needs_whole`."""
+    def sound_level(self, sound: Waveform) -> SoundLevel | None:
+        """The level that `feature_streams` takes, for a model that `needs_sound_level`."""
         ...
 
-    def weights(self, heard: Heard, style: Any, span: Span) -> Array:
+    def weights(self, speech: SpeechFeatures, style: Any, span: FrameSpan) -> Float32Array:
         """(frame, component) as the model has them: no blinks, no strength, nothing clipped.
 
         Raises ModelError for features of another size than it was trained on.
@@ -156,7 +159,13 @@ class SpeechModel(Protocol):
         ...
 
     def curves(
-        self, heard: Heard, style: Any, span: Span, strength: float = 1.0, *, blinks: bool = True
+        self,
+        speech: SpeechFeatures,
+        style: Any,
+        span: FrameSpan,
+        strength: float = 1.0,
+        *,
+        blinks: bool = True,
     ) -> Curves:
         """What moves a face: for the built-in head with contacts, rests and blinks made, else
         weights of the model's own shapes, scaled. Raises ModelError as `weights`.

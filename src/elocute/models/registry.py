@@ -8,11 +8,11 @@ from elocute.errors import ModelError
 from elocute.models import articulation, crnn_network, voca
 from elocute.models.articulation import ArticulationModel
 from elocute.models.crnn import CrnnModel
-from elocute.models.onnx_record import check_file, open_session, stored_record
+from elocute.models.model_file import check_file, open_session, stored_record
 from elocute.models.protocol import SpeechModel
 from elocute.models.voca import VocaModel
 
-DEFAULT = articulation.NAME
+DEFAULT_MODEL = articulation.NAME
 
 
 def model_names() -> tuple[str, ...]:
@@ -20,7 +20,7 @@ def model_names() -> tuple[str, ...]:
     return (articulation.NAME, voca.SHIPPED, crnn_network.SHIPPED)
 
 
-def open_model(model: str | Path = DEFAULT) -> SpeechModel:
+def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
     """The model of that name, or of a trained model's file (.onnx).
 
     Raises ModelError where the file is missing, too large or no model of Elocute.

@@ -1,7 +1,7 @@
 """Live speech: blocks of sound in, frames of curves out, each as soon as it is certain.
 
-What has been heard is kept for `HISTORY_S` behind the frames given out, so that memory stays
-bounded; a frame is answered from that stretch exactly as it would be from the whole sound.
+Features are kept for `HISTORY_S` behind the last frame, so that memory stays bounded; a frame is
+computed from that stretch exactly as it would be from the whole sound.
 """
 
 from __future__ import annotations
@@ -19,12 +19,18 @@ from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import check_rate, check_samples
 from elocute.errors import AudioError, InputError
-from elocute.models.protocol import Ear, Heard, Level, Span, SpeechModel
-from elocute.models.registry import DEFAULT, open_model
+from elocute.models.protocol import (
+    FeatureStream,
+    FrameSpan,
+    SoundLevel,
+    SpeechFeatures,
+    SpeechModel,
+)
+from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.motion.curves import Curves
 from elocute.numerics.resampling import frames_in
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 FPS_RANGE = (1.0, 240.0)
 STRENGTH_RANGE = (0.0, 2.0)
 BEYOND_S = 1.0  # frames that a live take has at least after the last one given out
@@ -43,8 +49,8 @@ class Frame:
 
     time_s: float
     names: tuple[str, ...]
-    values: Array
-    rotations: Array
+    values: Float32Array
+    rotations: Float32Array
 
     def __getitem__(self, name: str) -> float:
         """The value of one curve. Raises KeyError for a name that there is not."""
@@ -62,7 +68,7 @@ class CurveStream:
     """A model's answer to sound in blocks: `push` gives the frames that are certain.
 
     With `level` (mean and peak of the whole sound) a model that normalises by it gives what the
-    whole sound gives; without, it goes by what it has heard so far. Raises InputError for
+    whole sound gives; without, it goes by the sound so far. Raises InputError for
     settings out of range, and what the model raises for a style.
     """
 
@@ -74,16 +80,16 @@ class CurveStream:
         fps: float = 60.0,
         style: str | Style = "plain",
         strength: float = 1.0,
-        level: Level | None = None,
+        level: SoundLevel | None = None,
     ) -> None:
         check_range("fps", fps, FPS_RANGE)
         check_range("strength", strength, STRENGTH_RANGE)
         self.model, self.fps = model, float(fps)
         self.sample_rate = check_rate("stream", sample_rate)
         self._style, self._strength = model.style(style), strength
-        ears = model.ears(self.sample_rate, level=level)
-        self._features = _Rows(ears.features)
-        self._phones = None if ears.phones is None else _Rows(ears.phones)
+        streams = model.feature_streams(self.sample_rate, level=level)
+        self._features = _Rows(streams.features)
+        self._phones = None if streams.phones is None else _Rows(streams.phones)
         self._samples = self._frames = 0
         self._ended = False
 
@@ -109,7 +115,7 @@ class CurveStream:
         self._samples += len(block)
         for rows in self._tracks:
             rows.push(block)
-        certain_s = min(rows.known_s for rows in self._tracks) - self.model.answer_lookahead_s
+        certain_s = min(rows.known_s for rows in self._tracks) - self.model.decoder_lookahead_s
         count = math.floor(certain_s * self.fps) + 1 - self._frames
         return self._answer(count, None) if count > 0 else None
 
@@ -133,10 +139,10 @@ class CurveStream:
     def _answer(self, count: int, total: int | None) -> Curves:
         if total is None:
             total = self._frames + count + math.ceil(BEYOND_S * self.fps)
-        span = Span(self._frames, count, self.fps, total)
+        span = FrameSpan(self._frames, count, self.fps, total)
         phones = None if self._phones is None else self._phones.features
-        heard = Heard(self._features.features, phones)
-        curves = self.model.curves(heard, self._style, span, self._strength)
+        speech = SpeechFeatures(self._features.features, phones)
+        curves = self.model.curves(speech, self._style, span, self._strength)
         self._frames += count
         for rows in self._tracks:
             rows.forget_before(self._frames / self.fps - HISTORY_S)
@@ -144,36 +150,36 @@ class CurveStream:
 
 
 class _Rows:
-    """Rows that an ear gave and that are still needed."""
+    """The rows of a feature stream that are still needed."""
 
-    def __init__(self, ear: Ear) -> None:
-        self._ear = ear
-        self._values: Array | None = None
+    def __init__(self, stream: FeatureStream) -> None:
+        self._stream = stream
+        self._values: Float32Array | None = None
         self._first = 0
 
     @property
     def features(self) -> Features:
         """What is kept."""
         assert self._values is not None
-        return Features(self._values, self._ear.rate, self._ear.name, self._first)
+        return Features(self._values, self._stream.rate, self._stream.name, self._first)
 
     @property
     def known_s(self) -> float:
         """The time of the last row."""
         count = 0 if self._values is None else len(self._values)
-        return (self._first + count - 1) / self._ear.rate
+        return (self._first + count - 1) / self._stream.rate
 
-    def push(self, block: Array) -> None:
-        self._add(self._ear.push(block))
+    def push(self, block: Float32Array) -> None:
+        self._add(self._stream.push(block))
 
     def flush(self) -> None:
-        self._add(self._ear.flush())
+        self._add(self._stream.flush())
 
-    def _add(self, rows: Array) -> None:
+    def _add(self, rows: Float32Array) -> None:
         self._values = rows if self._values is None else np.concatenate([self._values, rows])
 
     def forget_before(self, time_s: float) -> None:
-        drop = math.floor(time_s * self._ear.rate) - self._first
+        drop = math.floor(time_s * self._stream.rate) - self._first
         if self._values is not None and drop > 0:
             drop = min(drop, len(self._values) - 1)
             self._values, self._first = self._values[drop:], self._first + drop
@@ -224,12 +230,12 @@ class Stream:
 
 def stream(
     rate: int = 48000,
-    model: str | Path = DEFAULT,
+    model: str | Path = DEFAULT_MODEL,
     fps: float = 60.0,
     *,
     style: str | Style = "plain",
     strength: float = 1.0,
-    level: Level | None = None,
+    level: SoundLevel | None = None,
 ) -> Stream:
     """Animate speech while it comes in.
 
@@ -245,7 +251,7 @@ def stream(
     fps       frames per second, 1…240
     style     a name, a mix, or a .json file, as `animate` takes it
     strength  how far the mouth moves, 0…2
-    level     mean and peak of the whole sound, where known (the recurrent model hears by them)
+    level     mean and peak of the whole sound, where known (the recurrent model normalises by them)
 
     A frame knows all curves of the built-in head, or of the model's own shapes. It comes out
     `lookahead_s` after its time. Raises InputError (AudioError, ModelError).
@@ -266,7 +272,7 @@ def check_range(name: str, value: float, allowed: tuple[float, float]) -> None:
         raise InputError.about(name, found=f"{value}", allowed=f"{low:g} to {high:g}")
 
 
-def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Array:
+def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Float32Array:
     """(sample,) float32 within the range of sound. Raises AudioError."""
     try:
         given = np.asarray(samples)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 
-def between(values: Floats, places: Floats) -> Floats:
+def between(values: Float64Array, places: Float64Array) -> Float64Array:
     """(place, column) of frames (frame, column): cubic, without overshoot (Fritsch and Butland).
 
     So weights stay in 0..1, and lips closed in two frames stay closed between them.

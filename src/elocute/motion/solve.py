@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.files.arrays import ArrayFile
 from elocute.head.model import HeadModel
-from elocute.motion.edits.joints import joint_index
+from elocute.motion.edits.pose import joint_index
 from elocute.motion.joint_jacobians import (
     ALL,
     Rig,
@@ -25,7 +25,7 @@ from elocute.motion.motion import Motion
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, no_turn
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 Vertices = ArrayLike | ArrayFile
 
 REGULARISATION = 1e-6
@@ -111,8 +111,8 @@ def distance_mm(motion: Motion, vertices: Vertices) -> NDArray[np.float64]:
 class _State:
     """One frame's unknowns: weights (component,), turns (joint, 4), and what is left in mm²."""
 
-    weights: Floats
-    turns: Floats
+    weights: Float64Array
+    turns: Float64Array
     cost: float
     distance_mm: float
 
@@ -125,39 +125,41 @@ class _Problem:
     """
 
     vertices: NDArray[np.integer] | slice
-    template: Floats  # (vertex, 3) m
-    basis: Floats  # (component, 3 · vertex), scaled
+    template: Float64Array  # (vertex, 3) m
+    basis: Float64Array  # (component, 3 · vertex), scaled
     rig: Rig
     joints: list[int]  # those that may turn
     regularisation: float
-    low: Floats
-    high: Floats
+    low: Float64Array
+    high: Float64Array
 
     @property
     def scale(self) -> float:
         return 1000 / np.sqrt(len(self.template))
 
     @cached_property
-    def gram(self) -> Floats:
+    def gram(self) -> Float64Array:
         return self.basis @ self.basis.T + self.regularisation * np.eye(len(self.low))
 
-    def points(self, weights: Floats) -> Floats:
+    def points(self, weights: Float64Array) -> Float64Array:
         """(vertex, 3) m before posing."""
         return self.template + (weights @ self.basis).reshape(-1, 3) / self.scale
 
-    def state(self, weights: Floats, turns: Floats, target: Floats) -> _State:
+    def state(self, weights: Float64Array, turns: Float64Array, target: Float64Array) -> _State:
         left, _ = self.left_over(weights, turns, target)
         cost = float((left * left).sum() + self.regularisation * weights @ weights)
         return _State(weights, turns, cost, float(np.sqrt((left * left).sum())))
 
-    def left_over(self, weights: Floats, turns: Floats, target: Floats) -> tuple[Floats, Floats]:
+    def left_over(
+        self, weights: Float64Array, turns: Float64Array, target: Float64Array
+    ) -> tuple[Float64Array, Float64Array]:
         """What the model lacks (vertex, 3), scaled, in zero pose, and the unposing matrices."""
         matrices, shifts = vertex_transforms(self.rig, turns)
         unpose = inverses(matrices)
         unposed = np.einsum("vab,vb->va", unpose, target - shifts)
         return self.scale * (unposed - self.points(weights)), unpose
 
-    def best_weights(self, turns: Floats, target: Floats) -> Floats:
+    def best_weights(self, turns: Float64Array, target: Float64Array) -> Float64Array:
         """Weights for given rotations: linear least squares in zero pose."""
         left, _ = self.left_over(np.zeros_like(self.low), turns, target)
         return solve_box(self.gram, self.basis @ left.ravel(), self.low, self.high)
@@ -168,7 +170,7 @@ def _problem(
     vertices: NDArray[np.integer] | slice,
     joints: list[int],
     regularisation: float,
-    limits: tuple[Floats, Floats],
+    limits: tuple[Float64Array, Float64Array],
 ) -> _Problem:
     template = head.template[vertices].astype(np.float64)
     basis = head.expression_basis[:, vertices].astype(np.float64).reshape(len(limits[0]), -1)
@@ -184,7 +186,7 @@ def _few(head: HeadModel) -> NDArray[np.integer]:
 
 
 def _solve_frame(
-    problem: _Problem, draft: _Problem, target: Floats, before: _State | None
+    problem: _Problem, draft: _Problem, target: Float64Array, before: _State | None
 ) -> _State:
     """One frame; `before` is the solved frame before it."""
     still = _still(problem)
@@ -201,12 +203,12 @@ def _solve_frame(
     return _refined(problem, target, problem.state(drafted.weights, drafted.turns, target))
 
 
-def _still(problem: _Problem) -> Floats:
+def _still(problem: _Problem) -> Float64Array:
     """(joint, 4) quaternions of the zero pose."""
     return no_turn(len(problem.rig.joint_parents)).astype(np.float64)
 
 
-def _laid_over(problem: _Problem, target: Floats) -> _State:
+def _laid_over(problem: _Problem, target: Float64Array) -> _State:
     """The whole head turned by its root joint: Kabsch (1976), without the shift."""
     turns = _still(problem)
     if problem.rig.joint_parents[problem.joints[0]] < 0:
@@ -217,7 +219,7 @@ def _laid_over(problem: _Problem, target: Floats) -> _State:
     return problem.state(problem.best_weights(turns, target), turns, target)
 
 
-def _refined(problem: _Problem, target: Floats, state: _State) -> _State:
+def _refined(problem: _Problem, target: Float64Array, state: _State) -> _State:
     """Levenberg-Marquardt on weights and rotations together."""
     damping = 1e-6
     for _ in range(STEPS):
@@ -238,7 +240,9 @@ def _refined(problem: _Problem, target: Floats, state: _State) -> _State:
     return state
 
 
-def _normal_equations(problem: _Problem, target: Floats, state: _State) -> tuple[Floats, Floats]:
+def _normal_equations(
+    problem: _Problem, target: Float64Array, state: _State
+) -> tuple[Float64Array, Float64Array]:
     left, unpose = problem.left_over(state.weights, state.turns, target)
     slopes = joint_slopes(problem.rig, state.turns, problem.points(state.weights), problem.joints)
     slopes = problem.scale * (unpose @ slopes).reshape(left.size, -1)
@@ -249,7 +253,12 @@ def _normal_equations(problem: _Problem, target: Floats, state: _State) -> tuple
 
 
 def _stepped(
-    problem: _Problem, target: Floats, state: _State, normal: Floats, side: Floats, damping: float
+    problem: _Problem,
+    target: Float64Array,
+    state: _State,
+    normal: Float64Array,
+    side: Float64Array,
+    damping: float,
 ) -> _State:
     count = len(state.weights)
     free = np.full(3 * len(problem.joints), np.inf)
@@ -278,7 +287,9 @@ def _turning(head: HeadModel, joints: Sequence[str] | None) -> list[int]:
     return [joint for joint in sorted(wanted) if carries[joint]]
 
 
-def _limits(head: HeadModel, bounds: tuple[float, float] | None) -> tuple[Floats, Floats]:
+def _limits(
+    head: HeadModel, bounds: tuple[float, float] | None
+) -> tuple[Float64Array, Float64Array]:
     low, high = (-np.inf, np.inf) if bounds is None else bounds
     if not low < high or low > 0 or high < 0:
         raise MotionError(f"bounds: found {low:g} to {high:g}; allowed: rising, zero within")

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
+from elocute.motion.edits.blinks import has_lids, identity_columns, lid_gap, lid_scale
 from elocute.motion.edits.keyframes import Keyframes, linear, read_keyframes
-from elocute.motion.edits.lid_gap import has_lids, identity_columns, lid_gap, lid_scale
 from elocute.motion.motion import Motion
 
 SIDES = ("Left", "Right")

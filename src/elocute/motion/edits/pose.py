@@ -8,10 +8,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
-from elocute.motion.edits.joints import joint_index
+from elocute.head.model import HeadModel
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
+
+# Elocute's and FLAME's words for the same joints.
+_SAME = {
+    "lefteye": "eyeleft",
+    "leye": "eyeleft",
+    "eyeballleft": "eyeleft",
+    "lefteyeball": "eyeleft",
+    "righteye": "eyeright",
+    "reye": "eyeright",
+    "eyeballright": "eyeright",
+    "righteyeball": "eyeright",
+}
 
 
 def with_pose(
@@ -61,3 +73,22 @@ def _rotations(motion: Motion) -> NDArray[np.float32]:
     if motion.rotations is None:
         return no_turn(motion.frame_count, len(motion.head.joint_names))
     return motion.rotations.copy()
+
+
+def joint_index(head: HeadModel, joint: str) -> int:
+    """Place of a joint by its name; `eyeLeft`, `eye_left` and `left_eye` are one. MotionError."""
+    if joint in head.joint_names:
+        return head.joint_names.index(joint)
+    plain = [_plain(name) for name in head.joint_names]
+    if _plain(joint) in plain:
+        return plain.index(_plain(joint))
+    raise MotionError.about(
+        f"joint {joint!r}",
+        found=f"no such joint on head {head.name!r}",
+        allowed=", ".join(head.joint_names) or "none: this head has no joints",
+    )
+
+
+def _plain(name: str) -> str:
+    name = "".join(letter for letter in name.lower() if letter.isalnum())
+    return _SAME.get(name, name)

@@ -23,7 +23,7 @@ from elocute.audio.mel_with_deltas import (
     MARGIN,
     RATE,
     column_starts,
-    mel3_columns,
+    mel_columns,
 )
 from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
@@ -211,7 +211,7 @@ def hear_clip(
     targets = at_rate(clip.parameters, clip.fps, fps)
     first = math.ceil(AROUND_S * fps)
     sound = shards.sound(clip, first / fps)
-    heard = mel3_columns(change(sound) if change else sound, fps)
+    heard = mel_columns(change(sound) if change else sound, fps)
     frames = min(len(targets), len(heard.starts) - first)
     if frames < 1:
         raise CorpusError.about(f"clip {clip.clip}", found="no sound for its frames")

@@ -24,8 +24,8 @@ class BinaryFile(Protocol):
     def read(self, size: int, /) -> bytes: ...
 
 
-Speech = str | os.PathLike[str] | Waveform | bytes | BinaryFile | ArrayLike
-"""What `sound_of` takes."""
+SpeechInput = str | os.PathLike[str] | Waveform | bytes | BinaryFile | ArrayLike
+"""What `resolve_speech` takes."""
 
 BYTES_MAX = 1_000_000_000
 SAMPLES_MAX = 250_000_000
@@ -33,8 +33,8 @@ SAMPLES_MAX = 250_000_000
 CHUNK = 1 << 20
 
 
-def sound_of(
-    speech: Speech, rate: int | None = None, channel: int | None = None
+def resolve_speech(
+    speech: SpeechInput, rate: int | None = None, channel: int | None = None
 ) -> Path | Waveform:
     """The sound meant, for functions that take a path or a Waveform.
 

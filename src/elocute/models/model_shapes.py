@@ -1,8 +1,10 @@
-"""Weights of speech blendshapes as curves of the built-in head, and the other way."""
+"""The shapes that a model's weights weigh: its basis, its rig, and curves of the built-in head."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +12,43 @@ from numpy.typing import NDArray
 from elocute.articulation.phone_targets import curve_names
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
+from elocute.head.model import HeadModel
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 RIDGE = 1e-5  # of the mean squared length of a shape: decides between shapes that look alike
 STEPS = 300
+
+
+def basis_of(components: tuple[str, ...], basis: Float32Array | None) -> Float32Array:
+    """(component, vertex, 3) m that a model's weights weigh: its own, or built-in shapes.
+
+    Raises ModelError for a component that the built-in head has no shape for.
+    """
+    if basis is not None:
+        return basis
+    head = load_builtin_head()
+    unknown = [name for name in components if name not in head.expression_names]
+    if unknown:
+        raise ModelError.about(
+            "model",
+            found=f"weights of {', '.join(unknown[:5])}",
+            allowed="shapes of the built-in head",
+        )
+    return head.expression_basis[[head.expression_names.index(name) for name in components]]
+
+
+def rigged(head: HeadModel, basis: Float32Array, names: tuple[str, ...], path: Path) -> HeadModel:
+    """`head` moved by a model's own shapes (component, vertex, 3) m.
+
+    Raises ModelError where the head has another number of vertices.
+    """
+    if head.vertex_count != basis.shape[1]:
+        raise ModelError.about(
+            f"head {head.name!r}",
+            found=f"{head.vertex_count} vertices",
+            allowed=f"{basis.shape[1]}, the topology that {path.name} was trained in",
+        )
+    return replace(head, expression_names=names, expression_basis=basis)
 
 
 def speech_names() -> tuple[str, ...]:
@@ -21,7 +56,7 @@ def speech_names() -> tuple[str, ...]:
     return tuple(name for name in load_builtin_head().expression_names if name in curve_names())
 
 
-def as_builtin(weights: Array, basis: Array) -> Array:
+def as_builtin(weights: Float32Array, basis: Float32Array) -> Float32Array:
     """(frame, curve) values 0…1 of `speech_names` whose vertices come nearest to the weights'.
 
     weights (frame, component) of basis (component, vertex, 3) m in the built-in topology. With
@@ -58,7 +93,7 @@ def _between(gram: NDArray[np.float64], sides: NDArray[np.float64]) -> NDArray[n
     return x
 
 
-def to_shapes(values: Array, names: tuple[str, ...], basis: Array) -> Array:
+def to_shapes(values: Float32Array, names: tuple[str, ...], basis: Float32Array) -> Float32Array:
     """(frame, component) of basis that come nearest to built-in weights (frame, name)."""
     shapes = basis.reshape(len(basis), -1).astype(np.float64)
     gram = shapes @ shapes.T

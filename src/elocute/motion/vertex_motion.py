@@ -1,4 +1,4 @@
-"""Track: one motion of one topology, expanded block by block for measuring."""
+"""VertexMotion: one motion of one topology, expanded block by block for measuring."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from elocute.one_line_repr import one_line
 
 BLOCK_FRAMES = 256
 MM = 1000.0
-Doubles = NDArray[np.float64]
-Indices = NDArray[np.integer]
+Float64Array = NDArray[np.float64]
+IntArray = NDArray[np.integer]
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class VertexMotion:
     """What moves: weights on a basis, or vertices; both over a neutral face.
 
     values    (frame, component) weights, or (frame, vertex, 3) m where basis is None
@@ -57,13 +57,13 @@ class Track:
     def vertex_count(self) -> int:
         return len(self.template)
 
-    def cut(self, frames: int) -> Track:
+    def cut(self, frames: int) -> VertexMotion:
         """The first frames."""
         values = self.values
         first = values.part(0, frames) if isinstance(values, ArrayFile) else values[:frames]
-        return Track(first, self.template, self.fps, self.basis)
+        return VertexMotion(first, self.template, self.fps, self.basis)
 
-    def blocks(self, vertices: Indices | None = None, overlap: int = 0) -> Iterator[Doubles]:
+    def blocks(self, vertices: IntArray | None = None, overlap: int = 0) -> Iterator[Float64Array]:
         """(frame, vertex, 3) mm of all or of some vertices, a few seconds at a time.
 
         Each block but the first repeats the last `overlap` frames of the one before, so that

@@ -11,7 +11,7 @@ from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
 
 SAMPLE_RATE = 16000
-"""Hz; what every encoder hears, whatever it is given."""
+"""Hz; every encoder resamples its input to this rate."""
 FEATURE_RATE = 50.0
 """Hz; frame k stands at k / 50 s."""
 
@@ -38,12 +38,12 @@ class Encoder(Protocol):
     def __call__(self, waveform: Waveform) -> Features: ...
 
 
-def heard(waveform: Waveform) -> NDArray[np.float32]:
+def encoder_samples(waveform: Waveform) -> NDArray[np.float32]:
     """(sample,) float32 at 16 kHz, full scale ±1."""
     return waveform.resample(SAMPLE_RATE).samples
 
 
-def features_of(waveform: Waveform, values: NDArray[np.floating], name: str) -> Features:
+def as_features(waveform: Waveform, values: NDArray[np.floating], name: str) -> Features:
     """Values (frame, feature) at 50 Hz as Features of exactly the sound's duration.
 
     Front ends differ by a frame at the end: what is missing repeats the last frame, as linear
