@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from elocute.articulation.style import Style, parse_mix
 from elocute.errors import ModelError
 from elocute.files.json_records import finite_number, read_record, write_record
+from elocute.numerics.given import check_kind
 
 Float32Array = NDArray[np.float32]
 EVEN = "even"
@@ -20,6 +22,12 @@ EVEN = "even"
 FILE_MAX_BYTES = 65_536
 SHARE_MOST = 1e9
 ALLOWED = '{"mix": {"NAME": share, …}} with shares from 0, one above'
+
+
+def checked_style(given: str | Path | Style) -> str | Style:
+    """A style as models take it. Raises InputError for what is no name, path or Style."""
+    check_kind("style", given, str | os.PathLike | Style, "a name, a mix, a .json file or a Style")
+    return str(given) if isinstance(given, os.PathLike) else given
 
 
 def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Float32Array:

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.given import check_kind
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
 # Elocute's and FLAME's words for the same joints.
@@ -51,6 +52,7 @@ def with_pose(
 
     Raises MotionError for a joint the head lacks and for malformed keyframes.
     """
+    check_motion(motion)
     index = joint_index(motion.head, joint)
     times, vectors = read_keyframes(as_keyframes(rotations), f"pose of {joint}")
     if vectors.shape[1] != 3:
@@ -66,6 +68,7 @@ def with_pose(
 
 def without_pose(motion: Motion) -> Motion:
     """The same motion in zero pose: shapes only, as VOCA puts it out."""
+    check_motion(motion)
     return replace(motion, rotations=None)
 
 
@@ -77,6 +80,7 @@ def _rotations(motion: Motion) -> NDArray[np.float32]:
 
 def joint_index(head: HeadModel, joint: str) -> int:
     """Place of a joint by its name; `eyeLeft`, `eye_left` and `left_eye` are one. MotionError."""
+    check_kind("joint", joint, str, ", ".join(head.joint_names), MotionError)
     if joint in head.joint_names:
         return head.joint_names.index(joint)
     plain = [_plain(name) for name in head.joint_names]
