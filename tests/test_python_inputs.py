@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from elocute.motion.vertex_motion import VertexMotion
 
 import elocute
 from elocute.audio.features import Features
@@ -18,6 +17,7 @@ from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import open_shards
 from elocute.motion import edits
 from elocute.motion.curves import curves_from_motion
+from elocute.motion.vertex_motion import VertexMotion
 
 SILENCE: Any = np.zeros(1600, np.float32)
 TWO: Any = np.array([1, 2])
