@@ -46,7 +46,17 @@ from elocute.one_line_repr import brief
 
 @dataclass(frozen=True)
 class Animation:
-    """What `animate` gives: the motion, the curves behind it, and the sound it belongs to."""
+    """An animated head: the motion, the curves that drive it, and the sound that it belongs to.
+
+    Parameters
+    ----------
+    motion : Motion
+        Weights on the head's shapes, frame by frame.
+    curves : Curves
+        The named curves that the model gave.
+    sound : Path or Waveform
+        The sound that was animated.
+    """
 
     motion: Motion
     curves: Curves
@@ -66,12 +76,28 @@ class Animation:
         return viewer_frame(self.motion, self.sound, repr(self))
 
     def write(self, path: str | Path, **options: Any) -> Animation:
-        """Write to the format that the suffix names; returns itself, so that calls chain.
+        """Write to the format that the suffix names.
 
         A file of that name is replaced. A side file (NAME.wav beside NAME.glb) is replaced only
-        where it was made of this very sound, and a folder of meshes never, but for
-        `overwrite=True`. Raises OutputError for an unknown suffix or a place that cannot be
-        written.
+        where it was made from this very sound, and a folder of meshes never, unless with
+        `overwrite=True`.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; its suffix chooses the format: .glb, .npz, .csv, .json, .mp4, .html, …
+        **options
+            Options of that format.
+
+        Returns
+        -------
+        Animation
+            Itself, so that calls can be chained.
+
+        Raises
+        ------
+        OutputError
+            For an unknown suffix or option, or a place that cannot be written.
         """
         from elocute.export.registry import write
 
@@ -95,18 +121,43 @@ def animate(
 ) -> Animation:
     """Animate a head with speech.
 
-    speech    a sound or video file, or a Waveform; or the bytes of such a file, a binary file
-              object, or an array of samples (see `elocute.audio.speech_input`)
-    rate      Hz, of an array
-    fps       frames per second of the motion, 1…240
-    identity  a face of the built-in head: a name, a seed, or a JSON file of 50 coefficients
-    head      "builtin", or a head or mesh file in the topology that the model moves
-    style     a name, a mix (`calm:0.7,broad:0.3`), for "articulation" also a JSON file or a Style
-    strength  how far the mouth moves, 0…2
-    model     "articulation", "voca", "crnn", or a trained model (.onnx)
-    phones    their times, where they are known; the encoder is not asked then
+    Parameters
+    ----------
+    speech : str, Path, Waveform, bytes, binary file or array
+        A sound or video file, a Waveform, the bytes of such a file, an open binary file, or an
+        array of samples (sample,) or (sample, channel): floats within ±1, or integers.
+    rate : int, optional
+        Sample rate of an array, Hz.
+    fps : float
+        Frames per second of the motion, 1 to 240.
+    identity : str, int or Path
+        A face of the built-in head: a name, a seed, or a JSON file of 50 coefficients.
+    head : str or Path
+        "builtin", or a head or mesh file in the topology that the model moves.
+    style : str or Style
+        A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" also a Style.
+    strength : float
+        How far the mouth moves, 0 to 2; 1 is as the model has it.
+    model : str or Path
+        "articulation", "voca", "crnn", or a trained model (.onnx).
+    channel : int, optional
+        The channel to take, from 0; all of them are averaged otherwise.
+    phones : list of (float, float, str), optional
+        Start in s, end in s and ARPAbet phone, where these are known; they replace the phones
+        that the encoder recognises.
+    progress : callable, optional
+        Called with the share of the sound that is done, 0 to 1.
 
-    Raises InputError (AudioError, HeadError, ModelError) for anything that cannot be used.
+    Returns
+    -------
+    Animation
+        The motion, its curves and the sound.
+
+    Raises
+    ------
+    InputError
+        For anything that cannot be used; AudioError for sound, HeadError for heads and identities,
+        ModelError for models and styles.
     """
     check_range("fps", fps, FPS_RANGE)
     check_range("strength", strength, STRENGTH_RANGE)
@@ -136,7 +187,22 @@ def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
 
 
 def identity_head(identity: str | int | Path) -> HeadModel:
-    """The built-in head with somebody's face. Raises HeadError."""
+    """The built-in head with another face.
+
+    Parameters
+    ----------
+    identity : str, int or Path
+        A name, a seed, or a JSON file of 50 coefficients.
+
+    Returns
+    -------
+    HeadModel
+
+    Raises
+    ------
+    HeadError
+        For an unknown name or a file that holds no coefficients.
+    """
     choice = brief(identity) if isinstance(identity, int) else str(identity)
     return _face(resolve_identity(choice).tobytes())
 

@@ -77,12 +77,33 @@ def articulate(
 ) -> Curves:
     """Curves of a face that says the phones in `log_posteriors`.
 
-    log_posteriors (row, 40) natural logarithms in the order of PHONES, row k at
-    (first_row + k) / rate seconds. frame_count defaults to the whole length. `strength` scales
-    how far the mouth moves, not whether it closes. A stretch of a longer take is asked for by
-    its first frame, with rows from HISTORY_S before it to LOOKAHEAD_S after it, and
-    the take's `total_frames`. Raises InputError for a strength outside 0…2 or posteriors of
-    another shape.
+    Parameters
+    ----------
+    log_posteriors : (row, 40)
+        Natural logarithms in the order of PHONES; row k is at (first_row + k) / rate.
+    rate : float
+        Rows per second.
+    frame_count : int, optional
+        Frames of the result; the whole length by default.
+    fps : float
+        Frames per second.
+    style : Style, optional
+        How the person articulates; plain by default.
+    strength : float
+        How far the mouth moves, 0 to 2; it does not change whether the lips close.
+    first_frame, first_row, total_frames : int
+        For a stretch of a longer take: its first frame, with rows from HISTORY_S before it to
+        LOOKAHEAD_S after it, and the frames of the whole take.
+
+    Returns
+    -------
+    Curves
+        0 to 1, named after ARKit and three shapes for speech.
+
+    Raises
+    ------
+    InputError
+        For a strength out of range, and posteriors of another shape.
     """
     style = style or Style()
     if not 0 <= strength <= 2:
@@ -120,11 +141,21 @@ def make_contacts(
     first_row: int = 0,
     total_frames: int | None = None,
 ) -> Curves:
-    """Curves from elsewhere (a trained decoder, say) with the driver's rests, contacts and blinks.
+    """Add the driver's rests, contacts and blinks to the curves of another model.
 
-    log_posteriors and the places of a stretch as `articulate` takes them. Regression averages
-    over what it is unsure of, so the lips of a learned model nearly meet where they should: here
-    they do.
+    Regression averages over what it is unsure of, so the lips of a trained model nearly meet where
+    they should; after this they do.
+
+    Parameters
+    ----------
+    curves : Curves
+        Of the built-in head.
+    log_posteriors, rate, style, first_frame, first_row, total_frames
+        As `articulate` takes them.
+
+    Returns
+    -------
+    Curves
     """
     posteriors = np.exp(log_posteriors).astype(np.float32)
     wanted = dict.fromkeys((*curves.names, *curve_names()))
@@ -177,11 +208,27 @@ def _finished(
 def posteriors_from_phones(
     phones: list[tuple[float, float, str]], duration_s: float, rate: float = 50.0
 ) -> FloatArray:
-    """Log-posteriors (frame, 40) for phones whose times are known.
+    """Log-posteriors of phones whose times are known.
 
-    phones is a list of (start s, end s, ARPAbet phone without stress); what nothing covers is
-    silence. A frame that two phones share is split between them. Raises InputError for an
-    unknown phone or times that run backwards.
+    Parameters
+    ----------
+    phones : list of (float, float, str)
+        Start in s, end in s, ARPAbet phone without stress. What nothing covers is silence; a row
+        that two phones share is split between them.
+    duration_s : float
+        Of the sound.
+    rate : float
+        Rows per second.
+
+    Returns
+    -------
+    (row, 40) float32
+        Natural logarithms.
+
+    Raises
+    ------
+    InputError
+        For an unknown phone, or times that run backwards.
     """
     count = max(1, int(np.ceil(duration_s * rate)))
     shares = np.zeros((count, len(PHONES)))

@@ -35,8 +35,12 @@ BLOCK = 500  # windows whose spectra are held at once
 class MelDeltas:
     """The windows of all video frames, each computed once.
 
-    values: (window, 128, 3) float32: static, first and second derivative.
-    index: (frame, 41) which of them each video frame sees.
+    Parameters
+    ----------
+    values : (window, 128, 3) float32
+        Log-mel bands with their first and second derivative.
+    index : (frame, 41)
+        The windows that each video frame sees.
     """
 
     values: NDArray[np.float32]
@@ -53,10 +57,30 @@ class MelDeltas:
 
 
 def mel_deltas(waveform: Waveform, fps: float = 30.0) -> MelDeltas:
-    """Windows for video frame i centred on i / fps, exact to the sample. Raises InputError.
+    """Log-mel windows with derivatives around each video frame, exact to the sample.
 
-    Video frames whose windows fall on the same samples share them: at 30 frames a second that is
+    Video frames whose windows fall on the same samples share them: at 30 frames per second that is
     300 windows a second instead of 1230.
+
+    Parameters
+    ----------
+    waveform : Waveform
+        Resampled to 44.1 kHz, its mean removed and its peak set to one.
+    fps : float
+        Video frames per second, up to 100; frame i is centred on i / fps.
+
+    Returns
+    -------
+    MelDeltas
+
+    Raises
+    ------
+    InputError
+        For a frame rate out of range.
+
+    References
+    ----------
+    Tzirakis et al. 2019, section 5.
     """
     _check_fps(fps)
     samples = _normalised(waveform)
@@ -69,10 +93,14 @@ def mel_deltas(waveform: Waveform, fps: float = 30.0) -> MelDeltas:
 
 @dataclass(frozen=True, eq=False)
 class MelColumns:
-    """Log-mel bands on one grid of 10 ms, and where each video frame's window begins in it.
+    """Log-mel bands on a grid of 10 ms, and where the window of each video frame begins in it.
 
-    static: (column, 128) float32; windows of 41 columns with MARGIN more on both sides.
-    starts: (frame,) the first of the 41 + 2 · MARGIN columns that a video frame needs.
+    Parameters
+    ----------
+    static : (column, 128) float32
+        Windows of 41 columns, with MARGIN more on both sides.
+    starts : (frame,) int64
+        The first of the 41 + 2 · MARGIN columns that a video frame needs.
     """
 
     static: NDArray[np.float32]

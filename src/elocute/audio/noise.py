@@ -20,10 +20,26 @@ def with_gain(sound: Waveform, gain_db: float) -> Waveform:
 
 
 def with_noise(speech: Waveform, noise: Float32Array, gain_db: float) -> Waveform:
-    """Speech with noise under it, `gain_db` against the speech (root mean squares).
+    """Add noise to speech.
 
-    noise (sample,) at the speech's rate, repeated or cut to its length; -36 dB of it is a
-    signal-to-noise ratio of 36 dB. Raises AudioError for silent noise.
+    Parameters
+    ----------
+    speech : Waveform
+        The speech.
+    noise : (sample,) float32
+        At the speech's rate; repeated or cut to its length.
+    gain_db : float
+        Level of the noise relative to the speech (root mean squares), dB: -36 is a signal-to-noise
+        ratio of 36 dB.
+
+    Returns
+    -------
+    Waveform
+
+    Raises
+    ------
+    AudioError
+        For silent noise.
     """
     fitted = np.resize(noise, len(speech.samples))
     level = _level(fitted)

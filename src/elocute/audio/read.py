@@ -49,7 +49,20 @@ OGG_PAGE_MAX = 27 + 255 + 255 * 255
 
 
 class AudioStream:
-    """An open sound; iterate `blocks()` once. Use as a context manager."""
+    """An open sound file; iterate `blocks()` once. Use it as a context manager.
+
+    Parameters
+    ----------
+    path : str or Path
+        A sound or video file.
+    channel : int, optional
+        The channel to take, from 0; all of them are averaged otherwise.
+
+    Raises
+    ------
+    AudioError
+        For a file that is missing, damaged, cut off, too long or no sound.
+    """
 
     def __init__(self, path: str | Path, channel: int | None = None) -> None:
         self.path = Path(path)
@@ -100,9 +113,22 @@ class AudioStream:
             _check_length(self.path, self._decoder.promised)
 
     def blocks(self, block_s: float = BLOCK_S) -> Iterator[Float32Array]:
-        """Mono float32 blocks of about `block_s`: the mean of all channels, or the one chosen.
+        """Decode the sound block by block.
 
-        Raises AudioError for samples that are no sound, an early end, or more than a day.
+        Parameters
+        ----------
+        block_s : float
+            About how long a block is, s.
+
+        Yields
+        ------
+        (sample,) float32
+            Mono: the mean of all channels, or the one chosen.
+
+        Raises
+        ------
+        AudioError
+            For samples that are not finite or beyond ±100, an early end, or more than 24 hours.
         """
         done = 0
         for block in self._decoder.blocks(max(1, round(block_s * self.sample_rate))):
@@ -122,12 +148,28 @@ class AudioStream:
 
 
 def open_audio(path: str | Path, channel: int | None = None) -> AudioStream:
-    """Open a sound for reading in blocks. Raises AudioError."""
+    """Open a sound file for reading in blocks; parameters and errors as `AudioStream`."""
     return AudioStream(path, channel)
 
 
 def probe_audio(path: str | Path) -> AudioInfo:
-    """What the header says, nothing decoded. Raises AudioError."""
+    """What the header of a sound file says; nothing is decoded.
+
+    Parameters
+    ----------
+    path : str or Path
+        A sound or video file.
+
+    Returns
+    -------
+    AudioInfo
+        Format, codec, sample rate, channels and duration.
+
+    Raises
+    ------
+    AudioError
+        For a file that is missing or no sound.
+    """
     with open_audio(path) as stream:
         return stream.info
 
@@ -135,9 +177,28 @@ def probe_audio(path: str | Path) -> AudioInfo:
 def resampled_blocks(
     path: str | Path, rate: int, channel: int | None = None, block_s: float = BLOCK_S
 ) -> Iterator[Float32Array]:
-    """Mono blocks at `rate` Hz; bit for bit the same samples however long the blocks are.
+    """A sound file as mono blocks at another rate.
 
-    Raises AudioError as `AudioStream.blocks`.
+    Parameters
+    ----------
+    path : str or Path
+        A sound or video file.
+    rate : int
+        Of the result, Hz.
+    channel : int, optional
+        The channel to take, from 0; all of them are averaged otherwise.
+    block_s : float
+        About how long a block is, s. The samples are the same bit for bit however long it is.
+
+    Yields
+    ------
+    (sample,) float32
+        Mono.
+
+    Raises
+    ------
+    AudioError
+        As `AudioStream.blocks`.
     """
     import soxr
 
@@ -155,10 +216,28 @@ def resampled_blocks(
 def read_audio(
     path: str | Path, *, channel: int | None = None, sample_rate: int | None = None
 ) -> Waveform:
-    """A whole sound, mixed down or one channel of it, at its own rate or another.
+    """Read a whole sound file.
 
-    It is held in memory whole, up to 400 MB or a hundred times its file; read hours with
-    `resampled_blocks`. Raises AudioError with what was found, what is allowed and what to do.
+    It is held in memory whole, up to 400 MB or a hundred times the size of its file; read hours
+    with `resampled_blocks`.
+
+    Parameters
+    ----------
+    path : str or Path
+        A sound or video file.
+    channel : int, optional
+        The channel to take, from 0; all of them are averaged otherwise.
+    sample_rate : int, optional
+        Resample to this rate, Hz; None keeps the file's own.
+
+    Returns
+    -------
+    Waveform
+
+    Raises
+    ------
+    AudioError
+        For a file that is missing, damaged, cut off, too long or no sound.
     """
     if sample_rate is None:
         sample_rate = probe_audio(path).sample_rate

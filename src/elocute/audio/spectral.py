@@ -47,7 +47,27 @@ def mel_filterbank(
     scale: Scale = "htk",
     unit_area: bool = False,
 ) -> Float64Array:
-    """(band, fft / 2 + 1) triangular filters evenly spaced in mel; peak 1, or area 1 per hertz."""
+    """Triangular filters evenly spaced in mel.
+
+    Parameters
+    ----------
+    sample_rate : float
+        Hz.
+    fft : int
+        FFT length, samples.
+    bands : int
+        How many filters.
+    low_hz, high_hz : float
+        Where the lowest begins and the highest ends; half the sample rate by default.
+    scale : "htk" or "slaney"
+        The mel formula.
+    unit_area : bool
+        Area 1 per hertz instead of peak 1.
+
+    Returns
+    -------
+    (band, fft / 2 + 1) float64
+    """
     high_hz = sample_rate / 2 if high_hz is None else high_hz
     low_mel, high_mel = hz_to_mel(low_hz, scale), hz_to_mel(high_hz, scale)
     edges = mel_to_hz(np.linspace(low_mel, high_mel, bands + 2), scale)
@@ -72,9 +92,23 @@ def power_spectrum(
     fft: int,
     centred: bool = True,
 ) -> Float64Array:
-    """(frame, fft / 2 + 1) squared magnitudes.
+    """Squared magnitudes of a short-time Fourier transform.
 
-    Centred frames stand on t·hop, with zeros beyond both ends; others begin there.
+    Parameters
+    ----------
+    samples : (sample,)
+        The sound.
+    window : (length,)
+        The window.
+    hop, fft : int
+        Hop and FFT length, samples.
+    centred : bool
+        Frame t is centred on t · hop, with zeros beyond both ends (as librosa); it begins there
+        otherwise.
+
+    Returns
+    -------
+    (frame, fft / 2 + 1) float64
     """
     if not centred:
         views = frames_of(samples, len(window), hop)
@@ -104,7 +138,29 @@ def log_mel(
     scale: Scale = "htk",
     floor: float = 1e-10,
 ) -> Float64Array:
-    """(frame, band) natural logarithms of mel powers, frame t centred on t·hop."""
+    """Natural logarithms of mel powers; frame t is centred on t · hop.
+
+    Parameters
+    ----------
+    samples : (sample,)
+        The sound.
+    sample_rate : int
+        Hz.
+    bands : int
+        How many mel bands.
+    window_s, hop_s : float
+        Length of the Hann window and hop, s.
+    fft : int
+        FFT length, samples.
+    low_hz, high_hz, scale
+        As `mel_filterbank` takes them.
+    floor : float
+        Powers below it count as this.
+
+    Returns
+    -------
+    (frame, band) float64
+    """
     window = hann(round(window_s * sample_rate))
     power = power_spectrum(samples, window, round(hop_s * sample_rate), fft)
     filters = mel_filterbank(sample_rate, fft, bands, low_hz, high_hz, scale)
@@ -134,9 +190,36 @@ def filterbank_energies(
     preemphasis: float = 0.97,
     hamming: bool = False,
 ) -> tuple[Float64Array, Float64Array]:
-    """Mel-filterbank energies (frame, band) and frame energies (frame,), not logarithms.
+    """Mel-filterbank energies, not logarithms, as python_speech_features has them.
 
-    Frames begin at t·step; the paper's ablation (VOCA 2019, section 6) takes their logarithm.
+    Frame t begins at t · step.
+
+    Parameters
+    ----------
+    samples : (sample,)
+        The sound.
+    sample_rate : int
+        Hz.
+    bands : int
+        How many mel bands.
+    window_s, step_s : float
+        Length of the window and step, s.
+    fft : int
+        FFT length, samples.
+    preemphasis : float
+        Of the first-order high-pass filter.
+    hamming : bool
+        A Hamming window instead of none.
+
+    Returns
+    -------
+    energies : (frame, band) float64
+    total : (frame,) float64
+        Energy of each frame.
+
+    References
+    ----------
+    VOCA 2019, section 6 (ablation) takes their logarithm.
     """
     samples = np.asarray(samples, float)
     emphasised = np.append(samples[:1], samples[1:] - preemphasis * samples[:-1])
@@ -165,9 +248,22 @@ def mfcc(
     fft: int = 512,
     lifter: int = 22,
 ) -> Float64Array:
-    """(frame, coefficient) mel-frequency cepstrum, the first replaced by the log energy.
+    """Mel-frequency cepstral coefficients, the first replaced by the log energy.
 
     Equal to python_speech_features, the front end of DeepSpeech (26 coefficients there).
+
+    Parameters
+    ----------
+    samples, sample_rate, bands, window_s, step_s, fft
+        As `filterbank_energies` takes them.
+    coefficients : int
+        How many.
+    lifter : int
+        Of sinusoidal liftering; 0 for none.
+
+    Returns
+    -------
+    (frame, coefficient) float64
     """
     energies, total = filterbank_energies(samples, sample_rate, bands, window_s, step_s, fft)
     cepstrum = np.log(energies) @ _dct(bands)[:, :coefficients]

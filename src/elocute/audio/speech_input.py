@@ -40,15 +40,27 @@ READS_FREE, READ_BYTES = 100_000, 256
 def resolve_speech(
     speech: SpeechInput, rate: int | None = None, channel: int | None = None
 ) -> Path | Waveform:
-    """The sound meant, for functions that take a path or a Waveform.
+    """The sound that a caller means, for functions that take a path or a Waveform.
 
-    speech   a path or a Waveform, which is returned; the bytes of a sound file, or a binary file
-             object that gives them; or samples, an array (sample,) or (sample, channel) of floats
-             within ±1 or of integers of 8, 16 or 32 bits
-    rate     Hz, for an array and for nothing else
-    channel  which one to take of bytes, a file object or an array, in place of the mean
+    Parameters
+    ----------
+    speech : str, Path, Waveform, bytes, binary file or array
+        A path or a Waveform is returned as it is. Otherwise the bytes of a sound file, a binary
+        file that gives them, or samples: (sample,) or (sample, channel), floats within ±1 or
+        integers of 8, 16 or 32 bits.
+    rate : int, optional
+        Sample rate of an array, Hz; not allowed for anything else.
+    channel : int, optional
+        The channel to take of bytes, a file or an array, instead of their mean.
 
-    Raises AudioError.
+    Returns
+    -------
+    Path or Waveform
+
+    Raises
+    ------
+    AudioError
+        For anything that is no sound, or more of it than is held in memory.
     """
     has_rate = isinstance(speech, str | os.PathLike | Waveform | bytes | bytearray | memoryview)
     if not has_rate and not hasattr(speech, "read"):

@@ -19,10 +19,20 @@ numbers are 16-bit integers written as floats, or damage."""
 
 @dataclass(frozen=True, eq=False)
 class Waveform:
-    """samples (sample,) float32, full scale ±1; sample_rate in Hz.
+    """Mono sound in memory.
 
-    Raises AudioError where the samples are not floats, not one-dimensional, fewer than two, not
-    finite or beyond ±100, or the rate is absurd.
+    Parameters
+    ----------
+    samples : (sample,) float32
+        Full scale is ±1.
+    sample_rate : int
+        Hz, 4000 to 768000.
+
+    Raises
+    ------
+    AudioError
+        Where the samples are not floats, not one-dimensional, fewer than two, not finite or beyond
+        ±100, or the rate is out of range.
     """
 
     samples: NDArray[np.float32]
@@ -58,7 +68,22 @@ class Waveform:
         return len(self.samples) / self.sample_rate
 
     def resample(self, sample_rate: int) -> Waveform:
-        """The same sound at another rate (soxr, high quality). Raises AudioError."""
+        """The same sound at another rate (soxr, high quality).
+
+        Parameters
+        ----------
+        sample_rate : int
+            Hz, 4000 to 768000.
+
+        Returns
+        -------
+        Waveform
+
+        Raises
+        ------
+        AudioError
+            For a rate out of range, or more samples than fit in memory.
+        """
         sample_rate = check_rate("waveform", sample_rate)
         if sample_rate == self.sample_rate:
             return self

@@ -17,9 +17,18 @@ FEATURE_RATE = 50.0
 
 
 class Encoder(Protocol):
-    """Waveform to Features: round(50 · duration) frames, one at least.
+    """A speech encoder: a callable from Waveform to Features.
 
-    Calling it raises InputError for a file that cannot be used, MachineError for a missing package.
+    It gives round(50 · duration) rows, at least one.
+
+    Attributes
+    ----------
+    name : str
+        What `Features.encoder` says.
+    feature_count : int
+        Features per row.
+    rate : float
+        Rows per second.
     """
 
     @property

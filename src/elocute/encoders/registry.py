@@ -27,10 +27,24 @@ def encoder_names() -> tuple[str, ...]:
 
 
 def resolve_encoder(name: str = DEFAULT_ENCODER) -> Encoder:
-    """The encoder of that name. Its network is loaded when it is first called.
+    """The speech encoder of that name; its network is loaded when it is first called.
 
-    Raises InputError for a name that nothing has, a path that is missing or uncalled for, and
-    files that are plainly not what the name says.
+    Parameters
+    ----------
+    name : str
+        "phones", "fbank", "deepspeech:PATH.pb", "wav2vec2:FOLDER", "hubert:FOLDER" or
+        "wavlm:FOLDER".
+
+    Returns
+    -------
+    Encoder
+        A callable from Waveform to Features at 50 Hz.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, a path that is missing or not expected, and files that are plainly not
+        what the name says.
     """
     kind, colon, path = name.partition(":")
     if kind not in ENCODERS:

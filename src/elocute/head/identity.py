@@ -42,9 +42,23 @@ def _named() -> dict[str, list[float]]:
 
 
 def resolve_identity(choice: str) -> NDArray[np.float32]:
-    """(50,) coefficients of "mean", a name, a whole number (seed) or a JSON file.
+    """The coefficients of a face.
 
-    A file holds {"identity": [50 numbers from -5 to 5]}. Raises HeadError.
+    Parameters
+    ----------
+    choice : str
+        "mean", a name, a whole number (the seed of a random face), or a JSON file that holds
+        {"identity": [50 numbers from -5 to 5]}.
+
+    Returns
+    -------
+    (50,) float32
+        Standard deviations.
+
+    Raises
+    ------
+    HeadError
+        For an unknown name, or a file that holds no coefficients.
     """
     if choice == "mean":
         return np.zeros(IDENTITY_COUNT, np.float32)
@@ -83,11 +97,26 @@ def read_identity(path: Path) -> NDArray[np.float32]:
 
 
 def sample_identities(head: HeadModel, count: int, seed: int) -> NDArray[np.float32]:
-    """(count, identity) standard deviations of random faces; a seed always gives the same.
+    """Coefficients of random faces: normal, standard deviation 0.85, drawn again beyond ±2.5.
 
-    Normal with a spread of 0.85, drawn again where beyond ±2.5. The first faces of a seed stay
-    what they are when more are asked for. Raises HeadError for a head without an identity
-    space, a count below 1 or a seed that is none.
+    Parameters
+    ----------
+    head : HeadModel
+        With an identity space.
+    count : int
+        How many faces, 1 to 100000.
+    seed : int
+        0 to 999999999. The first faces of a seed stay the same when more are asked for.
+
+    Returns
+    -------
+    (count, identity) float32
+        Standard deviations.
+
+    Raises
+    ------
+    HeadError
+        For a head without an identity space, and for a count or seed out of range.
     """
     components = len(head.identity_basis)
     if not components:

@@ -17,10 +17,22 @@ ALLOWED = f"{BUILTIN}, a FLAME model (.pkl), a head (.npz) or a mesh (.obj, .ply
 
 
 def open_head(choice: str | Path) -> HeadModel:
-    """The head that a person names: "builtin", a FLAME .pkl, a stored .npz or a mesh.
+    """Open any head by its name or file.
 
-    A mesh whose topology is the built-in head's is that head with another neutral face. Raises
-    InputError.
+    Parameters
+    ----------
+    choice : str or Path
+        "builtin", a FLAME model (.pkl), a stored head (.npz) or a mesh (.obj, .ply). A mesh in the
+        built-in topology becomes the built-in head with another neutral face.
+
+    Returns
+    -------
+    HeadModel
+
+    Raises
+    ------
+    HeadError
+        For a file that is missing or no head; InputError for a pickle that is damaged.
     """
     if str(choice) == BUILTIN:
         return load_builtin_head()

@@ -142,12 +142,31 @@ def extract_features(
     phones: PhoneTimes | None = None,
     progress: Progress | None = None,
 ) -> tuple[SpeechFeatures, float]:
-    """The features that a model answers to, and the length of the sound in seconds.
+    """The features of a whole sound, as a model needs them.
 
-    contacts  also the phones that `curves` need, not only what `weights` need
-    phones    their times, where they are known: used instead of the encoder's posteriors
+    Parameters
+    ----------
+    model : SpeechModel
+        Whose features.
+    sound : Waveform or SoundBlocks
+        The sound.
+    contacts : bool
+        Whether phones are wanted too, where `curves` needs them; False for `weights` alone.
+    phones : list of (float, float, str), optional
+        Start in s, end in s and ARPAbet phone, where known; used instead of the encoder's.
+    progress : callable, optional
+        Called with the share of the sound that is done, 0 to 1.
 
-    Raises AudioError, ModelError, MachineError.
+    Returns
+    -------
+    features : SpeechFeatures
+    duration_s : float
+        Of the sound.
+
+    Raises
+    ------
+    AudioError, ModelError, MachineError
+        For sound, a model or a package that cannot be used.
     """
     source = blocks_of(sound) if isinstance(sound, Waveform) else sound
     level = None

@@ -23,9 +23,21 @@ def model_names() -> tuple[str, ...]:
 
 
 def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
-    """The model of that name, or of a trained model's file (.onnx).
+    """Open any speech model by its name or file.
 
-    Raises ModelError where the file is missing, too large or no model of Elocute.
+    Parameters
+    ----------
+    model : str or Path
+        "articulation", "voca" or "crnn", or the file of a trained model (.onnx).
+
+    Returns
+    -------
+    SpeechModel
+
+    Raises
+    ------
+    ModelError
+        For an unknown name, and a file that is missing, too large or no model of Elocute.
     """
     check_kind("model", model, str | os.PathLike, "a name or a path", ModelError)
     if str(model) == articulation.NAME:

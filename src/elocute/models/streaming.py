@@ -42,12 +42,18 @@ INT16_SCALE = 1 / 32768
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One moment of a face.
+    """One frame of a face.
 
-    time_s     since the first sample
-    names      of the curves
-    values     (curve,) float32
-    rotations  (joint, 4) wxyz of the head's joints; at rest, as speech turns none of them yet
+    Parameters
+    ----------
+    time_s : float
+        Seconds since the first sample.
+    names : tuple of str
+        The names of the curves.
+    values : (curve,) float32
+        Their values: 0 to 1 on the built-in head.
+    rotations : (joint, 4) float32
+        Quaternions wxyz of the head's joints; at rest, as no model turns joints yet.
     """
 
     time_s: float
@@ -56,7 +62,7 @@ class Frame:
     rotations: Float32Array
 
     def __getitem__(self, name: str) -> float:
-        """The value of one curve. Raises KeyError for a name that there is not."""
+        """The value of one curve. Raises KeyError for an unknown name."""
         try:
             return float(self.values[self.names.index(name)])
         except ValueError:
@@ -68,11 +74,28 @@ class Frame:
 
 
 class CurveStream:
-    """A model's answer to sound in blocks: `push` gives the frames that are certain.
+    """Live curves of any model: `push` sound, get the frames that are certain.
 
-    With `level` (mean and peak of the whole sound) a model that normalises by it gives what the
-    whole sound gives; without, it goes by the sound so far. Raises InputError for
-    settings out of range, and what the model raises for a style.
+    Parameters
+    ----------
+    model : SpeechModel
+        The model to run.
+    sample_rate : int
+        Of the sound, Hz.
+    fps : float
+        Frames per second, 1 to 240.
+    style : str or Style
+        As `animate` takes it.
+    strength : float
+        How far the mouth moves, 0 to 2.
+    level : (float, float), optional
+        Mean and peak of the whole sound. A model that normalises by them then gives what the whole
+        sound gives; without, it goes by the sound so far.
+
+    Raises
+    ------
+    InputError
+        For settings out of range, and for a style that the model does not have.
     """
 
     def __init__(
@@ -108,10 +131,22 @@ class CurveStream:
         return self._frames
 
     def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Curves | None:
-        """Curves of the frames that are certain now, or None.
+        """Take a block of sound.
 
-        samples (sample,) floats within ±1 or 16-bit integers, of any length. Raises AudioError
-        for anything else, and after `flush`.
+        Parameters
+        ----------
+        samples : (sample,) floats within ±1, or int16
+            A block of any length.
+
+        Returns
+        -------
+        Curves or None
+            The frames that are certain now; None where there is none.
+
+        Raises
+        ------
+        AudioError
+            For anything else, and after `flush`.
         """
         if self._ended:
             raise AudioError("stream: found sound after its end; allowed: a new stream")
@@ -124,7 +159,13 @@ class CurveStream:
         return self._answer(count, None) if count > 0 else None
 
     def flush(self) -> Curves | None:
-        """The rest, once no more sound comes. Nothing is answered to silence of no length."""
+        """End the sound.
+
+        Returns
+        -------
+        Curves or None
+            The remaining frames; None where there are none, or the sound was too short to be any.
+        """
         if self._ended or not self._samples:
             self._ended = True
             return None
@@ -190,7 +231,7 @@ class _Rows:
 
 
 class Stream:
-    """What `elocute.stream` gives: sound in, `Frame`s out."""
+    """Live animation, as `elocute.stream` opens it: blocks of sound in, `Frame`s out."""
 
     def __init__(self, curves: CurveStream, names: tuple[str, ...], joints: int) -> None:
         self._curves, self._names = curves, names
@@ -202,16 +243,34 @@ class Stream:
         return self._curves.lookahead_s
 
     def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Iterator[Frame]:
-        """The frames that are certain now. The block counts as pushed at once.
+        """Take a block of sound; it counts as pushed at once.
 
-        samples (sample,) mono floats within ±1 or 16-bit integers at the stream's rate. Raises
-        AudioError for anything else.
+        Parameters
+        ----------
+        samples : (sample,) floats within ±1, or int16
+            Mono, at the stream's rate, of any length.
+
+        Returns
+        -------
+        iterator of Frame
+            The frames that are certain now, perhaps none.
+
+        Raises
+        ------
+        AudioError
+            For anything else, and after `flush`.
         """
         first = self._curves.frames_given
         return self._frames(self._curves.push(samples), first)
 
     def flush(self) -> Iterator[Frame]:
-        """The frames that are left, once no more sound comes."""
+        """End the sound.
+
+        Returns
+        -------
+        iterator of Frame
+            The remaining frames.
+        """
         first = self._curves.frames_given
         return self._frames(self._curves.flush(), first)
 
@@ -243,22 +302,44 @@ def stream(
 ) -> Stream:
     """Animate speech while it comes in.
 
+    A frame has all curves of the built-in head, or of the model's own shapes. It comes out
+    `lookahead_s` after its time.
+
+    Parameters
+    ----------
+    rate : int
+        Sample rate of the sound, Hz.
+    model : str or Path
+        "articulation", "voca", "crnn", or a trained model (.onnx).
+    fps : float
+        Frames per second, 1 to 240.
+    style : str or Style
+        A name, a mix, or a JSON file, as `animate` takes it.
+    strength : float
+        How far the mouth moves, 0 to 2.
+    level : (float, float), optional
+        Mean and peak of the whole sound, where known: the recurrent model normalises by them.
+
+    Returns
+    -------
+    Stream
+        Takes sound by `push` and `flush`.
+
+    Raises
+    ------
+    InputError
+        For settings out of range; AudioError for the rate, ModelError for model and style.
+
+    Examples
+    --------
+    ::
+
         live = elocute.stream(rate=48000, model="articulation", fps=60)
         for block in microphone:
             for frame in live.push(block):
                 frame.time_s, frame["jawOpen"]
         for frame in live.flush():
             ...
-
-    rate      of the sound, Hz
-    model     "articulation", "voca", "crnn", or a trained model (.onnx)
-    fps       frames per second, 1…240
-    style     a name, a mix, or a .json file, as `animate` takes it
-    strength  how far the mouth moves, 0…2
-    level     mean and peak of the whole sound, where known (the recurrent model normalises by them)
-
-    A frame knows all curves of the built-in head, or of the model's own shapes. It comes out
-    `lookahead_s` after its time. Raises InputError (AudioError, ModelError).
     """
     from elocute.head.builtin import load_builtin_head
 

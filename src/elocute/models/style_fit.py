@@ -39,14 +39,20 @@ GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
 
 @dataclass(frozen=True)
 class StyleFit:
-    """What explains the motion best.
+    """The mix of styles that explains a motion best.
 
-    mix         share per style, largest first, summing to one
-    best_style  the single style that explains it best
-    error_mm    distance of vertices (root of the mean square) between the model with this mix
-                and the motion
-    styles      the same error for every style alone
-    seconds     how much motion was looked at
+    Parameters
+    ----------
+    mix : dict
+        Share per style, largest first, summing to one.
+    best_style : str
+        The single style that explains it best.
+    error_mm : float
+        Distance of vertices (root mean square) between the model in this mix and the motion.
+    styles : dict
+        The same error for every style alone, mm.
+    seconds : float
+        How much motion was used.
     """
 
     mix: dict[str, float]
@@ -93,10 +99,29 @@ class _Target:
 
 
 def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
-    """The convex mix of the model's styles that best explains some takes.
+    """Find the convex mix of a model's styles that best explains some recordings.
 
-    Raises ModelError for takes of another topology, too short, not finite or none, and for a
-    model that has no styles.
+    Parameters
+    ----------
+    model : SpeechModel
+        With styles.
+    takes : sequence of ObservedMotion
+        Motions and the features of their speech, together half a second or more; of each the first
+        minute is used.
+
+    Returns
+    -------
+    StyleFit
+
+    Raises
+    ------
+    ModelError
+        For motions of another topology, too short, not finite or none, and for a model without
+        styles.
+
+    References
+    ----------
+    VOCA 2019, section 7.2 mixes styles convexly and leaves estimating the mix for the future.
     """
     if not model.styles:
         raise ModelError.about(

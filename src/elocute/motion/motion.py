@@ -24,17 +24,29 @@ WEIGHT_MAX = 1e6
 class Motion:
     """Weights over time on the expression basis of one head.
 
-    Vertices of frame f are `template + Σ weights[f, c] · basis[c]`, then turned by the joint
-    rotations where there are any. Frame f is at time f / fps. The basis is linear, so this
-    store is exact and about fifty times smaller than the vertices (VOCA 2019, section 4: the
-    decoder is linear too).
+    The vertices of frame f are `template + Σ weights[f, c] · basis[c]`, turned by the joint
+    rotations where there are any. Frame f is at time f / fps.
 
-    head       template (vertex, 3) m and expression basis (component, vertex, 3) m
-    weights    (frame, component) float32, no unit
-    fps        frames per second
-    rotations  (frame, joint, 4) float32 quaternions wxyz, or None for the zero pose
+    Parameters
+    ----------
+    head : HeadModel
+        Its template (vertex, 3) in m and expression basis (component, vertex, 3) in m.
+    weights : (frame, component) float32
+        No unit.
+    fps : float
+        Frames per second, up to 1000.
+    rotations : (frame, joint, 4) float32, optional
+        Quaternions wxyz; None for the zero pose.
 
-    Raises MotionError where shapes, numbers or the frame rate do not fit.
+    Raises
+    ------
+    MotionError
+        Where shapes, numbers or the frame rate do not fit.
+
+    Notes
+    -----
+    The basis is linear, so weights are exact and about fifty times smaller than the vertices
+    (VOCA 2019, section 4: its decoder is linear too).
     """
 
     head: HeadModel
@@ -109,7 +121,23 @@ class Motion:
         return self.head.expression_names
 
     def vertices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float32]:
-        """Expand frames start:stop to (frame, vertex, 3) m. Raises MotionError where none is."""
+        """Expand frames to vertices.
+
+        Parameters
+        ----------
+        start, stop : int
+            The frames `start` up to, not including, `stop`, as slices count.
+
+        Returns
+        -------
+        (frame, vertex, 3) float32
+            Metres.
+
+        Raises
+        ------
+        MotionError
+            Where these are no frames of the motion.
+        """
         self._check_frames(start, stop)
         weights = self.weights[start:stop]
         # Components that stay at zero cost nothing: speech uses about half of them.
@@ -143,9 +171,22 @@ class Motion:
         )
 
     def blocks(self, frames: int = 120) -> Iterator[NDArray[np.float32]]:
-        """Expand in blocks of at most `frames`, so that an hour fits in bounded memory.
+        """Expand the motion in blocks, so that an hour fits in bounded memory.
 
-        Raises MotionError for blocks of less than a frame.
+        Parameters
+        ----------
+        frames : int
+            How many a block has at most, from 1.
+
+        Yields
+        ------
+        (frame, vertex, 3) float32
+            Metres.
+
+        Raises
+        ------
+        MotionError
+            For blocks of less than a frame.
         """
         if (whole_number(frames) or 0) < 1:
             raise MotionError.about(
@@ -155,7 +196,22 @@ class Motion:
             yield self.vertices(start, start + frames)
 
     def at_fps(self, fps: float) -> Motion:
-        """The same motion at another frame rate, linear between frames. Raises MotionError."""
+        """The same motion at another frame rate, linear between frames.
+
+        Parameters
+        ----------
+        fps : float
+            Frames per second, up to 1000.
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        MotionError
+            For a rate out of range, or more frames than fit in memory.
+        """
         fps = checked_fps(fps)
         count = max(1, round(self.duration_s * fps))
         if count * len(self.names) > NUMBERS_MAX:

@@ -50,16 +50,25 @@ def _probe(head: HeadModel) -> _Probe:
 
 
 def measure_mouth(motion: Motion) -> Curves:
-    """Curves `opening_mm, width_mm, protrusion_mm, jaw_mm` of a motion in zero pose.
+    """Measure a mouth in zero pose, frame by frame; joint rotations are left out.
 
-    opening     vertical gap between the inner lips, mean of the middle third; 0 where they
-                touch or overlap
-    width       distance of the outer mouth corners
-    protrusion  how far the lips stand out in front of where they rest (mean of both lips)
-    jaw         how far the chin has dropped from where it rests
+    Parameters
+    ----------
+    motion : Motion
+        On a head with lip rings and landmarks.
 
-    Joint rotations are left out, so a nod measures nothing. Raises HeadError for a head
-    without lip rings and landmarks.
+    Returns
+    -------
+    Curves
+        In mm: `opening_mm`, the vertical gap between the inner lips, mean of the middle third, 0
+        where they touch or overlap; `width_mm`, the distance of the outer mouth corners; `protrusion_mm`,
+        how far the lips stand out in front of their rest, mean of both; `jaw_mm`, how far the chin
+        has dropped from its rest.
+
+    Raises
+    ------
+    HeadError
+        For a head without lip rings and landmarks.
     """
     check_motion(motion)
     head = motion.head

@@ -51,25 +51,46 @@ def solve_weights(
     joints: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Motion, NDArray[np.float64]]:
-    """Find the motion of `head` whose vertices come nearest to those given.
+    """Find the motion of a head whose vertices come nearest to given ones.
 
-    vertices        (frame, vertex, 3) m, vertex for vertex those of the head
-    regularisation  what a squared weight costs, in mm² of mean squared distance: it decides
-                    between shapes that look alike and keeps weights small
-    bounds          lowest and highest weight, (0, 1) for shapes such as ARKit's, or None
-    joints          those that may turn, None for all, () for vertices in zero pose
+    Parameters
+    ----------
+    head : HeadModel
+        The head to fit.
+    vertices : (frame, vertex, 3)
+        Metres, vertex for vertex those of the head. A Motion turns about its joints and never
+        shifts, so vertices that drift have to be aligned with the head first.
+    fps : float
+        Frames per second of the result.
+    regularisation : float
+        Cost of a squared weight in mm² of mean squared distance; it decides between shapes that
+        look alike and keeps weights small.
+    bounds : (float, float), optional
+        Lowest and highest weight: (0, 1) for shapes such as ARKit's; None for no bounds.
+    joints : sequence of str, optional
+        The joints that may turn; None for all, () for vertices in zero pose.
+    progress : callable, optional
+        Called with the share of the frames that is done, 0 to 1.
 
-    Shapes alone are solved at once (the basis is linear). Where they leave something, the
-    root joint is laid over the frame by Procrustes, and Levenberg's steps on weights and
+    Returns
+    -------
+    motion : Motion
+        The fit.
+    distances : (frame,) float64
+        Mean distance of its vertices from the given ones, mm.
+
+    Raises
+    ------
+    MotionError
+        For another number of vertices, NaN, unknown joints, bounds without room, and a
+        regularisation that is not above zero.
+
+    Notes
+    -----
+    Shapes alone are solved at once, as the basis is linear. Where they leave a remainder, the root
+    joint is aligned by Procrustes (Kabsch 1976), and Levenberg-Marquardt steps on weights and
     rotations together follow, in the frame of the face in zero pose, where the basis stays the
-    same. Rotations cost nothing; frames follow one another, so each starts from the last.
-
-    A Motion turns about its joints and never shifts: vertices that drift are to be laid where
-    the head is before.
-
-    Returns the motion and the mean distance of its vertices (frame,) mm. Raises MotionError
-    for another number of vertices, NaN, unknown joints, bounds without room and a regularisation
-    that is not above zero.
+    same. Rotations cost nothing. Each frame starts from the one before.
     """
     given = _checked(head, vertices)
     if not 0 < regularisation < np.inf:

@@ -29,7 +29,20 @@ REMEDY = "make one: elocute animate speech.wav -o talk.npz"
 
 
 def save_motion(motion: Motion, path: str | Path) -> None:
-    """Write a motion. Raises OutputError, MotionError for what is none."""
+    """Write a motion as .npz: exact, with its head, but without the head's identity space.
+
+    Parameters
+    ----------
+    motion : Motion
+        What to write.
+    path : str or Path
+        The file; one of that name is replaced.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    """
     check_motion(motion)
     head = motion.head
     components, vertices = np.nonzero(head.expression_basis.any(axis=2))
@@ -60,7 +73,22 @@ _LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis")
 
 
 def load_motion(path: str | Path) -> Motion:
-    """Read what `save_motion` wrote. Raises MotionError where it is something else."""
+    """Read a motion that `save_motion` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        The .npz file.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a file that is missing, damaged or no motion.
+    """
     stored = read_npz(
         path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=MotionError, remedy=REMEDY
     )

@@ -22,14 +22,25 @@ IntArray = NDArray[np.integer]
 
 @dataclass(frozen=True, eq=False)
 class VertexMotion:
-    """What moves: weights on a basis, or vertices; both over a neutral face.
+    """A motion to be measured: weights on a basis, or vertices, over a neutral face.
 
-    values    (frame, component) weights, or (frame, vertex, 3) m where basis is None
-    template  (vertex, 3) m
-    fps       frames per second
-    basis     (component, vertex, 3) m, or None
+    Unlike a `Motion` it needs no head, only a topology.
 
-    Raises MotionError where the shapes do not fit or there is no frame.
+    Parameters
+    ----------
+    values : (frame, component) or (frame, vertex, 3)
+        Weights; or, where basis is None, vertices in m.
+    template : (vertex, 3)
+        The neutral face, m.
+    fps : float
+        Frames per second.
+    basis : (component, vertex, 3), optional
+        Shapes, m.
+
+    Raises
+    ------
+    MotionError
+        Where the shapes do not fit or there is no frame.
     """
 
     values: NDArray[np.floating] | ArrayFile
@@ -65,16 +76,26 @@ class VertexMotion:
         return len(self.template)
 
     def cut(self, frames: int) -> VertexMotion:
-        """The first frames."""
+        """The first `frames` frames."""
         values = self.values
         first = values.part(0, frames) if isinstance(values, ArrayFile) else values[:frames]
         return VertexMotion(first, self.template, self.fps, self.basis)
 
     def blocks(self, vertices: IntArray | None = None, overlap: int = 0) -> Iterator[Float64Array]:
-        """(frame, vertex, 3) mm of all or of some vertices, a few seconds at a time.
+        """Expand all or some vertices, a few seconds at a time.
 
-        Each block but the first repeats the last `overlap` frames of the one before, so that
-        differences in time see every neighbourhood once.
+        Parameters
+        ----------
+        vertices : (place,) of int, optional
+            Which vertices; None for all.
+        overlap : int
+            Each block but the first repeats so many frames of the one before, so that
+            differences in time see every neighbourhood once.
+
+        Yields
+        ------
+        (frame, vertex, 3) float64
+            Millimetres.
         """
         basis, kept = self.basis, slice(None) if vertices is None else vertices
         rest = np.asarray(self.template, np.float64)[kept] * MM

@@ -42,17 +42,34 @@ def with_blinks(
     seed: int = SEED,
     replace: bool = False,
 ) -> Motion:
-    """Blink at moments given, or now and then, or both.
+    """Blink at given moments, at random ones, or both.
 
-    times_s     when the lids are shut, seconds; each is moved to the nearest frame, so that the
-                lids are seen shut at any frame rate and in any clip, be it one frame long
-    per_minute  further blinks, drawn from `seed`: none in the first second, none cut by the end
-    replace     take the blinks away that are there; without any new ones, nobody blinks
+    A blink keeps its course where the end of the clip cuts it, so nothing jumps. Where blinks
+    overlap, the lid that is closed further wins. Lids shut on every face: where the face changes
+    over time, weights follow its eyes.
 
-    A blink keeps its course where the clip's end cuts it, so nothing jumps. Where blinks meet,
-    the further closed lid wins. Lids shut on every face: where the face changes over time,
-    weights follow its eyes. Raises MotionError for a head without eyeBlinkLeft and
-    eyeBlinkRight and for moments outside the motion.
+    Parameters
+    ----------
+    motion : Motion
+        On a head with the shapes eyeBlinkLeft and eyeBlinkRight.
+    times_s : sequence of float
+        When the lids are shut, s; each is moved to the nearest frame, so that the lids are seen
+        shut at any frame rate and in any clip, even one frame long.
+    per_minute : float
+        Further blinks at random, 0 to 120 a minute: none in the first second, none cut by the end.
+    seed : int
+        For these.
+    replace : bool
+        Remove the blinks that are there; without any new ones, nobody blinks.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a head without these shapes, and for moments outside the motion.
     """
     check_motion(motion)
     columns = [shape_index(motion, f"eyeBlink{side}") for side in SIDES]

@@ -18,14 +18,28 @@ DIRECTIONS = ("Up", "Down", "In", "Out")
 
 
 def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
-    """Let both eyes look somewhere, in degrees.
+    """Let both eyes look in a direction.
 
-    directions  one (x, y) for the whole motion, or keyframes [(time s, (x, y)), …]:
-                +x looks down, +y to the head's own left
+    On a head with ARKit's eyeLook shapes these are set, and the lids follow; what the shapes did
+    before is replaced. Elsewhere the eye joints turn, after whatever they did.
 
-    On a head with ARKit's eyeLook shapes these are set (lids follow; what they did before is
-    replaced; farther than a shape reaches at weight one is refused). Elsewhere the eye joints
-    turn, after whatever they did. Raises MotionError for a head with neither.
+    Parameters
+    ----------
+    motion : Motion
+        On a head with eyeLook shapes or eye joints.
+    directions : (x, y) or keyframes [(time s, (x, y)), …]
+        Degrees: +x looks down, +y to the head's own left. One direction holds for the whole motion;
+        between keyframes each component follows a cubic without overshoot.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a head with neither, a direction further than a shape reaches at weight one, and
+        malformed keyframes.
     """
     check_motion(motion)
     times, angles = read_keyframes(as_keyframes(directions), "gaze")

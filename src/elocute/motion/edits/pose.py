@@ -36,21 +36,40 @@ def with_pose(
 ) -> Motion:
     """Turn a joint, after whatever it did already.
 
-    joint      as the head names it: neck, head, jaw, eyeLeft, eyeRight
-    rotations  one axis-angle vector (x, y, z) for the whole motion, or keyframes
-               [(time s, (x, y, z)), …]. Its direction is the axis, its length the angle: about
-               one axis it is just the angle. +x nods (chin down), +y turns to the head's own
-               left, +z tilts to its own right. Between keyframes each component follows a
-               cubic without overshoot; outside them it holds
-    degrees    False: radians
+    Parameters
+    ----------
+    motion : Motion
+        On a head with that joint.
+    joint : str
+        As the head names it: neck, head, jaw, eyeLeft or eyeRight.
+    rotations : (x, y, z) or keyframes [(time s, (x, y, z)), …]
+        Axis-angle vectors: the direction is the axis, the length the angle. +x nods (chin down), +y
+        turns to the head's own left, +z tilts to its own right. One vector holds for the whole
+        motion; between keyframes each component follows a cubic without overshoot, and outside
+        them it holds.
+    degrees : bool
+        Whether angles are degrees; radians otherwise.
 
-    The new rotation comes after the joint's old one, in its parent's frame, so the opposite
-    angles take it back. It turns what the shapes have made: the shape `jawOpen` is the jaw
-    joint's opening already (20 degrees at weight one on the built-in head), so a jaw pose opens
-    the mouth further by its own angle and leaves the weight of `jawOpen` alone. To replace the
-    opening, take the shape away first: `with_shape(motion, "jawOpen", 0)`.
+    Returns
+    -------
+    Motion
 
-    Raises MotionError for a joint the head lacks and for malformed keyframes.
+    Raises
+    ------
+    MotionError
+        For a joint that the head lacks, and for malformed keyframes.
+
+    Notes
+    -----
+    The new rotation comes after the joint's old one, in its parent's frame, so the opposite angles
+    take it back. It turns what the shapes have made: the shape `jawOpen` is already the opening of
+    the jaw joint (20 degrees at weight one on the built-in head), so a jaw pose opens the mouth
+    further by its own angle and leaves the weight of `jawOpen` alone. To replace the opening,
+    remove the shape first: `with_shape(motion, "jawOpen", 0)`.
+
+    References
+    ----------
+    VOCA 2019, section 4 and Figure 7.
     """
     check_motion(motion)
     index = joint_index(motion.head, joint)
@@ -67,7 +86,7 @@ def with_pose(
 
 
 def without_pose(motion: Motion) -> Motion:
-    """The same motion in zero pose: shapes only, as VOCA puts it out."""
+    """The same motion in zero pose: shapes only, as VOCA gives it. Raises MotionError."""
     check_motion(motion)
     return replace(motion, rotations=None)
 
@@ -79,7 +98,10 @@ def _rotations(motion: Motion) -> NDArray[np.float32]:
 
 
 def joint_index(head: HeadModel, joint: str) -> int:
-    """Place of a joint by its name; `eyeLeft`, `eye_left` and `left_eye` are one. MotionError."""
+    """The index of a joint by its name; `eyeLeft`, `eye_left` and `left_eye` are the same.
+
+    Raises MotionError for a joint that the head lacks.
+    """
     check_kind("joint", joint, str, ", ".join(head.joint_names), MotionError)
     if joint in head.joint_names:
         return head.joint_names.index(joint)

@@ -15,12 +15,27 @@ from elocute.numerics.given import check_kind
 def with_shape(
     motion: Motion, name: str, weights: Keyframes | float, *, add: bool = False
 ) -> Motion:
-    """Set the weight of a shape, or add to it.
+    """Set the weight of a shape over time, or add to it.
 
-    weights  one number for the whole motion, or keyframes [(time s, weight), …] with smooth
-             cubics between them
+    Parameters
+    ----------
+    motion : Motion
+        On a head with that shape.
+    name : str
+        The shape, `mouthSmileLeft` for example.
+    weights : float or keyframes [(time s, weight), …]
+        One number holds for the whole motion; keyframes have cubics without overshoot between them.
+    add : bool
+        Add to the weight that is there instead of replacing it.
 
-    Raises MotionError for a shape the head lacks and for malformed keyframes.
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a shape that the head lacks, and for malformed keyframes.
     """
     check_motion(motion)
     column = shape_index(motion, name)
