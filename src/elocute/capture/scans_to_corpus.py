@@ -26,6 +26,7 @@ from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, op
 from elocute.capture.sequence_report import write_report
 from elocute.capture.sequence_result import SequenceResult
 from elocute.capture.sequence_tracking import Track, frame_landmarks, track_frames
+from elocute.capture.settings import BatchSettings
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
 from elocute.corpus.importers.common import even_split
@@ -36,7 +37,7 @@ from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.jobs.pool import Failed
-from elocute.jobs.process_pool import checked_jobs, run_local
+from elocute.jobs.process_pool import run_local
 
 CORPUS, MADE = "corpus", "corpus.sha256"
 FOLDERS, BEGUN = ("subjects", "sequences"), "capture.begun"
@@ -49,18 +50,6 @@ FLAGGED_MAX = 0.5
 """Share of frames beyond which a sequence is not worth filling in."""
 
 Progress = Callable[[float], None] | None
-
-
-@dataclass(frozen=True)
-class BatchSettings:
-    """head as `open_head` takes it; fps and unit go before what the folders say; jobs 0 = all
-    processors; eyes_s is the smoothing around the eyes in seconds."""
-
-    head: str = "builtin"
-    fps: float | None = None
-    unit: str | None = None
-    jobs: int = 1
-    eyes_s: float = 0.02
 
 
 def capture_scans(
@@ -222,7 +211,7 @@ def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress)
         if progress:
             progress(done / max(total, 1))
 
-    jobs = checked_jobs(settings.jobs) or os.cpu_count() or 1
+    jobs = settings.jobs or os.cpu_count() or 1
     if jobs == 1:
         for track, numbers in chunks:
             track_frames(track, numbers, lambda _: count(1))
@@ -281,7 +270,7 @@ def _finished(track: Track, settings: BatchSettings) -> SequenceResult:
         ):
             # On disk from the start: an hour of frames need not fit in memory.
             for frame in cleaned_frames(
-                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_s
+                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_ms / 1000
             ):
                 rows.add(frame[None])
     write_report(track, result, place / "report.html")
