@@ -57,9 +57,18 @@ class InputError(ElocuteError, ValueError):
 
     @classmethod
     def about(cls, subject: str | Path, *, found: str, allowed: str = "", remedy: str = "") -> Self:
-        """Compose the one-line message `subject: found; allowed: …; remedy`.
+        """An error with the one-line message `subject: found; allowed: …; remedy`.
 
-        What was found may be anything of a file's, of any length: its start is shown.
+        Parameters
+        ----------
+        subject : str or Path
+            What cannot be used: a file, or the name of a value.
+        found : str
+            What it is, of any length; its start is shown.
+        allowed : str
+            What it may be.
+        remedy : str
+            What to do.
         """
         parts = [_start(printable(" ".join(found.split())))]
         if allowed:

@@ -122,10 +122,22 @@ def mix_styles(shares: dict[str, float]) -> Style:
 
 
 def resolve_style(given: str | Style) -> Style:
-    """A Style from a name of STYLES, a mix of them (`calm:0.7,broad:0.3`), a JSON file of its
-    fields, or a Style as it is.
+    """The Style that a caller names.
 
-    Raises InputError naming what is allowed.
+    Parameters
+    ----------
+    given : str or Style
+        A name of STYLES, a mix of them ("calm:0.7,broad:0.3"), a JSON file of a Style's fields, or
+        a Style, which is returned as it is.
+
+    Returns
+    -------
+    Style
+
+    Raises
+    ------
+    InputError
+        Naming what is allowed.
     """
     if isinstance(given, Style):
         return given

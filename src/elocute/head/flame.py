@@ -29,20 +29,43 @@ _KEYS = ("v_template", "shapedirs", "posedirs", "J_regressor", "weights", "kintr
 
 @dataclass(frozen=True, eq=False)
 class FlameModel:
-    """A model as its file holds it; lengths in metres, +Y up, +Z out of the face.
+    """A FLAME model as its file holds it; +Y up, +Z out of the face.
 
     Coefficients of identity and expression are standard deviations of either sign.
-    Raises HeadError where parts do not fit each other or are not finite.
+
+    Parameters
+    ----------
+    template : (vertex, 3) float64
+        Metres.
+    identity_basis : (vertex, 3, identity) float64
+        Metres per standard deviation.
+    expression_basis : (vertex, 3, expression) float64
+        Metres per standard deviation.
+    pose_basis : (vertex, 3, 9 · (joints - 1)) float64
+        Metres per entry of R - I.
+    joint_regressor : (joint, vertex) float64
+        Joint positions are this times the vertices.
+    skin_weights : (vertex, joint) float64
+        Rows sum to one.
+    parents : tuple of int
+        The index of each joint's parent, which comes before it; -1 for none.
+    triangles : (face, 3) int32
+        Vertex indices.
+
+    Raises
+    ------
+    HeadError
+        Where parts do not fit each other or are not finite.
     """
 
-    template: Float64Array  # (vertex, 3) m
-    identity_basis: Float64Array  # (vertex, 3, identity) m per standard deviation
-    expression_basis: Float64Array  # (vertex, 3, expression) m per standard deviation
-    pose_basis: Float64Array  # (vertex, 3, 9 · (joints - 1)) m per entry of R - I
-    joint_regressor: Float64Array  # (joint, vertex)
-    skin_weights: Float64Array  # (vertex, joint), rows sum to one
-    parents: tuple[int, ...]  # -1 = no parent; parents come first
-    triangles: NDArray[np.int32]  # (face, 3)
+    template: Float64Array
+    identity_basis: Float64Array
+    expression_basis: Float64Array
+    pose_basis: Float64Array
+    joint_regressor: Float64Array
+    skin_weights: Float64Array
+    parents: tuple[int, ...]
+    triangles: NDArray[np.int32]
 
     __repr__ = one_line
 
@@ -70,18 +93,36 @@ def flame_vertices(
     pose: ArrayLike = (),
     translation: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Float64Array:
-    """(frame, vertex, 3) m: FLAME's equations (section 4 of the paper), in double precision.
+    """FLAME's equations, in double precision.
 
-    T_S = T + Σ β S + Σ ψ E, joints J = 𝒥 · T_S, T_P = T_S + Σ (R(θ) - I) P over all joints but
-    the root, then linear blend skinning W(T_P, J, θ), and the translation.
+    Parameters
+    ----------
+    model : FlameModel
+        The model.
+    shape : (identity,) or (frame, identity)
+        Standard deviations, at most as many as the model has.
+    expression : (expression,) or (frame, expression)
+        Standard deviations, at most as many as the model has.
+    pose : (3 · joint,) or (frame, 3 · joint)
+        Rotation vectors in radians: root, neck, jaw, left eye, right eye; () for the zero pose.
+    translation : (3,) or (frame, 3)
+        Metres.
 
-    shape        (identity,) or (frame, identity), at most as many as the model has
-    expression   (expression,) or (frame, expression), likewise
-    pose         (3 · joints,) or (frame, 3 · joints) rotation vectors in radians: root, neck,
-                 jaw, left eye, right eye; () for the zero pose
-    translation  (3,) or (frame, 3) m
+    Returns
+    -------
+    (frame, vertex, 3) float64
+        Metres. An argument without frames holds for all of them.
 
-    One of each serves all frames. Raises HeadError where sizes do not fit.
+    Raises
+    ------
+    HeadError
+        Where sizes do not fit.
+
+    References
+    ----------
+    Li et al. 2017, section 4: T_S = T + Σ β S + Σ ψ E, joints J = 𝒥 · T_S,
+    T_P = T_S + Σ (R(θ) - I) P over all joints but the root, then linear blend skinning
+    W(T_P, J, θ), and the translation.
     """
     joints = len(model.parents)
     given = {
@@ -119,11 +160,26 @@ def rotations_of(vectors: Float64Array) -> Float64Array:
 
 
 def load_flame(path: str | Path, *, identity_count: int = IDENTITY_COUNT) -> FlameModel:
-    """Read a FLAME `.pkl` (2017, 2019, 2020, 2023) without running anything in it.
+    """Read a FLAME `.pkl` (2017, 2019, 2020 or 2023) without running anything in it.
 
-    The first `identity_count` of its components are identity, the rest expression; a file with
-    fewer has no expressions. Raises InputError for what is no such file, HeadError for parts
-    that are missing or do not fit.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    identity_count : int
+        The first so many of its components are identity, the rest expression; a file with fewer has
+        no expressions.
+
+    Returns
+    -------
+    FlameModel
+
+    Raises
+    ------
+    InputError
+        For a file that is no such pickle.
+    HeadError
+        For parts that are missing or do not fit.
     """
     if identity_count < 0:
         raise HeadError.about("identity_count", found=str(identity_count), allowed="0 or more")

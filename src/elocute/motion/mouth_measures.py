@@ -61,9 +61,9 @@ def measure_mouth(motion: Motion) -> Curves:
     -------
     Curves
         In mm: `opening_mm`, the vertical gap between the inner lips, mean of the middle third, 0
-        where they touch or overlap; `width_mm`, the distance of the outer mouth corners; `protrusion_mm`,
-        how far the lips stand out in front of their rest, mean of both; `jaw_mm`, how far the chin
-        has dropped from its rest.
+        where they touch or overlap; `width_mm`, the distance of the outer mouth corners;
+        `protrusion_mm`, how far the lips stand out in front of their rest, mean of both; `jaw_mm`,
+        how far the chin has dropped from its rest.
 
     Raises
     ------
