@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
-from elocute.head.model_checks import check_head
+from elocute.head.model_checks import check_head, refuse
 from elocute.head.skin_tone import TONE_SHARES, recoloured
 from elocute.numerics.given import floats_of
 
@@ -198,7 +198,7 @@ class HeadModel:
         return float(np.linalg.norm(outer[1] - outer[0]))
 
     def with_identity(self, coefficients: Float32Array) -> HeadModel:
-        """The same head with another face: template, joints, skin tone, and blinks that fit the eyes.
+        """The same head with another face: template, joints, skin tone, and fitting blinks.
 
         A blink is made for the mean face; on an eye that is wider open it reaches further in
         proportion. The identity space itself is dropped.
@@ -221,7 +221,7 @@ class HeadModel:
             coefficients, f"head {self.name!r}", error=HeadError, allowed="coefficients, a row"
         )
         if coefficients.ndim != 1 or not np.isfinite(coefficients).all():
-            _refuse(self, f"coefficients of shape {coefficients.shape}", "a row of finite numbers")
+            refuse(self, f"coefficients of shape {coefficients.shape}", "a row of finite numbers")
         if len(coefficients) > len(self.identity_basis):
             raise HeadError.about(
                 f"head {self.name!r}",

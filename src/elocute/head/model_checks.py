@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from elocute.errors import HeadError
+from elocute.numerics.given import NUMBERS_MAX
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
@@ -48,7 +49,8 @@ _REGIONS = ("regions", dict)
 _NAMES = ("expression_names", "joint_names", "material_names")
 
 
-def _refuse(head: HeadModel, found: str, allowed: str = "") -> NoReturn:
+def refuse(head: HeadModel, found: str, allowed: str = "") -> NoReturn:
+    """Raise HeadError about a head."""
     name = head.name[:NAME_MAX] if isinstance(head.name, str) else "?"
     raise HeadError.about(f"head {name!r}", found=found, allowed=allowed)
 
@@ -64,36 +66,36 @@ def _check_kinds(head: HeadModel) -> None:
     for field_name, most in (("name", NAME_MAX), ("notice", NOTICE_MAX)):
         text = getattr(head, field_name)
         if not isinstance(text, str) or len(text) > most:
-            _refuse(head, f"{field_name} that is no text", f"up to {most} characters")
+            refuse(head, f"{field_name} that is no text", f"up to {most} characters")
     for field_name, kind in (*((name, tuple) for name in (*_NAMES, "joint_parents")), _REGIONS):
         if not isinstance(getattr(head, field_name), kind):
-            _refuse(head, f"{field_name} is no {kind.__name__}")
+            refuse(head, f"{field_name} is no {kind.__name__}")
     if not all(isinstance(name, str) for name in head.regions):
-        _refuse(head, "a region whose name is no text")
+        refuse(head, "a region whose name is no text")
     for field_name in _NAMES:
         names = getattr(head, field_name)
         texts = all(isinstance(name, str) and len(name) <= NAME_MAX for name in names)
         if not texts or len(names) > NAMES_MAX or len(set(names)) != len(names):
-            _refuse(head, f"{field_name} that are none", "texts, each once")
+            refuse(head, f"{field_name} that are none", "texts, each once")
     regions = {f"region {name[:40]}": values for name, values in head.regions.items()}
     kinds = [(name, getattr(head, name), "f") for name in _NUMBERS]
     kinds += [(name, getattr(head, name), "iu") for name in _WHOLE]
     for name, values, allowed in (*kinds, *((name, v, "iu") for name, v in regions.items())):
         if not isinstance(values, np.ndarray) or values.dtype.kind not in allowed:
             found = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
-            _refuse(head, f"{name} of {found}", "fractions" if allowed == "f" else "whole numbers")
+            refuse(head, f"{name} of {found}", "fractions" if allowed == "f" else "whole numbers")
         if values.size > NUMBERS_MAX:
-            _refuse(head, f"{name} of {values.size} numbers", f"up to {NUMBERS_MAX}")
+            refuse(head, f"{name} of {values.size} numbers", f"up to {NUMBERS_MAX}")
 
 
 def _check_shapes(head: HeadModel) -> None:
     for field_name in (*_NUMBERS, *_WHOLE):
         values = getattr(head, field_name)
         if values.ndim != _AXES.get(field_name, 1):
-            _refuse(head, f"{field_name} is {values.shape}", f"{_AXES.get(field_name, 1)} axes")
+            refuse(head, f"{field_name} is {values.shape}", f"{_AXES.get(field_name, 1)} axes")
     vertex, face = len(head.template), len(head.quads)
     if not vertex:
-        _refuse(head, "no vertices", "one or more")
+        refuse(head, "no vertices", "one or more")
     joint, expression = len(head.joint_names), len(head.expression_names)
     identity = len(head.identity_basis)
     expected: dict[str, tuple[int, ...]] = {
@@ -118,9 +120,9 @@ def _check_shapes(head: HeadModel) -> None:
     for field_name, shape in expected.items():
         found = getattr(head, field_name).shape
         if found != shape and not (found == (0,) and field_name in _MAY_BE_EMPTY):
-            _refuse(head, f"{field_name} is {found}", str(shape))
+            refuse(head, f"{field_name} is {found}", str(shape))
     if len(head.joint_parents) != joint:
-        _refuse(head, f"{len(head.joint_parents)} parents for {joint} joints")
+        refuse(head, f"{len(head.joint_parents)} parents for {joint} joints")
 
 
 def _check_values(head: HeadModel) -> None:
@@ -132,7 +134,7 @@ def _check_values(head: HeadModel) -> None:
             found = (
                 f"{field_name} of {max(-low, high):g}" if finite else f"{field_name} is not finite"
             )
-            _refuse(head, found, f"up to {LENGTH_MAX:g}")
+            refuse(head, found, f"up to {LENGTH_MAX:g}")
     places = [(name, getattr(head, name), len(head.template)) for name in ("quads", *_PLACES)]
     places += [
         (f"region {name[:40]}", values, len(head.template)) for name, values in head.regions.items()
@@ -141,8 +143,8 @@ def _check_values(head: HeadModel) -> None:
     places.append(("material", head.material, len(head.material_names)))
     for field_name, values, top in places:
         if values.size and (values.min() < 0 or values.max() >= top):
-            _refuse(head, f"{field_name} points past {top} entries")
+            refuse(head, f"{field_name} points past {top} entries")
     for index, parent in enumerate(head.joint_parents):
         whole = isinstance(parent, int | np.integer) and not isinstance(parent, bool)
         if not whole or not -1 <= parent < index:
-            _refuse(head, f"joint {index} that does not follow its parent", "parents come first")
+            refuse(head, f"joint {index} that does not follow its parent", "parents come first")
