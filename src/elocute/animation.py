@@ -173,7 +173,7 @@ def animate(
 
 
 def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
-    """The head that moves. Raises HeadError."""
+    """The head to animate. Raises HeadError."""
     check_kind("head", head, str | os.PathLike, "builtin, or a path", HeadError)
     if str(head) == "builtin":
         return identity_head(identity)

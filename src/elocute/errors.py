@@ -10,7 +10,7 @@
     │   ├── CaptureError    a scan, its landmarks or a recording that cannot be registered
     │   ├── ModelError      a trained model or checkpoint that cannot be used
     │   └── OutputError     a place or a format that cannot be written
-    └── MachineError        something this machine lacks (a renderer, say)
+    └── MachineError        something this machine lacks (a renderer, for example)
 
 A message says what was found, what is allowed and what to do, in one line.
 """
@@ -75,13 +75,13 @@ class InputError(ElocuteError, ValueError):
             parts.append(f"allowed: {allowed}")
         if remedy:
             parts.append(remedy)
-        told = " ".join("; ".join(parts).split())
+        message = " ".join("; ".join(parts).split())
         shown = printable(subject)
-        return cls(f"{shown if isinstance(subject, Path) else _start(shown)}: {printable(told)}")
+        return cls(f"{shown if isinstance(subject, Path) else _start(shown)}: {printable(message)}")
 
 
 class AudioError(InputError):
-    """Sound that cannot be read or is not sound."""
+    """A file that cannot be read or is not sound."""
 
 
 class HeadError(InputError):
@@ -97,7 +97,7 @@ class CorpusError(InputError):
 
 
 class AlignmentError(InputError):
-    """Sequences that cannot be warped onto each other, or settings for that which are no use."""
+    """Sequences that cannot be warped onto each other, or unusable settings of their alignment."""
 
 
 class CaptureError(InputError):

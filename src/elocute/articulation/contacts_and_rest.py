@@ -1,4 +1,4 @@
-"""Gates over time: lips that must close, teeth that must meet the lip, silence that must rest."""
+"""Contacts and rest over time: closed lips, teeth on the lip, and a mouth at rest in silence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CLOSING_S = 0.050  # lips take this long to meet, and to part again
 CONTACT_S = 0.5  # of a longer contact, evidence no further than this away counts
 HOLD_MAX_S = 0.3  # the longest that a style holds a contact at least
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
-SPEECH_AT_LEAST_S = 0.08  # a blip shorter than this inside a rest is no speech
+SPEECH_AT_LEAST_S = 0.08  # anything shorter than this inside a rest is not speech
 WAKE_S = 0.32  # the mouth opens to breathe and prepares before the first sound
 SETTLE_S = 0.16  # and settles after the last
 
@@ -27,7 +27,7 @@ def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def contact_evidence(posterior: FloatArray, silence: FloatArray) -> FloatArray:
-    """(frame,) how likely a contact is, given that somebody speaks.
+    """(frame,) how likely a contact is, given that there is speech.
 
     The closure of a first p or b is silent, so its posterior alone stays low until the burst;
     relative to what is not silence it does not. Three frames are averaged: a contact lasts.
@@ -85,10 +85,10 @@ def _depth(peaks: FloatArray, reach: int, places: FloatArray) -> FloatArray | fl
 
 
 def speech_gate(silence: FloatArray, rate: float, times_s: FloatArray) -> FloatArray:
-    """(frame,) 1 while somebody speaks, exactly 0 at rest, eased in between.
+    """(frame,) 1 in speech, exactly 0 at rest, eased in between.
 
     silence (frame,) is the posterior of silence at `rate` Hz. Pauses shorter than
-    REST_AFTER_S belong to the speech around them; blips in a rest do not wake the mouth.
+    REST_AFTER_S belong to the speech around them; short noises in a rest do not open the mouth.
     """
     speaking = silence < 0.5
     for start, stop in runs(~speaking):

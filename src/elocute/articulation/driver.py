@@ -234,12 +234,12 @@ def posteriors_from_phones(
     shares = np.zeros((count, len(PHONES)))
     centres = np.arange(count) / rate
     check_kind("phones", phones, list | tuple, "a list of (start s, end s, phone)")
-    for told in phones:
+    for given in phones:
         try:
-            start_s, end_s, phone = told
+            start_s, end_s, phone = given
         except (TypeError, ValueError):
             raise InputError.about(
-                "phones", found=brief(told), allowed="(start s, end s, phone)"
+                "phones", found=brief(given), allowed="(start s, end s, phone)"
             ) from None
         if not isinstance(phone, str) or phone not in PHONES:
             raise InputError.about(

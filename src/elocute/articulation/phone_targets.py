@@ -1,8 +1,8 @@
-"""Articulatory targets: what the mouth wants for each phone, and how much it insists.
+"""Articulatory targets: the mouth's target shape for each phone, and its dominance.
 
 Targets are mixtures of the viseme shapes that the head was sculpted for; dominances follow
-Cohen and Massaro (1993): a sibilant insists on its jaw, a rounded vowel on its lips, k on
-nearly nothing. Numbers were set by hand from phonetics, then checked by looking; no recording
+Cohen and Massaro (1993): high for the jaw of a sibilant and the lips of a rounded vowel, low for
+all of k. Numbers were set by hand from phonetics, then checked by looking; no recording
 was fitted.
 """
 
@@ -47,8 +47,8 @@ DIPHTHONGS = {
 }
 
 # phone: (viseme mixture, dominance of jaw, lips, rounding, tongue)
-_Row = tuple[dict[str, float], tuple[float, float, float, float]]
-_TARGETS: dict[str, _Row] = {
+_Target = tuple[dict[str, float], tuple[float, float, float, float]]
+_TARGETS: dict[str, _Target] = {
     "SIL": ({"sil": 1.0}, (0.02, 0.02, 0.02, 0.1)),
     "AA": ({"aa": 1.0}, (1.0, 1.0, 0.7, 0.3)),
     "AE": ({"aa": 0.70, "E": 0.35}, (1.0, 1.0, 0.7, 0.3)),
@@ -79,7 +79,7 @@ _TARGETS: dict[str, _Row] = {
     "K": ({"kk": 1.0}, (0.3, 0.25, 0.1, 0.2)),
     "G": ({"kk": 1.0}, (0.3, 0.25, 0.1, 0.2)),
     "NG": ({"kk": 0.9}, (0.3, 0.25, 0.1, 0.2)),
-    # Closures and labiodentals are laid over everything else afterwards; here they only
+    # Closures and labiodentals are made after everything else; here they only
     # keep their neighbours' jaw low.
     "P": ({"sil": 1.0}, (1.5, 1.5, 0.05, 0.1)),
     "B": ({"sil": 1.0}, (1.5, 1.5, 0.05, 0.1)),

@@ -25,13 +25,13 @@ CHANNELS_MAX = 1024
 BLOCK_VALUES_MAX = 20_000_000  # samples times channels held at once: 80 MB
 # Lossy streams count whole packets; one that ends earlier than this was cut off.
 SHORTFALL_S = 0.1
-# Only these come here. libsndfile would search anything named .mp3 for MPEG frames, and its MP3
-# decoder prints its doubts to stderr.
+# Only these go to libsndfile. It would search anything named .mp3 for MPEG frames, and its MP3
+# decoder prints warnings to stderr.
 HEADS = (b"RIFF", b"RF64", b"riff", b"FORM", b"fLaC", b"OggS", b"caff", b".snd")
 LOSSLESS = ("WAV", "WAVEX", "RF64", "W64", "FLAC", "AIFF", "CAF", "AU")
 # FFmpeg decodes a picture or two to find where they start; 8K is 33 million.
 PIXELS_MAX = 40_000_000
-# Silence before the first sample: a few bytes can promise a day of it.
+# Silence before the first sample: a few bytes can declare a day of it.
 SILENCE_MAX_S = 600.0
 SILENCE_VALUES_MAX = 200_000_000
 
@@ -62,7 +62,7 @@ class Decoder(Protocol):
 
 
 def system_name(path: Path) -> Any:
-    """A path as libsndfile's binding takes every name, those too that are no UTF-8."""
+    """A path as libsndfile's binding takes it, also where the name is not UTF-8."""
     return str(path) if os.name == "nt" else os.fsencode(path)
 
 
@@ -91,7 +91,7 @@ def damaged(path: Path, reason: object) -> AudioError:
 
 
 class SoundFileDecoder:
-    """Raises soundfile.LibsndfileError for a format that libsndfile does not know."""
+    """A decoder of libsndfile; LibsndfileError where it does not support the format."""
 
     def __init__(self, path: Path) -> None:
         import soundfile
@@ -149,7 +149,7 @@ class ContainerDecoder:
             raise
 
     def _look(self) -> None:
-        """Find the track and what it says of itself. Raises AudioError."""
+        """Find the audio track and read what it declares. Raises AudioError."""
         path = self._path
         streams = self._file.streams.audio
         if not streams:
@@ -164,7 +164,7 @@ class ContainerDecoder:
         if context is None:
             raise AudioError.about(
                 path,
-                found="sound in a coding that FFmpeg does not know",
+                found="sound in a codec that FFmpeg does not support",
                 allowed=FORMATS,
                 remedy="convert it to .wav",
             )
@@ -183,7 +183,7 @@ class ContainerDecoder:
         return self._file.duration / 1e6 if self._file.duration else None
 
     def _promised_s(self, seconds: float | None) -> float | None:
-        """How long the audio track says it is; elsewhere FFmpeg guesses from the bit rate."""
+        """The length that the track declares; elsewhere FFmpeg guesses it from the bit rate."""
         kind = self._file.format.name
         if kind.startswith("mov") or (kind == "mp3" and _has_frame_count(self._path)):
             return seconds
@@ -191,9 +191,9 @@ class ContainerDecoder:
             return None
         with contextlib.suppress(KeyError, ValueError):
             hours, minutes, rest = self._stream.metadata["DURATION"].split(":")
-            told = float(hours) * 3600 + float(minutes) * 60 + float(rest)
-            if 0 <= told < 1e9:
-                return told
+            stated = float(hours) * 3600 + float(minutes) * 60 + float(rest)
+            if 0 <= stated < 1e9:
+                return stated
         return seconds if len(self._file.streams) == 1 else None
 
     def blocks(self, size: int) -> Iterator[Float32Array]:

@@ -158,7 +158,7 @@ def _normalised(waveform: Waveform) -> NDArray[np.float32]:
     samples = waveform.resample(RATE).samples
     samples = samples - np.float32(samples.mean(dtype=np.float64))
     peak = float(np.abs(samples).max())
-    # What rounding leaves of a constant is no sound.
+    # What rounding leaves of a constant is not sound.
     return samples / np.float32(peak) if peak > 1e-6 else np.zeros_like(samples)
 
 

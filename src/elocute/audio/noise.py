@@ -1,4 +1,4 @@
-"""Sound made worse on purpose: noise under speech, and speech that is too quiet."""
+"""Degraded speech: added noise, and gain."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 
 Float32Array = NDArray[np.float32]
-SILENT = 1e-6  # a root mean square below this holds no sound
+SILENT = 1e-6  # a root mean square below this is silence
 BABBLE_VOICES = 8
 
 
@@ -51,7 +51,7 @@ def with_noise(speech: Waveform, noise: Float32Array, gain_db: float) -> Wavefor
 
 
 def white_noise(samples: int, seed: int) -> Float32Array:
-    """(sample,) all frequencies alike."""
+    """(sample,) with a flat spectrum."""
     return np.random.default_rng(seed).normal(0, 0.1, samples).astype(np.float32)
 
 

@@ -1,4 +1,4 @@
-"""The forty phones that the encoder hears, and the fifteen visemes they look like."""
+"""The forty phones that the encoder recognises, and the fifteen visemes they look like."""
 
 from __future__ import annotations
 

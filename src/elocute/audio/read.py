@@ -1,7 +1,7 @@
-"""Reading sound from files: libsndfile first, PyAV for what it does not know.
+"""Reading sound from files: libsndfile first, PyAV for formats that it cannot read.
 
-There is one way through, the stream of blocks; `read_audio` is a stream read to its end. All that
-a header can tell is checked before anything is decoded.
+There is one way through, the stream of blocks; `read_audio` is a stream read to its end. What
+a header says is checked before anything is decoded.
 """
 
 from __future__ import annotations
@@ -278,14 +278,14 @@ def _too_long(path: Path, seconds: float) -> AudioError:
 
 
 def open_decoder(path: Path) -> Decoder:
-    """Check the header of `path` and open it; nothing is decoded. Raises AudioError."""
+    """Check the header of a file and open it; nothing is decoded. Raises AudioError."""
     _check_file(path)
     header = read_wav_header(path)
     if header:
         _check_wav(path, header)
         if header.promised_bytes is None or not header.orderly:
-            # libsndfile would take a size of 0 at its word, and runs in circles in lists whose
-            # parts lead backwards.
+            # libsndfile would believe a size of 0, and loops forever in lists whose parts point
+            # backwards.
             return ContainerDecoder(path)
     with path.open("rb") as file:
         head = file.read(24)
@@ -301,7 +301,7 @@ def open_decoder(path: Path) -> Decoder:
 
 
 def _check_file(path: Path) -> None:
-    """No pipe, which would be waited for, no folder, nothing empty."""
+    """Refuse pipes (reading would block), folders and empty files."""
     allowed = f"a file: {FORMATS}"
     with open_regular(
         path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AudioError, remedy="check the name"
@@ -312,7 +312,7 @@ def _check_file(path: Path) -> None:
 
 
 def _check_wav(path: Path, header: WavHeader) -> None:
-    """What libsndfile would guess about, or take memory for."""
+    """Refuse what libsndfile would guess, or allocate memory for."""
     check_format(path, header.sample_rate, header.channels)
     if header.promised_bytes is not None and header.promised_bytes > header.present_bytes:
         raise cut_off(
@@ -321,7 +321,7 @@ def _check_wav(path: Path, header: WavHeader) -> None:
 
 
 def _check_outer_size(path: Path, head: bytes) -> None:
-    """AIFF, Wave64 and Ogg: what libsndfile would read silently although its end is missing."""
+    """Refuse AIFF, Wave64 and Ogg files cut short, which libsndfile would read without an error."""
     present = path.stat().st_size
     if head.startswith(b"FORM") and head[8:11] == b"AIF":
         promised = int.from_bytes(head[4:8], "big") + 8
@@ -338,7 +338,7 @@ def _check_outer_size(path: Path, head: bytes) -> None:
 
 
 def _missing_of_last_page(path: Path) -> int:
-    """Bytes that the last Ogg page lacks: each page says how long it is."""
+    """Bytes missing from the last Ogg page; each page states its length."""
     with path.open("rb") as file:
         file.seek(0, os.SEEK_END)
         file.seek(-min(file.tell(), OGG_PAGE_MAX), os.SEEK_END)

@@ -1,4 +1,4 @@
-"""Sound as callers give it: a path, samples with a rate, the bytes of a file, or an open file."""
+"""Speech as callers give it: a path, samples with a rate, the bytes of a file, or an open file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from elocute.one_line_repr import brief
 
 
 class BinaryFile(Protocol):
-    """What is asked of a file object."""
+    """What a file object has to offer."""
 
     def read(self, size: int, /) -> bytes: ...
 
@@ -31,7 +31,7 @@ SpeechInput = str | os.PathLike[str] | Waveform | bytes | BinaryFile | ArrayLike
 
 BYTES_MAX = 1_000_000_000
 SAMPLES_MAX = NUMBERS_MAX
-"""Of sound that is not read from a path, and so is held in memory whole: 87 minutes at 48 kHz."""
+"""Limit of sound that is not read from a path, so is held in memory whole: 87 min at 48 kHz."""
 CHUNK = 1 << 20
 READS_FREE, READ_BYTES = 100_000, 256
 """What reads so little at a time would be read for hours."""
@@ -60,7 +60,7 @@ def resolve_speech(
     Raises
     ------
     AudioError
-        For anything that is no sound, or more of it than is held in memory.
+        For anything that is not sound, or more of it than is held in memory.
     """
     has_rate = isinstance(speech, str | os.PathLike | Waveform | bytes | bytearray | memoryview)
     if not has_rate and not hasattr(speech, "read"):
@@ -112,8 +112,8 @@ def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
         raise AudioError.about(
             "array", found=f"no channel {brief(channel)}", allowed=f"0 to {columns.shape[1] - 1}"
         )
-    heard = _floats(columns if channel is None else columns[:, channel, None])
-    return Waveform(heard[:, 0] if heard.shape[1] == 1 else heard.mean(axis=1), rate)
+    chosen = _floats(columns if channel is None else columns[:, channel, None])
+    return Waveform(chosen[:, 0] if chosen.shape[1] == 1 else chosen.mean(axis=1), rate)
 
 
 def _has_channels(samples: int, channels: int) -> bool:

@@ -27,7 +27,7 @@ class WavHeader:
 
 
 def read_wav_header(path: Path) -> WavHeader | None:
-    """Format and size of the sound; None for what is no WAVE file or ends before its sound."""
+    """Format and size of the sound; None for a file that is not WAVE or ends before its sound."""
     total = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(12)

@@ -1,4 +1,4 @@
-"""Sound as numbers."""
+"""Mono sound in memory."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def check_rate(subject: object, rate: float) -> int:
 def check_samples(
     subject: object, samples: NDArray[np.float32], rate: float, offset: int = 0
 ) -> None:
-    """Raise AudioError at the first sample that is no sound; `offset` samples came before.
+    """Raise AudioError for the first sample out of range; `offset` samples came before.
 
     samples: (sample,) or (sample, channel).
     """

@@ -60,7 +60,7 @@ class DeepSpeech:
         return Network(write_network(weights), weights, threads=2)
 
     def __call__(self, waveform: Waveform) -> Features:
-        """Raises InputError for sound of more than five minutes or a file that is no DeepSpeech."""
+        """Raises InputError for sound of over five minutes or a file that is not DeepSpeech."""
         if waveform.duration_s > LONGEST_S:
             raise InputError.about(
                 "deepspeech",
@@ -117,7 +117,7 @@ def read_weights(path: str | Path) -> Weights:
 
 
 def _check_ends(graph: FrozenGraph) -> None:
-    """Other releases of DeepSpeech share some names; say early that the file is another."""
+    """Refuse other releases of DeepSpeech early; they share some names."""
     missing = [name for name in (*ENDS, "h1", "h6") if name not in graph.nodes]
     if missing:
         raise InputError.about(graph.path, found=f"no node {', '.join(missing)}", allowed=RELEASE)

@@ -47,7 +47,7 @@ class Reach:
 class PhoneEncoder:
     """An ONNX phone network and its front end.
 
-    Raises InputError where the file is missing or is no phone encoder.
+    Raises InputError where the file is missing or not a phone encoder.
     """
 
     def __init__(self, path: str | Path = BUILTIN_PATH) -> None:
@@ -65,7 +65,7 @@ class PhoneEncoder:
 
     @cached_property
     def config(self) -> dict[str, Any]:
-        """What the recipe wrote into the file: phones, rates, reach, thresholds, version."""
+        """What training wrote into the file: phones, rates, reach, thresholds, version."""
         try:
             entry = self._session.get_modelmeta().custom_metadata_map.get("elocute", "{}")
         except UnicodeDecodeError:

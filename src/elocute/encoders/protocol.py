@@ -1,4 +1,4 @@
-"""What every speech encoder is: a callable from Waveform to Features at 50 Hz."""
+"""The protocol of all speech encoders: a callable from Waveform to Features at 50 Hz."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Encoder(Protocol):
 
     @property
     def name(self) -> str:
-        """What Features.encoder will say."""
+        """As in `Features.encoder`."""
         ...
 
     @property

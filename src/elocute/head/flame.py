@@ -177,7 +177,7 @@ def load_flame(path: str | Path, *, identity_count: int = IDENTITY_COUNT) -> Fla
     Raises
     ------
     InputError
-        For a file that is no such pickle.
+        For a file that is not such a pickle.
     HeadError
         For parts that are missing or do not fit.
     """
@@ -311,7 +311,7 @@ def _rows(values: ArrayLike, name: str, most: int, exactly: bool = False) -> Flo
     try:
         rows = np.atleast_2d(np.asarray(values, np.float64))
     except (TypeError, ValueError) as error:
-        raise HeadError.about("FLAME", found=f"{name} that is no array of numbers") from error
+        raise HeadError.about("FLAME", found=f"{name} that is not an array of numbers") from error
     fits = rows.shape[-1] == most if exactly else rows.shape[-1] <= most
     if rows.ndim != 2 or not len(rows) or not fits or not np.isfinite(rows).all():
         allowed = f"(frames, {'' if exactly else 'up to '}{most}), finite"

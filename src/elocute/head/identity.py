@@ -1,4 +1,4 @@
-"""Whose face: a name, a seed or a file of coefficients."""
+"""Identities: faces by name, seed or a file of coefficients."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def resolve_identity(choice: str) -> NDArray[np.float32]:
         return read_identity(Path(choice))
     raise HeadError.about(
         f"identity {choice[:60]!r}",
-        found="no such face",
+        found="unknown",
         allowed=f"{', '.join(identity_names())}, a whole number from 0 to 999999999, a .json file",
     )
 

@@ -1,4 +1,4 @@
-"""Heads out of little: a mesh file or arrays, which name no places."""
+"""Heads made from a mesh file or arrays, without named places."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def read_mesh(path: str | Path) -> tuple[NDArray[np.float32], NDArray[np.int32]]
     Raises
     ------
     HeadError
-        For a file that is no mesh, and one whose height is no head's in metres; it names the unit
-        that would fit.
+        For a file that is not a mesh, and one whose height in metres does not suit a head; the
+        message names the unit that would fit.
     """
     path = Path(path)
     if path.suffix.lower() not in MESHES:
@@ -47,7 +47,7 @@ def read_mesh(path: str | Path) -> tuple[NDArray[np.float32], NDArray[np.int32]]
             path, found=f"suffix {path.suffix!r}", allowed=f"{' or '.join(MESHES)} up to 500 MB"
         )
     parts = read_mesh_file(path, max_bytes=FILE_MAX_BYTES, error=HeadError)
-    # Beyond what single precision holds is infinite, and told below.
+    # What single precision cannot hold becomes infinite, and is refused below.
     with np.errstate(over="ignore"):
         points, faces = parts.vertices.astype(np.float32), parts.triangles.astype(np.int32)
     if len(points) < 4 or not len(faces) or not np.isfinite(points).all():

@@ -166,7 +166,7 @@ class HeadModel:
             ) from None
 
     def expression_vector(self, weights: dict[str, float]) -> Float32Array:
-        """(expression,) from a few named weights, zeros elsewhere."""
+        """(expression,) from named weights, zeros elsewhere."""
         vector = np.zeros(len(self.expression_names), np.float32)
         for name, weight in weights.items():
             vector[self.expression_index(name)] = weight
@@ -192,7 +192,7 @@ class HeadModel:
             raise HeadError.about(
                 f"head {self.name!r}",
                 found="names no landmarks",
-                allowed="for this measure a head that names its eyes, the built-in one say",
+                allowed="for this measure a head that names its eyes, such as the built-in one",
             )
         outer = self.template[self.landmarks[[36, 45]]]
         return float(np.linalg.norm(outer[1] - outer[0]))

@@ -1,4 +1,4 @@
-"""What must hold of a head's arrays before anything indexes them."""
+"""Checks of a head's arrays, before anything indexes them."""
 
 from __future__ import annotations
 
@@ -66,12 +66,12 @@ def _check_kinds(head: HeadModel) -> None:
     for field_name, most in (("name", NAME_MAX), ("notice", NOTICE_MAX)):
         text = getattr(head, field_name)
         if not isinstance(text, str) or len(text) > most:
-            refuse(head, f"{field_name} that is no text", f"up to {most} characters")
+            refuse(head, f"{field_name} that is not text", f"up to {most} characters")
     for field_name, kind in (*((name, tuple) for name in (*_NAMES, "joint_parents")), _REGIONS):
         if not isinstance(getattr(head, field_name), kind):
             refuse(head, f"{field_name} is no {kind.__name__}")
     if not all(isinstance(name, str) for name in head.regions):
-        refuse(head, "a region whose name is no text")
+        refuse(head, "a region whose name is not text")
     for field_name in _NAMES:
         names = getattr(head, field_name)
         texts = all(isinstance(name, str) and len(name) <= NAME_MAX for name in names)
@@ -83,7 +83,11 @@ def _check_kinds(head: HeadModel) -> None:
     for name, values, allowed in (*kinds, *((name, v, "iu") for name, v in regions.items())):
         if not isinstance(values, np.ndarray) or values.dtype.kind not in allowed:
             found = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
-            refuse(head, f"{name} of {found}", "fractions" if allowed == "f" else "whole numbers")
+            refuse(
+                head,
+                f"{name} of {found}",
+                "floating-point numbers" if allowed == "f" else "whole numbers",
+            )
         if values.size > NUMBERS_MAX:
             refuse(head, f"{name} of {values.size} numbers", f"up to {NUMBERS_MAX}")
 

@@ -1,4 +1,4 @@
-"""What every picture of a head needs besides positions: normals and colours."""
+"""Vertex normals, and linear vertex colours, for renderers and exporters."""
 
 from __future__ import annotations
 

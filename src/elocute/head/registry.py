@@ -44,5 +44,5 @@ def open_head(choice: str | Path) -> HeadModel:
         return load_head(path)
     if suffix in MESHES:
         return head_from_mesh(path)
-    found = f"suffix {suffix!r}" if suffix else "no such head"
+    found = f"suffix {suffix!r}" if suffix else "unknown"
     raise HeadError.about(str(choice), found=found, allowed=ALLOWED)

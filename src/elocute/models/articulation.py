@@ -67,7 +67,7 @@ class ArticulationModel:
         """None: its front end normalises by a running mean."""
 
     def weights(self, speech: SpeechFeatures, style: Style, span: FrameSpan) -> Float32Array:
-        """(frame, component) of every shape of the built-in head; nobody blinks."""
+        """(frame, component) of every shape of the built-in head; without blinks."""
         return self.curves(speech, style, span, blinks=False).select(self.components).values
 
     def curves(

@@ -89,7 +89,7 @@ class CrnnModel:
         return RESAMPLING_S + features_s + self.decoder_lookahead_s
 
     def style(self, given: str | Style) -> None:
-        """It has none: only `plain` is taken. Raises ModelError."""
+        """None: only `plain` is allowed. Raises ModelError."""
         if given != "plain":
             shown = given if isinstance(given, str) else "with numbers"
             raise ModelError.about(

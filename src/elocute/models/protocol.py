@@ -1,4 +1,4 @@
-"""What a model that turns speech into motion is: one protocol for all of them.
+"""The protocol of all models that turn speech into motion.
 
 A model has feature streams, which turn sound into rows of features as it comes in, and gives frames
 of weights or curves for a stretch of those. A whole recording is a stream fed once.

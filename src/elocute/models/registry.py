@@ -37,7 +37,7 @@ def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
     Raises
     ------
     ModelError
-        For an unknown name, and a file that is missing, too large or no model of Elocute.
+        For an unknown name, and a file that is missing, too large or not a model of Elocute.
     """
     check_kind("model", model, str | os.PathLike, "a name or a path", ModelError)
     if str(model) == articulation.NAME:

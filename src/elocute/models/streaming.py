@@ -173,7 +173,7 @@ class CurveStream:
         for rows in self._tracks:
             rows.flush()
         if any(rows.known_s < 0 for rows in self._tracks):
-            return None  # a sample or two is no sound
+            return None  # a sample or two is too short to encode
         total = frames_in(self._samples / self.sample_rate, self.fps)
         return self._answer(total - self._frames, total) if total > self._frames else None
 
@@ -350,7 +350,7 @@ def stream(
 
 
 def _check_level(level: SoundLevel | None) -> None:
-    """Raise InputError where it is no mean and peak; of silence the peak is infinite."""
+    """Raise InputError for anything but a mean and a peak; of silence the peak is infinite."""
     if level is None:
         return
     parts = level if isinstance(level, tuple | list) and len(level) == 2 else (None, None)

@@ -1,12 +1,12 @@
-"""Somebody's speaking style, from a few seconds of their motion (VOCA 2019, section 7.2).
+"""A person's speaking style, estimated from a few seconds of motion (VOCA 2019, section 7.2).
 
 The paper mixes styles convexly and leaves estimating the mix for the future. One-hot vectors
 enter before a hyperbolic tangent, so the output is not linear in the mix and no least squares
 solves it: shares are moved from style to style, in ever smaller steps, as long as the network's
 motion comes closer to the observed one.
 
-Closer is meant by a Schatten quasi-norm of the residual, between the sum of squares and the
-determinant of its covariance (maximum likelihood where nobody knows how noise is spread). A
+Closeness is measured by a Schatten quasi-norm of the residual, between the sum of squares and the
+determinant of its covariance (maximum likelihood where the spread of the noise is unknown). A
 misrecognised phone moves jaw and lips by millimetres and drowns a sum of squares; a lopsided smile
 is small, but lies where recognition errs little.
 """

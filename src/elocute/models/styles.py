@@ -25,16 +25,16 @@ ALLOWED = '{"mix": {"NAME": share, …}} with shares from 0, one above'
 
 
 def checked_style(given: str | Path | Style) -> str | Style:
-    """A style as models take it. Raises InputError for what is no name, path or Style."""
+    """A style as models take it. Raises InputError for anything but a name, path or Style."""
     check_kind("style", given, str | os.PathLike | Style, "a name, a mix, a .json file or a Style")
     return str(given) if isinstance(given, os.PathLike) else given
 
 
 def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Float32Array:
-    """(style,) shares: a name, a mix, or `even`; `plain` is even where nobody is called so.
+    """(style,) shares: a name, a mix, or `even`; `plain` means even where no style has that name.
 
     A .json file holds a mix as `elocute style fit` writes it. Raises ModelError for a Style of
-    the rule-based driver and names never learned.
+    the rule-based model and unknown names.
     """
     if isinstance(given, Style):
         raise ModelError.about(
@@ -48,7 +48,7 @@ def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Flo
 
 
 def mixed(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> Float32Array:
-    """(style,) of named shares. Raises ModelError for a style that was never learned."""
+    """(style,) of named shares. Raises ModelError for an unknown style."""
     vector = np.zeros(len(styles), np.float32)
     for name, share in shares.items():
         if name not in styles:

@@ -154,11 +154,11 @@ class VocaModel:
         return RESAMPLING_S + phone_lookahead_s() + self.decoder_lookahead_s
 
     def style(self, given: str | Style) -> Float32Array:
-        """(style,) shares. Raises ModelError for a style that it never learned."""
+        """(style,) shares. Raises ModelError for an unknown style."""
         return style_shares(given, self.styles, self.name)
 
     def mix(self, shares: Mapping[str, float]) -> Float32Array:
-        """(style,) shares. Raises ModelError for a style that it never learned."""
+        """(style,) shares. Raises ModelError for an unknown style."""
         return mixed(shares, self.styles, self.name)
 
     def feature_streams(

@@ -1,4 +1,4 @@
-"""One blink over time, and when people blink.
+"""The course of one blink, and when people blink.
 
 A face that never blinks looks dead. Blinks depend on time alone, never on the sound.
 """

@@ -1,4 +1,4 @@
-"""Linear blend skinning backwards: vertices out of their pose, and how joints would move them."""
+"""Inverse linear blend skinning: unposed vertices, and their derivatives by joint rotations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mouth measures: what a phonetician reads off a face, per frame, in millimetres."""
+"""Mouth measures per frame, in millimetres: opening, width, protrusion, jaw."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CHIN = 8  # iBUG 68: the lowest point of the jaw line
 
 @dataclass(frozen=True)
 class _Probe:
-    """The few vertices that the measures look at."""
+    """The vertices that the measures use."""
 
     upper: NDArray[np.integer]
     lower: NDArray[np.integer]
@@ -36,7 +36,7 @@ def _probe(head: HeadModel) -> _Probe:
         raise HeadError.about(
             f"head {head.name!r}",
             found="names no lips to measure",
-            allowed="a head with lip rings and landmarks, the built-in one say",
+            allowed="a head with lip rings and landmarks, such as the built-in one",
         )
     # The middle third of the lips: what a tracked inner-lip gap looks at.
     third = len(upper) // 3

@@ -97,7 +97,7 @@ def solve_weights(
         raise MotionError(f"regularisation: found {regularisation:g}; allowed: above 0 mm²")
     limits = _limits(head, bounds)
     problem = _problem(head, ALL, _turning(head, joints), regularisation, limits)
-    draft = _problem(head, _few(head), problem.joints, regularisation, limits)
+    draft = _problem(head, _sample(head), problem.joints, regularisation, limits)
     weights = np.empty((len(given), len(head.expression_names)))
     turns = no_turn(len(given), len(head.joint_names)).astype(np.float64)
     state: _State | None = None
@@ -140,7 +140,7 @@ class _State:
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """What all frames share: some of the head's vertices, all or few.
+    """What all frames share, on all of the head's vertices or a sample of them.
 
     Lengths are in mm over the root of the vertex count (times `scale`), so sums are means.
     """
@@ -167,14 +167,14 @@ class _Problem:
         return self.template + (weights @ self.basis).reshape(-1, 3) / self.scale
 
     def state(self, weights: Float64Array, turns: Float64Array, target: Float64Array) -> _State:
-        left, _ = self.left_over(weights, turns, target)
+        left, _ = self.residual(weights, turns, target)
         cost = float((left * left).sum() + self.regularisation * weights @ weights)
         return _State(weights, turns, cost, float(np.sqrt((left * left).sum())))
 
-    def left_over(
+    def residual(
         self, weights: Float64Array, turns: Float64Array, target: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
-        """What the model lacks (vertex, 3), scaled, in zero pose, and the unposing matrices."""
+        """Residual (vertex, 3), scaled, in zero pose, and the unposing matrices."""
         matrices, shifts = vertex_transforms(self.rig, turns)
         unpose = inverses(matrices)
         unposed = np.einsum("vab,vb->va", unpose, target - shifts)
@@ -182,7 +182,7 @@ class _Problem:
 
     def best_weights(self, turns: Float64Array, target: Float64Array) -> Float64Array:
         """Weights for given rotations: linear least squares in zero pose."""
-        left, _ = self.left_over(np.zeros_like(self.low), turns, target)
+        left, _ = self.residual(np.zeros_like(self.low), turns, target)
         return solve_box(self.gram, self.basis @ left.ravel(), self.low, self.high)
 
 
@@ -200,8 +200,8 @@ def _problem(
     return _Problem(vertices, template, basis, rig, joints, regularisation, *limits)
 
 
-def _few(head: HeadModel) -> NDArray[np.integer]:
-    """Vertices enough to draft a pose; drawn, since neighbours in number are so in place."""
+def _sample(head: HeadModel) -> NDArray[np.integer]:
+    """Enough vertices for a first pose, at random: neighbours in number are neighbours in place."""
     count = min(DRAFT, head.vertex_count)
     return np.sort(np.random.default_rng(0).permutation(head.vertex_count)[:count])
 
@@ -219,7 +219,7 @@ def _solve_frame(
     if before is not None:
         starts.append(draft.state(draft.best_weights(before.turns, few), before.turns, few))
     if before is None or starts[1].cost > starts[0].cost:
-        starts.append(_laid_over(draft, few))
+        starts.append(_root_aligned(draft, few))
     drafted = _refined(draft, few, min(starts, key=lambda start: start.cost))
     return _refined(problem, target, problem.state(drafted.weights, drafted.turns, target))
 
@@ -229,8 +229,8 @@ def _still(problem: _Problem) -> Float64Array:
     return no_turn(len(problem.rig.joint_parents)).astype(np.float64)
 
 
-def _laid_over(problem: _Problem, target: Float64Array) -> _State:
-    """The whole head turned by its root joint: Kabsch (1976), without the shift."""
+def _root_aligned(problem: _Problem, target: Float64Array) -> _State:
+    """The root joint aligned with the target: Kabsch (1976), without the translation."""
     turns = _still(problem)
     if problem.rig.joint_parents[problem.joints[0]] < 0:
         rest = problem.template - problem.template.mean(axis=0)
@@ -264,7 +264,7 @@ def _refined(problem: _Problem, target: Float64Array, state: _State) -> _State:
 def _normal_equations(
     problem: _Problem, target: Float64Array, state: _State
 ) -> tuple[Float64Array, Float64Array]:
-    left, unpose = problem.left_over(state.weights, state.turns, target)
+    left, unpose = problem.residual(state.weights, state.turns, target)
     slopes = joint_slopes(problem.rig, state.turns, problem.points(state.weights), problem.joints)
     slopes = problem.scale * (unpose @ slopes).reshape(left.size, -1)
     cross = problem.basis @ slopes

@@ -118,7 +118,7 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
         raise MotionError("a motion of another version; allowed: version 1")
     fps = finite_number(texts.pop("fps"))
     if fps is None:
-        raise MotionError("fps that is no number")
+        raise MotionError("fps that is not a number")
     parts: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in texts.items()
     }
@@ -142,7 +142,9 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     if len(weights) > FRAMES_MAX:
         raise MotionError(f"{len(weights)} frames; allowed: up to {FRAMES_MAX}")
     if rows.dtype.kind not in "iu" or columns.dtype.kind not in "iu" or weights.dtype.kind != "f":
-        raise MotionError("weights and shapes of another kind; allowed: fractions and indices")
+        raise MotionError(
+            "weights and shapes of another kind; allowed: floating-point numbers and indices"
+        )
     basis = np.zeros((shapes, vertices, 3), np.float32)
     basis[rows, columns] = stored["basis/delta"]
     head = HeadModel(

@@ -1,4 +1,4 @@
-"""VertexMotion: one motion of one topology, expanded block by block for measuring."""
+"""Vertices over time in one topology, expanded block by block for measuring."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keyframes: values at a few moments, and what lies between them."""
+"""Keyframes: values at given times, and interpolation between them."""
 
 from __future__ import annotations
 

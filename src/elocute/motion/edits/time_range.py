@@ -1,4 +1,4 @@
-"""A part of a motion."""
+"""Cut a motion to a range of time."""
 
 from __future__ import annotations
 
