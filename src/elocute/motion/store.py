@@ -142,9 +142,7 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     if len(weights) > FRAMES_MAX:
         raise MotionError(f"{len(weights)} frames; allowed: up to {FRAMES_MAX}")
     if rows.dtype.kind not in "iu" or columns.dtype.kind not in "iu" or weights.dtype.kind != "f":
-        raise MotionError(
-            "weights and shapes of another kind; allowed: floating-point numbers and indices"
-        )
+        raise MotionError("weights or shapes of another type; allowed: floats and indices")
     basis = np.zeros((shapes, vertices, 3), np.float32)
     basis[rows, columns] = stored["basis/delta"]
     head = HeadModel(
