@@ -164,7 +164,7 @@ def animate(
     sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved, rig = chosen.style(checked_style(style)), chosen.rig(_rig(head, identity))
-    with _opened(sound, channel) as blocks:
+    with _sound_blocks(sound, channel) as blocks:
         features, duration_s = extract_features(chosen, blocks, phones=phones, progress=progress)
     span = FrameSpan.whole(frames_in(duration_s, fps), fps)
     curves = chosen.curves(features, resolved, span, strength)
@@ -214,7 +214,7 @@ def _face(coefficients: bytes) -> HeadModel:
 
 
 @contextmanager
-def _opened(sound: Path | Waveform, channel: int | None) -> Iterator[SoundBlocks]:
+def _sound_blocks(sound: Path | Waveform, channel: int | None) -> Iterator[SoundBlocks]:
     """Blocks of sound, each with the share of the whole it completes."""
     if isinstance(sound, Waveform):
         yield blocks_of(sound)
@@ -223,10 +223,10 @@ def _opened(sound: Path | Waveform, channel: int | None) -> Iterator[SoundBlocks
 
     with open_audio(sound, channel=channel) as stream:
         promised = (stream.duration_s or math.inf) * stream.sample_rate
-        yield SoundBlocks(stream.sample_rate, _shared(stream.blocks(), promised))
+        yield SoundBlocks(stream.sample_rate, _with_progress(stream.blocks(), promised))
 
 
-def _shared(
+def _with_progress(
     blocks: Iterator[NDArray[np.float32]], promised: float
 ) -> Iterator[tuple[NDArray[np.float32], float]]:
     done = 0

@@ -127,8 +127,8 @@ def articulate(
     )
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
-    place = _Place(first_frame, first_row, total_frames)
-    return _finished(curves, posteriors, rate, fps, style, style.asymmetry, place)
+    position = _TakePosition(first_frame, first_row, total_frames)
+    return _finished(curves, posteriors, rate, fps, style, style.asymmetry, position)
 
 
 def make_contacts(
@@ -161,12 +161,12 @@ def make_contacts(
     wanted = dict.fromkeys((*curves.names, *curve_names()))
     table = curves.select(tuple(wanted)).values.T.copy()
     columns = dict(zip(wanted, table, strict=True))
-    place = _Place(first_frame, first_row, total_frames)
-    return _finished(columns, posteriors, rate, curves.fps, style or Style(), 0.0, place)
+    position = _TakePosition(first_frame, first_row, total_frames)
+    return _finished(columns, posteriors, rate, curves.fps, style or Style(), 0.0, position)
 
 
 @dataclass(frozen=True)
-class _Place:
+class _TakePosition:
     """Where a stretch of frames and its rows of posteriors lie in the whole take."""
 
     first_frame: int
@@ -181,12 +181,12 @@ def _finished(
     fps: float,
     style: Style,
     asymmetry: float,
-    place: _Place,
+    position: _TakePosition,
 ) -> Curves:
     """Rest, contacts, asymmetry and blinks, in this order."""
     frame_count = len(curves["jawOpen"])
-    frames = np.arange(place.first_frame, place.first_frame + frame_count)
-    times_s = frames / fps - place.first_row / rate  # since the first row
+    frames = np.arange(position.first_frame, position.first_frame + frame_count)
+    times_s = frames / fps - position.first_row / rate  # since the first row
     speech = speech_gate(posteriors[:, SILENCE], rate, times_s)
     for name in curves:
         curves[name] = curves[name] * speech
@@ -197,8 +197,8 @@ def _finished(
         frame_count,
         fps,
         style.blink_per_min,
-        first_frame=place.first_frame,
-        total_frames=place.total_frames,
+        first_frame=position.first_frame,
+        total_frames=position.total_frames,
     )
     curves["eyeBlinkLeft"] = curves["eyeBlinkRight"] = blink
     table = np.stack(list(curves.values()), axis=1)

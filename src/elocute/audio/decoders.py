@@ -103,11 +103,11 @@ class SoundFileDecoder:
         self.promised = frames if known else None
         self.slack = 0 if self._file.format in LOSSLESS else round(SHORTFALL_S * rate)
         self.info = AudioInfo(
-            self._file.format,
-            self._file.subtype,
-            rate,
-            self._file.channels,
-            frames / rate if known else None,
+            format=self._file.format,
+            codec=self._file.subtype,
+            sample_rate=rate,
+            channels=self._file.channels,
+            duration_s=frames / rate if known else None,
         )
 
     def blocks(self, size: int) -> Iterator[Float32Array]:
@@ -171,7 +171,11 @@ class ContainerDecoder:
         rate, seconds = context.sample_rate or 0, self._seconds()
         self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
         self.info = AudioInfo(
-            self._file.format.name, context.name, rate, context.channels or 0, seconds
+            format=self._file.format.name,
+            codec=context.name,
+            sample_rate=rate,
+            channels=context.channels or 0,
+            duration_s=seconds,
         )
         promised_s = self._promised_s(seconds)
         self.promised = round(promised_s * rate) if promised_s else None

@@ -134,12 +134,12 @@ class AudioStream:
         for block in self._decoder.blocks(max(1, round(block_s * self.sample_rate))):
             if (self._channel or 0) >= block.shape[1]:
                 raise damaged(self.path, f"{block.shape[1]} channels of {self.channels}")
-            heard = block if self._channel is None else block[:, self._channel, None]
-            check_samples(self.path, heard, self.sample_rate, done)
-            done += len(heard)
+            chosen = block if self._channel is None else block[:, self._channel, None]
+            check_samples(self.path, chosen, self.sample_rate, done)
+            done += len(chosen)
             if done > DURATION_MAX_S * self.sample_rate:
                 raise _too_long(self.path, done / self.sample_rate)
-            mono = heard[:, 0] if heard.shape[1] == 1 else heard.mean(axis=1)
+            mono = chosen[:, 0] if chosen.shape[1] == 1 else chosen.mean(axis=1)
             yield np.ascontiguousarray(mono, np.float32)
         promised = self._decoder.promised
         if promised is not None and done < promised - self._decoder.slack:

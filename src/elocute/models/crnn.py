@@ -28,7 +28,7 @@ from elocute.models.crnn_network import (
     sound_level,
 )
 from elocute.models.feature_extraction import RESAMPLING_S, PhonePosteriorStream, phone_lookahead_s
-from elocute.models.model_shapes import as_builtin, rigged, speech_names
+from elocute.models.model_shapes import as_builtin, speech_names, with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
 from elocute.motion.curves import Curves
 from elocute.numerics.resampling import frame_places, read_rows
@@ -153,7 +153,7 @@ class CrnnModel:
         """Raises ModelError for a head of another topology than it was trained in."""
         if self.makes_contacts:
             return head
-        return rigged(head, self.basis, self._own_names, self.path)
+        return with_own_shapes(head, self.basis, self._own_names, self.path)
 
     @property
     def _own_names(self) -> tuple[str, ...]:

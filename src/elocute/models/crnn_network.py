@@ -82,11 +82,11 @@ class CrnnNetwork:
             if stored["kind"] != "crnn":
                 raise ValueError(stored["kind"])
             record = CrnnRecord(
-                float(stored["fps"]),
-                int(stored["outputs"]),
-                str(stored["topology"]),
-                int(stored["vertices"]),
-                str(stored["note"]),
+                fps=float(stored["fps"]),
+                outputs=int(stored["outputs"]),
+                topology=str(stored["topology"]),
+                vertices=int(stored["vertices"]),
+                note=str(stored["note"]),
             )
             if not 1 <= record.fps <= RATE / HOP or record.vertices < 1:
                 raise ValueError(f"fps {record.fps}")

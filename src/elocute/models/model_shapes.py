@@ -37,7 +37,9 @@ def basis_of(components: tuple[str, ...], basis: Float32Array | None) -> Float32
     return head.expression_basis[[head.expression_names.index(name) for name in components]]
 
 
-def rigged(head: HeadModel, basis: Float32Array, names: tuple[str, ...], path: Path) -> HeadModel:
+def with_own_shapes(
+    head: HeadModel, basis: Float32Array, names: tuple[str, ...], path: Path
+) -> HeadModel:
     """`head` moved by a model's own shapes (component, vertex, 3) m.
 
     Raises ModelError where the head has another number of vertices.

@@ -115,8 +115,8 @@ class CurveStream:
         self._style, self._strength = model.style(checked_style(style)), strength
         _check_level(level)
         streams = model.feature_streams(self.sample_rate, level=level)
-        self._features = _Rows(streams.features)
-        self._phones = None if streams.phones is None else _Rows(streams.phones)
+        self._features = _FeatureBuffer(streams.features)
+        self._phones = None if streams.phones is None else _FeatureBuffer(streams.phones)
         self._samples = self._frames = 0
         self._ended = False
 
@@ -152,9 +152,9 @@ class CurveStream:
             raise AudioError("stream: found sound after its end; allowed: a new stream")
         block = checked_block(samples, self.sample_rate, self._samples)
         self._samples += len(block)
-        for rows in self._tracks:
-            rows.push(block)
-        certain_s = min(rows.known_s for rows in self._tracks) - self.model.decoder_lookahead_s
+        for buffer in self._buffers:
+            buffer.push(block)
+        certain_s = min(buffer.known_s for buffer in self._buffers) - self.model.decoder_lookahead_s
         count = math.floor(certain_s * self.fps) + 1 - self._frames
         return self._answer(count, None) if count > 0 else None
 
@@ -170,15 +170,15 @@ class CurveStream:
             self._ended = True
             return None
         self._ended = True
-        for rows in self._tracks:
-            rows.flush()
-        if any(rows.known_s < 0 for rows in self._tracks):
+        for buffer in self._buffers:
+            buffer.flush()
+        if any(buffer.known_s < 0 for buffer in self._buffers):
             return None  # a sample or two is too short to encode
         total = frames_in(self._samples / self.sample_rate, self.fps)
         return self._answer(total - self._frames, total) if total > self._frames else None
 
     @property
-    def _tracks(self) -> list[_Rows]:
+    def _buffers(self) -> list[_FeatureBuffer]:
         return [self._features] if self._phones is None else [self._features, self._phones]
 
     def _answer(self, count: int, total: int | None) -> Curves:
@@ -189,12 +189,12 @@ class CurveStream:
         speech = SpeechFeatures(self._features.features, phones)
         curves = self.model.curves(speech, self._style, span, self._strength)
         self._frames += count
-        for rows in self._tracks:
-            rows.forget_before(self._frames / self.fps - HISTORY_S)
+        for buffer in self._buffers:
+            buffer.forget_before(self._frames / self.fps - HISTORY_S)
         return curves
 
 
-class _Rows:
+class _FeatureBuffer:
     """The rows of a feature stream that are still needed."""
 
     def __init__(self, stream: FeatureStream) -> None:

@@ -155,11 +155,13 @@ def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
     shares /= shares.sum()
     order = [int(index) for index in np.argsort(-shares) if shares[index] > 0]
     return StyleFit(
-        {names[index]: round(float(shares[index]), 6) for index in order},
-        names[nearest],
-        problem.error_mm(shares),
-        {name: problem.error_mm(corner) for name, corner in zip(names, corners, strict=True)},
-        problem.seconds,
+        mix={names[index]: round(float(shares[index]), 6) for index in order},
+        best_style=names[nearest],
+        error_mm=problem.error_mm(shares),
+        styles={
+            name: problem.error_mm(corner) for name, corner in zip(names, corners, strict=True)
+        },
+        seconds=problem.seconds,
     )
 
 
@@ -205,7 +207,7 @@ class _Problem:
 
     def loss(self, mix: Float64Array) -> float:
         """mm² a vertex: (Σ λ^p)^(1/p), λ the residual's variances along its axes, within reach."""
-        products = sum(away.T @ away for away in self._away(mix))
+        products = sum(residual.T @ residual for residual in self._residuals(mix))
         if not np.isfinite(products).all():
             return math.nan
         variances = np.maximum(np.linalg.eigvalsh(products), 0) / self.per
@@ -213,10 +215,10 @@ class _Problem:
 
     def error_mm(self, mix: Float64Array) -> float:
         """mm: root of the mean squared distance of vertices."""
-        within = sum(float(np.square(away).sum()) for away in self._away(mix))
+        within = sum(float(np.square(residual).sum()) for residual in self._residuals(mix))
         return math.sqrt((within + sum(target.beyond for target in self.targets)) / self.per)
 
-    def _away(self, mix: Float64Array) -> Iterator[Float64Array]:
+    def _residuals(self, mix: Float64Array) -> Iterator[Float64Array]:
         """(frame, direction) mm of every take: the model's motion less the observed one."""
         style = self.model.mix(dict(zip(self.model.styles, mix.tolist(), strict=True)))
         for target in self.targets:

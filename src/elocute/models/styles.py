@@ -43,11 +43,11 @@ def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Flo
     if given == EVEN or (given == "plain" and "plain" not in styles):
         return np.full(len(styles), 1 / len(styles), np.float32)
     if given.lower().endswith(".json") and given not in styles:
-        return mixed(read_mix(given), styles, model)
-    return mixed(parse_mix(given), styles, model)
+        return share_vector(read_mix(given), styles, model)
+    return share_vector(parse_mix(given), styles, model)
 
 
-def mixed(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> Float32Array:
+def share_vector(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> Float32Array:
     """(style,) of named shares. Raises ModelError for an unknown style."""
     vector = np.zeros(len(styles), np.float32)
     for name, share in shares.items():

@@ -32,9 +32,9 @@ from elocute.models.feature_extraction import (
     phone_lookahead_s,
 )
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
-from elocute.models.model_shapes import rigged
+from elocute.models.model_shapes import with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.styles import mixed, style_shares
+from elocute.models.styles import share_vector, style_shares
 from elocute.motion.curves import Curves
 from elocute.numerics.resampling import frame_places, read_rows
 
@@ -87,14 +87,14 @@ class VocaModel:
             if stored["kind"] != "voca":
                 raise ValueError(stored["kind"])
             record = VocaRecord(
-                str(stored["encoder"]),
-                float(stored["fps"]),
-                tuple(map(str, stored["styles"])),
-                int(stored["features"]),
-                tuple(map(str, stored["components"])),
-                str(stored["topology"]),
-                int(stored["vertices"]),
-                str(stored["note"]),
+                encoder=str(stored["encoder"]),
+                fps=float(stored["fps"]),
+                styles=tuple(map(str, stored["styles"])),
+                features=int(stored["features"]),
+                components=tuple(map(str, stored["components"])),
+                topology=str(stored["topology"]),
+                vertices=int(stored["vertices"]),
+                note=str(stored["note"]),
             )
             if not 0 < record.fps <= FPS_MAX or not 1 <= record.features <= FEATURES_MAX:
                 raise ValueError("fps or features out of range")
@@ -159,7 +159,7 @@ class VocaModel:
 
     def mix(self, shares: Mapping[str, float]) -> Float32Array:
         """(style,) shares. Raises ModelError for an unknown style."""
-        return mixed(shares, self.styles, self.name)
+        return share_vector(shares, self.styles, self.name)
 
     def feature_streams(
         self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
@@ -240,7 +240,7 @@ class VocaModel:
         """Raises ModelError for a head of another topology than it was trained in."""
         if self.basis is None:
             return head
-        return rigged(head, self.basis, self._own_names, self.path)
+        return with_own_shapes(head, self.basis, self._own_names, self.path)
 
     @property
     def _own_names(self) -> tuple[str, ...]:
