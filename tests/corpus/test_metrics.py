@@ -31,7 +31,7 @@ from elocute.evaluation.vertex_lists import (
     read_vertex_list,
 )
 from elocute.head.builtin import load_builtin_head
-from elocute.motion import track as track_module
+from elocute.motion import vertex_motion
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.vertex_motion import VertexMotion
@@ -49,7 +49,7 @@ def random_track(seed: int, frames: int = 23, vertices: int = 9) -> VertexMotion
 @pytest.fixture(autouse=True)
 def _small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Several blocks a clip, the last one of one frame, so that every seam is met."""
-    monkeypatch.setattr(track_module, "BLOCK_FRAMES", 11)
+    monkeypatch.setattr(vertex_motion, "BLOCK_FRAMES", 11)
 
 
 def test_every_metric_is_its_definition() -> None:
