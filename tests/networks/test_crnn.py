@@ -72,7 +72,7 @@ def test_shared_form_equals_window_by_window(network: Crnn, speech_wav: Path, fp
     assert float((after[1] - state[1]).abs().max()) < 1e-5
 
 
-def test_columns_are_those_of_mel3(speech_wav: Path) -> None:
+def test_columns_are_those_of_mel_deltas(speech_wav: Path) -> None:
     sound = read_audio(speech_wav)
     heard = mel_columns(sound, 30.0)
     values = with_slopes(torch.from_numpy(heard.static)[None])[0].numpy()
