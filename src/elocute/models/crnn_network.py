@@ -159,10 +159,31 @@ def sound_level(sound: Waveform) -> tuple[float, float]:
 
 
 def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") -> Float32Array:
-    """(frame, component) of a whole sound at the model's frame rate, its peak known.
+    """The weights of a whole sound, normalised by its peak.
 
-    joins: "state" lets the LSTM remember all that was; "pieces" begins anew every 15 frames and
-    smooths over the joins, as the paper does for sentences (section 6.4). Raises ModelError.
+    Parameters
+    ----------
+    model : CrnnNetwork
+        The network.
+    sound : Waveform
+        The sound.
+    joins : str
+        "state" lets the LSTM remember everything before; "pieces" restarts it every 15 frames and
+        smooths over the joins, as the paper does for sentences.
+
+    Returns
+    -------
+    (frame, component) float32
+        At the model's frame rate.
+
+    Raises
+    ------
+    ModelError
+        For an unknown way of joining, and a file that is no such network.
+
+    References
+    ----------
+    Tzirakis et al. 2019, section 6.4.
     """
     samples = sound.resample(RATE).samples
     stream = CrnnStream(model, RATE, joins, samples_level(samples))
@@ -171,10 +192,24 @@ def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") ->
 
 
 class CrnnStream:
-    """Sound in pieces of any length to frames, each as soon as its window is whole.
+    """Sound in blocks of any length to frames of weights, each as soon as its window is complete.
 
-    level  (mean, peak) of the whole sound where it is known, else None. Raises ModelError for
-           joins that there are not.
+    Parameters
+    ----------
+    model : CrnnNetwork
+        The network.
+    sample_rate : int
+        Of the sound, Hz.
+    joins : str
+        "state" carries the LSTM's state on; "pieces" restarts it every 15 frames and smooths the
+        joins.
+    level : (float, float), optional
+        Mean and peak of the whole sound, where known.
+
+    Raises
+    ------
+    ModelError
+        For an unknown way of joining.
     """
 
     def __init__(

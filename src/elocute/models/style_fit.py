@@ -78,7 +78,15 @@ class StyleFit:
 
 @dataclass(frozen=True, eq=False)
 class ObservedMotion:
-    """A piece of motion over its own neutral face, and the features of its speech."""
+    """A piece of motion over its own neutral face, and the features of its speech.
+
+    Parameters
+    ----------
+    speech : SpeechFeatures
+        As the model needs them.
+    motion : VertexMotion
+        In the model's topology.
+    """
 
     speech: SpeechFeatures
     motion: VertexMotion

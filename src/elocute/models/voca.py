@@ -50,9 +50,25 @@ REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
 class VocaRecord:
     """What training wrote into the file.
 
-    components  names of the weights where they are those of a known head, () where the file
-                carries its own basis
-    topology    the head whose mesh it moves, or ""
+    Parameters
+    ----------
+    encoder : str
+        The encoder whose features it takes.
+    fps : float
+        Frame rate of the network.
+    styles : tuple of str
+        Its speaking styles.
+    features : int
+        Features per row.
+    components : tuple of str
+        Names of the weights where they are those of a known head; () where the file has its own
+        basis.
+    topology : str
+        The head whose mesh it moves, or "".
+    vertices : int
+        How many vertices that has.
+    note : str
+        Of the person who trained it.
     """
 
     encoder: str
