@@ -1,4 +1,4 @@
-"""SpeechInput to motion in one call: read, listen, answer, move.
+"""Speech to motion in one call.
 
 The path of the data: blocks of sound → rows of features → curves → Motion.
 Sound is decoded once, in blocks, so an hour of it needs bounded memory.

@@ -120,7 +120,7 @@ def phone_targets() -> NDArray[np.float32]:
 
 @cache
 def phone_dominances() -> NDArray[np.float32]:
-    """(phone, group) how strongly each phone pulls each group of curves to its target."""
+    """(phone, group) dominance of each phone over each group of curves."""
     table = np.zeros((len(PHONES), len(GROUPS)), np.float32)
     for phone, (_, dominance) in _TARGETS.items():
         table[PHONES.index(phone)] = dominance

@@ -38,7 +38,7 @@ SILENCE_VALUES_MAX = 200_000_000
 
 @dataclass(frozen=True)
 class AudioInfo:
-    """What a header says. duration_s is None where it does not."""
+    """What the header of a sound file declares; duration_s is None where it does not."""
 
     format: str
     codec: str

@@ -1,4 +1,4 @@
-"""Features over time, and the windows that VOCA looks through."""
+"""Features over time, and the overlapping windows that VOCA takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The input of the second paper: 41 x 128 x 3 per video frame.
+"""Log-mel windows with derivatives, the second paper's input: 41 x 128 x 3 per video frame.
 
 128 log-mel bands of 20 ms windows every 10 ms, over 400 ms around each video frame, with their
 first and second time derivatives (Tzirakis et al. 2019, section 5). Sound is taken at 44.1 kHz,

@@ -56,7 +56,7 @@ def white_noise(samples: int, seed: int) -> Float32Array:
 
 
 def babble(speech: Waveform, seed: int) -> Float32Array:
-    """(sample,) many voices at once: the speech itself backwards, eight times, apart in time.
+    """(sample,) many voices at once: the speech itself backwards, eight times, shifted in time.
 
     It has a voice's spectrum and rhythm and no word of the original.
     """

@@ -85,7 +85,7 @@ class AudioStream:
 
     @property
     def duration_s(self) -> float | None:
-        """As the header says; None where it does not."""
+        """As the header declares; None where it does not."""
         return self.info.duration_s
 
     def __enter__(self) -> AudioStream:

@@ -1,4 +1,4 @@
-"""Spectral features of the papers and their kin: log-mel, MFCC, mel-filterbank energies.
+"""Spectral features: log-mel, MFCC, mel-filterbank energies.
 
 Conventions that differ between toolkits are parameters, so each feature can be checked against
 the toolkit it comes from.

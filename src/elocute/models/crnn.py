@@ -38,9 +38,9 @@ COLUMN_S = 0.01
 
 
 class CrnnModel:
-    """`crnn`, the one that ships, or a file of one's own, as a SpeechModel.
+    """The recurrent model that ships (`crnn`), or a trained one from a file, as a SpeechModel.
 
-    Raises ModelError where the file is missing, too large or no recurrent model of Elocute.
+    Raises ModelError where the file is missing, too large or not a recurrent model of Elocute.
     """
 
     encoder = "mel-deltas"

@@ -61,9 +61,9 @@ class CrnnRecord:
 
 
 class CrnnNetwork:
-    """`crnn`, the one that ships, or a file of one's own.
+    """The network that ships (`crnn`), or a trained one from a file.
 
-    Raises ModelError where the file is missing, too large or no recurrent model of Elocute.
+    Raises ModelError where the file is missing, too large or not a recurrent model of Elocute.
     """
 
     def __init__(self, path: str | Path, session: Any = None) -> None:
@@ -102,7 +102,7 @@ class CrnnNetwork:
 
     @cached_property
     def basis(self) -> Float32Array:
-        """(component, vertex, 3) m that its weights weigh. Raises ModelError."""
+        """(component, vertex, 3) m of its weights. Raises ModelError."""
         silence = np.zeros((WINDOW_COLUMNS, BANDS), np.float32)
         basis = self._run(["basis"], silence, np.zeros(1, np.int64), self.rest)[0]
         if basis.shape != (self.record.outputs, self.record.vertices, 3):

@@ -39,7 +39,7 @@ class ResamplingStream:
             self._resampler = soxr.ResampleStream(sample_rate, wanted, 1, dtype="float32")
 
     def push(self, samples: Float32Array, *, last: bool = False) -> Float32Array:
-        """What is ready of these samples, all that is left with `last`."""
+        """The resampled samples that are ready; with `last`, all that remain."""
         samples = np.ascontiguousarray(samples, np.float32)
         if self._resampler is None:
             return samples
@@ -57,7 +57,7 @@ class PhonePosteriorStream:
 
     @property
     def lookahead_s(self) -> float:
-        """Rows come so much later than their own time."""
+        """How much later than its own time a row comes, s."""
         return RESAMPLING_S + phone_lookahead_s()
 
     def push(self, samples: Float32Array) -> Float32Array:
@@ -69,7 +69,7 @@ class PhonePosteriorStream:
 
 
 class KnownPhoneStream:
-    """PhoneTimes whose times are known: rows of the same kind, all at the end.
+    """Log-posteriors of phones whose times are known; all rows come with `flush`.
 
     `flush` raises InputError for an unknown phone.
     """

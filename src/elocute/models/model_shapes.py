@@ -1,4 +1,4 @@
-"""The shapes that a model's weights weigh: its basis, its rig, and curves of the built-in head."""
+"""The shapes that a model moves: its basis, its rig, and curves of the built-in head."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STEPS = 300
 
 
 def basis_of(components: tuple[str, ...], basis: Float32Array | None) -> Float32Array:
-    """(component, vertex, 3) m that a model's weights weigh: its own, or built-in shapes.
+    """(component, vertex, 3) m: the basis of a model's weights, its own or that of built-in shapes.
 
     Raises ModelError for a component that the built-in head has no shape for.
     """

@@ -76,7 +76,7 @@ class FeatureStream(Protocol):
 
     @property
     def name(self) -> str:
-        """What Features.encoder says."""
+        """As in `Features.encoder`."""
         ...
 
     def push(self, samples: Float32Array) -> Float32Array:

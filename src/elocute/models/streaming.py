@@ -122,7 +122,7 @@ class CurveStream:
 
     @property
     def lookahead_s(self) -> float:
-        """A frame comes out when so much sound after its own time has been pushed."""
+        """How much sound after its own time a frame waits for, s."""
         return self.model.lookahead_s
 
     @property
@@ -204,7 +204,7 @@ class _FeatureBuffer:
 
     @property
     def features(self) -> Features:
-        """What is kept."""
+        """The rows that are kept."""
         assert self._values is not None
         return Features(self._values, self._stream.rate, self._stream.name, self._first)
 
@@ -239,7 +239,7 @@ class Stream:
 
     @property
     def lookahead_s(self) -> float:
-        """A frame comes out when so much sound after its own time has been pushed."""
+        """How much sound after its own time a frame waits for, s."""
         return self._curves.lookahead_s
 
     def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Iterator[Frame]:

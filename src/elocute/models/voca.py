@@ -3,8 +3,8 @@
 Regression averages over what it is unsure of and so leaves lips a little open where they should
 meet: on the built-in head the driver's contacts and rests come after the network.
 
-ONNX alone, no torch. The file says which encoder it needs, how its styles are called and
-what its weights weigh; nothing in it is executed but the network.
+ONNX alone, no torch. The file states its encoder, the names of its styles and the shapes that its
+weights apply to; nothing in it is executed but the network.
 """
 
 from __future__ import annotations
@@ -82,9 +82,9 @@ class VocaRecord:
 
 
 class VocaModel:
-    """`voca`, the one that ships, or a file of one's own, as a SpeechModel.
+    """The VOCA that ships (`voca`), or a trained one from a file, as a SpeechModel.
 
-    Raises ModelError where the file is missing, too large or no VOCA of Elocute.
+    Raises ModelError where the file is missing, too large or not a VOCA of Elocute.
     """
 
     def __init__(self, path: str | Path, session: Any = None) -> None:

@@ -16,7 +16,7 @@ ALL = slice(None)
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """The joints of a head and some of its vertices that hang on them."""
+    """The joints of a head, and skin weights of some of its vertices."""
 
     joint_positions: Float64Array  # (joint, 3) m
     joint_parents: tuple[int, ...]
@@ -79,7 +79,7 @@ def _crossing(arms: Float64Array) -> Float64Array:
 
 
 def _descendants(parents: tuple[int, ...], joint: int) -> list[int]:
-    """The joint and all that hang on it; parents come before their children."""
+    """The joint and its descendants; parents come before their children."""
     found = [joint]
     for child in range(joint + 1, len(parents)):
         if parents[child] in found:

@@ -234,7 +234,7 @@ class Motion:
 
 
 def checked_fps(fps: float) -> float:
-    """Frames per second as a float. Raises MotionError for what no motion has."""
+    """Frames per second as a float. Raises MotionError for a rate out of range."""
     number = real_number(fps)
     if number is None or not FPS_MIN <= number <= FPS_MAX:
         raise MotionError.about(
@@ -244,7 +244,7 @@ def checked_fps(fps: float) -> float:
 
 
 def check_motion(given: object) -> None:
-    """Raise MotionError where a Motion is wanted and something else was given."""
+    """Raise MotionError for anything but a Motion."""
     if not isinstance(given, Motion):
         raise MotionError.about(
             "motion",

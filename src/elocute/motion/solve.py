@@ -1,4 +1,4 @@
-"""Solving: vertices back into weights and joint rotations."""
+"""Inverse fitting: vertices to weights and joint rotations."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def distance_mm(motion: Motion, vertices: Vertices) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class _State:
-    """One frame's unknowns: weights (component,), turns (joint, 4), and what is left in mm²."""
+    """One frame's unknowns: weights (component,), turns (joint, 4), and cost in mm²."""
 
     weights: Float64Array
     turns: Float64Array

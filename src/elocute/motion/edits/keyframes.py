@@ -63,7 +63,7 @@ def read_keyframes(
 
 
 def _listed(given: Any, what: str) -> list[Any]:
-    """Raises MotionError for what holds nothing or too much."""
+    """The keyframes as a list. Raises MotionError for none or too many."""
     try:
         parts = None if isinstance(given, str | bytes) else iter(given)
     except TypeError:
