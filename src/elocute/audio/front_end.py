@@ -11,6 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.numerics.mel import mel_points, triangles
+from elocute.numerics.windows import hann
+
 SAMPLE_RATE = 16000
 HOP = 160  # 10 ms
 WINDOW = 400  # 25 ms
@@ -31,29 +34,20 @@ LOOKAHEAD_S = WINDOW / 2 / SAMPLE_RATE
 
 def mel_weights() -> NDArray[np.float32]:
     """(257, 64) triangular HTK-mel filters, each of area one."""
-
-    def mel(hz: float) -> float:
-        return 2595 * np.log10(1 + hz / 700)
-
-    edges_hz = 700 * (10 ** (np.linspace(mel(LOWEST_HZ), mel(HIGHEST_HZ), BANDS + 2) / 2595) - 1)
-    return triangles(edges_hz)
+    return unit_triangles(mel_points(LOWEST_HZ, HIGHEST_HZ, BANDS + 2))
 
 
-def triangles(edges_hz: NDArray[np.float64]) -> NDArray[np.float32]:
+def unit_triangles(edges_hz: NDArray[np.float64]) -> NDArray[np.float32]:
     """(257, band) filters with corners at `edges_hz` (band + 2,), each of area one."""
-    bins = np.arange(FFT // 2 + 1)[:, None]
-    edges = edges_hz * FFT / SAMPLE_RATE
-    low, middle, high = edges[:-2], edges[1:-1], edges[2:]
-    rising = (bins - low) / np.maximum(middle - low, 1e-3)
-    falling = (high - bins) / np.maximum(high - middle, 1e-3)
-    filters = np.maximum(0, np.minimum(rising, falling))
+    filters = np.ascontiguousarray(
+        triangles(edges_hz * FFT / SAMPLE_RATE, np.arange(FFT // 2 + 1)).T
+    )
     return (filters / (filters.sum(axis=0) + 1e-6)).astype(np.float32)
 
 
 def power_scale() -> float:
     """Brings |FFT|² to mean power, so that a full-scale sine is near 0 dB in its band."""
-    window = np.hanning(WINDOW + 1)[:-1]
-    return 1.0 / float(window.sum() ** 2 / 4)
+    return 1.0 / float(hann(WINDOW).sum() ** 2 / 4)
 
 
 @dataclass
@@ -70,7 +64,7 @@ class FrontEnd:
     """
 
     def __init__(self) -> None:
-        self._window = np.hanning(WINDOW + 1)[:-1].astype(np.float32)
+        self._window = hann(WINDOW).astype(np.float32)
         self._mel = mel_weights() * np.float32(power_scale())
         self._pending = np.zeros(WINDOW // 2, np.float32)
         self._samples = self._frames = 0

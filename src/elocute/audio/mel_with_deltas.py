@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.spectral import hann, mel_filterbank
+from elocute.audio.spectral import mel_filterbank
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
+from elocute.numerics.windows import hann
 from elocute.one_line_repr import one_line
 
 RATE = 44100

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from elocute.audio.phones import PHONE_TO_VISEME, PHONES
 from elocute.audio.waveform import Waveform
 from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
+from elocute.numerics.smoothing import gaussian_smoothed
 
 Floats = NDArray[np.float64]
 
@@ -78,7 +79,7 @@ def openness(sound: Waveform) -> Floats:
     heard = np.exp(encoder.encode(sound.resample(SAMPLE_RATE).samples))
     opened = heard @ np.array([OPENNESS[PHONE_TO_VISEME[phone]] for phone in PHONES])
     times = np.arange(int(sound.duration_s * RATE)) / RATE
-    return _blurred(np.interp(times, np.arange(len(opened)) / PHONE_RATE, opened))
+    return _smoothed(np.interp(times, np.arange(len(opened)) / PHONE_RATE, opened))
 
 
 def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
@@ -87,7 +88,7 @@ def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
         return None
     voice = openness(sound)
     times = np.arange(int(len(activity) / fps * RATE)) / RATE
-    mouth = _blurred(np.interp(times, np.arange(len(activity)) / fps, activity))
+    mouth = _smoothed(np.interp(times, np.arange(len(activity)) / fps, activity))
     count = min(len(voice), len(mouth))
     voice, mouth = voice[:count] - voice[:count].mean(), mouth[:count] - mouth[:count].mean()
     if voice.std() < 1e-6 or mouth.std() < 1e-6:
@@ -117,9 +118,5 @@ def estimate_offset(sums: LagSums) -> Offset:
     return Offset(seconds, float(r[best]), float(r[best] - r[zero]))
 
 
-def _blurred(values: Floats) -> Floats:
-    width = BLUR_S * RATE
-    reach = round(3 * width)
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
-    blurred = np.convolve(np.pad(values, reach, mode="edge"), kernel / kernel.sum(), "valid")
-    return blurred.astype(np.float64)
+def _smoothed(values: Floats) -> Floats:
+    return gaussian_smoothed(values, BLUR_S * RATE)

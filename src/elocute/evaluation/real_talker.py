@@ -18,6 +18,7 @@ from elocute.errors import InputError
 from elocute.files.arrays import read_npz
 from elocute.files.json_records import parse_json
 from elocute.motion.curves import Curves
+from elocute.numerics.correlation import pearson
 from elocute.one_line_repr import one_line
 
 Array = NDArray[np.float64]
@@ -177,16 +178,9 @@ def _correlate(
     times, real = take.times_s[take.valid], tracked[take.valid]
     steps = round(LAG_MAX_S / LAG_STEP_S)
     lags = np.arange(-steps, steps + 1) * LAG_STEP_S
-    rs = [_pearson(real, np.interp(times + lag, predicted_times, predicted)) for lag in lags]
+    rs = [pearson(real, np.interp(times + lag, predicted_times, predicted)) for lag in lags]
     best = int(np.argmax(rs))
     return rs[steps], rs[best], float(lags[best])
-
-
-def _pearson(a: Array, b: Array) -> float:
-    """Pearson's r; 0 for a mouth that does not move."""
-    a, b = a - a.mean(), b - b.mean()
-    norm = np.sqrt((a * a).sum() * (b * b).sum())
-    return float((a * b).sum() / norm) if norm > 1e-12 else 0.0
 
 
 def _closures(

@@ -22,6 +22,7 @@ from elocute.errors import AudioError, InputError
 from elocute.models.protocol import Ear, Heard, Level, Span, SpeechModel
 from elocute.models.registry import DEFAULT, open_model
 from elocute.motion.curves import Curves
+from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
 
 Array = NDArray[np.float32]
@@ -184,7 +185,7 @@ class Stream:
 
     def __init__(self, curves: CurveStream, names: tuple[str, ...], joints: int) -> None:
         self._curves, self._names = curves, names
-        self._rest = np.tile(np.array([1, 0, 0, 0], np.float32), (joints, 1))
+        self._rest = no_turn(joints)
 
     @property
     def lookahead_s(self) -> float:

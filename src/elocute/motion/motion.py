@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
+from elocute.numerics.quaternions import blend
+from elocute.numerics.resampling import frame_places, neighbours, read_rows
 
 FPS_MAX = 1000.0
 
@@ -130,28 +132,14 @@ class Motion:
         """The same motion at another frame rate, linear between frames. Raises MotionError."""
         _check_fps(fps)
         count = max(1, round(self.duration_s * fps))
-        positions = np.minimum(np.arange(count) * (self.fps / fps), self.frame_count - 1)
-        below = np.minimum(positions.astype(int), max(self.frame_count - 2, 0))
-        above = np.minimum(below + 1, self.frame_count - 1)
-        share = (positions - below).astype(np.float32)[:, None]
-        weights = self.weights[below] * (1 - share) + self.weights[above] * share
+        places = frame_places(0, count, self.fps, fps)
         rotations = None
         if self.rotations is not None:
-            rotations = _blend_rotations(
-                self.rotations[below], self.rotations[above], share[:, :, None]
-            )
-        return replace(self, weights=weights, fps=fps, rotations=rotations)
+            below, above, share = neighbours(places, self.frame_count)
+            rotations = blend(self.rotations[below], self.rotations[above], share[:, None, None])
+        return replace(self, weights=read_rows(self.weights, places), fps=fps, rotations=rotations)
 
 
 def _check_fps(fps: float) -> None:
     if np.ndim(fps) or not (np.isfinite(fps) and 0 < fps <= FPS_MAX):
         raise MotionError(f"fps: found {fps}; allowed: above 0, at most {FPS_MAX:g}")
-
-
-def _blend_rotations(
-    first: NDArray[np.float32], second: NDArray[np.float32], share: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Normalised linear blend; enough between neighbouring frames."""
-    sign = np.where((first * second).sum(-1, keepdims=True) < 0, -1.0, 1.0)
-    mixed = first * (1 - share) + second * sign * share
-    return (mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)).astype(np.float32)

@@ -24,6 +24,7 @@ from elocute.motion.joint_jacobians import (
 from elocute.motion.motion import Motion
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, no_turn
+from elocute.numerics.rigid_alignment import nearest_rotation
 
 Floats = NDArray[np.float64]
 Vertices = ArrayLike | ArrayFile
@@ -60,7 +61,7 @@ def solve_weights(
     joints          those that may turn, None for all, () for vertices in zero pose
 
     Shapes alone are solved at once (the basis is linear). Where they leave something, the
-    root joint is laid over the frame by Procrustes, and Levenberg's steps on weights and
+    root joint is laid over the frame (Kabsch 1976), and Levenberg's steps on weights and
     rotations together follow, in the frame of the face in zero pose, where the basis stays the
     same. Rotations cost nothing; frames follow one another, so each starts from the last.
 
@@ -207,13 +208,12 @@ def _still(problem: _Problem) -> Floats:
 
 
 def _laid_over(problem: _Problem, target: Floats) -> _State:
-    """The whole head turned by its root joint: Kabsch (1976), without the shift."""
+    """The whole head turned by its root joint, without the shift."""
     turns = _still(problem)
     if problem.rig.joint_parents[problem.joints[0]] < 0:
         rest = problem.template - problem.template.mean(axis=0)
-        left, _, right = np.linalg.svd((target - target.mean(axis=0)).T @ rest)
-        mirrored = np.sign(np.linalg.det(left @ right))
-        turns[problem.joints[0]] = from_matrices(left @ np.diag([1, 1, mirrored]) @ right)
+        rotation, _ = nearest_rotation((target - target.mean(axis=0)).T @ rest)
+        turns[problem.joints[0]] = from_matrices(rotation)
     return problem.state(problem.best_weights(turns, target), turns, target)
 
 

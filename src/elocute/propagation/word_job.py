@@ -29,9 +29,10 @@ from elocute.errors import AlignmentError, InputError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import read_record
 from elocute.motion.store import load_motion
+from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 from elocute.propagation.captured_words import MARGIN_S, Capture, CapturedWord, cut
-from elocute.propagation.transfer import carried, resampled
+from elocute.propagation.transfer import carried
 from elocute.propagation.word_recordings import Recording, word_span
 
 Array = NDArray[np.float32]
@@ -249,7 +250,7 @@ def _aligned(
         start_s=start,
         end_s=start + heard.duration_s,
         fps=settings.fps,
-        parameters=resampled(values, VIEW_RATE, np.arange(frames) / settings.fps),
+        parameters=read_rows(values, frame_places(0, frames, VIEW_RATE, settings.fps)),
         confidence=score,
     )
 

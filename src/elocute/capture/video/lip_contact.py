@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from elocute.capture.video.person_fit import CLOSED, lip_gaps
 from elocute.corpus.importers.grid import OPEN, RESTING
 from elocute.head.model import HeadModel
+from elocute.numerics.smoothing import smoothstep
 
 Floats = NDArray[np.float64]
 
@@ -54,7 +55,7 @@ def target_gap(tracked: Floats) -> Floats:
     closed, so that closed means closed (as the importer of tracked clips has it).
     """
     ease = np.clip((tracked - CLOSED) / (OPEN - CLOSED), 0, 1)
-    return ease * ease * (3 - 2 * ease) * np.maximum(tracked - RESTING, 0)
+    return smoothstep(ease) * np.maximum(tracked - RESTING, 0)
 
 
 def add_gaps(grams: Floats, sides: Floats, rows: GapRows, target_mm: Floats) -> None:

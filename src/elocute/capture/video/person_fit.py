@@ -20,8 +20,8 @@ from elocute.capture.video.face_tracking import FaceTrack
 from elocute.capture.video.point_equations import point_rows, point_trust
 from elocute.capture.video.template_refinement import follow_points
 from elocute.head.model import HeadModel
-from elocute.head.skinning import rotation_matrices
 from elocute.numerics.bounded_least_squares import solve_box
+from elocute.numerics.quaternions import to_matrices
 from elocute.one_line_repr import one_line
 
 Floats = NDArray[np.float64]
@@ -180,7 +180,7 @@ def _bias(fit: _Fit, model: Floats, seen: Floats, closed: bool) -> Floats:
     left = (seen - fit.camera.project(fit.poses.of(model))) * [1, -1]
     left *= fit.poses.pixel_mm(fit.camera)[:, None, None] / 1000
     flat = np.concatenate([left, np.zeros_like(left[..., :1])], axis=-1)
-    bias = np.median(flat @ rotation_matrices(fit.poses.turns), axis=0)
+    bias = np.median(flat @ to_matrices(fit.poses.turns), axis=0)
     bias[IRIS:] = 0
     if not closed:
         pairs = np.array(GAP_PAIRS)

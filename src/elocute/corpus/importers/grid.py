@@ -34,7 +34,9 @@ from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npz
 from elocute.files.json_records import parse_json
 from elocute.head.builtin import load_builtin_head
-from elocute.motion.resample import between
+from elocute.numerics.monotone_cubic import monotone_cubic
+from elocute.numerics.resampling import interpolate
+from elocute.numerics.smoothing import gaussian_smoothed, smoothstep
 
 Floats = NDArray[np.float64]
 
@@ -97,7 +99,9 @@ def grid_clips(
         weights, residual_mm = fit_lips(rows, lips_of(track, rest, scale))
         frames = np.zeros((round(sound.duration_s * fps), len(head.expression_names)), np.float32)
         times = np.arange(len(frames)) / fps
-        frames[:, columns] = np.clip(between(weights, times * track.fps), 0, 1)
+        frames[:, columns] = np.clip(
+            monotone_cubic(np.arange(len(weights)), weights, times * track.fps), 0, 1
+        )
         yield Clip(SUBJECT, path.stem, " ".join(track.words), sound, frames), residual_mm
         count += 1
     if not count:
@@ -165,7 +169,7 @@ def read_track(path: Path) -> Track:
         if any(len(values) != len(given) for values in scalars.values()):
             raise ValueError("fields of different lengths")
         contours = [[index[number] for number in contour] for contour in CONTOURS]
-        nose = _blurred(_bridged(given[:, index[NOSE]], valid))
+        nose = gaussian_smoothed(_bridged(given[:, index[NOSE]], valid), CALM_FRAMES)
         points = _bridged(given, valid)[:, contours] - nose[:, None, None]
         scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     except CorpusError:
@@ -216,7 +220,7 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     """
     seen = track.scalars["inner_opening_mean"]
     ease = np.clip((seen - CLOSED) / (OPEN - CLOSED), 0, 1)
-    ease = ease * ease * (3 - 2 * ease)
+    ease = smoothstep(ease)
     points = scale * (track.points - rest.points)
     points[..., 0] -= points[..., 0].mean(axis=(1, 2), keepdims=True)
     upper, lower = CONTOURS.index(INNER_UPPER), CONTOURS.index(INNER_LOWER)
@@ -241,15 +245,4 @@ def _bridged(values: Floats, valid: NDArray[np.integer]) -> Floats:
     good = valid[np.isfinite(flat[valid]).all(axis=1)]
     if len(good) < 2:
         raise ValueError("fewer than two valid frames")
-    frames = np.arange(len(flat))
-    filled = [np.interp(frames, good, column) for column in flat[good].T]
-    return np.stack(filled, axis=1).reshape(values.shape)
-
-
-def _blurred(values: Floats) -> Floats:
-    """(frame, …) blurred over time, ends repeated."""
-    reach = round(3 * CALM_FRAMES)
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / CALM_FRAMES) ** 2)
-    kernel /= kernel.sum()
-    padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
-    return np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
+    return interpolate(good, flat[good], np.arange(len(flat))).reshape(values.shape)

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
-from elocute.motion.edits.keyframes import Keyframes, linear, read_keyframes
+from elocute.motion.edits.keyframes import Keyframes, read_keyframes
 from elocute.motion.edits.lid_gap import has_lids, identity_columns, lid_gap, lid_scale
 from elocute.motion.motion import Motion
+from elocute.numerics.resampling import interpolate
 
 SIDES = ("Left", "Right")
 
@@ -66,7 +67,7 @@ def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
         expression_names=(*face.expression_names, *names),
         expression_basis=np.concatenate([face.expression_basis, basis.astype(np.float32)]),
     )
-    change = linear(times, mixes, motion.times_s).astype(np.float32)
+    change = interpolate(times, mixes, motion.times_s).astype(np.float32)
     weights = np.concatenate([motion.weights, change], axis=1)
     return _lids_scaled(replace(motion, head=head, weights=weights))
 
