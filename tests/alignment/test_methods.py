@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,9 +34,9 @@ def method(request: pytest.FixtureRequest) -> str:
     return request.param
 
 
-def brief(method: str, **settings: object):
+def brief(method: str, **settings: Any):
     """Few steps: what is tested holds from the first on."""
-    config = METHODS[method].config()(**settings)
+    config = METHODS[method].config(**settings)
     return replace(config, steps=4) if method in DEEP else config
 
 
@@ -180,7 +181,7 @@ def test_settings_that_are_no_use_are_said() -> None:
     with pytest.raises(AlignmentError, match="dtw, softdtw, ctw"):
         align([view, view], "magic")
     with pytest.raises(AlignmentError, match="CtwConfig"):
-        align([view, view], "ctw", METHODS["dtw"].config()())
+        align([view, view], "ctw", METHODS["dtw"].config())
     with pytest.raises(AlignmentError, match="none"):
         fit_aligner([])
     with pytest.raises(AlignmentError, match="feature counts"):

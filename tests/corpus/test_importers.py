@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -212,12 +213,12 @@ def test_a_biwi_scaled_to_a_box_is_told_from_one_scaled_to_a_surface(sources):
 
 def test_a_wrong_frame_rate_is_one_line_that_names_the_option(prepared_biwi, tmp_path):
     notes = convert(prepared_biwi, tmp_path / "out", fps=10.0, units="1", split="even")
-    assert "frames/s: 10 as --fps says, but the lengths of the sounds fit 25" in notes
+    assert "frames/s: 10 as `fps` says, but the lengths of the sounds fit 25" in notes
     corpus = open_corpus(tmp_path / "out")
     assert np.ptp(corpus.template("F2"), axis=0).max() == pytest.approx(1.0, abs=0.02)
     told = [f for f in check_corpus(corpus) if f.what.startswith("length")]
     assert [f.about for f in told] == ["corpus"]
-    assert "in 20 of 20 clips" in told[0].what and "--fps 25" in told[0].what
+    assert "in 20 of 20 clips" in told[0].what and "`fps` 25" in told[0].what
 
 
 @pytest.mark.parametrize(
@@ -235,7 +236,7 @@ def test_the_split_is_ones_choice(prepared_biwi, tmp_path, split, judged):
 
 
 def test_splits_and_units_that_are_none_are_refused(prepared_biwi, tmp_path):
-    for options, told in (
+    refused_options: tuple[tuple[dict[str, Any], str], ...] = (
         ({"split": "odd"}, "published, even, sentences"),
         ({"split": "F1/"}, "published, even, sentences"),
         ({"split": "F1/F1"}, "F1 in two parts"),
@@ -244,7 +245,8 @@ def test_splits_and_units_that_are_none_are_refused(prepared_biwi, tmp_path):
         ({"units": "mile"}, "mm, cm, dm, inch, or metres"),
         ({"units": "nan"}, "no unit of length"),
         ({"units": "0"}, "no unit of length"),
-    ):
+    )
+    for options, told in refused_options:
         with pytest.raises(CorpusError, match=told):
             convert(prepared_biwi, tmp_path / "out", **options)
         assert list(tmp_path.iterdir()) == []
@@ -254,7 +256,7 @@ def test_a_published_split_needs_its_sentences(tmp_path, sources):
     sources.write_prepared_biwi(tmp_path / "b", ("F2_e01", "F2_e37"))
     refused(tmp_path / "b", "part without clips; allowed: VOCASET", split="published")
     _, notes = converted(tmp_path / "b")
-    assert any("by sentences only" in note and "--split" in note for note in notes)
+    assert any("by sentences only" in note and "`split`" in note for note in notes)
 
 
 def test_many_clips_without_sound_are_one_line(tmp_path, sources):
@@ -350,12 +352,13 @@ def test_real_lips_move_the_head_as_they_were_tracked(shared_data, tmp_path):
     for clip, residual_mm in grid_clips(tmp_path, leave_out={given[0].stem}, fps=25.0):
         assert clip.subject == "grid" and clip.sentence != given[0].stem
         assert len(clip.text.split()) == 6
-        assert clip.frames.min() >= 0 and clip.frames.max() <= 1
+        frames = clip.frames[:]
+        assert frames.min() >= 0 and frames.max() <= 1
         assert residual_mm < 1.5
         track = read_track(tmp_path / f"{clip.sentence}.npz")
         tracked = track.scalars["inner_opening_mean"]
-        measures = measure_mouth(Motion(head, clip.frames, 25.0))
-        count = min(len(tracked), len(clip.frames))
+        measures = measure_mouth(Motion(head, frames, 25.0))
+        count = min(len(tracked), len(frames))
         opening = measures["opening_mm"][:count]
         assert np.corrcoef(opening, tracked[:count])[0, 1] > 0.95
         width = np.corrcoef(measures["width_mm"][:count], track.scalars["lip_width"][:count])
@@ -383,7 +386,11 @@ def test_real_lips_become_a_corpus(shared_data, tmp_path):
 
 
 def test_a_tracked_clip_without_its_fields_is_refused(tmp_path):
-    for fields in ({"t": np.zeros(3)}, {name: np.zeros(3) for name in SCALARS}):
+    without: tuple[dict[str, Any], ...] = (
+        {"t": np.zeros(3)},
+        {name: np.zeros(3) for name in SCALARS},
+    )
+    for fields in without:
         np.savez(tmp_path / "a.npz", **fields)
         with pytest.raises(CorpusError, match=r"a\.npz: no tracked lips"):
             read_track(tmp_path / "a.npz")

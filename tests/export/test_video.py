@@ -18,15 +18,19 @@ def video(take, tmp_path_factory):
     return path
 
 
+def length_s(stream: av.VideoStream | av.AudioStream) -> float:
+    assert stream.duration is not None and stream.time_base is not None
+    return float(stream.duration * stream.time_base)
+
+
 def test_it_is_h264_and_aac_of_the_right_length(video, take):
     with av.open(str(video)) as file:
         picture, sound = file.streams.video[0], file.streams.audio[0]
         assert (picture.codec_context.name, sound.codec_context.name) == ("h264", "aac")
         assert picture.codec_context.pix_fmt == "yuv420p"
         assert picture.frames == take.motion.frame_count
-        assert float(picture.average_rate) == take.motion.fps
-        seconds = float(picture.duration * picture.time_base)
-        heard = float(sound.duration * sound.time_base)
+        assert picture.average_rate == take.motion.fps
+        seconds, heard = length_s(picture), length_s(sound)
         assert abs(seconds - heard) < 1 / take.motion.fps + 0.03
 
 
@@ -52,9 +56,10 @@ def test_the_picture_moves_when_the_mouth_does(video, take):
 
 def test_odd_sizes_are_made_even_and_no_sound_is_fine(motion, tmp_path):
     from elocute.export.mp4 import write_mp4
+    from elocute.export.options import PictureOptions
 
     short = Motion(motion.head, motion.weights[:5], motion.fps)
-    write_mp4(short, tmp_path / "a.mp4", size=(131, 97), backend="embreex")
+    write_mp4(short, tmp_path / "a.mp4", options=PictureOptions(size=(131, 97), backend="embreex"))
     with av.open(str(tmp_path / "a.mp4")) as file:
         context = file.streams.video[0].codec_context
         assert (context.width, context.height) == (130, 96)

@@ -46,7 +46,7 @@ def align_command(
     plan = plan_files([source, target], [plot], overwrite, no_clobber)
     methods, speech = alignment_module("methods"), alignment_module("sound_views")
     chosen = methods.resolve_method(method)
-    config = chosen.config()(band=band, open_source=find)
+    config = chosen.config(band=band, open_source=find)
     sounds = [read_audio(path) for path in (source, target)]
     views = []
     for path, sound in zip((source, target), sounds, strict=True):
