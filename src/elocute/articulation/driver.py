@@ -27,7 +27,8 @@ from elocute.articulation.contacts_and_rest import (
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
-from elocute.audio.phones import PHONES
+from elocute.audio.phones import PHONES, SILENCE
+from elocute.encoders.encoder import FEATURE_RATE
 from elocute.errors import InputError
 from elocute.motion.curves import Curves
 from elocute.numerics.given import check_kind, real_number
@@ -35,7 +36,6 @@ from elocute.one_line_repr import brief
 
 Array = NDArray[np.floating]
 
-SILENCE = PHONES.index("SIL")
 BILABIALS = ("P", "B", "M")
 LABIODENTALS = ("F", "V")
 # Curves that part the lips: a closure takes them away altogether.
@@ -175,7 +175,7 @@ def _finished(
 
 
 def posteriors_from_phones(
-    phones: list[tuple[float, float, str]], duration_s: float, rate: float = 50.0
+    phones: list[tuple[float, float, str]], duration_s: float, rate: float = FEATURE_RATE
 ) -> Array:
     """Log-posteriors (frame, 40) for phones whose times are known.
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.audio.waveform import SPEECH_RATE
 from elocute.numerics.mel import mel_points, triangles
 from elocute.numerics.windows import hann
 
-SAMPLE_RATE = 16000
 HOP = 160  # 10 ms
 WINDOW = 400  # 25 ms
 FFT = 512
@@ -28,7 +28,7 @@ SCALE = 1 / 3.0
 LIMIT = 3.0  # features lie within ±LIMIT
 BLOCK = 64  # frames for which the recursion is one matrix product
 
-LOOKAHEAD_S = WINDOW / 2 / SAMPLE_RATE
+LOOKAHEAD_S = WINDOW / 2 / SPEECH_RATE
 """Frame t is centred on t·10 ms and sees half a window further."""
 
 
@@ -40,7 +40,7 @@ def mel_weights() -> NDArray[np.float32]:
 def unit_triangles(edges_hz: NDArray[np.float64]) -> NDArray[np.float32]:
     """(257, band) filters with corners at `edges_hz` (band + 2,), each of area one."""
     filters = np.ascontiguousarray(
-        triangles(edges_hz * FFT / SAMPLE_RATE, np.arange(FFT // 2 + 1)).T
+        triangles(edges_hz * FFT / SPEECH_RATE, np.arange(FFT // 2 + 1)).T
     )
     return (filters / (filters.sum(axis=0) + 1e-6)).astype(np.float32)
 
@@ -68,11 +68,11 @@ class FrontEnd:
         self._mel = mel_weights() * np.float32(power_scale())
         self._pending = np.zeros(WINDOW // 2, np.float32)
         self._samples = self._frames = 0
-        decay = float(np.exp(-HOP / SAMPLE_RATE / MEAN_S))
+        decay = float(np.exp(-HOP / SPEECH_RATE / MEAN_S))
         steps = np.arange(BLOCK)
         self._powers = decay ** (steps + 1)
         self._lower = np.tril(decay ** np.maximum(steps[:, None] - steps, 0))
-        prior = PRIOR_S * SAMPLE_RATE / HOP
+        prior = PRIOR_S * SPEECH_RATE / HOP
         self._state = _State(np.full(BANDS, PRIOR * prior), prior)
 
     def push(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -194,7 +194,10 @@ def _check_length(path: Path, count: int) -> None:
 
 def _too_long(path: Path, seconds: float) -> AudioError:
     return AudioError.about(
-        path, found=f"{seconds / 3600:.1f} hours", allowed="24 hours", remedy="cut it into parts"
+        path,
+        found=f"{seconds / 3600:.1f} hours",
+        allowed=f"{DURATION_MAX_S / 3600:g} hours",
+        remedy="cut it into parts",
     )
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.phones import PHONE_TO_VISEME, PHONES
-from elocute.audio.waveform import Waveform
-from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.encoder import FEATURE_RATE
+from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.numerics.smoothing import gaussian_smoothed
 
 Floats = NDArray[np.float64]
@@ -76,10 +77,10 @@ class Offset:
 def openness(sound: Waveform) -> Floats:
     """(value,) at RATE: how far the mouth should be open by what the speech encoder hears."""
     encoder = builtin_encoder()
-    heard = np.exp(encoder.encode(sound.resample(SAMPLE_RATE).samples))
+    heard = np.exp(encoder.encode(sound.resample(SPEECH_RATE).samples))
     opened = heard @ np.array([OPENNESS[PHONE_TO_VISEME[phone]] for phone in PHONES])
     times = np.arange(int(sound.duration_s * RATE)) / RATE
-    return _smoothed(np.interp(times, np.arange(len(opened)) / PHONE_RATE, opened))
+    return _smoothed(np.interp(times, np.arange(len(opened)) / FEATURE_RATE, opened))
 
 
 def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:

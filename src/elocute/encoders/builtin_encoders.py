@@ -9,8 +9,8 @@ import numpy as np
 from elocute.audio.features import Features
 from elocute.audio.phones import PHONES
 from elocute.audio.spectral import fbank
-from elocute.audio.waveform import Waveform
-from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.encoder import FEATURE_RATE, features_of, heard
 from elocute.encoders.phone_encoder import builtin_encoder
 
 FBANK_BANDS = 26
@@ -41,7 +41,7 @@ class Fbank:
     rate: float = FEATURE_RATE
 
     def __call__(self, waveform: Waveform) -> Features:
-        energies = fbank(heard(waveform), SAMPLE_RATE, FBANK_BANDS)
+        energies = fbank(heard(waveform), SPEECH_RATE, FBANK_BANDS)
         at_50_hz = Features(energies.astype(np.float32), FBANK_RATE, self.name).resample(
             FEATURE_RATE
         )

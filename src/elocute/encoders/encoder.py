@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.features import Features
-from elocute.audio.waveform import Waveform
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 
-SAMPLE_RATE = 16000
-"""Hz; what every encoder hears, whatever it is given."""
 FEATURE_RATE = 50.0
 """Hz; frame k stands at k / 50 s."""
 
@@ -40,7 +38,7 @@ class Encoder(Protocol):
 
 def heard(waveform: Waveform) -> NDArray[np.float32]:
     """(sample,) float32 at 16 kHz, full scale ±1."""
-    return waveform.resample(SAMPLE_RATE).samples
+    return waveform.resample(SPEECH_RATE).samples
 
 
 def features_of(waveform: Waveform, values: NDArray[np.floating], name: str) -> Features:

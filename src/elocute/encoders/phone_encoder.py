@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from elocute.audio import front_end
 from elocute.audio.phones import PHONES
+from elocute.audio.waveform import SPEECH_RATE
+from elocute.encoders.encoder import FEATURE_RATE
 from elocute.errors import InputError
 from elocute.files.json_records import as_record, parse_json
 from elocute.files.onnx_session import open_session
 
 Array = NDArray[np.float32]
 
-SAMPLE_RATE = front_end.SAMPLE_RATE
-PHONE_RATE = 50.0
 STRIDE = 2  # feature frames per output frame
-SAMPLES_PER_OUTPUT = round(SAMPLE_RATE / PHONE_RATE)
+SAMPLES_PER_OUTPUT = round(SPEECH_RATE / FEATURE_RATE)
 BUILTIN_PATH = Path(__file__).parent / "assets" / "phones.onnx"
 BLOCK_FRAMES = 3000  # feature frames in one run of the network: 30 s, so memory stays bounded
 REST_FRAMES = 8  # outputs of silence put before and after: speech is never cut so hard in training

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from elocute.articulation.driver import posteriors_from_phones
 from elocute.audio.phones import PHONES
-from elocute.audio.waveform import Waveform
-from elocute.encoders.encoder import Encoder
-from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.encoder import FEATURE_RATE, Encoder
+from elocute.encoders.phone_encoder import builtin_encoder
 
 Array = NDArray[np.float32]
 Phones = list[tuple[float, float, str]]
@@ -41,10 +41,10 @@ class Resampled:
 class PhoneEar:
     """The built-in phone encoder: log-posteriors (row, 40) at 50 Hz."""
 
-    name, rate = "phones", PHONE_RATE
+    name, rate = "phones", FEATURE_RATE
 
     def __init__(self, sample_rate: int) -> None:
-        self._resampled = Resampled(sample_rate, SAMPLE_RATE)
+        self._resampled = Resampled(sample_rate, SPEECH_RATE)
         self._stream = builtin_encoder().stream()
 
     @property
@@ -66,7 +66,7 @@ class KnownPhones:
     Raises InputError at the end for a phone that there is not.
     """
 
-    name, rate = "phones", PHONE_RATE
+    name, rate = "phones", FEATURE_RATE
 
     def __init__(self, sample_rate: int, phones: Phones) -> None:
         self._sample_rate, self._phones, self._samples = sample_rate, phones, 0
@@ -77,7 +77,7 @@ class KnownPhones:
 
     def flush(self) -> Array:
         seconds = self._samples / self._sample_rate
-        return posteriors_from_phones(self._phones, seconds, PHONE_RATE)
+        return posteriors_from_phones(self._phones, seconds, FEATURE_RATE)
 
 
 class WholeEar:
@@ -106,4 +106,4 @@ class WholeEar:
 
 def phone_lookahead_s() -> float:
     """How much sound after a row of phones the encoder waits for, a row included."""
-    return builtin_encoder().lookahead_s + 1 / PHONE_RATE
+    return builtin_encoder().lookahead_s + 1 / FEATURE_RATE

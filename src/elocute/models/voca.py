@@ -30,13 +30,14 @@ from elocute.models.onnx_record import check_file, open_session, run_session, st
 from elocute.models.protocol import Ears, Heard, Level, Span
 from elocute.models.styles import mixed, rigged, style_shares
 from elocute.motion.curves import Curves
+from elocute.motion.motion import FPS_MAX
 from elocute.numerics.resampling import frame_places, read_rows
 
 Array = NDArray[np.float32]
 SHIPPED = "voca"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "voca.onnx"
 BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded
-FPS_MAX, FEATURES_MAX, STYLES_MAX = 1000.0, 100_000, 10_000
+FEATURES_MAX, STYLES_MAX = 100_000, 10_000
 REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
 
 
