@@ -40,6 +40,7 @@ __all__ = [
 ]
 
 DURATION_MAX_S = 24 * 3600.0
+DURATIONS_ALLOWED = f"{DURATION_MAX_S / 3600:g} hours"
 BLOCK_S = 10.0
 WHOLE_MAX_BYTES = 400_000_000
 WHOLE_TIMES = 100
@@ -196,7 +197,7 @@ def _too_long(path: Path, seconds: float) -> AudioError:
     return AudioError.about(
         path,
         found=f"{seconds / 3600:.1f} hours",
-        allowed=f"{DURATION_MAX_S / 3600:g} hours",
+        allowed=DURATIONS_ALLOWED,
         remedy="cut it into parts",
     )
 
