@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.numerics.smoothing import smoothstep
+
 FloatArray = NDArray[np.floating]
 
 HYSTERESIS = 0.7
@@ -66,7 +68,7 @@ def contact_gate(
         now = times_s[first:last]
         distance = np.abs(now - middle) - half
         depth = _depth(evidence[start:stop] / threshold, reach, now * rate - start)
-        ramp = _smooth(1 - np.clip(distance / CLOSING_S, 0, 1)) * depth
+        ramp = smoothstep(1 - np.clip(distance / CLOSING_S, 0, 1)) * depth
         gate[first:last] = np.maximum(gate[first:last], ramp)
     return gate
 
@@ -102,11 +104,7 @@ def speech_gate(silence: FloatArray, rate: float, times_s: FloatArray) -> FloatA
         begin_s, end_s = start / rate, (stop - 1) / rate
         first, last = np.searchsorted(times_s, [begin_s - WAKE_S, end_s + SETTLE_S])
         now = times_s[first:last]
-        rise = _smooth(np.clip((now - begin_s + WAKE_S) / WAKE_S, 0, 1))
-        fall = _smooth(np.clip((end_s + SETTLE_S - now) / SETTLE_S, 0, 1))
+        rise = smoothstep(np.clip((now - begin_s + WAKE_S) / WAKE_S, 0, 1))
+        fall = smoothstep(np.clip((end_s + SETTLE_S - now) / SETTLE_S, 0, 1))
         gate[first:last] = np.maximum(gate[first:last], np.minimum(rise, fall))
     return gate
-
-
-def _smooth(share: FloatArray) -> FloatArray:
-    return share * share * (3 - 2 * share)

@@ -26,7 +26,8 @@ from elocute.articulation.contacts_and_rest import (
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import InputError
 from elocute.motion.blink_timing import blink_curve
 from elocute.motion.curves import Curves
@@ -35,7 +36,6 @@ from elocute.one_line_repr import brief
 
 FloatArray = NDArray[np.floating]
 
-SILENCE = PHONES.index("SIL")
 BILABIALS = ("P", "B", "M")
 LABIODENTALS = ("F", "V")
 # Curves that part the lips: a closure takes them away altogether.
@@ -206,7 +206,7 @@ def _finished(
 
 
 def posteriors_from_phones(
-    phones: list[tuple[float, float, str]], duration_s: float, rate: float = 50.0
+    phones: list[tuple[float, float, str]], duration_s: float, rate: float = FEATURE_RATE
 ) -> FloatArray:
     """Log-posteriors of phones whose times are known.
 

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.spectral import hann, mel_filterbank
+from elocute.audio.spectral import mel_filterbank
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
+from elocute.numerics.windows import hann
 from elocute.one_line_repr import one_line
 
 RATE = 44100
@@ -29,6 +30,7 @@ FLOOR = 1e-6  # mel power, about 107 dB below a sine of the peak that the sound 
 REACH = 2  # windows on each side that a derivative is fitted to
 MARGIN = 2 * REACH  # columns beyond a window that derivatives of derivatives look at
 BLOCK = 500  # windows whose spectra are held at once
+SILENT_PEAK = 1e-6  # what rounding leaves of a constant is no sound
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,8 +160,7 @@ def _normalised(waveform: Waveform) -> NDArray[np.float32]:
     samples = waveform.resample(RATE).samples
     samples = samples - np.float32(samples.mean(dtype=np.float64))
     peak = float(np.abs(samples).max())
-    # What rounding leaves of a constant is not sound.
-    return samples / np.float32(peak) if peak > 1e-6 else np.zeros_like(samples)
+    return samples / np.float32(peak) if peak > SILENT_PEAK else np.zeros_like(samples)
 
 
 def _with_slopes(samples: NDArray[np.float32], places: NDArray[np.intp]) -> NDArray[np.float32]:

@@ -45,6 +45,7 @@ PHONES: tuple[str, ...] = (
     "Z",
     "ZH",
 )
+SILENCE = PHONES.index("SIL")
 
 # The fifteen visemes of the Oculus lip-sync reference, which VRM and most avatars share.
 VISEMES: tuple[str, ...] = (

@@ -40,6 +40,7 @@ __all__ = [
 ]
 
 DURATION_MAX_S = 24 * 3600.0
+DURATIONS_ALLOWED = f"{DURATION_MAX_S / 3600:g} hours"
 BLOCK_S = 10.0
 WHOLE_MAX_BYTES = 400_000_000
 WHOLE_TIMES = 100
@@ -273,7 +274,10 @@ def _check_length(path: Path, count: int) -> None:
 
 def _too_long(path: Path, seconds: float) -> AudioError:
     return AudioError.about(
-        path, found=f"{seconds / 3600:.1f} hours", allowed="24 hours", remedy="cut it into parts"
+        path,
+        found=f"{seconds / 3600:.1f} hours",
+        allowed=DURATIONS_ALLOWED,
+        remedy="cut it into parts",
     )
 
 

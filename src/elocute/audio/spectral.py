@@ -6,36 +6,14 @@ the toolkit it comes from.
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.numerics.cosine_transform import dct_matrix
+from elocute.numerics.mel import MelScale, mel_points, triangles
+from elocute.numerics.windows import hann
+
 Float64Array = NDArray[np.float64]
-Scale = Literal["htk", "slaney"]
-
-SLANEY_KNEE_HZ, SLANEY_STEP_HZ = 1000.0, 200.0 / 3  # linear below the knee, logarithmic above
-SLANEY_LOG_STEP = np.log(6.4) / 27.0
-
-
-def hz_to_mel(hz: Float64Array | float, scale: Scale = "htk") -> Float64Array:
-    """Mel of a frequency: HTK's formula, or Slaney's auditory toolbox."""
-    hz = np.asarray(hz, float)
-    if scale == "htk":
-        return 2595.0 * np.log10(1 + hz / 700.0)
-    knee = SLANEY_KNEE_HZ / SLANEY_STEP_HZ
-    above = knee + np.log(np.maximum(hz, 1e-9) / SLANEY_KNEE_HZ) / SLANEY_LOG_STEP
-    return np.where(hz < SLANEY_KNEE_HZ, hz / SLANEY_STEP_HZ, above)
-
-
-def mel_to_hz(mel: Float64Array | float, scale: Scale = "htk") -> Float64Array:
-    """The inverse of `hz_to_mel`."""
-    mel = np.asarray(mel, float)
-    if scale == "htk":
-        return 700.0 * (10 ** (mel / 2595.0) - 1)
-    knee = SLANEY_KNEE_HZ / SLANEY_STEP_HZ
-    above = SLANEY_KNEE_HZ * np.exp(SLANEY_LOG_STEP * (mel - knee))
-    return np.where(mel < knee, mel * SLANEY_STEP_HZ, above)
 
 
 def mel_filterbank(
@@ -44,7 +22,7 @@ def mel_filterbank(
     bands: int,
     low_hz: float = 0.0,
     high_hz: float | None = None,
-    scale: Scale = "htk",
+    scale: MelScale = "htk",
     unit_area: bool = False,
 ) -> Float64Array:
     """Triangular filters evenly spaced in mel.
@@ -69,12 +47,9 @@ def mel_filterbank(
     (band, fft / 2 + 1) float64
     """
     high_hz = sample_rate / 2 if high_hz is None else high_hz
-    low_mel, high_mel = hz_to_mel(low_hz, scale), hz_to_mel(high_hz, scale)
-    edges = mel_to_hz(np.linspace(low_mel, high_mel, bands + 2), scale)
-    hz = np.linspace(0, sample_rate / 2, fft // 2 + 1)
-    low, middle, high = edges[:-2, None], edges[1:-1, None], edges[2:, None]
-    filters = np.maximum(0, np.minimum((hz - low) / (middle - low), (high - hz) / (high - middle)))
-    return filters * (2.0 / (high - low)) if unit_area else filters
+    edges = mel_points(low_hz, high_hz, bands + 2, scale)
+    filters = triangles(edges, np.linspace(0, sample_rate / 2, fft // 2 + 1))
+    return filters * (2.0 / (edges[2:] - edges[:-2]))[:, None] if unit_area else filters
 
 
 def frames_of(samples: NDArray[np.floating], window: int, hop: int) -> NDArray[np.floating]:
@@ -121,11 +96,6 @@ def power_spectrum(
     return np.abs(np.fft.rfft(views * whole, fft)) ** 2
 
 
-def hann(length: int) -> Float64Array:
-    """A periodic Hann window."""
-    return 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
-
-
 def log_mel(
     samples: NDArray[np.floating],
     sample_rate: int,
@@ -135,7 +105,7 @@ def log_mel(
     fft: int = 512,
     low_hz: float = 0.0,
     high_hz: float | None = None,
-    scale: Scale = "htk",
+    scale: MelScale = "htk",
     floor: float = 1e-10,
 ) -> Float64Array:
     """Natural logarithms of mel powers; frame t is centred on t · hop.
@@ -169,15 +139,8 @@ def log_mel(
 
 def _bin_filterbank(sample_rate: float, fft: int, bands: int) -> Float64Array:
     """(band, fft / 2 + 1) filters with corners on whole FFT bins, as python_speech_features."""
-    mels = np.linspace(hz_to_mel(0.0), hz_to_mel(sample_rate / 2), bands + 2)
-    bins = np.floor((fft + 1) * mel_to_hz(mels) / sample_rate)
-    place = np.arange(fft // 2 + 1)
-    low, middle, high = bins[:-2, None], bins[1:-1, None], bins[2:, None]
-    rising = (place - low) / np.maximum(middle - low, 1)
-    falling = (high - place) / np.maximum(high - middle, 1)
-    rises = (place >= np.floor(low)) & (place < middle)
-    falls = (place >= middle) & (place < high)
-    return np.where(rises, rising, 0) + np.where(falls, falling, 0)
+    bins = np.floor((fft + 1) * mel_points(0.0, sample_rate / 2, bands + 2) / sample_rate)
+    return triangles(bins, np.arange(fft // 2 + 1))
 
 
 def filterbank_energies(
@@ -266,17 +229,9 @@ def mfcc(
     (frame, coefficient) float64
     """
     energies, total = filterbank_energies(samples, sample_rate, bands, window_s, step_s, fft)
-    cepstrum = np.log(energies) @ _dct(bands)[:, :coefficients]
+    cepstrum = np.log(energies) @ dct_matrix(bands)[:, :coefficients]
     if lifter > 0:
         n = np.arange(coefficients)
         cepstrum *= 1 + lifter / 2 * np.sin(np.pi * n / lifter)
     cepstrum[:, 0] = np.log(total)
     return cepstrum
-
-
-def _dct(size: int) -> Float64Array:
-    """(input, output) orthonormal DCT-II."""
-    n = np.arange(size)
-    matrix = np.cos(np.pi * (2 * n[:, None] + 1) * n / (2 * size)) * np.sqrt(2 / size)
-    matrix[:, 0] /= np.sqrt(2)
-    return matrix

@@ -12,6 +12,8 @@ from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
 from elocute.one_line_repr import brief
 
 RATE_RANGE = (4000, 768_000)
+SPEECH_RATE = 16000
+"""Hz at which speech encoders and aligners hear, and corpora of speech are kept."""
 LOUDEST = 100.0
 """1.0 is full scale. Float files may go over it (nothing is clipped), but not by 40 dB: such
 numbers are 16-bit integers written as floats, or damage."""

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from elocute.audio.features import Features
 from elocute.audio.spectral import mfcc
-from elocute.audio.waveform import Waveform
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.frozen_graph import FrozenGraph, read_frozen_graph
 from elocute.encoders.onnx_graph import Network, Step, step, write_graph
-from elocute.encoders.protocol import FEATURE_RATE, SAMPLE_RATE, as_features, encoder_samples
+from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 
 Float32Array = NDArray[np.float32]
@@ -81,7 +81,7 @@ def input_vectors(samples: Float32Array) -> Float32Array:
     at 16 kHz goes in as it is. (VOCA's own code casts without scaling, which needs such files.)
     """
     sixteen_bit = np.clip(np.rint(samples * FULL_SCALE), -FULL_SCALE, FULL_SCALE - 1)
-    frames = mfcc(sixteen_bit, SAMPLE_RATE, COEFFICIENTS)[::2]
+    frames = mfcc(sixteen_bit, SPEECH_RATE, COEFFICIENTS)[::2]
     padded = np.pad(frames, ((CONTEXT, CONTEXT), (0, 0)))
     views = np.lib.stride_tricks.sliding_window_view(padded, 2 * CONTEXT + 1, axis=0)
     vectors = views.swapaxes(1, 2).reshape(len(frames), INPUTS)

@@ -8,8 +8,8 @@ import numpy as np
 
 from elocute.audio.features import Features
 from elocute.audio.spectral import fbank
-from elocute.audio.waveform import Waveform
-from elocute.encoders.protocol import FEATURE_RATE, SAMPLE_RATE, as_features, encoder_samples
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 
 FBANK_BANDS = 26
 FBANK_RATE = 100.0
@@ -27,7 +27,7 @@ class FilterbankEnergies:
     rate: float = FEATURE_RATE
 
     def __call__(self, waveform: Waveform) -> Features:
-        energies = fbank(encoder_samples(waveform), SAMPLE_RATE, FBANK_BANDS)
+        energies = fbank(encoder_samples(waveform), SPEECH_RATE, FBANK_BANDS)
         at_50_hz = Features(energies.astype(np.float32), FBANK_RATE, self.name).resample(
             FEATURE_RATE
         )

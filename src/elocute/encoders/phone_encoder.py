@@ -17,18 +17,16 @@ from numpy.typing import NDArray
 from elocute.audio import front_end
 from elocute.audio.features import Features
 from elocute.audio.phones_and_visemes import PHONES
-from elocute.audio.waveform import Waveform
-from elocute.encoders.protocol import as_features, encoder_samples
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 from elocute.files.json_records import as_record, parse_json
 from elocute.files.onnx_session import open_session
 
 Float32Array = NDArray[np.float32]
 
-SAMPLE_RATE = front_end.SAMPLE_RATE
-PHONE_RATE = 50.0
 STRIDE = 2  # feature frames per output frame
-SAMPLES_PER_OUTPUT = round(SAMPLE_RATE / PHONE_RATE)
+SAMPLES_PER_OUTPUT = round(SPEECH_RATE / FEATURE_RATE)
 BUILTIN_PATH = Path(__file__).parent / "assets" / "phones.onnx"
 BLOCK_FRAMES = 3000  # feature frames in one run of the network: 30 s, so memory stays bounded
 REST_FRAMES = 8  # outputs of silence put before and after: speech is never cut so hard in training
@@ -129,7 +127,7 @@ class PhonePosteriors:
 
     name: str = "phones"
     feature_count: int = len(PHONES)
-    rate: float = PHONE_RATE
+    rate: float = FEATURE_RATE
 
     def __call__(self, waveform: Waveform) -> Features:
         return as_features(waveform, builtin_encoder().encode(encoder_samples(waveform)), self.name)

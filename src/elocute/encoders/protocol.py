@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.features import Features
-from elocute.audio.waveform import Waveform
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 
-SAMPLE_RATE = 16000
-"""Hz; every encoder resamples its input to this rate."""
 FEATURE_RATE = 50.0
 """Hz; frame k stands at k / 50 s."""
 
@@ -49,7 +47,7 @@ class Encoder(Protocol):
 
 def encoder_samples(waveform: Waveform) -> NDArray[np.float32]:
     """(sample,) float32 at 16 kHz, full scale ±1."""
-    return waveform.resample(SAMPLE_RATE).samples
+    return waveform.resample(SPEECH_RATE).samples
 
 
 def as_features(waveform: Waveform, values: NDArray[np.floating], name: str) -> Features:

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.features import Features
-from elocute.audio.waveform import Waveform
-from elocute.encoders.protocol import FEATURE_RATE, SAMPLE_RATE, as_features, encoder_samples
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 from elocute.files.json_records import read_record
 
@@ -196,10 +196,10 @@ def _normalises(folder: Path) -> bool:
     if not path.exists():
         return True
     settings = _read_json(path)
-    rate = settings.get("sampling_rate", SAMPLE_RATE)
-    if rate != SAMPLE_RATE:
+    rate = settings.get("sampling_rate", SPEECH_RATE)
+    if rate != SPEECH_RATE:
         raise InputError.about(
-            path, found=f"sampling_rate {repr(rate)[:40]}", allowed=str(SAMPLE_RATE)
+            path, found=f"sampling_rate {repr(rate)[:40]}", allowed=str(SPEECH_RATE)
         )
     return bool(settings.get("do_normalize", True))
 

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import HeadError
 from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
 from elocute.head.skinning import blended, chained
+from elocute.numerics.rotation_vectors import to_matrices
 from elocute.one_line_repr import one_line
 
 Float64Array = NDArray[np.float64]
@@ -145,18 +146,6 @@ def flame_vertices(
         result[part] = _posed(model, shapes[part], expressions[part], poses[part])
         result[part] += shifts[part, None]
     return result
-
-
-def rotations_of(vectors: Float64Array) -> Float64Array:
-    """(..., 3, 3) of rotation vectors (..., 3) in radians: Rodrigues, exact down to zero."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = ((zero, -z, y), (z, zero, -x), (-y, x, zero))
-    cross = np.stack([np.stack(row, -1) for row in rows], -2)
-    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
-    # sin(θ)/θ and (1 - cos θ)/θ², both written as sinc, which knows its limit at zero.
-    first, second = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
-    return np.eye(3) + first * cross + second * (cross @ cross)
 
 
 def load_flame(path: str | Path, *, identity_count: int = IDENTITY_COUNT) -> FlameModel:
@@ -329,7 +318,7 @@ def _posed(
     shaped = model.template + _sum(model.identity_basis, shape)
     shaped += _sum(model.expression_basis, expression)
     centres = model.joint_regressor @ shaped
-    local = rotations_of(pose.reshape(-1, joints, 3))
+    local = to_matrices(pose.reshape(-1, joints, 3))
     bent = (local[:, 1:] - np.eye(3)).reshape(len(pose), -1)
     shaped += _sum(model.pose_basis, bent)
     posed = blended(shaped, *chained(local, centres, model.parents), model.skin_weights)

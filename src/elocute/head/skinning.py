@@ -5,18 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.numerics.quaternions import to_matrices
+
 FloatArray = NDArray[np.floating]
-
-
-def rotation_matrices(quaternions: FloatArray) -> FloatArray:
-    """(..., 3, 3) of unit quaternions (..., 4) in the order w, x, y, z."""
-    w, x, y, z = np.moveaxis(np.asarray(quaternions), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
 def joint_transforms(
@@ -26,7 +17,7 @@ def joint_transforms(
 
     Quaternions (..., joint, 4), positions (joint, 3) or (..., joint, 3).
     """
-    return chained(rotation_matrices(quaternions), joint_positions, parents)
+    return chained(to_matrices(quaternions), joint_positions, parents)
 
 
 def chained(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.articulation.driver import LOOKAHEAD_S, make_contacts
 from elocute.articulation.style import Style
+from elocute.audio.mel_with_deltas import HOP, RATE
 from elocute.audio.waveform import Waveform
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
@@ -34,7 +35,7 @@ from elocute.motion.curves import Curves
 from elocute.numerics.resampling import frame_places, read_rows
 
 Float32Array = NDArray[np.float32]
-COLUMN_S = 0.01
+COLUMN_S = HOP / RATE
 
 
 class CrnnModel:

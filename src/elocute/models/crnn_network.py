@@ -25,6 +25,7 @@ from elocute.audio.mel_with_deltas import (
     HOP,
     MARGIN,
     RATE,
+    SILENT_PEAK,
     WINDOW,
     column_starts,
     log_mel_at,
@@ -42,7 +43,6 @@ HIDDEN = 128
 OUTPUTS_MAX = 10_000
 BLOCK = 10 * RATE  # samples in one run: memory stays bounded
 LEAST_PEAK = 0.1
-SILENT_PEAK = 1e-6  # what rounding leaves of a constant is not sound
 TINY = 1e-30  # mel power, before the peak is known that FLOOR is relative to
 PIECE = 15  # frames (in the wild 2019, section 6.4)
 JOINS = ("state", "pieces")

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from elocute.articulation.driver import posteriors_from_phones
 from elocute.audio.features import Features
 from elocute.audio.phones_and_visemes import PHONES
-from elocute.audio.waveform import Waveform
-from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
-from elocute.encoders.protocol import Encoder
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.protocol import FEATURE_RATE, Encoder
 from elocute.models.protocol import FeatureStream, FeatureStreams, SpeechFeatures, SpeechModel
 
 Float32Array = NDArray[np.float32]
@@ -49,10 +49,10 @@ class ResamplingStream:
 class PhonePosteriorStream:
     """Log-posteriors (row, 40) of the built-in phone encoder at 50 Hz."""
 
-    name, rate = "phones", PHONE_RATE
+    name, rate = "phones", FEATURE_RATE
 
     def __init__(self, sample_rate: int) -> None:
-        self._resampled = ResamplingStream(sample_rate, SAMPLE_RATE)
+        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
         self._stream = builtin_encoder().stream()
 
     @property
@@ -74,7 +74,7 @@ class KnownPhoneStream:
     `flush` raises InputError for an unknown phone.
     """
 
-    name, rate = "phones", PHONE_RATE
+    name, rate = "phones", FEATURE_RATE
 
     def __init__(self, sample_rate: int, phones: PhoneTimes) -> None:
         self._sample_rate, self._phones, self._samples = sample_rate, phones, 0
@@ -85,7 +85,7 @@ class KnownPhoneStream:
 
     def flush(self) -> Float32Array:
         seconds = self._samples / self._sample_rate
-        return posteriors_from_phones(self._phones, seconds, PHONE_RATE)
+        return posteriors_from_phones(self._phones, seconds, FEATURE_RATE)
 
 
 class WholeSoundStream:
@@ -114,7 +114,7 @@ class WholeSoundStream:
 
 def phone_lookahead_s() -> float:
     """How much sound after a row of phones the encoder waits for, a row included."""
-    return builtin_encoder().lookahead_s + 1 / PHONE_RATE
+    return builtin_encoder().lookahead_s + 1 / FEATURE_RATE
 
 
 Progress = Callable[[float], None]

@@ -13,10 +13,11 @@ from elocute.articulation.phone_targets import curve_names
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
+from elocute.numerics.bounded_least_squares import solve_box_rows
+from elocute.numerics.ridge import ridge_projection, with_ridge
 
 Float32Array = NDArray[np.float32]
 RIDGE = 1e-5  # of the mean squared length of a shape: decides between shapes that look alike
-STEPS = 300
 
 
 def basis_of(components: tuple[str, ...], basis: Float32Array | None) -> Float32Array:
@@ -71,36 +72,18 @@ def as_builtin(weights: Float32Array, basis: Float32Array) -> Float32Array:
             found=f"shapes of {basis.shape[1]} vertices",
             allowed=f"{shapes.shape[1] // 3}, those of the built-in head",
         )
-    gram = shapes @ shapes.T
-    gram += RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
+    gram = with_ridge(shapes @ shapes.T, RIDGE)
     sides = weights.astype(np.float64) @ (
         basis.reshape(len(basis), -1).astype(np.float64) @ shapes.T
     )
-    return _between(gram, sides).astype(np.float32)
-
-
-def _between(gram: NDArray[np.float64], sides: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(frame, curve) that minimise ½ x·gram·x - side·x with 0 ≤ x ≤ 1, all frames at once.
-
-    Projected gradients with momentum (Beck and Teboulle 2009): what has not settled after
-    STEPS moves no vertex that can be seen.
-    """
-    length = float(np.linalg.eigvalsh(gram)[-1])
-    x = ahead = np.clip(sides @ np.linalg.inv(gram), 0, 1)
-    pace = 1.0
-    for _ in range(STEPS):
-        before, x = x, np.clip(ahead - (ahead @ gram - sides) / length, 0, 1)
-        faster = (1 + np.sqrt(1 + 4 * pace**2)) / 2
-        ahead, pace = x + (pace - 1) / faster * (x - before), faster
-    return x
+    return solve_box_rows(gram, sides, 0.0, 1.0).astype(np.float32)
 
 
 def to_shapes(values: Float32Array, names: tuple[str, ...], basis: Float32Array) -> Float32Array:
     """(frame, component) of basis that come nearest to built-in weights (frame, name)."""
     shapes = basis.reshape(len(basis), -1).astype(np.float64)
-    gram = shapes @ shapes.T
-    gram += 1e-9 * np.trace(gram) / len(gram) * np.eye(len(gram))
-    return (values @ np.linalg.solve(gram, shapes @ _flat(names).T).T).astype(np.float32)
+    onto = _flat(names) @ ridge_projection(shapes)
+    return (values @ onto).astype(np.float32)
 
 
 @lru_cache(4)

@@ -30,6 +30,7 @@ from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves
 from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
+from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
 
@@ -235,7 +236,7 @@ class Stream:
 
     def __init__(self, curves: CurveStream, names: tuple[str, ...], joints: int) -> None:
         self._curves, self._names = curves, names
-        self._rest = np.tile(np.array([1, 0, 0, 0], np.float32), (joints, 1))
+        self._rest = no_turn(joints)
 
     @property
     def lookahead_s(self) -> float:

@@ -36,13 +36,14 @@ from elocute.models.model_shapes import with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
 from elocute.models.styles import share_vector, style_shares
 from elocute.motion.curves import Curves
+from elocute.motion.motion import FPS_MAX
 from elocute.numerics.resampling import frame_places, read_rows
 
 Float32Array = NDArray[np.float32]
 SHIPPED = "voca"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "voca.onnx"
 BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded
-FPS_MAX, FEATURES_MAX, STYLES_MAX = 1000.0, 100_000, 10_000
+FEATURES_MAX, STYLES_MAX = 100_000, 10_000
 REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
 
 

@@ -10,6 +10,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.numerics.smoothing import smoothstep
+
 CLOSING_S = 0.09
 CLOSED_S = 0.04
 OPENING_S = 0.17
@@ -21,7 +23,7 @@ def lid_closure(since_start_s: NDArray[np.float64]) -> NDArray[np.float32]:
     """(moment,) lid closure 0…1 of a blink that starts at zero."""
     closing = np.clip(since_start_s / CLOSING_S, 0, 1)
     opening = np.clip((since_start_s - CLOSING_S - CLOSED_S) / OPENING_S, 0, 1)
-    return (_smooth(closing) - _smooth(opening)).astype(np.float32)
+    return (smoothstep(closing) - smoothstep(opening)).astype(np.float32)
 
 
 def blink_starts(duration_s: float, per_minute: float, seed: int = SEED) -> NDArray[np.float64]:
@@ -70,8 +72,3 @@ def _starts(duration_s: float, per_minute: float, seed: int) -> NDArray[np.float
         starts.append(start)
         start += BLINK_S + draw.gamma(4.0, 60.0 / per_minute / 4.0)
     return np.array(starts)
-
-
-def _smooth(share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Smoothstep: starts and ends without a jerk."""
-    return share * share * (3 - 2 * share)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms
+from elocute.numerics.rotation_vectors import cross_matrices
 
 Float64Array = NDArray[np.float64]
 ALL = slice(None)
@@ -66,16 +67,8 @@ def joint_slopes(
         arms = carried[below].sum(axis=0) - share[:, None] * pivot
         parent = rig.joint_parents[joint]
         frame = np.eye(3) if parent < 0 else rotations[parent]
-        slopes[:, :, 3 * place : 3 * place + 3] = _crossing(arms) @ frame
+        slopes[:, :, 3 * place : 3 * place + 3] = cross_matrices(-arms) @ frame
     return slopes
-
-
-def _crossing(arms: Float64Array) -> Float64Array:
-    """(vertex, 3, 3): the matrix that takes ω to ω × arm."""
-    x, y, z = arms.T
-    zero = np.zeros_like(x)
-    rows = [[zero, z, -y], [-z, zero, x], [y, -x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _descendants(parents: tuple[int, ...], joint: int) -> list[int]:

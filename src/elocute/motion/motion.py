@@ -13,6 +13,8 @@ from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
 from elocute.numerics.given import NUMBERS_MAX, check_kind, floats_of, real_number, whole_number
+from elocute.numerics.quaternions import blend
+from elocute.numerics.resampling import frame_places, neighbours, read_rows
 from elocute.one_line_repr import brief
 
 FPS_MIN, FPS_MAX = 0.001, 1000.0
@@ -220,17 +222,12 @@ class Motion:
                 found=f"{count} frames at {fps:g} fps",
                 allowed=f"up to {NUMBERS_MAX // max(1, len(self.names))}",
             )
-        positions = np.minimum(np.arange(count) * (self.fps / fps), self.frame_count - 1)
-        below = np.minimum(positions.astype(int), max(self.frame_count - 2, 0))
-        above = np.minimum(below + 1, self.frame_count - 1)
-        share = (positions - below).astype(np.float32)[:, None]
-        weights = self.weights[below] * (1 - share) + self.weights[above] * share
+        places = frame_places(0, count, self.fps, fps)
         rotations = None
         if self.rotations is not None:
-            rotations = _blend_rotations(
-                self.rotations[below], self.rotations[above], share[:, :, None]
-            )
-        return replace(self, weights=weights, fps=fps, rotations=rotations)
+            below, above, share = neighbours(places, self.frame_count)
+            rotations = blend(self.rotations[below], self.rotations[above], share[:, None, None])
+        return replace(self, weights=read_rows(self.weights, places), fps=fps, rotations=rotations)
 
 
 def checked_fps(fps: float) -> float:
@@ -252,12 +249,3 @@ def check_motion(given: object) -> None:
             allowed="a Motion",
             remedy="elocute.animate(speech).motion or elocute.load_motion(path) gives one",
         )
-
-
-def _blend_rotations(
-    first: NDArray[np.float32], second: NDArray[np.float32], share: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Normalised linear blend; enough between neighbouring frames."""
-    sign = np.where((first * second).sum(-1, keepdims=True) < 0, -1.0, 1.0)
-    mixed = first * (1 - share) + second * sign * share
-    return (mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)).astype(np.float32)

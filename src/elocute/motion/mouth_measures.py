@@ -18,6 +18,11 @@ from elocute.motion.motion import Motion, check_motion
 MEASURES = ("opening_mm", "width_mm", "protrusion_mm", "jaw_mm")
 CHIN = 8  # iBUG 68: the lowest point of the jaw line
 
+# Of lips tracked in video, in distances of the outer eye corners: the gap of the inner lips
+TRACKED_CLOSED = 0.02  # below it lips count as closed
+TRACKED_OPEN = 0.05  # from here on the gap is taken as it is
+TRACKED_RESTING = 0.01  # that trackers see between lips that touch
+
 
 @dataclass(frozen=True)
 class _Probe:

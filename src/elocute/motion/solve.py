@@ -24,6 +24,7 @@ from elocute.motion.joint_jacobians import (
 from elocute.motion.motion import Motion
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, no_turn
+from elocute.numerics.rigid_alignment import nearest_rotation
 
 Float64Array = NDArray[np.float64]
 Vertices = ArrayLike | ArrayFile
@@ -234,9 +235,8 @@ def _root_aligned(problem: _Problem, target: Float64Array) -> _State:
     turns = _still(problem)
     if problem.rig.joint_parents[problem.joints[0]] < 0:
         rest = problem.template - problem.template.mean(axis=0)
-        left, _, right = np.linalg.svd((target - target.mean(axis=0)).T @ rest)
-        mirrored = np.sign(np.linalg.det(left @ right))
-        turns[problem.joints[0]] = from_matrices(left @ np.diag([1, 1, mirrored]) @ right)
+        rotation, _ = nearest_rotation((target - target.mean(axis=0)).T @ rest)
+        turns[problem.joints[0]] = from_matrices(rotation)
     return problem.state(problem.best_weights(turns, target), turns, target)
 
 

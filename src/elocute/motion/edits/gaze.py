@@ -9,9 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
 from elocute.motion.edits.pose import with_pose
 from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.monotone_cubic import monotone_cubic
+from elocute.numerics.rigid_alignment import nearest_rotation, turned_degrees
 
 SIDES = ("Left", "Right")
 DIRECTIONS = ("Up", "Down", "In", "Out")
@@ -56,7 +58,7 @@ def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
 
 def _by_shapes(motion: Motion, times: NDArray[np.float64], angles: NDArray[np.float64]) -> Motion:
     weights = motion.weights.copy()
-    curve = smooth(times, angles, motion.times_s)
+    curve = monotone_cubic(times, angles, motion.times_s)
     for side in SIDES:
         outwards = curve[:, 1] if side == "Left" else -curve[:, 1]
         ways = {"Up": -curve[:, 0], "Down": curve[:, 0], "In": -outwards, "Out": outwards}
@@ -82,9 +84,7 @@ def _reach_degrees(head: HeadModel, name: str, side: str) -> float:
     ball = head.regions[f"eye_{side.lower()}"]
     rest = head.template[ball]
     turned = rest + head.expression_basis[head.expression_index(name)][ball]
-    # Kabsch (1976): the rotation that carries one set of points onto another.
-    left, _, right = np.linalg.svd(
+    rotation, _ = nearest_rotation(
         (turned - turned.mean(axis=0)).T.astype(np.float64) @ (rest - rest.mean(axis=0))
     )
-    cosine = (np.trace(left @ right) - 1) / 2
-    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+    return turned_degrees(rotation)

@@ -11,8 +11,9 @@ from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.edits.blinks import has_lids, identity_columns, lid_gap, lid_scale
-from elocute.motion.edits.keyframes import Keyframes, linear, read_keyframes
+from elocute.motion.edits.keyframes import Keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.resampling import interpolate
 
 SIDES = ("Left", "Right")
 
@@ -97,7 +98,7 @@ def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
         expression_names=(*face.expression_names, *names),
         expression_basis=np.concatenate([face.expression_basis, basis.astype(np.float32)]),
     )
-    change = linear(times, mixes, motion.times_s).astype(np.float32)
+    change = interpolate(times, mixes, motion.times_s).astype(np.float32)
     weights = np.concatenate([motion.weights, change], axis=1)
     return _lids_scaled(replace(motion, head=head, weights=weights))
 

@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.given import check_kind
+from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
 # Elocute's and FLAME's words for the same joints.
@@ -79,7 +80,7 @@ def with_pose(
             f"pose of {joint}", found=f"{vectors.shape[1]} numbers", allowed="three: x, y, z"
         )
     vectors = np.radians(vectors) if degrees else vectors
-    turns = from_axis_angle(smooth(times, vectors, motion.times_s))
+    turns = from_axis_angle(monotone_cubic(times, vectors, motion.times_s))
     posed = _rotations(motion)
     posed[:, index] = multiply(turns, posed[:, index])
     return replace(motion, rotations=posed)

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from elocute.errors import MotionError
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.given import check_kind
+from elocute.numerics.monotone_cubic import monotone_cubic
 
 
 def with_shape(
@@ -43,7 +44,7 @@ def with_shape(
     if values.shape[1] != 1:
         raise MotionError.about(f"shape {name}", found=f"{values.shape[1]} numbers", allowed="one")
     changed = motion.weights.copy()
-    curve = smooth(times, values, motion.times_s)[:, 0].astype(np.float32)
+    curve = monotone_cubic(times, values, motion.times_s)[:, 0].astype(np.float32)
     changed[:, column] = changed[:, column] + curve if add else curve
     return replace(motion, weights=changed)
 
