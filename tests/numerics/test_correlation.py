@@ -11,8 +11,8 @@ TWO = ONE + np.random.default_rng(0).normal(0, 0.5, 40)
 
 
 def test_it_equals_scipys():
-    assert pearson(ONE, TWO) == pytest.approx(pearsonr(ONE, TWO).statistic)
-    assert pearson(1e-9 * ONE, 1e6 + TWO) == pytest.approx(pearsonr(ONE, TWO).statistic)
+    assert pearson(ONE, TWO) == pytest.approx(pearsonr(ONE, TWO)[0])
+    assert pearson(1e-9 * ONE, 1e6 + TWO) == pytest.approx(pearsonr(ONE, TWO)[0])
     assert pearson(ONE, 5 - 2 * ONE) == pytest.approx(-1)
 
 

@@ -19,7 +19,7 @@ def test_hann(length: int):
 @pytest.mark.parametrize("size", [5, 26])
 def test_dct(size: int):
     rows = np.random.default_rng(0).normal(size=(4, size))
-    assert np.allclose(rows @ dct_matrix(size), dct(rows, norm="ortho"))
+    assert np.allclose(rows @ dct_matrix(size), np.asarray(dct(rows, norm="ortho")))
 
 
 @pytest.mark.parametrize("scale", ["htk", "slaney"])

@@ -40,7 +40,9 @@ def mel_points(low_hz: float, high_hz: float, count: int, scale: MelScale = "htk
     return mel_to_hz(np.linspace(low, high, count), scale)
 
 
-def triangles(corners: FloatArray, places: FloatArray) -> FloatArray:
+def triangles(
+    corners: FloatArray, places: NDArray[np.floating] | NDArray[np.integer]
+) -> FloatArray:
     """Overlapping triangles of height one.
 
     Parameters

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.floating]
+RealArray = NDArray[np.floating] | NDArray[np.integer]
 
 
-def monotone_cubic(times: FloatArray, values: FloatArray, at: FloatArray) -> NDArray[np.float64]:
+def monotone_cubic(times: RealArray, values: FloatArray, at: RealArray) -> NDArray[np.float64]:
     """Cubics between knots that stay between them, with slope zero at both ends.
 
     Parameters
@@ -48,7 +49,7 @@ def monotone_cubic(times: FloatArray, values: FloatArray, at: FloatArray) -> NDA
     )
 
 
-def _slopes(times: FloatArray, values: FloatArray) -> NDArray[np.float64]:
+def _slopes(times: RealArray, values: FloatArray) -> NDArray[np.float64]:
     """(knot, column) slopes at the knots."""
     widths = np.diff(times)[:, None]
     steps = np.diff(values, axis=0) / widths

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.floating]
+RealArray = NDArray[np.floating] | NDArray[np.integer]
 
 
 def frame_places(first: int, count: int, rate: float, fps: float) -> NDArray[np.float64]:
@@ -68,7 +69,7 @@ def read_rows(values: FloatArray, places: FloatArray) -> NDArray[np.float32]:
     return (values[below] * (1 - share) + values[above] * share).astype(np.float32)
 
 
-def interpolate(times: FloatArray, values: FloatArray, at: FloatArray) -> NDArray[np.float64]:
+def interpolate(times: RealArray, values: FloatArray, at: RealArray) -> NDArray[np.float64]:
     """Straight lines between knots at any times; the end values hold beyond both ends.
 
     Parameters

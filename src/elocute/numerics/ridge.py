@@ -45,8 +45,7 @@ def ridge_projection(shapes: FloatArray, share: float = SMALLEST) -> NDArray[np.
     ridge.
     """
     flat = np.asarray(shapes, np.float64)
-    projection: NDArray[np.float64] = np.linalg.solve(with_ridge(flat @ flat.T, share), flat).T
-    return projection
+    return np.asarray(np.linalg.solve(with_ridge(flat @ flat.T, share), flat).T, np.float64)
 
 
 def ridge_coefficients(shapes: FloatArray, target: FloatArray, cost: float) -> NDArray[np.float64]:
@@ -66,5 +65,4 @@ def ridge_coefficients(shapes: FloatArray, target: FloatArray, cost: float) -> N
     (component,).
     """
     gram = shapes @ shapes.T + cost * np.eye(len(shapes))
-    coefficients: NDArray[np.float64] = np.linalg.solve(gram, shapes @ target).astype(np.float64)
-    return coefficients
+    return np.asarray(np.linalg.solve(gram, shapes @ target), np.float64)
