@@ -35,10 +35,10 @@ def monotone_cubic(times: RealArray, values: FloatArray, at: RealArray) -> NDArr
     if len(times) == 1:
         return np.repeat(np.asarray(values, np.float64), len(at), axis=0)
     slopes = _slopes(times, values)
-    at = np.clip(at, times[0], times[-1])
-    below = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
+    inside = np.clip(at, times[0], times[-1])
+    below = np.clip(np.searchsorted(times, inside, side="right") - 1, 0, len(times) - 2)
     width = np.diff(times)[below][:, None]
-    share = ((at - times[below])[:, None]) / width
+    share = ((inside - times[below])[:, None]) / width
     rest = 1 - share
     # The cubic Hermite polynomials.
     return np.asarray(
