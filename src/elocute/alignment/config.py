@@ -28,10 +28,9 @@ class AlignConfig:
             raise AlignmentError.about("`band`", found="open ends", allowed="one of the two")
 
 
-@described
 @dataclass(frozen=True, kw_only=True)
-class PlainConfig(AlignConfig):
-    """Settings of DTW, and of methods that differ from it in what they compare."""
+class PathSettings:
+    """How methods that end in DTW read their path; part of their settings."""
 
     softness: float | None = setting(
         None,
@@ -41,36 +40,9 @@ class PlainConfig(AlignConfig):
     )
 
 
-@described
 @dataclass(frozen=True, kw_only=True)
-class SoftConfig(AlignConfig):
-    """Settings of soft-DTW."""
-
-    gamma: float = setting(
-        0.05, above=0, help="Softness, as a share of the mean cost of a pair of frames."
-    )
-
-
-@described
-@dataclass(frozen=True, kw_only=True)
-class CtwConfig(PlainConfig):
-    """Settings of canonical time warping."""
-
-    dimensions: int = setting(10, low=1, help="How many canonical dimensions are compared.")
-    energy: float = setting(
-        0.95, above=0, high=1, help="Share of the variance that is kept before CCA."
-    )
-    ridge: float = setting(0.05, above=0, help="Regularisation of the covariances.")
-    rounds: int = setting(10, low=1, help="How often projections and paths are found anew.")
-    shared: bool | None = setting(
-        None, help="One projection for all views; none: where their feature counts are equal."
-    )
-
-
-@described
-@dataclass(frozen=True, kw_only=True)
-class DeepConfig(PlainConfig):
-    """What both deep methods share.
+class NetworkSettings:
+    """What both deep methods train; part of their settings.
 
     Adam's first rate is the paper's ten times (a word has few steps to learn in), its betas the
     paper's (section 6.1).
@@ -91,7 +63,39 @@ class DeepConfig(PlainConfig):
 
 @described
 @dataclass(frozen=True, kw_only=True)
-class DctwConfig(DeepConfig):
+class DtwConfig(PathSettings, AlignConfig):
+    """Settings of DTW."""
+
+
+@described
+@dataclass(frozen=True, kw_only=True)
+class SoftDtwConfig(AlignConfig):
+    """Settings of soft-DTW."""
+
+    gamma: float = setting(
+        0.05, above=0, help="Softness, as a share of the mean cost of a pair of frames."
+    )
+
+
+@described
+@dataclass(frozen=True, kw_only=True)
+class CtwConfig(PathSettings, AlignConfig):
+    """Settings of canonical time warping."""
+
+    dimensions: int = setting(10, low=1, help="How many canonical dimensions are compared.")
+    energy: float = setting(
+        0.95, above=0, high=1, help="Share of the variance that is kept before CCA."
+    )
+    ridge: float = setting(0.05, above=0, help="Regularisation of the covariances.")
+    rounds: int = setting(10, low=1, help="How often projections and paths are found anew.")
+    shared: bool | None = setting(
+        None, help="One projection for all views; none: where their feature counts are equal."
+    )
+
+
+@described
+@dataclass(frozen=True, kw_only=True)
+class DctwConfig(NetworkSettings, PathSettings, AlignConfig):
     """Settings of deep canonical time warping.
 
     With DCAW's rate it learns the noise of single pairs: the rate is the best of those tried on the
@@ -106,7 +110,7 @@ class DctwConfig(DeepConfig):
 
 @described
 @dataclass(frozen=True, kw_only=True)
-class DcawConfig(DeepConfig):
+class DcawConfig(NetworkSettings, PathSettings, AlignConfig):
     """Settings of deep canonical attentional warping."""
 
     prior: float = setting(
@@ -127,3 +131,8 @@ class DcawConfig(DeepConfig):
     softness: float | None = setting(
         0.1, above=0, help="Softness of the monotone reading of both; none: the cheapest path."
     )
+
+
+DeepConfig = DctwConfig | DcawConfig
+DtwPathConfig = DtwConfig | CtwConfig | DctwConfig | DcawConfig
+"""Settings of the methods whose path is DTW's, so that it can be read softly."""

@@ -18,7 +18,7 @@ from elocute.errors import CorpusError
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
     from elocute.jobs.pool import Pool
-    from elocute.propagation.corpus_propagation import Summary
+    from elocute.propagation.corpus_propagation import PropagationSummary
 
 WRITTEN = ("basis.npz", "manifest.json", "rejects.csv", "*.parquet")
 DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
@@ -60,7 +60,7 @@ def propagate_command(
     from elocute.corpus.corpus_store import open_corpus
     from elocute.propagation.captured_words import captured_words
     from elocute.propagation.corpus_propagation import propagate
-    from elocute.propagation.settings import JobSettings
+    from elocute.propagation.settings import PropagationSettings
     from elocute.propagation.word_job import RECORDS
     from elocute.propagation.word_recordings import find_recordings
 
@@ -73,7 +73,7 @@ def propagate_command(
     pool = _pool(jobs, ray, method)
     prepare_work(output, resume, RECORDS, WRITTEN)
     (output / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
-    settings = JobSettings(
+    settings = PropagationSettings(
         str(corpus.resolve()),
         str(_basis(opened, basis, split, output)),
         str(recordings.resolve()),
@@ -113,12 +113,12 @@ def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path
     from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
     from elocute.corpus.shard_writing import BASIS
     from elocute.motion.store import load_motion, save_motion
-    from elocute.propagation.captured_words import Capture
+    from elocute.propagation.captured_words import CapturedCorpus
 
     path = (output / BASIS).resolve()
     if given is not None:
         motion = load_motion(given)
-        Capture(corpus, motion)
+        CapturedCorpus(corpus, motion)
         save_motion(motion, path)
     elif not path.is_file():
         parts = corpus.splits
@@ -129,7 +129,7 @@ def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path
     return path
 
 
-def _tell(summary: Summary, output: Path, as_json: bool) -> None:
+def _tell(summary: PropagationSummary, output: Path, as_json: bool) -> None:
     if as_json:
         print(json.dumps({"output": str(output), **asdict(summary)}))
     else:

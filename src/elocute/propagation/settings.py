@@ -10,7 +10,7 @@ from elocute.settings import SEED_MAX, check_settings, described, setting
 
 @described
 @dataclass(frozen=True)
-class JobSettings:
+class PropagationSettings:
     """What is the same for all words; paths are absolute, since workers may stand elsewhere.
 
     Raises InputError for a number outside its range.
