@@ -24,6 +24,7 @@ from functools import lru_cache
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from elocute.errors import InputError
+from elocute.one_line_repr import brief
 
 KEY = "setting"
 SEED_MAX = 2**31 - 1
@@ -104,11 +105,11 @@ def check_settings(given: Any, error: type[InputError] = InputError, about: str 
         kind, optional = types_of(type(given))[each.name]
         if (value is None and optional) or _fits(value, kind, known):
             continue
-        shown = f"{value:g}" if isinstance(value, float) else repr(value)
+        shown = f"{value:g}" if isinstance(value, float) else brief(value)
         raise error.about(
             f"{about} `{each.name}`".strip(),
             found=shown[:SHOWN_MAX],
-            allowed=known.allowed or _named(kind),
+            allowed=_allowed(kind, known),
         )
 
 
@@ -116,7 +117,9 @@ def settings_table(cls: type) -> str:
     """The settings of a dataclass as a Markdown table."""
     rows = ["| setting | default | allowed | |", "|---|---|---|---|"]
     for each, known in settings_of(cls):
-        allowed = known.allowed or known.unit or _named(types_of(cls)[each.name][0])
+        allowed = known.unit or _named(types_of(cls)[each.name][0])
+        if known.allowed:
+            allowed = _allowed(types_of(cls)[each.name][0], known)
         cells = (f"`{each.name}`", _default(each), allowed, known.help)
         rows.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return "\n".join(rows)
@@ -148,8 +151,12 @@ def _fits(value: Any, kind: Any, known: Setting) -> bool:
 
 
 def _inside(value: Any, known: Setting) -> bool:
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:  # a whole number beyond every float
+        return False
     return (
-        math.isfinite(value)
+        finite
         and (known.low is None or value >= known.low)
         and (known.high is None or value <= known.high)
         and (known.above is None or value > known.above)
@@ -162,6 +169,12 @@ def _without_none(hint: Any) -> tuple[Any, bool]:
         return hint, False
     (kind,) = (part for part in get_args(hint) if part is not type(None))
     return kind, True
+
+
+def _allowed(kind: Any, known: Setting) -> str:
+    parts = get_args(kind) if get_origin(kind) is tuple else ()
+    each = f"{len(parts)} numbers, each " if parts else ""
+    return each + (known.allowed or _named(kind))
 
 
 def _named(kind: Any) -> str:

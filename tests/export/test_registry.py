@@ -33,7 +33,11 @@ def test_suffixes_may_be_upper_case():
         ("talk.csv", {"size": (64, 64)}, "talk.csv: `size` is no option of .csv; allowed: none"),
         ("talk.glb", {"size": (64, 64)}, "`size` is no option of .glb; allowed: `embed_audio`"),
         ("talk.mp4", {"title": "a"}, "no option of .mp4; allowed: `size`, `backend`, `view`"),
-        ("talk.png", {"size": (1, 64)}, "`size`: (1, 64); allowed: 64 to 4096 pixels"),
+        (
+            "talk.png",
+            {"size": (1, 64)},
+            "`size`: (1, 64); allowed: 2 numbers, each 64 to 4096 pixels",
+        ),
         (
             "talk.png",
             {"view": "above"},

@@ -6,6 +6,7 @@ import dataclasses
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -109,8 +110,9 @@ def test_other_settings_do_not_resume(data: VocaTrainingData, tmp_path: Path) ->
 
 @pytest.mark.parametrize("field", ["epochs", "batch_pairs", "learning_rate"])
 def test_settings_out_of_range_are_refused(field: str) -> None:
+    wrong: dict[str, Any] = {field: -1}
     with pytest.raises(ModelError, match=field):
-        VocaTrainConfig(**{field: -1})
+        VocaTrainConfig(**wrong)
 
 
 def test_clips_with_nan_are_refused_before_the_first_epoch(

@@ -24,7 +24,7 @@ Progress = Callable[[float], None] | None
 """Called with the share of a fitting that is done, by methods that take long."""
 Fit = Callable[[Sequence[Views], Any, int, Progress], Aligner]
 DEFAULT = "softdtw"
-"""Of two recordings alone: as fast as DTW, and a little better (docs/measurements.md)."""
+"""Of two recordings alone: as fast as DTW, and a little better (docs/measurements/alignment.md)."""
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import importlib
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from elocute.audio.waveform import Waveform
 from elocute.errors import OutputError
 from elocute.export.options import GlbOptions, HtmlOptions, PictureOptions
-
-if TYPE_CHECKING:
-    from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.given import check_kind
+from elocute.one_line_repr import brief
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,8 @@ WRITERS: dict[str, Format] = {
 
 def check_suffix(path: str | Path) -> str:
     """The suffix of `path`, in lower case. Raises OutputError for one that nothing writes."""
+    if not isinstance(path, str | os.PathLike):
+        raise OutputError.about("path", found=brief(path), allowed="the name of a file")
     suffix = Path(path).suffix.lower()
     if suffix not in WRITERS:
         raise OutputError.about(
@@ -97,7 +101,14 @@ def write(
     `overwrite`, or where it was made of this very sound. Raises OutputError, also for an option
     that the format does not have.
     """
+    check_motion(motion)
     chosen = format_options(path, options)
+    for name, value, kinds, allowed in (
+        ("sound", sound, str | os.PathLike | Waveform | None, "a path, a Waveform or None"),
+        ("overwrite", overwrite, bool, "True or False"),
+        ("progress", progress, (Callable, type(None)), "a function or None"),
+    ):
+        check_kind(name, value, kinds, allowed, OutputError)
     known = WRITERS[check_suffix(path)]
     more: dict[str, Any] = {} if chosen is None else {"options": chosen}
     if known.sound_beside:

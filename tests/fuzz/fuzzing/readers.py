@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from fuzzing import seeds
-from fuzzing.cases import Files, Reader
+from tests.fuzz.fuzzing import seeds
+from tests.fuzz.fuzzing.cases import Files, Reader
 
 
 def only(read: Callable[[Path], object]) -> Callable[[Path, Path], object]:
@@ -229,7 +229,8 @@ def _features(folder: Path, _out: Path) -> None:
 
     cache = open_feature_cache(folder)
     for clip in cache.clips:
-        np.asarray(cache.columns(clip)), np.asarray(cache.parameters(clip))
+        np.asarray(cache.columns(clip))
+        np.asarray(cache.parameters(clip))
 
 
 def _track(path: Path, _out: Path) -> None:

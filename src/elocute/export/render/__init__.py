@@ -9,7 +9,12 @@ from elocute.lazy import lazy
 if TYPE_CHECKING:
     from elocute.export.render.camera import Camera, portrait
     from elocute.export.render.choices import BACKENDS, VIEWS
-    from elocute.export.render.engine import Renderer, available_backends, open_renderer
+    from elocute.export.render.engine import (
+        Renderer,
+        available_backends,
+        open_renderer,
+        picture_size,
+    )
 
 __all__ = [
     "BACKENDS",
@@ -18,6 +23,7 @@ __all__ = [
     "Renderer",
     "available_backends",
     "open_renderer",
+    "picture_size",
     "portrait",
 ]
 __getattr__, __dir__ = lazy(
@@ -25,6 +31,6 @@ __getattr__, __dir__ = lazy(
     {
         "camera": ("Camera", "portrait"),
         "choices": ("BACKENDS", "VIEWS"),
-        "engine": ("Renderer", "available_backends", "open_renderer"),
+        "engine": ("Renderer", "available_backends", "open_renderer", "picture_size"),
     },
 )
