@@ -1,4 +1,4 @@
-"""Settings of every method of alignment. Nothing here needs what the methods need."""
+"""Settings of every method of alignment; needs neither torch nor numba."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class AlignConfig:
         help="How far from the diagonal a path may go: frames (1 or more) or a share (below 1).",
     )
     open_source: bool = setting(
-        False, help="The target is to be found in the source, whose ends are free."
+        False,
+        help="Find the target within the source: the ends of the path are free in the source.",
     )
 
     def __post_init__(self) -> None:
@@ -35,8 +36,8 @@ class PathSettings:
     softness: float | None = setting(
         None,
         above=0,
-        help="None reads the cheapest path; a number reads along the alignment expected at that "
-        "softness, a share of the mean cost of a pair of frames.",
+        help="Softness of the alignment along which the path is read, as a share of the mean cost "
+        "of a pair of frames; none: the cheapest path.",
     )
 
 
@@ -44,8 +45,8 @@ class PathSettings:
 class NetworkSettings:
     """What both deep methods train; part of their settings.
 
-    Adam's first rate is the paper's ten times (a word has few steps to learn in), its betas the
-    paper's (section 6.1).
+    Adam's learning rate is ten times that of the paper, as a word has few steps to learn in; its
+    betas are the paper's (section 6.1).
     """
 
     dimensions: int = setting(10, low=1, help="How many canonical dimensions are compared.")
@@ -87,7 +88,7 @@ class CtwConfig(PathSettings, AlignConfig):
         0.95, above=0, high=1, help="Share of the variance that is kept before CCA."
     )
     ridge: float = setting(0.05, above=0, help="Regularisation of the covariances.")
-    rounds: int = setting(10, low=1, help="How often projections and paths are found anew.")
+    rounds: int = setting(10, low=1, help="Most iterations of paths and projections.")
     shared: bool | None = setting(
         None, help="One projection for all views; none: where their feature counts are equal."
     )
@@ -98,12 +99,12 @@ class CtwConfig(PathSettings, AlignConfig):
 class DctwConfig(NetworkSettings, PathSettings, AlignConfig):
     """Settings of deep canonical time warping.
 
-    With DCAW's rate it learns the noise of single pairs: the rate is the best of those tried on the
-    tuning words.
+    With DCAW's learning rate it overfits to single pairs: the default is the best of those tried on
+    the validation words.
     """
 
     rounds: int = setting(
-        4, low=1, help="How often paths are found anew; `steps` are divided among them."
+        4, low=1, help="Iterations of network and paths; `steps` are divided among them."
     )
     learning_rate: float = setting(1e-3, above=0, help="Learning rate of Adam.")
 
@@ -116,12 +117,12 @@ class DcawConfig(NetworkSettings, PathSettings, AlignConfig):
     prior: float = setting(
         20.0,
         low=0,
-        help="How strongly the score favours the diagonal, which two readings of a word keep near.",
+        help="How strongly the score favours the diagonal, near which two readings of a word stay.",
     )
     guide: float = setting(
         1.0,
         low=0,
-        help="Weight of following CTW's paths while training, which falls to nought halfway.",
+        help="Weight of following CTW's paths while training, which falls to zero halfway.",
     )
     sharpness: float = setting(
         0.3,

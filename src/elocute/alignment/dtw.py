@@ -15,7 +15,7 @@ from elocute.errors import AlignmentError
 
 CostMatrix = NDArray[np.floating]
 ROUNDING = {np.dtype(np.float32): 2e-6, np.dtype(np.float64): 1e-13}
-"""A squared distance below this share of the squared lengths is rounding, and is nought."""
+"""A squared distance below this share of the squared lengths is rounding, and set to zero."""
 
 
 def squared_distances(source: CostMatrix, target: CostMatrix) -> CostMatrix:

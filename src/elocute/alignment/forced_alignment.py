@@ -229,8 +229,8 @@ def _viseme_posteriors(samples: NDArray[np.float32]) -> dict[str, NDArray[np.flo
     found = {}
     for phone, viseme in zip(PHONES, visemes, strict=True):
         alike = [index for index, other in enumerate(visemes) if other == viseme]
-        heard = np.pad(posteriors[:, alike].sum(axis=1), 1, "edge")
-        found[phone] = np.maximum(np.maximum(heard[:-2], heard[1:-1]), heard[2:])
+        padded = np.pad(posteriors[:, alike].sum(axis=1), 1, "edge")
+        found[phone] = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     return found
 
 

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from elocute.alignment.alignment import FloatArray, WarpingPath
 from elocute.alignment.dtw import dtw
 
-LEAST = 1e-8
+PROBABILITY_MIN = 1e-8
 
 
 def attention_path(attention: NDArray[np.floating], open_source: bool = False) -> WarpingPath:
     """The most probable monotone path (step, 2): the cheapest through -log attention."""
-    return dtw(-np.log(np.maximum(attention, LEAST)), open_source=open_source)[0]
+    return dtw(-np.log(np.maximum(attention, PROBABILITY_MIN)), open_source=open_source)[0]
 
 
 def expected_path(
@@ -27,7 +27,7 @@ def expected_path(
     and the mean target of each source frame are two curves, free of steps that a single best path
     makes where frames are alike; the path that has the least squares from both is taken.
     """
-    weights = np.maximum(np.asarray(expected, np.float64), LEAST)
+    weights = np.maximum(np.asarray(expected, np.float64), PROBABILITY_MIN)
     sources, targets = (np.arange(size) for size in weights.shape)
     source_of = sources @ weights / weights.sum(axis=0)
     target_of = weights @ targets / weights.sum(axis=1)

@@ -120,9 +120,9 @@ def _row(speech: Waveform, words: TimedWords, marked: list[str], start_s: float)
 def _box(number: int, word: TimedWord, why: str, start_s: float, width: int) -> str:
     left = max((word.start_s - start_s) * PIXELS_PER_S, 0.0)
     right = min((word.end_s - start_s) * PIXELS_PER_S, float(width))
-    told = html.escape(f"{word.start_s:.3f} to {word.end_s:.3f} s, {why or 'sure'}", quote=True)
+    tooltip = html.escape(f"{word.start_s:.3f} to {word.end_s:.3f} s, {why or 'sure'}", quote=True)
     return (
-        f'<button class="word{" doubtful" if why else ""}" data-word="{number}" title="{told}"'
+        f'<button class="word{" doubtful" if why else ""}" data-word="{number}" title="{tooltip}"'
         f' style="left:{left:.1f}px;width:{max(right - left, 1):.1f}px">'
         f"{html.escape(word.text)}</button>"
     )

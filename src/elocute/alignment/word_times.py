@@ -43,8 +43,8 @@ class TimedWord:
             self._refuse(f"{len(text)} letters", f"up to {WORD_LONGEST}")
         numbers = (self.start_s, self.end_s, self.confidence)
         if any(finite_number(number) is None for number in numbers):
-            told = ", ".join(repr(number)[:40] for number in numbers)
-            self._refuse(f"times and confidence {told}", "finite numbers")
+            shown = ", ".join(repr(number)[:40] for number in numbers)
+            self._refuse(f"times and confidence {shown}", "finite numbers")
         if not 0 <= self.start_s < self.end_s:
             self._refuse(f"{self.start_s:g} to {self.end_s:g} s", "0 <= start < end")
         if not 0 <= self.confidence <= 1:

@@ -13,8 +13,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 KERNEL = 3
-BUMP = 1.0
-LEAST = 1e-6
+BUMP = 1.0  # half the distance of the flanks, in units of the difference's width
+PROBABILITY_MIN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -113,9 +113,9 @@ def monotonic_attention(scores: Tensor, source_mask: Tensor, free_start: bool = 
     first frame or, with `free_start`, anywhere.
     """
     stops = torch.sigmoid(scores) * source_mask.unsqueeze(2)
-    stops = stops.clamp(LEAST, 1 - LEAST)
+    stops = stops.clamp(PROBABILITY_MIN, 1 - PROBABILITY_MIN)
     goes = torch.log1p(-stops)
-    before = torch.exp(torch.cumsum(goes, dim=1) - goes).clamp_min(LEAST)
+    before = torch.exp(torch.cumsum(goes, dim=1) - goes).clamp_min(PROBABILITY_MIN)
     if free_start:
         last = source_mask / source_mask.sum(dim=1, keepdim=True)
     else:

@@ -194,8 +194,12 @@ def _epoch(
 
 @torch.no_grad()
 def validate(network: Crnn, data: CrnnTrainingData, config: CrnnTrainConfig) -> dict[str, float]:
-    """ρc over all validation frames: mean of the parameters, weighted by explained variance,
-    and 1 - ρc weighted as the loss is, which chooses the epoch whatever the loss."""
+    """ρc over all validation frames, and what chooses the best epoch.
+
+    validation_mean and validation_weighted are the plain mean over parameters and that weighted by
+    explained variance; validation_loss is 1 - ρc with the weights of the loss, also where the loss
+    is mse.
+    """
     names = ("validation_mean", "validation_weighted", "validation_loss")
     if not data.validation:
         return dict.fromkeys(names, math.nan)
