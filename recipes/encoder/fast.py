@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from elocute.networks.phone_net import ResidualBlock, PhoneNet
+from elocute.networks.phone_net import PhoneNet, ResidualBlock
 
 
 def fast_logits(net: PhoneNet, features: Tensor) -> Tensor:

@@ -16,7 +16,6 @@ from elocute.cli.work_folder import prepare_work
 from elocute.errors import CorpusError
 
 if TYPE_CHECKING:
-    from elocute.corpus.corpus_store import Corpus
     from elocute.jobs.pool import Pool
     from elocute.propagation.corpus_propagation import PropagationSummary
 
@@ -58,6 +57,7 @@ def propagate_command(
     """
     from elocute.alignment.methods import resolve_method
     from elocute.corpus.corpus_store import open_corpus
+    from elocute.propagation.blendshape_basis import provide_basis
     from elocute.propagation.captured_words import captured_words
     from elocute.propagation.corpus_propagation import propagate
     from elocute.propagation.settings import PropagationSettings
@@ -74,12 +74,12 @@ def propagate_command(
     prepare_work(output, resume, RECORDS, WRITTEN)
     (output / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
     settings = PropagationSettings(
-        str(corpus.resolve()),
-        str(_basis(opened, basis, split, output)),
-        str(recordings.resolve()),
-        str(top),
-        str(output.resolve()),
-        method,
+        corpus=str(corpus.resolve()),
+        basis=str(provide_basis(opened, output, basis, split)),
+        recordings=str(recordings.resolve()),
+        root=str(top),
+        folder=str(output.resolve()),
+        method=method,
         seed=seed,
         fit_pairs=fit_pairs,
         confidence=confidence,
@@ -105,28 +105,6 @@ def _pool(jobs: int, address: str | None, method: str) -> Pool:
     from elocute.jobs.process_pool import local_pool
 
     return local_pool(jobs)
-
-
-def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path:
-    """The basis as it lies in the output folder: copied, learned, or from an earlier run."""
-    from elocute.capture.blendshapes.basis_motion import sweep
-    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
-    from elocute.corpus.shard_writing import BASIS
-    from elocute.motion.store import load_motion, save_motion
-    from elocute.propagation.captured_words import CapturedCorpus
-
-    path = (output / BASIS).resolve()
-    if given is not None:
-        motion = load_motion(given)
-        CapturedCorpus(corpus, motion)
-        save_motion(motion, path)
-    elif not path.is_file():
-        parts = corpus.splits
-        names = corpus.split(split).train if split in parts else tuple(corpus.by_name)
-        if not names:
-            raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
-        save_motion(sweep(learn_blendshapes(corpus, names).head), path)
-    return path
 
 
 def _tell(summary: PropagationSummary, output: Path, as_json: bool) -> None:
