@@ -110,7 +110,7 @@ def fit(
     best = {name: value.clone() for name, value in network.state_dict().items()}
     if resume and checkpoint.exists():
         log, best = _restore(checkpoint, network, optimiser, data, config)
-    board = TrainingLog(folder, LOG_FIELDS, len(log))
+    logger = TrainingLog(folder, LOG_FIELDS, len(log))
     for epoch in range(len(log), config.epochs):
         begun = time.perf_counter()
         for group in optimiser.param_groups:
@@ -129,7 +129,7 @@ def fit(
         tensors = network_tensors(network, optimiser)
         tensors |= {f"best.{name}": value for name, value in best.items()}
         save_checkpoint(checkpoint, tensors, _record(data, config, log))
-        board.add(log)
+        logger.add(log)
         if report:
             report((epoch + 1) / config.epochs, _line(row))
     plain = Crnn(network.config)

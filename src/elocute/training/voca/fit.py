@@ -105,7 +105,7 @@ def fit(
         log = _restore(checkpoint, network, optimiser, data, config)
     network, optimiser = fabric.setup(network, optimiser)
     train = _moved(data.train, fabric.device)
-    board = TrainingLog(folder, LOG_FIELDS, len(log)) if folder and fabric.is_global_zero else None
+    logger = TrainingLog(folder, LOG_FIELDS, len(log)) if folder and fabric.is_global_zero else None
     for epoch in range(len(log), config.epochs):
         started = time.perf_counter()
         loss = _epoch(fabric, network, optimiser, train, config, epoch, data.vertices)
@@ -116,8 +116,8 @@ def fit(
             save_checkpoint(
                 checkpoint, network_tensors(network, optimiser), _record(data, config, log)
             )
-        if board:
-            board.add(log)
+        if logger:
+            logger.add(log)
         if report:
             report((epoch + 1) / config.epochs, _line(row))
     plain = new_network(data, config)
