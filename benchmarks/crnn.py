@@ -32,7 +32,8 @@ from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.models.crnn_network import CrnnNetwork, stream_weights
 from elocute.networks.crnn import COLUMNS, Crnn, SharedCrnn, with_slopes
-from elocute.training.crnn.export import OPSET, _Stream
+from elocute.training.crnn.export import StreamingCrnn
+from elocute.training.onnx_export import OPSET
 
 EXAMPLE = Path(__file__).parents[1] / "src" / "elocute" / "assets" / "example.flac"
 
@@ -115,7 +116,7 @@ def main() -> None:
             room,
         )
         stream = session(
-            _Stream(shared).eval(),
+            StreamingCrnn(shared).eval(),
             (static, starts, zero, zero),
             ["columns", "starts", "hidden", "cell"],
             {"columns": {0: "column"}, "starts": {0: "frame"}},

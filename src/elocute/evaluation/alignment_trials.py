@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import Array
-from elocute.alignment.alignment import Path as Steps
+from elocute.alignment.alignment import FloatArray
+from elocute.alignment.alignment import WarpingPath as Steps
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError
 from elocute.evaluation.path_errors import Interval, true_path
@@ -34,7 +34,7 @@ class Take:
     word stands in it where it is a sentence. rate: frames per second of the view."""
 
     name: str
-    view: Array
+    view: FloatArray
     parts: tuple[tuple[float, float, str], ...]
     word: Interval | None = None
     rate: float = FEATURE_RATE
