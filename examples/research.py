@@ -15,7 +15,7 @@ import elocute
 from elocute.corpus import Clip, Corpus, Split, corpus_writer, open_corpus
 from elocute.evaluation import Measure, builtin_list, clip_predictor, rows, score_clips
 from elocute.models import open_model
-from elocute.training import TrainConfig, train_voca
+from elocute.training import VocaTrainConfig, train_voca
 
 CLIP = Path(elocute.__file__).parent / "assets" / "example.flac"
 STYLES, PARTS, PART_S = ("plain", "broad", "tense"), 4, 2.5
@@ -61,7 +61,9 @@ def main() -> None:
 
     (given.output / "voca").mkdir(parents=True, exist_ok=True)
     corpus = build(given.output / "corpus")
-    train_voca(corpus, TrainConfig(epochs=given.epochs, learning_rate=2e-3), given.output / "voca")
+    train_voca(
+        corpus, VocaTrainConfig(epochs=given.epochs, learning_rate=2e-3), given.output / "voca"
+    )
     model = open_model(given.output / "voca" / "model.onnx")
     measure = Measure(builtin_list("lips"), builtin_list("upper_face"), mouth=True)
     test = corpus.split("default").test

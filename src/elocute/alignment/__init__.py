@@ -2,7 +2,7 @@
 
     align(views, method) -> Alignment           two or more sequences at once
     fit_aligner(pairs, method) -> Aligner       fitted over many pairs, then `align` for each
-    segment(sound, text) -> Words               when each word of a text is said
+    segment_words(sound, text)                  when each word of a text is said
 
 torch is imported by the two deep methods alone.
 """
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
         CtwConfig,
         DcawConfig,
         DctwConfig,
-        PlainConfig,
-        SoftConfig,
+        DtwConfig,
+        SoftDtwConfig,
     )
-    from elocute.alignment.forced_alignment import segment
+    from elocute.alignment.forced_alignment import SpokenWord, segment_words
     from elocute.alignment.methods import METHODS, align, fit_aligner
     from elocute.alignment.sound_views import speech_view
-    from elocute.alignment.word_times import Words, read_words, write_words
+    from elocute.alignment.word_times import TimedWord, TimedWords, read_words, write_words
 
 __all__ = [
     "METHODS",
@@ -37,13 +37,15 @@ __all__ = [
     "CtwConfig",
     "DcawConfig",
     "DctwConfig",
-    "PlainConfig",
-    "SoftConfig",
-    "Words",
+    "DtwConfig",
+    "SoftDtwConfig",
+    "SpokenWord",
+    "TimedWord",
+    "TimedWords",
     "align",
     "fit_aligner",
     "read_words",
-    "segment",
+    "segment_words",
     "speech_view",
     "write_words",
 ]
@@ -57,12 +59,12 @@ __getattr__, __dir__ = lazy(
             "CtwConfig",
             "DcawConfig",
             "DctwConfig",
-            "PlainConfig",
-            "SoftConfig",
+            "DtwConfig",
+            "SoftDtwConfig",
         ),
-        "forced_alignment": ("segment",),
+        "forced_alignment": ("SpokenWord", "segment_words"),
         "methods": ("METHODS", "align", "fit_aligner"),
         "sound_views": ("speech_view",),
-        "word_times": ("Words", "read_words", "write_words"),
+        "word_times": ("TimedWord", "TimedWords", "read_words", "write_words"),
     },
 )

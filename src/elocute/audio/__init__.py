@@ -11,7 +11,7 @@ from elocute.lazy import lazy
 
 if TYPE_CHECKING:
     from elocute.audio.features import Features
-    from elocute.audio.mel_with_deltas import Mel3, mel3_windows
+    from elocute.audio.mel_with_deltas import MelDeltas, mel_delta_windows
     from elocute.audio.read import (
         AudioInfo,
         AudioStream,
@@ -27,11 +27,11 @@ __all__ = [
     "AudioInfo",
     "AudioStream",
     "Features",
-    "Mel3",
+    "MelDeltas",
     "Waveform",
     "fbank",
     "log_mel",
-    "mel3_windows",
+    "mel_delta_windows",
     "mel_filterbank",
     "mfcc",
     "open_audio",
@@ -45,8 +45,8 @@ __getattr__, __dir__ = lazy(
     {
         "features": ("Features",),
         "mel_with_deltas": (
-            "Mel3",
-            "mel3_windows",
+            "MelDeltas",
+            "mel_delta_windows",
         ),
         "read": (
             "AudioInfo",

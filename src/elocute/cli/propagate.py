@@ -16,7 +16,7 @@ from elocute.cli.settings_options import options_of
 from elocute.propagation.settings import PropagateConfig
 
 if TYPE_CHECKING:
-    from elocute.propagation.corpus_propagation import Summary
+    from elocute.propagation.corpus_propagation import PropagationSummary
 
 
 def propagate_command(
@@ -71,7 +71,7 @@ def propagate_command(
     _tell(summary, output, as_json)
 
 
-def _tell(summary: Summary, output: Path, as_json: bool) -> None:
+def _tell(summary: PropagationSummary, output: Path, as_json: bool) -> None:
     if as_json:
         print(json.dumps({"output": str(output), **asdict(summary)}))
     else:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from elocute.lazy import lazy
 
 if TYPE_CHECKING:
-    from elocute.encoders.encoder import Encoder
     from elocute.encoders.phone_encoder import PhoneEncoder
+    from elocute.encoders.protocol import Encoder
     from elocute.encoders.registry import encoder_names, resolve_encoder
 
 __all__ = [
@@ -20,8 +20,8 @@ __all__ = [
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "encoder": ("Encoder",),
         "phone_encoder": ("PhoneEncoder",),
+        "protocol": ("Encoder",),
         "registry": ("encoder_names", "resolve_encoder"),
     },
 )

@@ -9,10 +9,15 @@ from elocute.lazy import lazy
 if TYPE_CHECKING:
     from elocute.head.builtin import load_builtin_head
     from elocute.head.flame import FlameModel, flame_vertices, load_flame
-    from elocute.head.identity import identity_names, resolve_identity, sample_identity
+    from elocute.head.identity import (
+        identity_names,
+        resolve_identity,
+        sample_identities,
+        sample_identity,
+    )
     from elocute.head.mesh import head_from_arrays, read_mesh
     from elocute.head.model import HeadModel
-    from elocute.head.registry import open_head, sample_identities
+    from elocute.head.registry import open_head
     from elocute.head.store import load_head, save_head
 
 __all__ = [
@@ -36,10 +41,10 @@ __getattr__, __dir__ = lazy(
     {
         "builtin": ("load_builtin_head",),
         "flame": ("FlameModel", "flame_vertices", "load_flame"),
-        "identity": ("identity_names", "resolve_identity", "sample_identity"),
+        "identity": ("identity_names", "resolve_identity", "sample_identities", "sample_identity"),
         "mesh": ("head_from_arrays", "read_mesh"),
         "model": ("HeadModel",),
-        "registry": ("open_head", "sample_identities"),
+        "registry": ("open_head",),
         "store": ("load_head", "save_head"),
     },
 )

@@ -7,23 +7,23 @@ from typing import TYPE_CHECKING
 from elocute.lazy import lazy
 
 if TYPE_CHECKING:
-    from elocute.models.hearing import hear
-    from elocute.models.protocol import Heard, Span, SpeechModel
+    from elocute.models.feature_extraction import extract_features
+    from elocute.models.protocol import FrameSpan, SpeechFeatures, SpeechModel
     from elocute.models.registry import model_names, open_model
     from elocute.models.streaming import Frame, Stream, stream
-    from elocute.models.style_file import read_mix, write_mix
-    from elocute.models.style_fit import Observed, StyleFit, fit_style
+    from elocute.models.style_fit import ObservedMotion, StyleFit, fit_style
+    from elocute.models.styles import read_mix, write_mix
 
 __all__ = [
     "Frame",
-    "Heard",
-    "Observed",
-    "Span",
+    "FrameSpan",
+    "ObservedMotion",
+    "SpeechFeatures",
     "SpeechModel",
     "Stream",
     "StyleFit",
+    "extract_features",
     "fit_style",
-    "hear",
     "model_names",
     "open_model",
     "read_mix",
@@ -33,11 +33,11 @@ __all__ = [
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "hearing": ("hear",),
-        "protocol": ("Heard", "Span", "SpeechModel"),
+        "feature_extraction": ("extract_features",),
+        "protocol": ("FrameSpan", "SpeechFeatures", "SpeechModel"),
         "registry": ("model_names", "open_model"),
         "streaming": ("Frame", "Stream", "stream"),
-        "style_file": ("read_mix", "write_mix"),
-        "style_fit": ("Observed", "StyleFit", "fit_style"),
+        "style_fit": ("ObservedMotion", "StyleFit", "fit_style"),
+        "styles": ("read_mix", "write_mix"),
     },
 )

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from elocute.motion.mouth_measures import measure_mouth, write_measures
     from elocute.motion.solve import solve_weights
     from elocute.motion.store import load_motion, save_motion
-    from elocute.motion.track import Track
+    from elocute.motion.vertex_motion import VertexMotion
 
 __all__ = [
     "ARKIT_NAMES",
     "Curves",
     "Motion",
-    "Track",
+    "VertexMotion",
     "curves_from_motion",
     "load_motion",
     "measure_mouth",
@@ -35,6 +35,6 @@ __getattr__, __dir__ = lazy(
         "mouth_measures": ("measure_mouth", "write_measures"),
         "solve": ("solve_weights",),
         "store": ("load_motion", "save_motion"),
-        "track": ("Track",),
+        "vertex_motion": ("VertexMotion",),
     },
 )

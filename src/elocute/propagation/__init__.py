@@ -7,15 +7,19 @@ from typing import TYPE_CHECKING
 from elocute.lazy import lazy
 
 if TYPE_CHECKING:
-    from elocute.propagation.corpus_propagation import Summary, propagate, propagate_corpus
-    from elocute.propagation.settings import JobSettings, PropagateConfig
-    from elocute.propagation.word_recordings import Recordings, find_recordings
+    from elocute.propagation.corpus_propagation import (
+        PropagationSummary,
+        propagate,
+        propagate_corpus,
+    )
+    from elocute.propagation.settings import PropagateConfig, PropagationSettings
+    from elocute.propagation.word_recordings import WordRecordings, find_recordings
 
 __all__ = [
-    "JobSettings",
     "PropagateConfig",
-    "Recordings",
-    "Summary",
+    "PropagationSettings",
+    "PropagationSummary",
+    "WordRecordings",
     "find_recordings",
     "propagate",
     "propagate_corpus",
@@ -23,8 +27,8 @@ __all__ = [
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "corpus_propagation": ("Summary", "propagate", "propagate_corpus"),
-        "settings": ("JobSettings", "PropagateConfig"),
-        "word_recordings": ("Recordings", "find_recordings"),
+        "corpus_propagation": ("PropagationSummary", "propagate", "propagate_corpus"),
+        "settings": ("PropagateConfig", "PropagationSettings"),
+        "word_recordings": ("WordRecordings", "find_recordings"),
     },
 )

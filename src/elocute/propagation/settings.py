@@ -35,16 +35,16 @@ class PropagateConfig:
 
 @described
 @dataclass(frozen=True, kw_only=True)
-class JobSettings(PropagateConfig):
+class PropagationSettings(PropagateConfig):
     """The same with its places: what is the same for all words.
 
-    Paths are absolute, since workers may stand elsewhere.
+    Paths are absolute, since workers may run in other folders.
     """
 
     corpus: str = setting(help="Folder of the captured speakers.")
     basis: str = setting(help="Speech blendshapes (.npz).")
     recordings: str = setting(help="Folder of the recordings.")
-    root: str = setting(help="Folder that sounds are named from.")
-    folder: str = setting(help="Where shards go.")
-    truth: bool = setting(True, help="Whether captured words become rows too.")
+    root: str = setting(help="Folder to which the paths of sounds in the shards are relative.")
+    folder: str = setting(help="Folder to write the shards to.")
+    truth: bool = setting(True, help="Whether captured words become clips of the shards too.")
     inputs: str = setting("", help="Checksums of corpus and basis, filled in by `propagate`.")

@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from elocute.training.crnn.config import CrnnTrainConfig
     from elocute.training.crnn.run import train_crnn
     from elocute.training.device import available_devices, resolve_device
-    from elocute.training.voca.config import TrainConfig
+    from elocute.training.voca.config import VocaTrainConfig
     from elocute.training.voca.run import train_voca
 
 __all__ = [
     "CrnnTrainConfig",
-    "TrainConfig",
+    "VocaTrainConfig",
     "available_devices",
     "resolve_device",
     "train_crnn",
@@ -27,7 +27,7 @@ __getattr__, __dir__ = lazy(
         "crnn.config": ("CrnnTrainConfig",),
         "crnn.run": ("train_crnn",),
         "device": ("available_devices", "resolve_device"),
-        "voca.config": ("TrainConfig",),
+        "voca.config": ("VocaTrainConfig",),
         "voca.run": ("train_voca",),
     },
 )
