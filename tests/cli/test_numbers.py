@@ -3,10 +3,11 @@
 import pytest
 
 from elocute.articulation.style import parse_mix, resolve_style
+from elocute.cli.formats import parse_size
 from elocute.cli.keyframes import parse_list, parse_numbers
-from elocute.cli.options import parse_size
 from elocute.errors import InputError
 from elocute.head.identity import resolve_identity
+from tests.support.commands import run_python
 
 LONG = "9" * 5000
 
@@ -42,3 +43,17 @@ def test_seeds_that_no_generator_takes(seed, refused):
         ["propagate", "a", "b", "-o", "c"],
     ):
         refused(*command, "--seed", seed, says="--seed")
+
+
+def test_numpy_does_not_warn_beside_our_one_line(tmp_path):
+    """What it warns of is checked in results; whoever asks for warnings is given them."""
+    code = (
+        "import atexit, numpy; atexit.register(lambda: numpy.ones(1) / numpy.zeros(1))\n"
+        "from elocute.cli import main; main()"
+    )
+    said = {
+        flags: run_python(*flags, "-c", code, "info", "none.npz", cwd=tmp_path).stderr
+        for flags in ((), ("-W", "default::RuntimeWarning"))
+    }
+    assert said[()].count("\n") == 1 and said[()].startswith("elocute: ")
+    assert "divide by zero" in said["-W", "default::RuntimeWarning"]

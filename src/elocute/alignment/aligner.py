@@ -5,34 +5,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from elocute.alignment.alignment import Alignment, Array, Group, Path, checked_group
 from elocute.alignment.cca import correlation
+from elocute.alignment.config import AlignConfig, PlainConfig, SoftConfig
 from elocute.alignment.dtw import Matrix, dtw, squared_distances
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
 from elocute.alignment.warping_paths import expected_path, merged
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
-
-@dataclass(frozen=True, kw_only=True)
-class AlignConfig:
-    """Settings of every method.
-
-    band: how far from the diagonal a path may go, in frames (1 or more) or as a share (below 1).
-    open_source: the target is to be found in the source, whose ends are free.
-    """
-
-    band: float | None = None
-    open_source: bool = False
-
-    def __post_init__(self) -> None:
-        if self.band is not None and not (np.isfinite(self.band) and self.band > 0):
-            raise AlignmentError.about("band", found=f"{self.band}", allowed="above 0")
-        if self.band is not None and self.open_source:
-            raise AlignmentError.about("band", found="open ends", allowed="one of the two")
+Config = TypeVar("Config", bound=AlignConfig)
+Plain = TypeVar("Plain", bound=PlainConfig)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +42,10 @@ class Match:
     __repr__ = one_line
 
 
-class Aligner(ABC):
+class Aligner(ABC, Generic[Config]):
     """A method fitted to its data; `align` changes nothing in it."""
 
-    config: AlignConfig
+    config: Config
     widths: tuple[int, ...] | None = None
     """Features of each view that it was fitted to; None for any, all alike."""
 
@@ -136,28 +123,10 @@ def score(features: Sequence[Array], path: Path) -> float:
     return float(np.mean(pairs))
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlainConfig(AlignConfig):
-    """Settings of DTW, and of methods that differ from it in what they compare.
-
-    softness: None reads the cheapest path; a number reads along the alignment expected at that
-    softness, a share of the mean cost of a pair of frames.
-    """
-
-    softness: float | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.softness is not None and not self.softness > 0:
-            raise AlignmentError.about("softness", found=f"{self.softness}", allowed="above 0")
-
-
-class DtwAligner(Aligner):
+class DtwAligner(Aligner[Plain]):
     """Nothing is fitted: features as they are."""
 
-    config: PlainConfig
-
-    def __init__(self, config: PlainConfig) -> None:
+    def __init__(self, config: Plain) -> None:
         self.config = config
 
     def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
@@ -179,17 +148,8 @@ def attention_of(expected: Matrix) -> Array:
     return (expected / np.maximum(expected.sum(axis=0), 1e-30)).astype(np.float32)
 
 
-@dataclass(frozen=True, kw_only=True)
-class SoftConfig(AlignConfig):
-    """gamma: softness, as a share of the mean cost of a pair of frames."""
-
-    gamma: float = 0.05
-
-
-class SoftDtwAligner(Aligner):
+class SoftDtwAligner(Aligner[SoftConfig]):
     """Soft-DTW: the path that follows the expected alignment."""
-
-    config: SoftConfig
 
     def __init__(self, config: SoftConfig) -> None:
         self.config = config

@@ -26,6 +26,7 @@ from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, op
 from elocute.capture.sequence_report import write_report
 from elocute.capture.sequence_result import SequenceResult
 from elocute.capture.sequence_tracking import Track, frame_landmarks, track_frames
+from elocute.capture.settings import BatchSettings
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
 from elocute.corpus.importers.common import even_split
@@ -36,9 +37,10 @@ from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.jobs.pool import Failed
-from elocute.jobs.process_pool import checked_jobs, run_local
+from elocute.jobs.process_pool import run_local
 
 CORPUS, MADE = "corpus", "corpus.sha256"
+FOLDERS, BEGUN = ("subjects", "sequences"), "capture.begun"
 FILE_MAX_BYTES = 500_000_000
 CHUNK = 30
 """Frames that one worker takes at a time; the first of them starts from scratch."""
@@ -48,18 +50,6 @@ FLAGGED_MAX = 0.5
 """Share of frames beyond which a sequence is not worth filling in."""
 
 Progress = Callable[[float], None] | None
-
-
-@dataclass(frozen=True)
-class BatchSettings:
-    """head as `open_head` takes it; fps and unit go before what the folders say; jobs 0 = all
-    processors; eyes_s is the smoothing around the eyes in seconds."""
-
-    head: str = "builtin"
-    fps: float | None = None
-    unit: str | None = None
-    jobs: int = 1
-    eyes_s: float = 0.02
 
 
 def capture_scans(
@@ -77,8 +67,9 @@ def capture_scans(
     settings, output = settings or BatchSettings(), Path(output)
     sequences, results = _opened(find_sequences(folder), settings)
     head = open_head(settings.head)
+    _check_place(output)
     _check_corpus_place(output)
-    _make(output / "subjects")
+    _begin(output)
     tracks: list[Track] = []
     for subject in dict.fromkeys(sequence.facts.subject for sequence in sequences):
         of_subject = [one for one in sequences if one.facts.subject == subject]
@@ -220,7 +211,7 @@ def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress)
         if progress:
             progress(done / max(total, 1))
 
-    jobs = checked_jobs(settings.jobs) or os.cpu_count() or 1
+    jobs = settings.jobs or os.cpu_count() or 1
     if jobs == 1:
         for track, numbers in chunks:
             track_frames(track, numbers, lambda _: count(1))
@@ -279,7 +270,7 @@ def _finished(track: Track, settings: BatchSettings) -> SequenceResult:
         ):
             # On disk from the start: an hour of frames need not fit in memory.
             for frame in cleaned_frames(
-                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_s
+                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_ms / 1000
             ):
                 rows.add(frame[None])
     write_report(track, result, place / "report.html")
@@ -327,6 +318,30 @@ def _filled(track: Track, good: list[int]) -> Iterator[NDArray[np.float32]]:
             yield (low * (1 - share) + high * share).astype(np.float32)
         else:
             yield high
+
+
+def _check_place(output: Path) -> None:
+    """Raises OutputError for a folder with something of somebody else where we would write."""
+    if output.exists() and not output.is_dir():
+        raise OutputError.about(output, found="a file", allowed="a folder")
+    if (output / BEGUN).is_file() or (output / MADE).is_file():
+        return
+    for path in (output / name for name in (*FOLDERS, CORPUS) if os.path.lexists(output / name)):
+        raise OutputError.about(
+            path,
+            found=f"nothing of Elocute made it: there is no {BEGUN} beside it",
+            allowed="a new folder, or one to go on in",
+            remedy="choose another folder",
+        )
+
+
+def _begin(output: Path) -> None:
+    """The folders that are filled, and the mark by which the next run knows them."""
+    _make(output)
+    with write_atomically(output / BEGUN) as draft:
+        draft.write_text("elocute capture scans fills this folder\n", encoding="utf-8")
+    for name in FOLDERS:
+        _make(output / name)
 
 
 def _check_corpus_place(output: Path) -> None:

@@ -45,7 +45,7 @@ def align_command(
     with needs_extra("alignment", "wild"):
         from elocute.alignment import methods, sound_views
     chosen = methods.resolve_method(method)
-    config = chosen.config()(band=band, open_source=find)
+    config = chosen.config(band=band, open_source=find)
     sounds = [read_audio(path) for path in (source, target)]
     views = []
     for path, sound in zip((source, target), sounds, strict=True):

@@ -38,7 +38,7 @@ COLUMNS = (
 def corpus_command(
     corpus: Path = typer.Argument(..., help="A corpus folder."),
     model: str = options.Model,
-    split: str = typer.Option("default", help="Which split of the corpus."),
+    split: str = options.Split,
     part: str = typer.Option("test", help="test, validation or train."),
     style: str = typer.Option(
         "each", help="each, best (per subject, chosen by the truth), even, a name or a mix."

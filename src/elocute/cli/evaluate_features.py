@@ -24,7 +24,7 @@ def features_command(
     output: Path = typer.Option(..., "-o", "--output", help="Folder for models and the report."),
     encoders: str = typer.Option("phones,fbank", help="Encoders to compare, commas between."),
     epochs: int = typer.Option(50, help="Of every training."),
-    split: str = typer.Option("default", help="Which split of the corpus."),
+    split: str = options.Split,
     resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
     table: list[Path] | None = options.Table,
     as_json: bool = options.Json,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.flags import in_flags
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.work_folder import prepare_work
 from elocute.errors import CorpusError
@@ -59,7 +60,8 @@ def propagate_command(
     from elocute.corpus.corpus_store import open_corpus
     from elocute.propagation.captured_words import captured_words
     from elocute.propagation.corpus_propagation import propagate
-    from elocute.propagation.word_job import RECORDS, JobSettings
+    from elocute.propagation.settings import JobSettings
+    from elocute.propagation.word_job import RECORDS
     from elocute.propagation.word_recordings import find_recordings
 
     resolve_method(method)
@@ -141,6 +143,6 @@ def _tell(summary: Summary, output: Path, as_json: bool) -> None:
             print(f"without recordings: {', '.join(summary.unheard)}")
         print(output)
     for word, reason in summary.failed:
-        typer.echo(f"elocute: word {word}: {reason}", err=True)
+        typer.echo(f"elocute: word {word}: {in_flags(reason)}", err=True)
     if summary.failed:
         raise typer.Exit(1)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
+from elocute.export.options import PictureOptions
 from elocute.export.render import open_renderer, portrait
 from elocute.export.take_sound import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
@@ -28,21 +29,21 @@ def write_mp4(
     path: str | Path,
     *,
     sound: Sound | None = None,
-    size: tuple[int, int] = (800, 800),
-    backend: str = "auto",
-    view: str = "front",
+    options: PictureOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Draw a motion as video with its sound.
 
-    size (width, height) pixels, made even as H.264 wants. Frame i is shown at i / fps, where
+    Its sides are made even, as H.264 wants. Frame i is shown at i / fps, where
     sample i · rate / fps is heard. Raises OutputError, MachineError (no renderer).
     """
-    size = (size[0] - size[0] % 2, size[1] - size[1] % 2)
-    camera = portrait(motion.head, view)
+    options = options or PictureOptions()
+    wide, high = options.size
+    size = (wide - wide % 2, high - high % 2)
+    camera = portrait(motion.head, options.view)
     with (
         write_atomically(path) as draft,
-        open_renderer(motion.head, size, backend=backend, camera=camera) as renderer,
+        open_renderer(motion.head, size, backend=options.backend, camera=camera) as renderer,
         _Encoder(draft, motion, size, sound) as encoder,
     ):
         done = 0

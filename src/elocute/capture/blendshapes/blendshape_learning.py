@@ -10,40 +10,16 @@ from numpy.typing import NDArray
 
 from elocute.capture.blendshapes.localised_components import localised
 from elocute.capture.blendshapes.principal_components import Principal, principal_directions
+from elocute.capture.blendshapes.settings import COMPONENTS, COMPONENTS_MAX, BlendshapeConfig
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.statistics import displacement_blocks
-from elocute.errors import CorpusError, InputError
+from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import one_line
 
 Array = NDArray[np.float32]
-COMPONENTS = 28  # in the wild 2019, section 3.3: 99.9 % of the variance of its four speakers
-COMPONENTS_MAX = 400
-
-
-@dataclass(frozen=True)
-class BlendshapeConfig:
-    """How a basis is learned; the default is the paper's.
-
-    components  how many, or None for as many as `variance` needs
-    variance    share of the squared displacement that must be explained
-    sparsity    0 for principal components; up to 1 for shapes of ever smaller parts of the face
-
-    Raises InputError for a number outside its range.
-    """
-
-    components: int | None = COMPONENTS
-    variance: float = 0.999
-    sparsity: float = 0.0
-
-    def __post_init__(self) -> None:
-        ranges = {"components": (1, COMPONENTS_MAX), "variance": (0.01, 1.0), "sparsity": (0, 0.9)}
-        for name, (low, high) in ranges.items():
-            value = getattr(self, name)
-            if value is not None and not low <= value <= high:
-                raise InputError.about(f"--{name}", found=str(value), allowed=f"{low} to {high}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +50,7 @@ def learn_blendshapes(
     pushes forward what it moves most. Raises CorpusError where nothing moves.
     """
     config = config or BlendshapeConfig()
-    wanted = config.components or COMPONENTS_MAX
+    wanted = config.count or COMPONENTS_MAX
     blocks = _told(
         displacement_blocks(corpus, names), sum(corpus.entry(n).frames for n in names), progress
     )
@@ -93,9 +69,9 @@ def learn_blendshapes(
 
 
 def _count(found: Principal, config: BlendshapeConfig) -> int:
-    if config.components is not None:
-        return min(config.components, len(found.strengths))
-    enough = np.flatnonzero(found.explained >= config.variance - 1e-9)
+    if config.count is not None:
+        return min(config.count, len(found.strengths))
+    enough = np.flatnonzero(found.explained >= (config.variance or 1.0) - 1e-9)
     return int(enough[0]) + 1 if len(enough) else len(found.strengths)
 
 

@@ -68,7 +68,7 @@ def _searched(template: Template, samples: Samples) -> Pose:
     if best_mm > FAR_MM:
         raise CaptureError(
             f"scan: found no head (the nearest is {best_mm:.1f} mm off); allowed: a head, its "
-            "faces wound outwards; or give --landmarks"
+            "faces wound outwards; or give `landmarks`"
         )
     model = template.vertices
     return laid_over(template.head, model, model @ rotation.T + shift)

@@ -190,7 +190,7 @@ def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
                 folder,
                 found=f"no {MANIFEST}",
                 allowed='one with "fps" and "unit"',
-                remedy="or say --fps and --unit",
+                remedy="or say `fps` and `unit`",
             )
         plain = re.sub(r"[^A-Za-z0-9_.-]", "-", folder.resolve().name).lstrip("_.-")
         return SequenceFacts(fps=fps, sentence=plain or "sequence")

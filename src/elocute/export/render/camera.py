@@ -8,19 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
+from elocute.export.render.choices import VIEWS
 from elocute.head.model import HeadModel
+from elocute.one_line_repr import brief
 
 Floats = NDArray[np.float32]
 
 FIELD_DEG = 18.0  # vertical field of view: a portrait lens
 MARGIN = 1.06
-# name: (yaw, pitch in degrees, share of the portrait's height that is shown)
-VIEWS: dict[str, tuple[float, float, float]] = {
-    "front": (0.0, 2.0, 1.0),
-    "three-quarter": (32.0, 2.0, 1.0),
-    "side": (85.0, 0.0, 1.0),
-    "mouth": (0.0, 0.0, 0.34),
-}
 
 
 @dataclass(frozen=True)
@@ -56,8 +51,8 @@ class Camera:
 
 def portrait(head: HeadModel, view: str = "front") -> Camera:
     """A camera that frames the head with some neck, or the mouth alone. Raises InputError."""
-    if view not in VIEWS:
-        raise InputError.about(f"view {view!r}", found="unknown", allowed=", ".join(VIEWS))
+    if not isinstance(view, str) or view not in VIEWS:
+        raise InputError.about(f"view {brief(view)}", found="unknown", allowed=", ".join(VIEWS))
     yaw_deg, pitch_deg, share = VIEWS[view]
     low, high = head.template.min(axis=0), head.template.max(axis=0)
     # The bust below the chin fills the frame's foot; the crown keeps some air.
