@@ -1,13 +1,14 @@
 # make demo   a talking head from a shipped speech clip, in out/
 # make demo-wild   the second paper's chain, small: capture to recurrent model, in out/wild
 # make test   everything that is tested
+# make coverage   the same, and how much of each package it ran; slower
 # Both set up their own .venv from a fresh clone; nothing else is needed but Python and make.
 
 PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -name '*.pyc' 2>/dev/null)
 
-.PHONY: demo demo-wild test check clean
+.PHONY: demo demo-wild test coverage check clean
 
 demo: .venv/ready-demo
 	mkdir -p out
@@ -21,6 +22,10 @@ demo-wild: .venv/ready-dev
 
 test: .venv/ready-dev
 	$(BIN)/python -m pytest -n auto --dist loadscope
+
+coverage: .venv/ready-dev
+	$(BIN)/python -m pytest -n auto --dist loadscope --cov --cov-report=
+	$(BIN)/python scripts/coverage
 
 check: .venv/ready-dev
 	scripts/check
