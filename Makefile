@@ -2,13 +2,14 @@
 # make demo-wild   the second paper's chain, small: capture to recurrent model, in out/wild
 # make test   everything that is tested
 # make coverage   the same, and how much of each package it ran; slower
-# Both set up their own .venv from a fresh clone; nothing else is needed but Python and make.
+# make site   the documentation, in build/site
+# All set up their own .venv from a fresh clone; nothing else is needed but Python and make.
 
 PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -name '*.pyc' 2>/dev/null)
 
-.PHONY: demo demo-wild test coverage check clean
+.PHONY: demo demo-wild test coverage check site clean
 
 demo: .venv/ready-demo
 	mkdir -p out
@@ -29,6 +30,10 @@ coverage: .venv/ready-dev
 
 check: .venv/ready-dev
 	scripts/check
+
+site: .venv/ready-dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+	@echo "Open build/site/index.html"
 
 .venv/ready-demo: $(SOURCES)
 	PYTHON=$(PYTHON) scripts/setup demo

@@ -24,7 +24,7 @@ Done = Callable[[float], None] | None
 """Told the share of a fitting that is done, by methods that take long."""
 Fit = Callable[[Sequence[Group], Any, int, Done], Aligner]
 DEFAULT = "softdtw"
-"""Of two recordings alone: as fast as DTW, and a little better (docs/measurements.md)."""
+"""Of two recordings alone: as fast as DTW, and a little better (docs/measurements/alignment.md)."""
 
 
 @dataclass(frozen=True)

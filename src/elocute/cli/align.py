@@ -21,12 +21,12 @@ def align_command(
     method: str = typer.Option(
         "softdtw", help=f"One of {', '.join(METHODS)}; the last two learn, for a minute or more."
     ),
-    encoder: str = typer.Option("fbank", help="What hears the sound: fbank, phones, …"),
+    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones, …"),
     find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
     band: float | None = typer.Option(
         None, help="How far from the diagonal: frames (1 or more) or a share (below 1)."
     ),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of what is learned."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of the learned methods."),
     plot: Path | None = typer.Option(None, help="A .png: both spectrograms, attention, path."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,

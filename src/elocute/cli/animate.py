@@ -54,9 +54,9 @@ def animate_command(
     style: str = options.StyleName,
     strength: float = typer.Option(1.0, help="How far the mouth moves, 0 to 2."),
     model: str = options.Model,
-    channel: int | None = typer.Option(None, help="Hear one channel (from 0) instead of the mix."),
+    channel: int | None = typer.Option(None, help="Use one channel (from 0), not the mix."),
     phones: Path | None = typer.Option(
-        None, help="Known phone times: CSV of start_s,end_s,phone; the encoder is not asked."
+        None, help="Known phone times instead of the encoder: CSV of start_s,end_s,phone."
     ),
     drawing: Drawing = drawing_options(),
     recursive: bool = typer.Option(

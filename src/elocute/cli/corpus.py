@@ -100,7 +100,7 @@ def convert_command(
     ),
     split: str | None = typer.Option(
         None,
-        help="published (VOCASET, BIWI), even, sentences, or subjects that choose and judge: "
+        help="published (VOCASET, BIWI), even, sentences, or subjects for validation/test: "
         "ann,bob/cy. By default published, or even where there is none.",
     ),
     texts: Path | None = typer.Option(None, help="What was said: subject TAB sentence TAB text."),

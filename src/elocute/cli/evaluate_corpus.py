@@ -51,7 +51,7 @@ def corpus_command(
     upper_face: Path | None = typer.Option(None, help="Upper-face vertices of FDD, likewise."),
     contacts: bool = typer.Option(False, help="Make rests and closures as `animate` does."),
     limit: int = typer.Option(0, min=0, help="Only so many clips, evenly taken; 0 takes all."),
-    seed: int = typer.Option(0, min=0, help="Of the intervals."),
+    seed: int = typer.Option(0, min=0, help="Seed of the intervals."),
     output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
     table: list[Path] | None = options.Table,
     overwrite: bool = options.Overwrite,

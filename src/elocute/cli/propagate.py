@@ -43,12 +43,12 @@ def propagate_command(
     split: str = typer.Option("default", help="Which split of the corpus; train is carried over."),
     fit_pairs: int = typer.Option(50, help="Recordings that a word's network is fitted to."),
     confidence: float = typer.Option(0.3, help="Least confidence of what is kept, 0 to 1."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of all random numbers."),
     jobs: int = typer.Option(1, help="Processes; 0 takes all processors."),
     ray: str | None = typer.Option(
         None, "--ray", help="HOST:PORT of a Ray cluster, or local; jobs is its number of actors."
     ),
-    resume: bool = typer.Option(False, help="Go on in the output folder."),
+    resume: bool = typer.Option(False, help="Resume in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
     """Align every recording with the captured speakers and carry their parameters over.
