@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.capture.registration.accuracy import SurfaceError
-from elocute.capture.registration.model_fit import Shape
-from elocute.capture.registration.pose import Pose
+from elocute.capture.registration.model_fit import ModelParameters
+from elocute.capture.registration.pose import HeadPose
 from elocute.capture.registration.register import Registration
 from elocute.errors import CaptureError, InputError
 from elocute.files.arrays import read_npz, write_npz
@@ -87,10 +87,10 @@ def read_zero(path: Path) -> NDArray[np.float32]:
     return _good(path, _read(path))["zero"]
 
 
-def read_pose(path: Path) -> Pose:
+def read_pose(path: Path) -> HeadPose:
     """Where the head stood in a frame that was registered. Raises CaptureError."""
     stored = _good(path, _read(path))
-    return Pose(stored["translation"], stored["turns"])
+    return HeadPose(stored["translation"], stored["turns"])
 
 
 def read_registration(path: Path, record: FrameRecord) -> Registration | None:
@@ -98,8 +98,8 @@ def read_registration(path: Path, record: FrameRecord) -> Registration | None:
     if record.flag or record.surface is None:
         return None
     stored = _good(path, _read(path))
-    shape = Shape(
-        stored["identity"], stored["expression"], Pose(stored["translation"], stored["turns"])
+    shape = ModelParameters(
+        stored["identity"], stored["expression"], HeadPose(stored["translation"], stored["turns"])
     )
     zero, added = stored["zero"].astype(np.float64), stored["offsets"].astype(np.float64)
     # Vertices as posed are not kept: the next frame starts from shape and offsets.

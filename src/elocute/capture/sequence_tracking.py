@@ -3,32 +3,58 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.capture.frame_store import (
     FrameRecord,
     read_frame_record,
     read_registration,
+    read_zero,
     write_frame,
 )
 from elocute.capture.registration.register import Registration, register_scan
 from elocute.capture.registration.template import Template
-from elocute.capture.scans.landmarks import GOOD_MIN, Landmarks, no_landmarks, read_landmarks
-from elocute.capture.scans.scan_file import unit_m
+from elocute.capture.scans.landmarks import no_landmarks
 from elocute.capture.scans.scan_sequence import ScanSequence
-from elocute.errors import CaptureError, ElocuteError
+from elocute.errors import ElocuteError
 from elocute.head.model import HeadModel
 
 SETTINGS_VERSION = 3
 """To be raised where registration itself changes: frames made before are then made again."""
+FLAGGED_MAX = 0.5
+"""Share of frames beyond which a sequence is not worth filling in."""
+
+
+@dataclass(frozen=True)
+class SequenceResult:
+    """What became of a sequence.
+
+    failed   why there is no motion of it, or ""
+    frames   of the motion
+    flagged  numbers of scans that were not used, missing those that were never there; all of
+             these frames are interpolated
+    median_mm, p95_mm  distance from scan to surface, median over frames of each frame's own
+    """
+
+    name: str
+    failed: str = ""
+    frames: int = 0
+    flagged: tuple[int, ...] = ()
+    missing: tuple[int, ...] = ()
+    median_mm: float | None = None
+    p95_mm: float | None = None
+    landmark_mm: float | None = None
+    seconds_per_frame: float = 0.0
+    in_corpus: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class TrackedSequence:
     """A sequence and where its registered frames go.
 
     head    its template is the person's neutral face
@@ -42,7 +68,7 @@ class Track:
     @property
     def key(self) -> str:
         """Frames of another face or of older settings are not resumed."""
-        text = f"{SETTINGS_VERSION} {self.sequence.facts.unit} ".encode()
+        text = f"{SETTINGS_VERSION} {self.sequence.metadata.unit} ".encode()
         return hashlib.sha256(text + self.head.template.tobytes()).hexdigest()[:16]
 
     def path(self, number: int) -> Path:
@@ -60,7 +86,9 @@ class Track:
 
 
 def track_frames(
-    track: Track, numbers: Sequence[int], done: Callable[[FrameRecord], None] | None = None
+    track: TrackedSequence,
+    numbers: Sequence[int],
+    done: Callable[[FrameRecord], None] | None = None,
 ) -> list[FrameRecord]:
     """Register frames in their order, each from the one before; those done already are kept."""
     template, key = Template(track.head), track.key
@@ -79,11 +107,11 @@ def track_frames(
 
 
 def _track_one(
-    track: Track, template: Template, key: str, number: int, before: Registration | None
+    track: TrackedSequence, template: Template, key: str, number: int, before: Registration | None
 ) -> FrameRecord:
     landmarks = no_landmarks()
     try:
-        landmarks = frame_landmarks(track.sequence, number)
+        landmarks = track.sequence.landmarks(number)
         found = register_scan(template, track.sequence.scan(number), landmarks, before)
         flag = found.lost
     except (
@@ -110,18 +138,44 @@ def _track_one(
     return record
 
 
-def frame_landmarks(sequence: ScanSequence, number: int) -> Landmarks:
-    """The landmarks of a frame; none where there is no file of them.
+def summarise(track: TrackedSequence, records: dict[int, FrameRecord]) -> SequenceResult:
+    sequence = track.sequence
+    flagged = tuple(number for number, record in records.items() if record.flag)
+    good = [record for record in records.values() if not record.flag]
+    share = 1 - len(good) / sequence.frame_count
+    result = SequenceResult(
+        sequence.name, frames=sequence.frame_count, flagged=flagged, missing=sequence.missing
+    )
+    if not good or share > FLAGGED_MAX:
+        first = next((record.flag for record in records.values() if record.flag), "missing")
+        return replace(result, failed=f"{100 * share:.0f} % of the frames failed, say: {first}")
+    surfaces = [record.surface for record in good if record.surface is not None]
+    apart = [record.landmark_mm for record in good if record.landmark_mm is not None]
+    return replace(
+        result,
+        median_mm=float(np.median([surface.median for surface in surfaces])),
+        p95_mm=float(np.median([surface.p95 for surface in surfaces])),
+        landmark_mm=float(np.median(apart)) if apart else None,
+        seconds_per_frame=float(np.mean([record.seconds for record in good])),
+    )
 
-    Raises CaptureError for a file that cannot be read and for one with too few good points: such
-    a scan is flagged and its frame interpolated, never silently used.
+
+def filled_frames(track: TrackedSequence, good: list[int]) -> Iterator[NDArray[np.float32]]:
+    """Frames (vertex, 3) m in zero pose; without a good scan, between their neighbours.
+
+    Before the first good frame and after the last, that frame stands.
     """
-    path = sequence.landmark_file(number)
-    if path is None:
-        return no_landmarks()
-    landmarks = read_landmarks(path, unit_m(sequence.facts.unit))
-    if not landmarks.enough:
-        raise CaptureError.about(
-            path, found=f"{int(landmarks.good.sum())} good landmarks", allowed=f"{GOOD_MIN} or more"
-        )
-    return landmarks
+    first = track.numbers[0]
+    low = high = read_zero(track.path(good[0]))
+    before = after = good[0]
+    following = iter(good[1:])
+    for number in range(first, first + track.sequence.frame_count):
+        if number > after:
+            low, before = high, after
+            after = next(following, after)
+            high = read_zero(track.path(after))
+        if before < number < after:
+            share = np.float32((number - before) / (after - before))
+            yield (low * (1 - share) + high * share).astype(np.float32)
+        else:
+            yield high

@@ -107,7 +107,7 @@ def _pool(jobs: int, address: str | None, method: str) -> Pool:
 
 def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path:
     """The basis as it lies in the output folder: copied, learned, or from an earlier run."""
-    from elocute.capture.blendshapes.basis_motion import sweep
+    from elocute.capture.blendshapes.basis_motion import sweep_shapes
     from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
     from elocute.corpus.shard_writing import BASIS
     from elocute.motion.store import load_motion, save_motion
@@ -123,7 +123,7 @@ def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path
         names = corpus.split(split).train if split in parts else tuple(corpus.by_name)
         if not names:
             raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
-        save_motion(sweep(learn_blendshapes(corpus, names).head), path)
+        save_motion(sweep_shapes(learn_blendshapes(corpus, names).head), path)
     return path
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from elocute.capture.scans.landmark_detection import _shares
 from elocute.capture.scans.landmarks import read_landmarks
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.capture.video.face_mesh_points import builtin_face_points
-from elocute.capture.video.landmarks_68 import _shares
 from elocute.cli.app import app
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 
-Array = NDArray[np.float32]
-Doubles = NDArray[np.float64]
+Float32Array = NDArray[np.float32]
+Float64Array = NDArray[np.float64]
 BLOCK_FRAMES = 256
 RIDGE = 1e-9  # of the greatest eigenvalue: shapes that say the same
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
+class ReconstructionErrors:
     """Errors of one basis.
 
     name        of the basis
@@ -28,17 +28,17 @@ class Projection:
 
     name: str
     components: int
-    errors_mm: Doubles
+    errors_mm: Float64Array
 
     @property
     def mean_mm(self) -> float:
         return float(self.errors_mm.mean())
 
 
-class Basis:
+class BasisProjection:
     """Least-squares projection onto shapes (component, vertex, 3)."""
 
-    def __init__(self, name: str, shapes: Array) -> None:
+    def __init__(self, name: str, shapes: Float32Array) -> None:
         self.name = name
         self.flat = shapes.reshape(len(shapes), -1).astype(np.float64)
         gram = self.flat @ self.flat.T
@@ -47,7 +47,7 @@ class Basis:
         # Orthonormal directions of the span, so that projecting needs no solving.
         self.directions = (vectors[:, kept] / np.sqrt(values[kept])).T @ self.flat
 
-    def errors_mm(self, displacements: Array) -> Doubles:
+    def errors_mm(self, displacements: Float32Array) -> Float64Array:
         """(frame,) mean distance of vertices in mm of (frame, vertex, 3) m."""
         flat = displacements.reshape(len(displacements), -1).astype(np.float64)
         left = flat - (flat @ self.directions.T) @ self.directions
@@ -55,12 +55,12 @@ class Basis:
         return lengths.mean(axis=1) * 1000
 
 
-def project(
+def reconstruction_errors(
     corpus: Corpus,
     names: Sequence[str],
-    bases: Sequence[Basis],
+    bases: Sequence[BasisProjection],
     progress: Callable[[float], None] | None = None,
-) -> list[Projection]:
+) -> list[ReconstructionErrors]:
     """Project every frame of some clips onto every basis. Raises CorpusError."""
     for basis in bases:
         if basis.flat.shape[1] != corpus.vertex_count * 3:
@@ -69,7 +69,7 @@ def project(
                 found=f"{basis.flat.shape[1] // 3} vertices",
                 allowed=f"{corpus.vertex_count}, as {corpus.folder} has",
             )
-    errors: list[list[Doubles]] = [[] for _ in bases]
+    errors: list[list[Float64Array]] = [[] for _ in bases]
     for done, name in enumerate(names, 1):
         for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
             block = corpus.displacements(name, start, start + BLOCK_FRAMES)
@@ -78,13 +78,13 @@ def project(
         if progress:
             progress(done / len(names))
     return [
-        Projection(basis.name, len(basis.flat), np.concatenate(found))
+        ReconstructionErrors(basis.name, len(basis.flat), np.concatenate(found))
         for basis, found in zip(bases, errors, strict=True)
     ]
 
 
 def strongest_shapes(
-    corpus: Corpus, names: Sequence[str], shapes: Array, count: int
+    corpus: Corpus, names: Sequence[str], shapes: Float32Array, count: int
 ) -> NDArray[np.intp]:
     """The shapes of a basis that together explain some clips best, one added after another.
 
@@ -109,7 +109,7 @@ def strongest_shapes(
     return np.array(sorted(chosen), np.intp)
 
 
-def _energy(gram: Doubles, cross: Doubles, chosen: list[int]) -> float:
+def _energy(gram: Float64Array, cross: Float64Array, chosen: list[int]) -> float:
     """Squared displacement that the span of some shapes holds: tr(G⁻¹·C) over them."""
     part = np.ix_(chosen, chosen)
     ridge = RIDGE * np.trace(gram[part]) * np.eye(len(chosen))

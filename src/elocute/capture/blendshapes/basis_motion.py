@@ -12,7 +12,7 @@ SHAPE_S = 1.0  # a shape goes there, across and back in this time
 FPS = 30.0
 
 
-def sweep(head: HeadModel) -> Motion:
+def sweep_shapes(head: HeadModel) -> Motion:
     """Each shape from 0 to +2, to -2 and back, one after another; weights are deviations."""
     frames = round(SHAPE_S * FPS)
     wave = REACH * np.sin(np.linspace(0, 2 * np.pi, frames, endpoint=False))
@@ -20,7 +20,7 @@ def sweep(head: HeadModel) -> Motion:
     return Motion(head, weights.astype(np.float32), FPS)
 
 
-def extremes(motion: Motion) -> list[tuple[str, Motion]]:
+def extreme_shapes(motion: Motion) -> list[tuple[str, Motion]]:
     """Labels and single frames: every shape at +2 and -2, for a contact sheet."""
     head = motion.head
     found = []

@@ -10,13 +10,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.blendshapes.principal_components import Principal
+from elocute.capture.blendshapes.principal_components import PrincipalComponents
 
-Array = NDArray[np.float32]
-SWEEPS = 20
+Float32Array = NDArray[np.float32]
+ITERATIONS = 20
 
 
-def localised(principal: Principal, count: int, sparsity: float) -> tuple[Array, Array]:
+def localise_components(
+    principal: PrincipalComponents, count: int, sparsity: float
+) -> tuple[Float32Array, Float32Array]:
     """(component, number) unit shapes and (component,) their deviations, strongest first.
 
     principal holds the motion as its strongest directions; sparsity 0…1 says how much a vertex
@@ -26,7 +28,7 @@ def localised(principal: Principal, count: int, sparsity: float) -> tuple[Array,
     shapes = data[:count].copy()
     weights = np.eye(len(data), len(shapes), dtype=np.float32)
     left = data - weights @ shapes
-    for _ in range(SWEEPS):
+    for _ in range(ITERATIONS):
         for index in range(len(shapes)):
             left += np.outer(weights[:, index], shapes[index])
             weights[:, index], shapes[index] = _one(left, weights[:, index], sparsity)
@@ -38,7 +40,9 @@ def localised(principal: Principal, count: int, sparsity: float) -> tuple[Array,
     return shapes[order] / lengths[order, None], strength[order]
 
 
-def _one(left: Array, weight: Array, sparsity: float) -> tuple[Array, Array]:
+def _one(
+    left: Float32Array, weight: Float32Array, sparsity: float
+) -> tuple[Float32Array, Float32Array]:
     """Weights (row,) of unit length and the shape (number,) that best explain what is left."""
     weight = weight / max(float(np.linalg.norm(weight)), 1e-12)
     shape = _shrunk(weight @ left, sparsity)
@@ -50,7 +54,7 @@ def _one(left: Array, weight: Array, sparsity: float) -> tuple[Array, Array]:
     return weight, _shrunk(weight @ left, sparsity)
 
 
-def _shrunk(shape: Array, sparsity: float) -> Array:
+def _shrunk(shape: Float32Array, sparsity: float) -> Float32Array:
     moved = shape.reshape(-1, 3)
     lengths = np.linalg.norm(moved, axis=1, keepdims=True)
     least = sparsity * float(lengths.max(initial=0))

@@ -12,7 +12,7 @@ from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 REACH_M = 0.02
 """Points of the scan further away than this are no part of the head."""
@@ -37,14 +37,14 @@ class SurfaceError:
         return {name: round(value, 5) for name, value in asdict(self).items()}
 
 
-def scan_distances(template: Template, vertices: Floats, scan: Scan) -> Floats:
+def scan_distances(template: Template, vertices: Float64Array, scan: Scan) -> Float64Array:
     """(point,) mm from each point of the scan to the surface; infinite beyond 20 mm."""
     surface = template.surface(vertices)
     squared = surface.closest(scan.points, REACH_M, near=3).squared
     return 1000 * np.sqrt(squared)
 
 
-def face_seen(head: HeadModel, vertices: Floats, points: Floats) -> float:
+def face_coverage(head: HeadModel, vertices: Float64Array, points: Float64Array) -> float:
     """Share of the face's vertices with a point (point, 3) m near; 1 for a head without places."""
     from scipy.spatial import KDTree
 
@@ -55,7 +55,7 @@ def face_seen(head: HeadModel, vertices: Floats, points: Floats) -> float:
     return float(np.isfinite(apart).mean())
 
 
-def surface_error(distances_mm: Floats) -> SurfaceError:
+def surface_error(distances_mm: Float64Array) -> SurfaceError:
     """Of distances (point,), infinite where a point is no part of the head."""
     near = distances_mm[np.isfinite(distances_mm)]
     if not len(near):
@@ -68,7 +68,9 @@ def surface_error(distances_mm: Floats) -> SurfaceError:
     )
 
 
-def landmark_error_mm(head: HeadModel, vertices: Floats, landmarks: Landmarks) -> float | None:
+def landmark_error_mm(
+    head: HeadModel, vertices: Float64Array, landmarks: Landmarks
+) -> float | None:
     """Mean distance of the good landmarks but the jaw line's, or None where there are none."""
     good = np.flatnonzero(landmarks.good)
     good = good[good >= 17]
@@ -78,7 +80,9 @@ def landmark_error_mm(head: HeadModel, vertices: Floats, landmarks: Landmarks) -
     return float(1000 * np.linalg.norm(apart, axis=1).mean())
 
 
-def correspondence_mm(head: HeadModel, vertices: Floats, truth: Floats) -> dict[str, float]:
+def correspondence_mm(
+    head: HeadModel, vertices: Float64Array, truth: Float64Array
+) -> dict[str, float]:
     """Mean distance of vertices (vertex, 3) m to where they truly are, for each named region."""
     apart = 1000 * np.linalg.norm(vertices - truth, axis=1)
     return {name: float(apart[where].mean()) for name, where in head.regions.items() if len(where)}

@@ -15,16 +15,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.matching import Matches, Samples, match, robust_weights
+from elocute.capture.registration.correspondences import (
+    Correspondences,
+    ScanSamples,
+    find_correspondences,
+    robust_weights,
+)
 from elocute.capture.registration.template import Template
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 NOISE_M = 2e-4
 
 
 @dataclass(frozen=True)
-class Softness:
+class OffsetStage:
     """One step towards the scan.
 
     bend_m     length over which offsets may bend: shorter follows more, noise too
@@ -41,25 +46,25 @@ class Softness:
     facing: float = 0.6
 
 
-COLD = (Softness(0.008, reach_m=0.006), Softness(0.004), Softness(0.003, reach_m=0.003))
-WARM = (Softness(0.004), Softness(0.003, reach_m=0.003))
+COLD = (OffsetStage(0.008, reach_m=0.006), OffsetStage(0.004), OffsetStage(0.003, reach_m=0.003))
+WARM = (OffsetStage(0.004), OffsetStage(0.003, reach_m=0.003))
 
 
 def free_offsets(
     template: Template,
-    model: Floats,
-    samples: Samples,
+    model: Float64Array,
+    samples: ScanSamples,
     *,
-    start: Floats | None = None,
-    steps: Sequence[Softness] = COLD,
-) -> Floats:
+    start: Float64Array | None = None,
+    steps: Sequence[OffsetStage] = COLD,
+) -> Float64Array:
     """(vertex, 3) m to be added to the model (vertex, 3) m, posed as the scan; zero off the skin.
 
     start  offsets (vertex, 3) m of the frame before, turned as this one
     """
     offsets = np.zeros_like(model) if start is None else start.copy()
     for step in steps:
-        matched = match(
+        matched = find_correspondences(
             template, model + offsets, samples, reach_m=step.reach_m, facing=step.facing
         )
         offsets[template.skin] += _change(template, offsets[template.skin], matched, samples, step)
@@ -67,28 +72,32 @@ def free_offsets(
 
 
 def _change(
-    template: Template, offsets: Floats, matched: Matches, samples: Samples, step: Softness
-) -> Floats:
+    template: Template,
+    offsets: Float64Array,
+    matched: Correspondences,
+    samples: ScanSamples,
+    step: OffsetStage,
+) -> Float64Array:
     """(free, 3) m: the best change of offsets (free, 3) m for given matches."""
     from scipy.sparse import csr_matrix, diags
 
-    corners = template.place_in_skin[template.triangles[matched.triangle]]
+    corners = template.skin_index[template.triangles[matched.triangle]]
     rows = np.flatnonzero((corners >= 0).all(axis=1))
     weights = robust_weights(matched.gap[rows], NOISE_M) * samples.areas[matched.sample[rows]]
     starts = 3 * np.arange(len(rows) + 1)
     spread: Any = csr_matrix(
         (matched.bary[rows].ravel(), corners[rows].ravel(), starts), (len(rows), len(offsets))
     )
-    smooth = step.bend_m**4 * template.bending + step.stretch_m**2 * template.stretching
+    smooth = step.bend_m**4 * template.bend_matrix + step.stretch_m**2 * template.stretch_matrix
     smooth = smooth + diags(step.hold * template.skin_areas)
     weighted = spread.T @ diags(weights)
     target = matched.gap[rows, None] * matched.normals[rows]
-    return solve_symmetric(
+    return _solve_symmetric(
         (weighted @ spread + smooth).tocsc(), weighted @ target - smooth @ offsets
     )
 
 
-def solve_symmetric(matrix: Any, side: Floats) -> Floats:
+def _solve_symmetric(matrix: Any, side: Float64Array) -> Float64Array:
     """x of matrix · x = side, for a sparse positive definite matrix."""
     from scipy.sparse.linalg import splu
 

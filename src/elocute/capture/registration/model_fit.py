@@ -14,15 +14,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.matching import Matches, Samples, match, robust_weights
-from elocute.capture.registration.pose import Pose, turning_joints
+from elocute.capture.registration.correspondences import (
+    Correspondences,
+    ScanSamples,
+    find_correspondences,
+    robust_weights,
+)
+from elocute.capture.registration.pose import HeadPose, posed_joints
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.motion.joint_jacobians import Rig, joint_slopes, vertex_transforms
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, multiply
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 MM = 1000.0
 NOISE_M = 1e-4
@@ -32,7 +37,7 @@ TURN_COST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class ModelParameters:
     """What the model says about one scan.
 
     identity    (identity,) standard deviations; (0,) where the face is known
@@ -40,20 +45,20 @@ class Shape:
     pose        where the head stands
     """
 
-    identity: Floats
-    expression: Floats
-    pose: Pose
+    identity: Float64Array
+    expression: Float64Array
+    pose: HeadPose
 
 
 @dataclass(frozen=True)
-class Round:
+class FitStage:
     """Some steps of the fit with the same settings.
 
     steps       how many
     reach_m     furthest match
     facing      smallest cosine between the normals of a match
     landmarks   weight of the mean squared landmark distance against the surface's
-    believed_m  landmarks that are further off than this, root mean square, weigh less by its
+    trusted_m  landmarks that are further off than this, root mean square, weigh less by its
                 fourth power: once the surface is near, it knows better than a detector
     identity, expression  cost of a squared coefficient in mm² of mean squared distance
     """
@@ -64,20 +69,20 @@ class Round:
     landmarks: float
     identity: float = 2e-3
     expression: float = 2e-3
-    believed_m: float = np.inf
+    trusted_m: float = np.inf
 
 
-BELIEVED_M = 0.0015
+TRUSTED_LANDMARKS_M = 0.0015
 COLD = (
-    Round(3, 0.03, 0.3, 1.0, 0.2, 0.2),
-    Round(4, 0.015, 0.4, 0.1, 0.02, 0.02),
-    Round(4, 0.006, 0.5, 0.01, believed_m=BELIEVED_M),
-    Round(3, 0.003, 0.6, 0.003, 5e-4, 5e-4, BELIEVED_M),
+    FitStage(3, 0.03, 0.3, 1.0, 0.2, 0.2),
+    FitStage(4, 0.015, 0.4, 0.1, 0.02, 0.02),
+    FitStage(4, 0.006, 0.5, 0.01, trusted_m=TRUSTED_LANDMARKS_M),
+    FitStage(3, 0.003, 0.6, 0.003, 5e-4, 5e-4, TRUSTED_LANDMARKS_M),
 )
 """From landmarks alone."""
 WARM = (
-    Round(3, 0.006, 0.5, 0.01, believed_m=BELIEVED_M),
-    Round(2, 0.003, 0.6, 0.003, 5e-4, 5e-4, BELIEVED_M),
+    FitStage(3, 0.006, 0.5, 0.01, trusted_m=TRUSTED_LANDMARKS_M),
+    FitStage(2, 0.003, 0.6, 0.003, 5e-4, 5e-4, TRUSTED_LANDMARKS_M),
 )
 """From the frame before."""
 BOUNDS = (-0.25, 1.25)
@@ -92,23 +97,23 @@ class ModelFit:
     with_identity: bool
 
     @property
-    def basis(self) -> Floats:
+    def basis(self) -> Float64Array:
         """(identity + expression, vertex · 3)."""
         parts = [self.template.basis]
         if self.with_identity:
             parts.insert(0, self.template.identity_basis)
         return np.concatenate(parts).reshape(sum(map(len, parts)), -1)
 
-    def neutral_start(self, pose: Pose) -> Shape:
+    def neutral_start(self, pose: HeadPose) -> ModelParameters:
         count = len(self.template.identity_basis) if self.with_identity else 0
-        return Shape(np.zeros(count), np.zeros(len(self.template.basis)), pose)
+        return ModelParameters(np.zeros(count), np.zeros(len(self.template.basis)), pose)
 
-    def joints(self, shape: Shape) -> Floats:
+    def joints(self, shape: ModelParameters) -> Float64Array:
         """(joint, 3) m of this identity."""
         head = self.template.head
         return head.identity_joints(shape.identity.astype(np.float32)).astype(np.float64)
 
-    def zero(self, shape: Shape) -> Floats:
+    def zero_pose_vertices(self, shape: ModelParameters) -> Float64Array:
         """(vertex, 3) m in zero pose."""
         head = self.template
         moved = np.tensordot(shape.expression, head.basis, 1)
@@ -116,32 +121,41 @@ class ModelFit:
             moved = moved + np.tensordot(shape.identity, head.identity_basis, 1)
         return head.vertices + moved
 
-    def posed(self, shape: Shape) -> Floats:
+    def posed_vertices(self, shape: ModelParameters) -> Float64Array:
         """(vertex, 3) m as the scan stands."""
         matrices, shifts = vertex_transforms(self._rig(shape), shape.pose.turns)
-        moved = np.einsum("vab,vb->va", matrices, self.zero(shape)) + shifts
+        moved = np.einsum("vab,vb->va", matrices, self.zero_pose_vertices(shape)) + shifts
         return moved + shape.pose.translation
 
-    def _rig(self, shape: Shape) -> Rig:
+    def _rig(self, shape: ModelParameters) -> Rig:
         head = self.template.head
         return Rig(self.joints(shape), head.joint_parents, head.skin_weights.astype(np.float64))
 
     def fit(
-        self, samples: Samples, landmarks: Landmarks, start: Shape, rounds: Sequence[Round] = COLD
-    ) -> Shape:
+        self,
+        samples: ScanSamples,
+        landmarks: Landmarks,
+        start: ModelParameters,
+        stages: Sequence[FitStage] = COLD,
+    ) -> ModelParameters:
         """The shape nearest to samples and landmarks, from a start near it."""
         basis = np.ascontiguousarray(self.basis.T)
         shape = start
-        for turn in rounds:
+        for turn in stages:
             for _ in range(turn.steps):
                 shape = self._step(samples, landmarks, shape, turn, basis)
         return shape
 
     def _step(
-        self, samples: Samples, landmarks: Landmarks, shape: Shape, turn: Round, basis: Floats
-    ) -> Shape:
-        posed = self.posed(shape)
-        matched = match(
+        self,
+        samples: ScanSamples,
+        landmarks: Landmarks,
+        shape: ModelParameters,
+        turn: FitStage,
+        basis: Float64Array,
+    ) -> ModelParameters:
+        posed = self.posed_vertices(shape)
+        matched = find_correspondences(
             self.template, posed, samples, reach_m=turn.reach_m, facing=turn.facing, near=1
         )
         weights = robust_weights(matched.gap, NOISE_M)
@@ -155,7 +169,9 @@ class ModelFit:
             self._add_landmarks(gram, side, landmarks, shape, posed, basis, turn)
         return self._solved(gram, side, shape, turn)
 
-    def _surface_slopes(self, matched: Matches, shape: Shape, basis: Floats) -> Floats:
+    def _surface_slopes(
+        self, matched: Correspondences, shape: ModelParameters, basis: Float64Array
+    ) -> Float64Array:
         """(match, unknown) m: how the surface under each match rises along its normal."""
         corners = self.template.triangles[matched.triangle]
         return self._slopes(corners, matched.bary, matched.normals, shape, basis)
@@ -163,11 +179,11 @@ class ModelFit:
     def _slopes(
         self,
         corners: NDArray[np.integer],
-        bary: Floats,
-        along: Floats,
-        shape: Shape,
-        basis: Floats,
-    ) -> Floats:
+        bary: Float64Array,
+        along: Float64Array,
+        shape: ModelParameters,
+        basis: Float64Array,
+    ) -> Float64Array:
         """(point, unknown): shapes, joints, translation; along (point, 3) unit directions."""
         from scipy.sparse import csr_matrix
 
@@ -182,28 +198,28 @@ class ModelFit:
         spread: Any = csr_matrix(
             (rows.ravel(), columns.ravel(), starts), (len(corners), len(basis))
         )
-        points = np.einsum("pc,pca->pa", bary, self.zero(shape)[corners])
-        turning = joint_slopes(rig, shape.pose.turns, points, turning_joints(head))
+        points = np.einsum("pc,pca->pa", bary, self.zero_pose_vertices(shape)[corners])
+        turning = joint_slopes(rig, shape.pose.turns, points, posed_joints(head))
         return np.concatenate(
             [spread @ basis, np.einsum("pa,pak->pk", along, turning), along], axis=1
         )
 
     def _add_landmarks(
         self,
-        gram: Floats,
-        side: Floats,
+        gram: Float64Array,
+        side: Float64Array,
         landmarks: Landmarks,
-        shape: Shape,
-        posed: Floats,
-        basis: Floats,
-        turn: Round,
+        shape: ModelParameters,
+        posed: Float64Array,
+        basis: Float64Array,
+        turn: FitStage,
     ) -> None:
         vertices, places, shares = self.template.landmark_weights(landmarks)
         if not len(vertices):
             return
         apart, shares = places - posed[vertices], shares / shares.sum()
         off_m = float(np.sqrt(shares @ np.square(apart).sum(axis=1)))
-        belief = min(1.0, turn.believed_m / max(off_m, 1e-9)) ** 4
+        belief = min(1.0, turn.trusted_m / max(off_m, 1e-9)) ** 4
         shares = MM * np.sqrt(turn.landmarks * belief * shares)
         left = apart * shares[:, None]
         for axis in range(3):
@@ -215,11 +231,13 @@ class ModelFit:
             gram += slopes.T @ slopes
             side += slopes.T @ left[:, axis]
 
-    def _solved(self, gram: Floats, side: Floats, shape: Shape, turn: Round) -> Shape:
+    def _solved(
+        self, gram: Float64Array, side: Float64Array, shape: ModelParameters, turn: FitStage
+    ) -> ModelParameters:
         """The step that solves the normal equations, with ridge and bounds."""
         head = self.template.head
         identities, expressions = len(shape.identity), len(shape.expression)
-        joints = turning_joints(head)
+        joints = posed_joints(head)
         known = np.concatenate([shape.identity, shape.expression])
         cost = np.r_[np.full(identities, turn.identity), np.full(expressions, turn.expression)]
         count = len(known)
@@ -240,5 +258,5 @@ class ModelFit:
             shape,
             identity=shape.identity + step[:identities],
             expression=shape.expression + step[identities:count],
-            pose=Pose(shape.pose.translation + step[-3:], turns),
+            pose=HeadPose(shape.pose.translation + step[-3:], turns),
         )

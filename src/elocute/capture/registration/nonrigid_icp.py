@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.closest_points import FineMesh
+from elocute.capture.registration.closest_points import DenseMesh
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.normals import vertex_normals
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 SOLVED = 5e-2  # share of the first residual at which conjugate gradients stop
 ENOUGH = 0.3  # share at which a solution may be used where that takes too long
@@ -35,7 +35,7 @@ ROUNDS_MAX = 12
 
 
 @dataclass(frozen=True)
-class Stiffness:
+class StiffnessLevel:
     """One level.
 
     alpha      weight of the edges; coordinates are scaled to a head of size one
@@ -55,33 +55,33 @@ class Stiffness:
 
 
 COLD = (
-    Stiffness(10.0, 5.0),
-    Stiffness(2.0, 1.0),
-    Stiffness(0.3, 0.1, reach_m=0.01),
-    Stiffness(0.03, 0.0, reach_m=0.006),
-    Stiffness(0.003, 0.0, reach_m=0.004),
+    StiffnessLevel(10.0, 5.0),
+    StiffnessLevel(2.0, 1.0),
+    StiffnessLevel(0.3, 0.1, reach_m=0.01),
+    StiffnessLevel(0.03, 0.0, reach_m=0.006),
+    StiffnessLevel(0.003, 0.0, reach_m=0.004),
 )
 """From a template that stands roughly where the scan does."""
 WARM = (
-    Stiffness(0.3, 0.1, 1, reach_m=0.01),
-    Stiffness(0.03, 0.0, 1, reach_m=0.006),
-    Stiffness(0.003, 0.0, 2, reach_m=0.004),
+    StiffnessLevel(0.3, 0.1, 1, reach_m=0.01),
+    StiffnessLevel(0.03, 0.0, 1, reach_m=0.006),
+    StiffnessLevel(0.003, 0.0, 2, reach_m=0.004),
 )
 """From the shape of the frame before."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Aim:
+class _AlignedScan:
     """A scan in the frame of the head: surface, normals (point, 3), rims (point,), landmarks."""
 
-    surface: FineMesh
-    normals: Floats
+    surface: DenseMesh
+    normals: Float64Array
     boundary: NDArray[np.bool_]
     landmarks: Landmarks
 
 
 @dataclass(frozen=True, eq=False)
-class Nicp:
+class NonrigidIcp:
     """Non-rigid ICP of one template's skin; keeps its factors from scan to scan."""
 
     template: Template
@@ -89,7 +89,7 @@ class Nicp:
 
     @cached_property
     def _triangles(self) -> NDArray[np.intp]:
-        triangles = self.template.place_in_skin[self.template.head.triangles]
+        triangles = self.template.skin_index[self.template.head.triangles]
         return triangles[(triangles >= 0).all(axis=1)]
 
     @cached_property
@@ -119,11 +119,11 @@ class Nicp:
 
     def register(
         self,
-        start: Floats,
+        start: Float64Array,
         scan: Scan,
         landmarks: Landmarks,
-        levels: Sequence[Stiffness] = COLD,
-    ) -> tuple[Floats, int]:
+        levels: Sequence[StiffnessLevel] = COLD,
+    ) -> tuple[Float64Array, int]:
         """Vertices (vertex, 3) m laid over the scan, and how many steps that took.
 
         start (vertex, 3) m is the template in the scan's frame: fixed, adapted by Eq. 1 of
@@ -133,8 +133,8 @@ class Nicp:
         skin = self.template.skin
         # In the frame of the head the matrix is nearly the same for all frames of a person.
         rotation, shift = _rigid(self.template.vertices[skin], start[skin])
-        aim = _Aim(
-            FineMesh((scan.points - shift) @ rotation, scan.triangles),
+        aim = _AlignedScan(
+            DenseMesh((scan.points - shift) @ rotation, scan.triangles),
             scan.normals @ rotation,
             scan.boundary,
             Landmarks((landmarks.points - shift) @ rotation, landmarks.confidence),
@@ -157,7 +157,9 @@ class Nicp:
         result[skin] = current @ rotation.T + shift
         return result, steps
 
-    def _targets(self, current: Floats, aim: _Aim, level: Stiffness) -> tuple[Floats, Floats]:
+    def _targets(
+        self, current: Float64Array, aim: _AlignedScan, level: StiffnessLevel
+    ) -> tuple[Float64Array, Float64Array]:
         """Weights (free,) and targets (free, 3) m: closest points, and landmarks in one with them.
 
         No match across a hole's rim, beyond reach, or between surfaces that face apart (4.3).
@@ -175,7 +177,7 @@ class Nicp:
         targets = np.where(kept[:, None], found.points, 0)
         if level.landmarks:
             vertices, places, shares = self.template.landmark_weights(aim.landmarks)
-            rows = self.template.place_in_skin[vertices]
+            rows = self.template.skin_index[vertices]
             pull = level.landmarks * shares
             total = weights[rows] + pull
             targets[rows] = (
@@ -185,8 +187,13 @@ class Nicp:
         return weights, targets
 
     def _solved(
-        self, alpha: float, source: Floats, weights: Floats, aims: Floats, maps: Floats
-    ) -> Floats:
+        self,
+        alpha: float,
+        source: Float64Array,
+        weights: Float64Array,
+        aims: Float64Array,
+        maps: Float64Array,
+    ) -> Float64Array:
         """(free, 4, 3): the maps that minimise E for given matches."""
         from scipy.sparse import bsr_matrix
 
@@ -206,7 +213,7 @@ class Nicp:
         return self.factors[alpha].solve(side).reshape(-1, 4, 3)
 
 
-def _rigid(model: Floats, placed: Floats) -> tuple[Floats, Floats]:
+def _rigid(model: Float64Array, placed: Float64Array) -> tuple[Float64Array, Float64Array]:
     """Rotation (3, 3) and shift (3,) with placed ≈ rotation · model + shift (Kabsch 1976)."""
     middle, goal = model.mean(axis=0), placed.mean(axis=0)
     left, _, right = np.linalg.svd((placed - goal).T @ (model - middle))
@@ -225,7 +232,9 @@ def _factor(matrix: Any) -> Any:
     )
 
 
-def _conjugate(matrix: Any, side: Floats, guess: Floats, factor: Any) -> Floats | None:
+def _conjugate(
+    matrix: Any, side: Float64Array, guess: Float64Array, factor: Any
+) -> Float64Array | None:
     """x of matrix · x = side (row, column) by preconditioned conjugate gradients.
 
     None where a dozen steps come to nothing: the factor is then too old.

@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 from elocute.capture.registration import free_offsets, model_fit, nonrigid_icp
 from elocute.capture.registration.accuracy import (
     SurfaceError,
-    face_seen,
+    face_coverage,
     landmark_error_mm,
     scan_distances,
     surface_error,
 )
-from elocute.capture.registration.matching import Samples, samples_of
-from elocute.capture.registration.model_fit import ModelFit, Shape
-from elocute.capture.registration.nonrigid_icp import Nicp
-from elocute.capture.registration.pose import Pose, posed, unposed
-from elocute.capture.registration.start_pose import start_pose
+from elocute.capture.registration.correspondences import ScanSamples, sample_scan
+from elocute.capture.registration.initial_pose import find_initial_pose
+from elocute.capture.registration.model_fit import ModelFit, ModelParameters
+from elocute.capture.registration.nonrigid_icp import NonrigidIcp
+from elocute.capture.registration.pose import HeadPose, apply_pose, remove_pose
 from elocute.capture.registration.template import Template, adaptive_template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
@@ -33,7 +33,7 @@ from elocute.errors import CaptureError
 from elocute.head.mesh import with_template
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 MODEL_POINTS = 6_000
 SURFACE_POINTS = 40_000
@@ -57,10 +57,10 @@ class Registration:
     notes       what had to be taken away from the scan
     """
 
-    vertices: Floats
-    zero: Floats
-    shape: Shape
-    offsets: Floats
+    vertices: Float64Array
+    zero: Float64Array
+    shape: ModelParameters
+    offsets: Float64Array
     surface: SurfaceError
     landmark_mm: float | None
     seconds: float
@@ -98,7 +98,7 @@ def register_neutral(
     return Template(replace(own, joint_positions=joints)), found
 
 
-def _with_joints(head: HeadModel, shape: Shape) -> HeadModel:
+def _with_joints(head: HeadModel, shape: ModelParameters) -> HeadModel:
     return head.with_identity(shape.identity.astype(np.float32)) if len(shape.identity) else head
 
 
@@ -132,7 +132,7 @@ def register_nonrigid(
     landmarks: Landmarks,
     *,
     adapted: bool = True,
-    icp: Nicp | None = None,
+    icp: NonrigidIcp | None = None,
     before: Registration | None = None,
 ) -> tuple[Registration, int]:
     """A scan by non-rigid ICP ("Speech in the wild" 2019, 3.2), and its steps.
@@ -146,21 +146,21 @@ def register_nonrigid(
     started = time.thread_time()
     scan, notes = checked_scan(scan)
     fit = ModelFit(template, False)
-    shape = fit.neutral_start(start_pose(template, samples_of(scan), landmarks))
+    shape = fit.neutral_start(find_initial_pose(template, sample_scan(scan), landmarks))
     if adapted and landmarks.enough and len(template.head.landmarks):
-        shape = replace(shape, expression=_adapted(template, landmarks, shape.pose))
-    start = fit.posed(shape)
+        shape = replace(shape, expression=_landmark_expression(template, landmarks, shape.pose))
+    start = fit.posed_vertices(shape)
     if before is not None:
-        start = start + _turned(template, before.offsets, shape.pose)
+        start = start + _posed_offsets(template, before.offsets, shape.pose)
     levels = nonrigid_icp.COLD if before is None else nonrigid_icp.WARM
-    vertices, steps = (icp or Nicp(template)).register(start, scan, landmarks, levels)
+    vertices, steps = (icp or NonrigidIcp(template)).register(start, scan, landmarks, levels)
     seconds = time.thread_time() - started
-    zero = unposed(template.head, vertices, shape.pose)
+    zero = remove_pose(template.head, vertices, shape.pose)
     found = Registration(
         vertices,
         zero,
         shape,
-        zero - fit.zero(shape),
+        zero - fit.zero_pose_vertices(shape),
         _surface(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks),
         seconds,
@@ -180,26 +180,26 @@ def _register(
     started = time.thread_time()
     if notes is None:
         scan, notes = checked_scan(scan)
-    samples = samples_of(scan)
+    samples = sample_scan(scan)
     if not len(samples.points):
         raise CaptureError.about(scan.name, found="nothing but rims", allowed="a surface")
     if before is None:
-        shape = _cold_shape(template, fit, samples, landmarks)
+        shape = _cold_start(template, fit, samples, landmarks)
         added, steps = None, free_offsets.COLD
     else:
-        shape = fit.fit(samples.some(MODEL_POINTS), landmarks, before.shape, model_fit.WARM)
-        added, steps = _turned(template, before.offsets, shape.pose), free_offsets.WARM
-    model = fit.posed(shape)
-    some = samples.some(SURFACE_POINTS, seed=1)
+        shape = fit.fit(samples.subset(MODEL_POINTS), landmarks, before.shape, model_fit.WARM)
+        added, steps = _posed_offsets(template, before.offsets, shape.pose), free_offsets.WARM
+    model = fit.posed_vertices(shape)
+    some = samples.subset(SURFACE_POINTS, seed=1)
     vertices = model + free_offsets.free_offsets(template, model, some, start=added, steps=steps)
     seconds = time.thread_time() - started
     head = _with_joints(template.head, shape)
-    zero = unposed(head, vertices, shape.pose)
+    zero = remove_pose(head, vertices, shape.pose)
     return Registration(
         vertices,
         zero,
         shape,
-        zero - fit.zero(shape),
+        zero - fit.zero_pose_vertices(shape),
         _surface(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks),
         seconds,
@@ -207,31 +207,33 @@ def _register(
     )
 
 
-def _surface(template: Template, vertices: Floats, scan: Scan) -> SurfaceError:
+def _surface(template: Template, vertices: Float64Array, scan: Scan) -> SurfaceError:
     found = surface_error(scan_distances(template, vertices, scan))
-    return replace(found, face=face_seen(template.head, vertices, scan.points))
+    return replace(found, face=face_coverage(template.head, vertices, scan.points))
 
 
-def _cold_shape(template: Template, fit: ModelFit, samples: Samples, landmarks: Landmarks) -> Shape:
+def _cold_start(
+    template: Template, fit: ModelFit, samples: ScanSamples, landmarks: Landmarks
+) -> ModelParameters:
     """From scratch: pose by landmarks or search, expression by Eq. 1, then the model fit."""
-    start = fit.neutral_start(start_pose(template, samples, landmarks))
+    start = fit.neutral_start(find_initial_pose(template, samples, landmarks))
     if landmarks.enough and len(template.head.landmarks) and not fit.with_identity:
-        start = replace(start, expression=_adapted(template, landmarks, start.pose))
-    return fit.fit(samples.some(MODEL_POINTS), landmarks, start, model_fit.COLD)
+        start = replace(start, expression=_landmark_expression(template, landmarks, start.pose))
+    return fit.fit(samples.subset(MODEL_POINTS), landmarks, start, model_fit.COLD)
 
 
-def _adapted(template: Template, landmarks: Landmarks, pose: Pose) -> Floats:
+def _landmark_expression(template: Template, landmarks: Landmarks, pose: HeadPose) -> Float64Array:
     """(expression,) that the landmarks show, once they stand in the frame of the head."""
     low, high = model_fit.BOUNDS
     places = np.nan_to_num(landmarks.points)
     frame = np.zeros_like(template.vertices)
     frame[template.head.landmarks] = places
-    back = unposed(template.head, frame, pose)[template.head.landmarks]
+    back = remove_pose(template.head, frame, pose)[template.head.landmarks]
     _, coefficients = adaptive_template(template, Landmarks(back, landmarks.confidence))
     return np.clip(coefficients, low, high)
 
 
-def _turned(template: Template, added: Floats, pose: Pose) -> Floats:
+def _posed_offsets(template: Template, added: Float64Array, pose: HeadPose) -> Float64Array:
     """(vertex, 3) m: offsets in zero pose, turned as the head is."""
-    base = posed(template.head, template.vertices, pose)
-    return posed(template.head, template.vertices + added, pose) - base
+    base = apply_pose(template.head, template.vertices, pose)
+    return apply_pose(template.head, template.vertices + added, pose) - base

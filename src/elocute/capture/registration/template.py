@@ -9,14 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.closest_points import CoarseMesh, Lattice, lattice_of
+from elocute.capture.registration.closest_points import (
+    CoarseMesh,
+    TriangleSamples,
+    sample_triangles,
+)
 from elocute.capture.scans.landmarks import JAW_LINE, Landmarks
 from elocute.errors import CaptureError
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
-FAR_SIDE = ("hair",)
+UNSCANNED_MATERIALS = ("hair",)
 """Materials that are no surface a scanner measures: brows and lashes stand on the skin."""
 COTANGENT_MAX = 5.0
 JAW_LINE_WEIGHT = 0.1
@@ -35,12 +39,12 @@ class Template:
     def triangles(self) -> NDArray[np.int32]:
         """(triangle, 3) of the surface that scans show."""
         names = self.head.material_names
-        unseen = [index for index, name in enumerate(names) if name in FAR_SIDE]
+        unseen = [index for index, name in enumerate(names) if name in UNSCANNED_MATERIALS]
         return self.head.triangles[~np.isin(self.head.triangle_material, unseen)]
 
     @cached_property
-    def lattice(self) -> Lattice:
-        return lattice_of(self.vertices, self.triangles)
+    def triangle_samples(self) -> TriangleSamples:
+        return sample_triangles(self.vertices, self.triangles)
 
     @cached_property
     def rim(self) -> NDArray[np.bool_]:
@@ -52,13 +56,13 @@ class Template:
         return (count == 1)[place].reshape(keys.shape)
 
     @cached_property
-    def vertices(self) -> Floats:
+    def vertices(self) -> Float64Array:
         """(vertex, 3) m, the neutral face."""
         return self.head.template.astype(np.float64)
 
-    def surface(self, vertices: Floats) -> CoarseMesh:
+    def surface(self, vertices: Float64Array) -> CoarseMesh:
         """The template's surface in another shape (vertex, 3) m."""
-        return CoarseMesh(vertices, self.triangles, self.lattice)
+        return CoarseMesh(vertices, self.triangles, self.triangle_samples)
 
     @cached_property
     def neutral_surface(self) -> CoarseMesh:
@@ -66,19 +70,19 @@ class Template:
         return self.surface(self.vertices)
 
     @cached_property
-    def neutral_normals(self) -> Floats:
+    def neutral_normals(self) -> Float64Array:
         """(triangle, 3) unit normals of the neutral face."""
         a, b, c = (self.vertices[self.triangles[:, corner]] for corner in range(3))
         normals = np.cross(b - a, c - a)
         return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
 
     @cached_property
-    def basis(self) -> Floats:
+    def basis(self) -> Float64Array:
         """(expression, vertex, 3) m."""
         return self.head.expression_basis.astype(np.float64)
 
     @cached_property
-    def identity_basis(self) -> Floats:
+    def identity_basis(self) -> Float64Array:
         """(identity, vertex, 3) m per standard deviation."""
         return self.head.identity_basis.astype(np.float64)
 
@@ -101,16 +105,16 @@ class Template:
         return np.flatnonzero(label == np.bincount(label[bearing]).argmax())
 
     @cached_property
-    def place_in_skin(self) -> NDArray[np.intp]:
+    def skin_index(self) -> NDArray[np.intp]:
         """(vertex,) index into `skin`, -1 for the others."""
         place = np.full(self.head.vertex_count, -1)
         place[self.skin] = np.arange(len(self.skin))
         return place
 
     @cached_property
-    def skin_areas(self) -> Floats:
+    def skin_areas(self) -> Float64Array:
         """(free,) m²: a third of the triangles around each vertex of the skin."""
-        triangles = self.place_in_skin[self.head.triangles]
+        triangles = self.skin_index[self.head.triangles]
         triangles = triangles[(triangles >= 0).all(axis=1)]
         a, b, c = (self.vertices[self.skin[triangles[:, corner]]] for corner in range(3))
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
@@ -118,11 +122,11 @@ class Template:
         return np.maximum(total, 1e-9).astype(np.float64)
 
     @cached_property
-    def stretching(self) -> Any:
+    def stretch_matrix(self) -> Any:
         """(free, free) sparse: Σ over edges of cotangent weight times squared difference."""
         from scipy.sparse import coo_matrix, diags
 
-        triangles = self.place_in_skin[self.head.triangles]
+        triangles = self.skin_index[self.head.triangles]
         triangles = triangles[(triangles >= 0).all(axis=1)]
         corners = self.vertices[self.skin[triangles]]
         rows, columns, weights = [], [], []
@@ -144,13 +148,15 @@ class Template:
         return (diags(np.asarray(links.sum(axis=1)).ravel()) - links).tocsc()
 
     @cached_property
-    def bending(self) -> Any:
+    def bend_matrix(self) -> Any:
         """(free, free) sparse: ∫ |Δd|² over the skin, per m² of d; K M⁻¹ K of the cotangent K."""
         from scipy.sparse import diags
 
-        return (self.stretching @ diags(1 / self.skin_areas) @ self.stretching).tocsc()
+        return (self.stretch_matrix @ diags(1 / self.skin_areas) @ self.stretch_matrix).tocsc()
 
-    def landmark_weights(self, landmarks: Landmarks) -> tuple[NDArray[np.intp], Floats, Floats]:
+    def landmark_weights(
+        self, landmarks: Landmarks
+    ) -> tuple[NDArray[np.intp], Float64Array, Float64Array]:
         """Vertices (landmark,), their measured places (landmark, 3) m and weights (landmark,).
 
         Only good landmarks; the jaw line counts a tenth. Empty for a head without landmarks.
@@ -175,7 +181,7 @@ class Template:
 
 def adaptive_template(
     template: Template, landmarks: Landmarks, *, regularisation: float = 1e-7
-) -> tuple[Floats, Floats]:
+) -> tuple[Float64Array, Float64Array]:
     """The neutral face with the expression that a scan's landmarks show.
 
     "Speech in the wild" (2019), Eq. 1: c = argmin |l - A(x + U c)|², with ridge; l are the scan's
@@ -191,5 +197,5 @@ def adaptive_template(
     slopes = (template.basis[:, vertices] * root).reshape(len(template.basis), -1)
     left = ((places - template.vertices[vertices]) * root).ravel()
     gram = slopes @ slopes.T + regularisation * np.eye(len(slopes))
-    coefficients: Floats = np.linalg.solve(gram, slopes @ left).astype(np.float64)
+    coefficients: Float64Array = np.linalg.solve(gram, slopes @ left).astype(np.float64)
     return template.vertices + np.tensordot(coefficients, template.basis, 1), coefficients

@@ -13,7 +13,7 @@ from elocute.errors import CaptureError
 from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 POINTS_RANGE = (500, 4_000_000)
 STRAY_SHARE = 0.001
@@ -30,7 +30,7 @@ class Scan:
     """
 
     name: str
-    points: Floats
+    points: Float64Array
     triangles: NDArray[np.int32]
     colors: NDArray[np.uint8] | None = None
     unit_m: float = 1.0
@@ -39,7 +39,7 @@ class Scan:
     __repr__ = one_line
 
     @cached_property
-    def normals(self) -> Floats:
+    def normals(self) -> Float64Array:
         """(point, 3) unit normals, triangles weighted by area."""
         return vertex_normals(self.points, self.triangles).astype(np.float64)
 
@@ -59,7 +59,7 @@ class Scan:
         return found
 
     @cached_property
-    def areas(self) -> Floats:
+    def areas(self) -> Float64Array:
         """(point,) m²: a third of the triangles around each point."""
         a, b, c = (self.points[self.triangles[:, corner]] for corner in range(3))
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6

@@ -10,7 +10,6 @@ from pathlib import Path
 from elocute.audio.read import read_audio
 from elocute.capture.scans.scan import checked_scan
 from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, open_sequence
-from elocute.capture.sequence_tracking import frame_landmarks
 from elocute.corpus.corpus_checks import Finding
 from elocute.errors import AudioError, CaptureError, ElocuteError
 
@@ -65,7 +64,7 @@ def _of_sequence(sequence: ScanSequence) -> Iterator[Finding]:
     except AudioError as error:
         yield Finding("error", sequence.name, str(error))
         return
-    seen = sequence.frame_count / sequence.facts.fps
+    seen = sequence.frame_count / sequence.metadata.fps
     if abs(heard - seen) > LENGTH_APART_S:
         yield Finding("warning", sequence.name, f"{seen:.2f} s of scans, {heard:.2f} s of sound")
 
@@ -78,6 +77,6 @@ def _of_scan(sequence: ScanSequence, number: int, notes: Counter[str]) -> Iterat
         return
     notes.update(re.sub(r"^\d+ ", "", note) for note in found)
     try:
-        frame_landmarks(sequence, number)
+        sequence.landmarks(number)
     except ElocuteError as error:
         yield Finding("error", sequence.name, str(error), number)

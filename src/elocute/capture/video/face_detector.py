@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.face_mesh_topology import POINT_COUNT
 from elocute.errors import CaptureError, MachineError
+from elocute.head.mediapipe_face_mesh import POINT_COUNT
 from elocute.one_line_repr import one_line
 
 FACES_MAX = 4
@@ -28,7 +28,7 @@ INSTALL = (
 
 
 @dataclass(frozen=True, eq=False)
-class Faces:
+class DetectedFaces:
     """The faces of one picture.
 
     points      (face, 478, 3) pixels: x to the right, y down, from the picture's upper left
@@ -59,16 +59,16 @@ class Faces:
         return len(self.points)
 
 
-Detector = Callable[[NDArray[np.uint8]], Faces]
-"""(height, width, 3) sRGB to Faces. Pictures of a video are given in their order."""
+FaceDetector = Callable[[NDArray[np.uint8]], DetectedFaces]
+"""(height, width, 3) sRGB to DetectedFaces. Pictures of a video are given in their order."""
 
 
-def no_faces() -> Faces:
-    return Faces(np.zeros((0, POINT_COUNT, 3), np.float32), np.zeros(0, np.float32))
+def no_faces() -> DetectedFaces:
+    return DetectedFaces(np.zeros((0, POINT_COUNT, 3), np.float32), np.zeros(0, np.float32))
 
 
 @contextlib.contextmanager
-def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detector]:
+def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[FaceDetector]:
     """MediaPipe's face mesh with irises (its models lie in its wheel; nothing is downloaded).
 
     faces  the most that are looked for
@@ -90,7 +90,7 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detec
         mesh.process(np.zeros((64, 64, 3), np.uint8))
     met = False
 
-    def detect(picture: NDArray[np.uint8]) -> Faces:
+    def detect(picture: NDArray[np.uint8]) -> DetectedFaces:
         nonlocal met
         height, width = picture.shape[:2]
         with contextlib.nullcontext() if met else _quiet():  # the first face makes it talk too
@@ -101,7 +101,7 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detec
         points = [[(p.x, p.y, p.z) for p in face.landmark] for face in found]
         # Depth comes in the unit of x.
         scale = np.array([width, height, width], np.float32)
-        return Faces(np.array(points, np.float32) * scale, np.ones(len(points), np.float32))
+        return DetectedFaces(np.array(points, np.float32) * scale, np.ones(len(points), np.float32))
 
     try:
         yield detect

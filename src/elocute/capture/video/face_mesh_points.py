@@ -10,13 +10,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.face_mesh_topology import POINT_COUNT
 from elocute.files.arrays import read_npz
 from elocute.files.atomic import write_atomically
+from elocute.head.mediapipe_face_mesh import CHIN, IRIS, LIPS, POINT_COUNT, RIM
 from elocute.one_line_repr import one_line
 
 TABLE_PATH = Path(__file__).parent / "assets" / "face_points.npz"
 TABLE_MAX_BYTES = 10_000_000
+CHIN_TRUST = 3.0  # jaw and lower lip open a mouth alike; the chin tells them apart
+HALF_TRUST_MM = 2.0  # a spread at which a point's trust is half
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,7 @@ def builtin_face_points() -> FacePoints:
     return FacePoints(stored["vertices"], stored["shares"], stored["spread_mm"])
 
 
-def save_table(points: FacePoints, path: Path = TABLE_PATH) -> None:
+def save_face_points(points: FacePoints, path: Path = TABLE_PATH) -> None:
     """Write the table. Raises OutputError."""
     assert len(points.vertices) == POINT_COUNT
     packed = io.BytesIO()
@@ -61,3 +63,13 @@ def save_table(points: FacePoints, path: Path = TABLE_PATH) -> None:
     )
     with write_atomically(path) as draft:
         draft.write_bytes(packed.getvalue())
+
+
+def point_trust(table: FacePoints) -> NDArray[np.float64]:
+    """(478,) 0…1 how much each point counts: little where it slides over the skin."""
+    trust = 1 / (1 + (table.spread_mm.astype(np.float64) / HALF_TRUST_MM) ** 2)
+    trust[list(RIM)] *= 0.3
+    trust[IRIS:] *= 0.5
+    trust[list(LIPS)] = 1.0
+    trust[list(CHIN)] = CHIN_TRUST
+    return trust

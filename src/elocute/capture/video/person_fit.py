@@ -7,26 +7,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.camera import (
-    Camera,
-    Poses,
-    first_poses,
+from elocute.capture.video.camera_fit import (
+    HeadPoses,
+    PinholeCamera,
+    camera_for,
     fit_poses,
-    usual_camera,
+    initial_poses,
+    point_equations,
 )
-from elocute.capture.video.face_mesh_points import FacePoints
-from elocute.capture.video.face_mesh_topology import GAP_PAIRS, IRIS
+from elocute.capture.video.face_mesh_points import FacePoints, point_trust
 from elocute.capture.video.face_tracking import FaceTrack
-from elocute.capture.video.point_equations import point_rows, point_trust
-from elocute.capture.video.template_refinement import follow_points
+from elocute.capture.video.lip_and_lid_contact import shape_lip_gaps
+from elocute.head.mediapipe_face_mesh import CLOSED_GAP, GAP_PAIRS, IRIS, RIM
 from elocute.head.model import HeadModel
 from elocute.head.skinning import rotation_matrices
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
-CLOSED = 0.02  # inner-lip gap in eye distances below which tracked lips count as closed
 REST_FRAMES = 16
 ROUNDS = 5
 SPREAD = 3.0  # standard deviations that an identity coefficient may reach
@@ -34,6 +33,9 @@ REST_SD, REST_MAX = 0.12, 0.5  # of a resting expression's weights
 SEAL = 4.0  # what a gap of resting lips counts, per mm
 FOCALS = (0.9, 1.4, 2.2)  # longer picture sides
 FOCAL_SD = 0.4  # of the logarithm of the focal length
+REACH_M = 0.014  # standard deviation of the Gaussian by which points carry what is around them
+STIFF = 0.5  # how far the field may stay behind a point that its neighbours contradict
+FARTHEST_M = 0.006
 # What a face may show at rest without moving: the rest belongs to identity or to motion.
 RESTING = (
     "mouthSmileLeft",
@@ -80,8 +82,8 @@ class Person:
     head: HeadModel
     identity: NDArray[np.float32]
     rest: NDArray[np.float32]
-    camera: Camera
-    bias: Floats
+    camera: PinholeCamera
+    bias: Float64Array
 
     __repr__ = one_line
 
@@ -100,7 +102,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     trust = point_trust(table)
     trust[IRIS:] = 0  # eyes look where they like
     best = min(
-        (_fit(head, table, usual_camera(track.size, focal), seen, trust) for focal in FOCALS),
+        (_fit(head, table, camera_for(track.size, focal), seen, trust) for focal in FOCALS),
         key=lambda fit: fit.cost,
     )
     rest = np.zeros(len(head.expression_names), np.float32)
@@ -109,16 +111,16 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     own = head.with_identity(identity)
     template = own.template + np.tensordot(rest, own.expression_basis, 1)
     own = replace(own, template=template.astype(np.float32))
-    closed = bool(np.median(track.lip_gap[frames]) < CLOSED)
+    closed = bool(np.median(track.lip_gap[frames]) < CLOSED_GAP)
     bias = _bias(best, table.on(own.template), seen[..., :2], closed)
-    own, bias = follow_points(own, table, bias, trust)
+    own, bias = refine_template(own, table, bias, trust)
     return Person(own, identity, rest, best.camera, bias)
 
 
 def resting_frames(track: FaceTrack) -> NDArray[np.intp]:
     """Frames, spread over the track, in which the lips are closed, or as closed as ever."""
     gap = np.where(track.seen, track.lip_gap, np.inf)
-    closed = np.flatnonzero(gap < CLOSED)
+    closed = np.flatnonzero(gap < CLOSED_GAP)
     if len(closed) < 3:
         closed = np.sort(np.argsort(gap)[: max(3, track.frame_count // 10)])
         closed = closed[closed < track.frame_count]
@@ -128,14 +130,20 @@ def resting_frames(track: FaceTrack) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    camera: Camera
-    poses: Poses
-    identity: Floats
-    rest: Floats
+    camera: PinholeCamera
+    poses: HeadPoses
+    identity: Float64Array
+    rest: Float64Array
     cost: float
 
 
-def _fit(head: HeadModel, table: FacePoints, camera: Camera, seen: Floats, trust: Floats) -> _Fit:
+def _fit(
+    head: HeadModel,
+    table: FacePoints,
+    camera: PinholeCamera,
+    seen: Float64Array,
+    trust: Float64Array,
+) -> _Fit:
     columns = _columns(head)
     identities = len(head.identity_basis)
     basis = table.on(np.concatenate([head.identity_basis, head.expression_basis[columns]]))
@@ -144,13 +152,13 @@ def _fit(head: HeadModel, table: FacePoints, camera: Camera, seen: Floats, trust
     low = np.concatenate([np.full(identities, -SPREAD), np.zeros(len(columns))])
     high = np.concatenate([np.full(identities, SPREAD), np.full(len(columns), REST_MAX)])
     seal = np.zeros((len(head.inner_lip_upper), len(prior)))
-    seal[:, identities:] = SEAL * lip_gaps(head)[columns].T
-    poses = first_poses(camera, mean[:IRIS], seen[:, :IRIS])
+    seal[:, identities:] = SEAL * shape_lip_gaps(head)[columns].T
+    poses = initial_poses(camera, mean[:IRIS], seen[:, :IRIS])
     found, cost = np.zeros(len(prior)), np.inf
     for _ in range(ROUNDS):
         model = mean + np.tensordot(found, basis, 1)
         poses = fit_poses(camera, model, seen[..., :2], trust, poses)
-        slopes, left = point_rows(camera, poses, model, basis, seen[..., :2], trust)
+        slopes, left = point_equations(camera, poses, model, basis, seen[..., :2], trust)
         slopes, left = slopes.reshape(-1, len(prior)), left.ravel()
         side = slopes.T @ (left + slopes @ found) / len(seen)
         gram = slopes.T @ slopes / len(seen) + np.diag(prior) + seal.T @ seal
@@ -161,23 +169,16 @@ def _fit(head: HeadModel, table: FacePoints, camera: Camera, seen: Floats, trust
     return _Fit(camera, poses, found[:identities], found[identities:], cost)
 
 
-def lip_gaps(head: HeadModel) -> Floats:
-    """(component, column) mm by which shapes part the inner lips, upward positive."""
-    basis = head.expression_basis[..., 1]
-    upper, lower = basis[:, head.inner_lip_upper], basis[:, head.inner_lip_lower]
-    return 1000 * (upper.astype(np.float64) - lower)
-
-
 def _columns(head: HeadModel) -> list[int]:
     return [head.expression_index(name) for name in RESTING]
 
 
-def _bias(fit: _Fit, model: Floats, seen: Floats, closed: bool) -> Floats:
+def _bias(fit: _Fit, model: Float64Array, seen: Float64Array, closed: bool) -> Float64Array:
     """What is left at rest (478, 3) m, in the head's frame; where eyes look is none of it.
 
     Where lips never close, the gap that is left between them is no bias but an opening.
     """
-    left = (seen - fit.camera.project(fit.poses.of(model))) * [1, -1]
+    left = (seen - fit.camera.project(fit.poses.apply(model))) * [1, -1]
     left *= fit.poses.pixel_mm(fit.camera)[:, None, None] / 1000
     flat = np.concatenate([left, np.zeros_like(left[..., :1])], axis=-1)
     bias = np.median(flat @ rotation_matrices(fit.poses.turns), axis=0)
@@ -186,3 +187,44 @@ def _bias(fit: _Fit, model: Floats, seen: Floats, closed: bool) -> Floats:
         pairs = np.array(GAP_PAIRS)
         bias[pairs] = bias[pairs].mean(axis=1, keepdims=True)
     return bias
+
+
+def refine_template(
+    head: HeadModel, table: FacePoints, bias: Float64Array, trust: Float64Array
+) -> tuple[HeadModel, Float64Array]:
+    """The head with its template moved by a smooth field through `bias`; what is then left.
+
+    bias (478, 3) m in the head's frame, trust (478,). The field depends on the place alone, so
+    lips that touch go on touching; eyeballs are carried as they are, and their joints with them.
+    The rim of the face says nothing: it slides over the skin.
+    """
+    places = table.on(head.template)
+    used = np.setdiff1d(np.arange(IRIS), RIM)
+    kernel = _kernel(places[used], places[used])
+    kernel[np.diag_indices_from(kernel)] += STIFF / np.maximum(trust[used], 0.05)
+    strength = np.linalg.solve(kernel, bias[used])
+    field = _capped(_kernel(head.template.astype(np.float64), places[used]) @ strength)
+    joints = head.joint_positions.astype(np.float64)
+    for side in ("left", "right"):
+        ball = head.regions[f"eye_{side}"]
+        field[ball] = field[ball].mean(axis=0)
+        joints[head.joint_names.index(f"eye{side.capitalize()}")] += field[ball[0]]
+    moved = replace(
+        head,
+        template=(head.template + field).astype(np.float32),
+        joint_positions=joints.astype(np.float32),
+    )
+    left = bias - table.on(field)
+    left[IRIS:] = 0
+    return moved, left
+
+
+def _kernel(first: Float64Array, second: Float64Array) -> Float64Array:
+    """(first, second) Gaussian of the distances between places (…, 3) m."""
+    squared = ((first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1)) - 2 * first @ second.T
+    return np.exp(-np.maximum(squared, 0) / (2 * REACH_M**2))
+
+
+def _capped(field: Float64Array) -> Float64Array:
+    length = np.linalg.norm(field, axis=1, keepdims=True)
+    return field * np.minimum(1, FARTHEST_M / np.maximum(length, 1e-9))

@@ -52,7 +52,7 @@ class Video:
         self.has_sound = bool(self._file.streams.audio)
         self.rate = float(self._stream.average_rate) if self._stream.average_rate else None
         seconds = (self._file.duration or 0) / 1e6
-        self.promised = self._stream.frames or round(seconds * (self.rate or 0)) or None
+        self.expected_pictures = self._stream.frames or round(seconds * (self.rate or 0)) or None
         self.note = ""
 
     def __enter__(self) -> Video:

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.face_detector import FACES_MAX, Detector, mediapipe_detector
+from elocute.capture.video.face_detector import FACES_MAX, FaceDetector, mediapipe_detector
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.capture.video.face_tracking import FaceTrack, track_face
-from elocute.capture.video.frame_fit import Fitted, fit_frames
+from elocute.capture.video.frame_fit import FittedFrames, fit_frames
 from elocute.capture.video.person_fit import Person, fit_person
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
@@ -20,11 +20,11 @@ from elocute.motion.resample import between
 from elocute.numerics.quaternions import from_axis_angle, no_turn, to_axis_angle
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-STRANGE = 3.0  # times the usual miss
-STRANGE_MIN = 0.06  # eye distances: less is never strange
+OUTLIER = 3.0  # times the usual miss
+OUTLIER_MIN = 0.06  # eye distances: less is never strange
 TRACKING = 0.8  # share of the time that finding the face takes
 JOINTS = ("neck", "head")
 """The turn of the head is shared by these evenly."""
@@ -39,13 +39,13 @@ class VideoCapture:
     person   whose face it is
     track    the points seen
     fitted   how the model lies on them
-    flagged  (frame,) no face there, or one that no face can make: bridged from those around
+    flagged  (frame,) no face there, or one that no face can make: _bridged from those around
     """
 
     motion: Motion
     person: Person
     track: FaceTrack
-    fitted: Fitted
+    fitted: FittedFrames
     flagged: NDArray[np.bool_]
 
     __repr__ = one_line
@@ -66,7 +66,7 @@ class VideoCapture:
 def capture_video(
     path: str | Path,
     *,
-    detector: Detector | None = None,
+    detector: FaceDetector | None = None,
     face: str | int | None = None,
     fps: float | None = None,
     progress: Progress | None = None,
@@ -92,7 +92,7 @@ def capture_video(
         track = track_face(path, detector, face=face, progress=tracking)
     captured = fit_track(track, lambda share: tracking(1 + share * (1 / TRACKING - 1)))
     if fps is not None:
-        captured = replace(captured, motion=resampled(captured.motion, fps))
+        captured = replace(captured, motion=resample_motion(captured.motion, fps))
     return captured
 
 
@@ -103,16 +103,18 @@ def fit_track(track: FaceTrack, progress: Progress | None = None) -> VideoCaptur
     fitted = fit_frames(person, table, track, progress)
     miss = fitted.miss.mean(axis=1)
     usual = float(np.median(miss[track.seen]))
-    flagged = ~track.seen | (miss > max(STRANGE * usual, STRANGE_MIN))
+    flagged = ~track.seen | (miss > max(OUTLIER * usual, OUTLIER_MIN))
     if flagged.all():
         flagged[:] = False
-    weights = bridged(fitted.weights, flagged)
-    turns = from_axis_angle(bridged(to_axis_angle(fitted.poses.turns), flagged))
-    motion = Motion(person.head, weights.astype(np.float32), track.fps, rotations_of(person, turns))
+    weights = _bridged(fitted.weights, flagged)
+    turns = from_axis_angle(_bridged(to_axis_angle(fitted.poses.turns), flagged))
+    motion = Motion(
+        person.head, weights.astype(np.float32), track.fps, _joint_rotations(person, turns)
+    )
     return VideoCapture(motion, person, track, fitted, flagged)
 
 
-def rotations_of(person: Person, turns: Floats) -> NDArray[np.float32]:
+def _joint_rotations(person: Person, turns: Float64Array) -> NDArray[np.float32]:
     """(frame, joint, 4) of the head's turns (frame, 4): half by the neck, half by the head."""
     names = person.head.joint_names
     rotations = no_turn(len(turns), len(names))
@@ -122,14 +124,14 @@ def rotations_of(person: Person, turns: Floats) -> NDArray[np.float32]:
     return rotations
 
 
-def bridged(values: Floats, flagged: NDArray[np.bool_]) -> Floats:
+def _bridged(values: Float64Array, flagged: NDArray[np.bool_]) -> Float64Array:
     """(frame, …) with flagged frames taken from those around them, linear; ends held."""
     good = np.flatnonzero(~flagged)
     frames = np.arange(len(values))
     return np.stack([np.interp(frames, good, column[good]) for column in values.T], axis=1)
 
 
-def resampled(motion: Motion, fps: float) -> Motion:
+def resample_motion(motion: Motion, fps: float) -> Motion:
     """The same at another frame rate: cubic without overshoot, so closed lips stay closed."""
     other = motion.at_fps(fps)  # turns, and the number of frames
     weights = between(motion.weights.astype(np.float64), other.times_s * motion.fps)

@@ -20,20 +20,21 @@ from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import Progress, finish
-from elocute.corpus.importers.lip_fit import (
-    CONTOURS,
-    INNER_LOWER,
-    INNER_UPPER,
-    SPEECH_SHAPES,
-    Lips,
-    fit_lips,
-    lip_rows,
-)
+from elocute.corpus.importers.lip_fit import SPEECH_SHAPES, Lips, fit_lips, lip_rows
 from elocute.corpus.importers.splits import chosen_splits
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npz
 from elocute.files.json_records import parse_json
 from elocute.head.builtin import load_builtin_head
+from elocute.head.mediapipe_face_mesh import (
+    CLOSED_GAP,
+    INNER_LOWER,
+    INNER_UPPER,
+    LIP_CONTOURS,
+    RESTING_GAP,
+    UNDER_NOSE,
+    opening_share,
+)
 from elocute.motion.resample import between
 
 Floats = NDArray[np.float64]
@@ -41,10 +42,6 @@ Floats = NDArray[np.float64]
 SUBJECT = "grid"
 NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
 RATE = 16000
-NOSE = 2  # below the nose: what the tracked distances start from
-CLOSED = 0.02  # inner-lip gap in eye distances: below it, tracked lips count as closed
-OPEN = 0.05  # from here on the gap is taken as it is
-RESTING = 0.01  # gap that trackers see between lips that touch
 CALM_FRAMES = 2.0  # standard deviation of the blur that steadies the nose
 FIELDS_MAX_BYTES = 16_000_000
 FRAMES_MAX, FPS_MAX = 100_000, 1000.0
@@ -164,8 +161,8 @@ def read_track(path: Path) -> Track:
             raise ValueError("no rate or unit")
         if any(len(values) != len(given) for values in scalars.values()):
             raise ValueError("fields of different lengths")
-        contours = [[index[number] for number in contour] for contour in CONTOURS]
-        nose = _blurred(_bridged(given[:, index[NOSE]], valid))
+        contours = [[index[number] for number in contour] for contour in LIP_CONTOURS]
+        nose = _blurred(_bridged(given[:, index[UNDER_NOSE]], valid))
         points = _bridged(given, valid)[:, contours] - nose[:, None, None]
         scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     except CorpusError:
@@ -194,7 +191,7 @@ def resting_lips(paths: list[Path]) -> Track:
             track = read_track(path)
         except CorpusError:
             continue
-        resting = track.scalars["inner_opening_mean"] < CLOSED
+        resting = track.scalars["inner_opening_mean"] < CLOSED_GAP
         if resting.any():
             points.append(np.median(track.points[resting], axis=0))
             for name, values in scalars.items():
@@ -215,19 +212,18 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     seen from the front, a head that turns looks like a jaw that slides.
     """
     seen = track.scalars["inner_opening_mean"]
-    ease = np.clip((seen - CLOSED) / (OPEN - CLOSED), 0, 1)
-    ease = ease * ease * (3 - 2 * ease)
+    ease = opening_share(seen)
     points = scale * (track.points - rest.points)
     points[..., 0] -= points[..., 0].mean(axis=(1, 2), keepdims=True)
-    upper, lower = CONTOURS.index(INNER_UPPER), CONTOURS.index(INNER_LOWER)
+    upper, lower = LIP_CONTOURS.index(INNER_UPPER), LIP_CONTOURS.index(INNER_LOWER)
     middle = (points[:, upper] + points[:, lower]) / 2
     half = ease[:, None, None] * (points[:, upper] - points[:, lower]) / 2
     points[:, upper], points[:, lower] = middle + half, middle - half
     change = {name: scale * (track.scalars[name] - rest.scalars[name]) for name in SCALARS}
     return Lips(
         points,
-        scale * ease * np.maximum(seen - RESTING, 0),
-        seen < CLOSED,
+        scale * ease * np.maximum(seen - RESTING_GAP, 0),
+        seen < CLOSED_GAP,
         change["lip_width"],
         change["upper_lip"],
         change["lower_lip"],

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from elocute.audio.read import read_audio
-from elocute.capture.video.video_to_motion import VideoCapture, resampled
+from elocute.capture.video.video_to_motion import VideoCapture, resample_motion
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import even_split
@@ -19,7 +19,7 @@ RATE = 16000
 NOTE = "Captured from video by Elocute: weights of the built-in head, in zero pose."
 
 
-def write_corpus(
+def write_video_corpus(
     folder: str | Path,
     captures: Iterable[tuple[Path, VideoCapture]],
     *,
@@ -50,7 +50,7 @@ def write_corpus(
         note=NOTE,
     ) as writer:
         while True:
-            writer.add(clip_of(path, captured, subject, fps, (texts or {}).get(path.stem, "")))
+            writer.add(_video_clip(path, captured, subject, fps, (texts or {}).get(path.stem, "")))
             notes += [f"{path.name}: {note}" for note in captured.notes]
             following = next(done, None)
             if following is None:
@@ -60,7 +60,7 @@ def write_corpus(
     return notes
 
 
-def clip_of(path: Path, captured: VideoCapture, subject: str, fps: float, text: str) -> Clip:
+def _video_clip(path: Path, captured: VideoCapture, subject: str, fps: float, text: str) -> Clip:
     """One video as a Clip at `fps`, as long as its motion and its sound both last."""
     if not captured.track.has_sound:
         raise CaptureError.about(
@@ -70,6 +70,6 @@ def clip_of(path: Path, captured: VideoCapture, subject: str, fps: float, text: 
             remedy="write -o take.npz instead, which takes motion alone",
         )
     sound = read_audio(path, sample_rate=RATE)
-    frames = resampled(captured.motion, fps).weights[: max(1, round(sound.duration_s * fps))]
+    frames = resample_motion(captured.motion, fps).weights[: max(1, round(sound.duration_s * fps))]
     sentence = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem).strip("_.-") or "clip"
     return Clip(subject, sentence, text, sound, frames)

@@ -11,24 +11,24 @@ from elocute.capture.registration.template import Template
 from elocute.capture.scans.scan import Scan
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 ON_EDGE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class ScanSamples:
     """Points of a scan that take part.
 
     points, normals  (sample, 3) m
     areas            (sample,) m², what each stands for
     """
 
-    points: Floats
-    normals: Floats
-    areas: Floats
+    points: Float64Array
+    normals: Float64Array
+    areas: Float64Array
 
-    def some(self, count: int, seed: int = 0) -> Samples:
+    def subset(self, count: int, seed: int = 0) -> ScanSamples:
         """At most `count` of them, evenly spread by area."""
         if count >= len(self.points):
             return self
@@ -39,17 +39,17 @@ class Samples:
         chosen = order[np.searchsorted(np.cumsum(share[order]), steps).clip(0, len(order) - 1)]
         chosen = np.unique(chosen)
         areas = np.full(len(chosen), self.areas.sum() / len(chosen))
-        return Samples(self.points[chosen], self.normals[chosen], areas)
+        return ScanSamples(self.points[chosen], self.normals[chosen], areas)
 
 
-def samples_of(scan: Scan) -> Samples:
+def sample_scan(scan: Scan) -> ScanSamples:
     """All points of a scan but those on the rims of its holes, whose normals mean little."""
     kept = ~scan.boundary
-    return Samples(scan.points[kept], scan.normals[kept], scan.areas[kept])
+    return ScanSamples(scan.points[kept], scan.normals[kept], scan.areas[kept])
 
 
 @dataclass(frozen=True, eq=False)
-class Matches:
+class Correspondences:
     """Samples that found their place on the template.
 
     sample    (match,) index into the samples
@@ -61,22 +61,22 @@ class Matches:
 
     sample: NDArray[np.intp]
     triangle: NDArray[np.intp]
-    bary: Floats
-    normals: Floats
-    gap: Floats
+    bary: Float64Array
+    normals: Float64Array
+    gap: Float64Array
 
     __repr__ = one_line
 
 
-def match(
+def find_correspondences(
     template: Template,
-    vertices: Floats,
-    samples: Samples,
+    vertices: Float64Array,
+    samples: ScanSamples,
     *,
     reach_m: float,
     facing: float,
     near: int = 2,
-) -> Matches:
+) -> Correspondences:
     """Lay samples on the surface with vertices (vertex, 3) m.
 
     Refused are samples further than reach_m, samples whose normal meets the surface's at a
@@ -92,10 +92,10 @@ def match(
     kept &= ~on_edge.any(axis=1)
     rows = np.flatnonzero(kept)
     gap = np.einsum("ij,ij->i", normals[rows], samples.points[rows] - found.points[rows])
-    return Matches(rows, found.triangle[rows], found.bary[rows], normals[rows], gap)
+    return Correspondences(rows, found.triangle[rows], found.bary[rows], normals[rows], gap)
 
 
-def robust_weights(gap: Floats, smallest_m: float) -> Floats:
+def robust_weights(gap: Float64Array, smallest_m: float) -> Float64Array:
     """(match,) 0…1 by Geman and McClure's rule, its scale from the median of |gap|."""
     if not len(gap):
         return gap

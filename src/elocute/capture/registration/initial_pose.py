@@ -7,13 +7,13 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.matching import Samples
-from elocute.capture.registration.pose import Pose, laid_over, posed
+from elocute.capture.registration.correspondences import ScanSamples
+from elocute.capture.registration.pose import HeadPose, align_head, apply_pose
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.errors import CaptureError
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 TRIES, STEPS, POINTS = 4, 25, 700
 TRIM = 0.85  # share of the points that count: hair and shoulders may differ
@@ -22,7 +22,7 @@ FAR_MM = 12.0
 FIRST_STEPS = 8
 
 
-def start_pose(template: Template, samples: Samples, landmarks: Landmarks) -> Pose:
+def find_initial_pose(template: Template, samples: ScanSamples, landmarks: Landmarks) -> HeadPose:
     """A pose within some millimetres and degrees.
 
     Raises CaptureError for a scan that is mirrored or inside out, landmarks that lie off the
@@ -40,12 +40,12 @@ def start_pose(template: Template, samples: Samples, landmarks: Landmarks) -> Po
             "its unit"
         )
     model = template.vertices[vertices]
-    pose = laid_over(template.head, model, places, weights)
-    left = _apart_mm(posed(template.head, template.vertices, pose)[vertices], places)
+    pose = align_head(template.head, model, places, weights)
+    left = _apart_mm(apply_pose(template.head, template.vertices, pose)[vertices], places)
     if left > FAR_MM:
-        flipped = laid_over(template.head, model * [-1, 1, 1], places, weights)
+        flipped = align_head(template.head, model * [-1, 1, 1], places, weights)
         moved = template.vertices * [-1, 1, 1]
-        mirrored = _apart_mm(posed(template.head, moved, flipped)[vertices], places)
+        mirrored = _apart_mm(apply_pose(template.head, moved, flipped)[vertices], places)
         if mirrored < left / 2:
             raise CaptureError("scan: found mirrored; allowed: left on the left; negate its x")
         raise CaptureError(
@@ -54,13 +54,13 @@ def start_pose(template: Template, samples: Samples, landmarks: Landmarks) -> Po
     return pose
 
 
-def _apart_mm(first: Floats, second: Floats) -> float:
+def _apart_mm(first: Float64Array, second: Float64Array) -> float:
     return float(1000 * np.linalg.norm(first - second, axis=1).mean())
 
 
-def _searched(template: Template, samples: Samples) -> Pose:
+def _searched(template: Template, samples: ScanSamples) -> HeadPose:
     """Rigid closest points from 24 directions; the upright ones are tried first."""
-    some = samples.some(POINTS)
+    some = samples.subset(POINTS)
     drafts = [_followed(template, some, turn, FIRST_STEPS) for turn in _directions()]
     drafts.sort(key=lambda draft: draft[0])
     settled = [_followed(template, some, rigid, STEPS) for _, rigid in drafts[:TRIES]]
@@ -71,13 +71,13 @@ def _searched(template: Template, samples: Samples) -> Pose:
             "faces wound outwards; or give --landmarks"
         )
     model = template.vertices
-    return laid_over(template.head, model, model @ rotation.T + shift)
+    return align_head(template.head, model, model @ rotation.T + shift)
 
 
-_Rigid = tuple[Floats, Floats]  # rotation (3, 3) and shift (3,) m
+_Rigid = tuple[Float64Array, Float64Array]  # rotation (3, 3) and shift (3,) m
 
 
-def _directions() -> list[Floats]:
+def _directions() -> list[Float64Array]:
     """The 24 rotations (3, 3) that map axes to axes."""
     found = []
     for order in itertools.permutations(range(3)):
@@ -90,7 +90,7 @@ def _directions() -> list[Floats]:
 
 
 def _followed(
-    template: Template, samples: Samples, start: Floats | _Rigid, steps: int
+    template: Template, samples: ScanSamples, start: Float64Array | _Rigid, steps: int
 ) -> tuple[float, _Rigid]:
     """Trimmed distance in mm and the rigid motion after some steps of closest points.
 

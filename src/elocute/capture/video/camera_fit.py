@@ -14,26 +14,30 @@ from numpy.typing import NDArray
 from elocute.head.skinning import rotation_matrices
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 STEPS = 12
 CONVERGED = 1e-5  # radians, and share of the distance
 HUBER_MM = 3.0  # residuals beyond this pull no harder
+SIGMA_MM = 1.5
+"""Standard deviation of the detector's points from where they belong."""
+CORRELATED_POINTS = 2.0
+"""As many neighbouring points err together: they count as one."""
 
 
 @dataclass(frozen=True)
-class Camera:
+class PinholeCamera:
     """focal in pixels; centre (2,) in pixels."""
 
     focal: float
     centre: tuple[float, float]
 
-    def project(self, points: Floats) -> Floats:
+    def project(self, points: Float64Array) -> Float64Array:
         """(…, 2) pixels of points (…, 3) m before the camera."""
         depth = -points[..., 2:]
         return self.centre + self.focal * points[..., :2] * [1, -1] / depth
 
-    def slopes(self, points: Floats) -> Floats:
+    def jacobian(self, points: Float64Array) -> Float64Array:
         """(…, 2, 3) pixels per metre that points (…, 3) move."""
         x, y, depth = points[..., 0], points[..., 1], -points[..., 2]
         zero = np.zeros_like(x)
@@ -44,29 +48,29 @@ class Camera:
         return np.stack(rows, axis=-2) * (self.focal / depth)[..., None, None]
 
 
-def usual_camera(size: tuple[int, int], focal: float) -> Camera:
+def camera_for(size: tuple[int, int], focal: float) -> PinholeCamera:
     """A camera for pictures of `size` (width, height); focal length in longer picture sides."""
-    return Camera(focal * max(size), (size[0] / 2, size[1] / 2))
+    return PinholeCamera(focal * max(size), (size[0] / 2, size[1] / 2))
 
 
 @dataclass(frozen=True, eq=False)
-class Poses:
+class HeadPoses:
     """Where the head stands: turns (frame, 4) unit quaternions wxyz, places (frame, 3) m."""
 
-    turns: Floats
-    places: Floats
+    turns: Float64Array
+    places: Float64Array
 
-    def of(self, points: Floats) -> Floats:
+    def apply(self, points: Float64Array) -> Float64Array:
         """(frame, point, 3) before the camera, of points (frame, point, 3) or (point, 3) m."""
         turned = points @ np.swapaxes(rotation_matrices(self.turns), -1, -2)
         return turned + self.places[:, None]
 
-    def pixel_mm(self, camera: Camera) -> Floats:
+    def pixel_mm(self, camera: PinholeCamera) -> Float64Array:
         """(frame,) mm that one pixel measures where the head stands."""
         return 1000 * -self.places[:, 2] / camera.focal
 
 
-def first_poses(camera: Camera, model: Floats, seen: Floats) -> Poses:
+def initial_poses(camera: PinholeCamera, model: Float64Array, seen: Float64Array) -> HeadPoses:
     """A start from the detector's own weak depth: the similarity of Umeyama (1991).
 
     model (point, 3) m; seen (frame, point, 3) pixels with depth.
@@ -83,12 +87,17 @@ def first_poses(camera: Camera, model: Floats, seen: Floats) -> Poses:
     middle = seen[:, :, :2].mean(axis=1) - camera.centre
     places = np.concatenate([middle * [1, -1] / scale[:, None], -depth[:, None]], axis=1)
     places -= np.einsum("fab,b->fa", turn, model.mean(axis=0))
-    return Poses(from_matrices(turn), places)
+    return HeadPoses(from_matrices(turn), places)
 
 
 def fit_poses(
-    camera: Camera, model: Floats, seen: Floats, trust: Floats, start: Poses, steps: int = STEPS
-) -> Poses:
+    camera: PinholeCamera,
+    model: Float64Array,
+    seen: Float64Array,
+    trust: Float64Array,
+    start: HeadPoses,
+    steps: int = STEPS,
+) -> HeadPoses:
     """Turn and place the head so that its points fall on those seen; all frames at once.
 
     model (frame, point, 3) or (point, 3) m, seen (frame, point, 2) pixels, trust (point,).
@@ -96,12 +105,12 @@ def fit_poses(
     """
     turns, places = start.turns.copy(), start.places.copy()
     for _ in range(steps):
-        poses = Poses(turns, places)
-        stands = poses.of(model)
-        slopes = camera.slopes(stands)
+        poses = HeadPoses(turns, places)
+        stands = poses.apply(model)
+        slopes = camera.jacobian(stands)
         left = seen - camera.project(stands)
         scale = poses.pixel_mm(camera)[:, None, None]
-        weight = trust * huber(np.linalg.norm(left, axis=2) * scale[:, 0])
+        weight = trust * huber_weights(np.linalg.norm(left, axis=2) * scale[:, 0])
         arms = stands - places[:, None]
         jacobian = np.concatenate([slopes @ _crossing(arms), slopes], axis=-1)
         rows = jacobian.reshape(len(turns), -1, 6)
@@ -114,10 +123,10 @@ def fit_poses(
         moved = np.abs(step / np.repeat([1.0, np.abs(places[:, 2]).min()], 3)).max()
         if moved < CONVERGED:
             break
-    return Poses(turns, places)
+    return HeadPoses(turns, places)
 
 
-def steadied(poses: Poses, frames: float) -> Poses:
+def smooth_poses(poses: HeadPoses, frames: float) -> HeadPoses:
     """Poses blurred over time by a Gaussian of `frames` standard deviation; the ends repeat."""
     reach = max(1, round(3 * frames))
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(frames, 1e-6)) ** 2)
@@ -129,15 +138,42 @@ def steadied(poses: Poses, frames: float) -> Poses:
     padded = np.pad(both, ((reach, reach), (0, 0)), mode="edge")
     calm = np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
     turns = calm[:, :4] / np.linalg.norm(calm[:, :4], axis=1, keepdims=True)
-    return Poses(turns, calm[:, 4:])
+    return HeadPoses(turns, calm[:, 4:])
 
 
-def huber(left_mm: Floats) -> Floats:
+def huber_weights(left_mm: Float64Array) -> Float64Array:
     """Huber's weights of residuals in mm."""
     return HUBER_MM / np.maximum(left_mm, HUBER_MM)
 
 
-def _crossing(arms: Floats) -> Floats:
+def point_equations(
+    camera: PinholeCamera,
+    poses: HeadPoses,
+    model: Float64Array,
+    basis: Float64Array,
+    seen: Float64Array,
+    trust: Float64Array,
+) -> tuple[Float64Array, Float64Array]:
+    """Slopes (frame, 2 · point, component) and what is left (frame, 2 · point), weighted.
+
+    model (frame, point, 3) or (point, 3) m, basis (component, point, 3) m, seen
+    (frame, point, 2) pixels, trust (point,). In units of the detector's error.
+    """
+    stands = poses.apply(model)
+    scale = poses.pixel_mm(camera)[:, None]
+    left = (seen - camera.project(stands)) * scale[..., None]
+    weight = (
+        np.sqrt(trust * huber_weights(np.linalg.norm(left, axis=2)) / CORRELATED_POINTS) / SIGMA_MM
+    )
+    lens = camera.jacobian(stands) @ rotation_matrices(poses.turns)[:, None]
+    lens *= (scale * weight)[..., None, None]
+    # (frame, point, 2, 3) @ (point, 3, component): BLAS does it point by point.
+    slopes = lens @ np.transpose(basis, (1, 2, 0))
+    frames, count = len(seen), len(basis)
+    return slopes.reshape(frames, -1, count), (left * weight[..., None]).reshape(frames, -1)
+
+
+def _crossing(arms: Float64Array) -> Float64Array:
     """(…, 3, 3): the matrix that takes a small turn ω to ω × arm."""
     x, y, z = np.moveaxis(arms, -1, 0)
     zero = np.zeros_like(x)

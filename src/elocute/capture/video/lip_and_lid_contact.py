@@ -1,0 +1,178 @@
+"""Contact of lips and of lids: how far they are apart as tracked, and closing them on the head.
+
+Lips and lids each add rows to the least squares of all frames (`frame_fit`) and are then shut
+exactly where the track shows them shut.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.capture.video.face_tracking import FaceTrack
+from elocute.head.mediapipe_face_mesh import LIDS, RESTING_GAP, opening_share
+from elocute.head.model import HeadModel
+
+Float64Array = NDArray[np.float64]
+
+COLUMN, CLOSED_COLUMN, MEAN = 1.0, 14.0, 4.0
+"""What a mm of gap counts, in the detector's errors: along the lips, there where they touch, and
+in the mean of their middle third."""
+TOUCH_MM = 0.02
+
+SIDES = ("left", "right")
+USUAL_PERCENTILE = 80
+"""Of an eye's openness: how far it stands open usually. Blinks and looks down are rarer."""
+SHUT = 0.32
+"""Share of the usual openness that the detector still sees between shut lids (0.2 to 0.37 on real
+and drawn faces)."""
+WIDEST = 1.4
+MIDDLE = slice(3, 6)  # of a lid's points: around the pupil
+WEIGHT = 3.0  # what a mm counts, in the detector's errors
+
+
+def shape_lip_gaps(head: HeadModel) -> Float64Array:
+    """(component, column) mm by which shapes part the inner lips, upward positive."""
+    basis = head.expression_basis[..., 1]
+    upper, lower = basis[:, head.inner_lip_upper], basis[:, head.inner_lip_lower]
+    return 1000 * (upper.astype(np.float64) - lower)
+
+
+@dataclass(frozen=True, eq=False)
+class LipGaps:
+    """What shapes do to the gap of the inner lips, in mm.
+
+    columns  (column, component) along the lips
+    middle   (component,) the mean of the middle third, which `measure_mouth` looks at
+    share    (column,) of the middle's gap that a mouth has there when it opens: 1 in the middle
+    """
+
+    columns: Float64Array
+    middle: Float64Array
+    share: Float64Array
+
+    def weighted(self, closed: bool) -> tuple[Float64Array, Float64Array]:
+        """Rows (column + 1, component), and their targets per mm of gap (column + 1,)."""
+        weight = CLOSED_COLUMN if closed else COLUMN
+        rows = np.concatenate([weight * self.columns, MEAN * self.middle[None]])
+        return rows, np.concatenate([weight * self.share, [MEAN]])
+
+
+def fitted_lip_gaps(head: HeadModel, columns: list[int]) -> LipGaps:
+    gaps = shape_lip_gaps(head)
+    third = gaps.shape[1] // 3
+    middle = slice(third, gaps.shape[1] - third)
+    jaw = gaps[head.expression_index("jawOpen")]
+    return LipGaps(gaps[columns].T, gaps[columns][:, middle].mean(axis=1), jaw / jaw[middle].mean())
+
+
+def target_lip_gap(tracked: Float64Array) -> Float64Array:
+    """(frame,) the gap that the head's lips shall have, in eye distances.
+
+    Trackers see a small gap between lips that touch; it is taken away where lips are nearly
+    closed, so that closed means closed (as the importer of tracked clips has it).
+    """
+    return opening_share(tracked) * np.maximum(tracked - RESTING_GAP, 0)
+
+
+def add_lip_equations(
+    grams: Float64Array, sides: Float64Array, rows: LipGaps, target_mm: Float64Array
+) -> None:
+    """Add how far the lips are apart to normal equations of all frames, in place.
+
+    It counts for more than where they are.
+    """
+    for closed in (False, True):
+        frames = np.flatnonzero((target_mm <= 0) == closed)
+        weighted, share = rows.weighted(closed)
+        grams[frames] += weighted.T @ weighted
+        sides[frames] += target_mm[frames, None] * (share @ weighted)
+
+
+def close_lips(
+    weights: Float64Array, names: tuple[str, ...], rows: LipGaps, target_mm: Float64Array
+) -> Float64Array:
+    """Weights (frame, component) whose lips touch wherever the target is no gap.
+
+    `mouthClose` is raised by what is left; where it is not enough, shapes that part the lips
+    are taken back.
+    """
+    closed = np.flatnonzero(target_mm <= 0)
+    weights = weights.copy()
+    close = names.index("mouthClose")
+    third = len(rows.columns) // 3
+    middle = rows.columns[third : len(rows.columns) - third]
+    for frame in closed:
+        left = float((middle @ weights[frame]).max())
+        if left <= TOUCH_MM:
+            continue
+        lift = -middle[:, close].mean()
+        weights[frame, close] = min(1.0, weights[frame, close] + left / lift)
+        left = float((middle @ weights[frame]).max())
+        if left > TOUCH_MM:
+            parting = np.maximum(middle.mean(axis=0), 0) * weights[frame]
+            weights[frame] *= 1 - np.clip(left / max(parting.sum(), 1e-9), 0, 1) * (parting > 0)
+    return weights
+
+
+@dataclass(frozen=True, eq=False)
+class LidGaps:
+    """rest_mm (side,) how far the head's lids are apart at rest, and mm (side, component) by
+    which shapes part them; sides as in SIDES."""
+
+    rest_mm: Float64Array
+    parting: Float64Array
+
+
+def lid_pairs(side: str) -> tuple[list[int], list[int]]:
+    """The detector's points in the middle of an upper and a lower lid."""
+    return list(LIDS[f"upper_{side}"][MIDDLE]), list(LIDS[f"lower_{side}"][MIDDLE])
+
+
+def lid_gaps(rest: Float64Array, basis: Float64Array) -> LidGaps:
+    """rest (478, 3) m and basis (component, 478, 3) m at the detector's points."""
+    gaps, partings = [], []
+    for side in SIDES:
+        upper, lower = lid_pairs(side)
+        gaps.append(1000 * (rest[upper, 1] - rest[lower, 1]).mean())
+        partings.append(1000 * (basis[:, upper, 1] - basis[:, lower, 1]).mean(axis=1))
+    return LidGaps(np.array(gaps), np.array(partings))
+
+
+def lid_openness(track: FaceTrack) -> Float64Array:
+    """(frame, side) 0 where lids are shut, 1 where they are as far apart as usual."""
+    shares = []
+    for side in SIDES:
+        upper, lower = lid_pairs(side)
+        corners = track.points[:, [LIDS[f"upper_{side}"][0], LIDS[f"upper_{side}"][-1]]]
+        apart = np.linalg.norm(track.points[:, upper] - track.points[:, lower], axis=2).mean(axis=1)
+        shares.append(apart / np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1))
+    tracked = np.stack(shares, axis=1)
+    usual = np.percentile(tracked[track.seen], USUAL_PERCENTILE, axis=0)
+    return np.clip((tracked / usual - SHUT) / (1 - SHUT), 0, WIDEST)
+
+
+def add_lid_equations(
+    grams: Float64Array, sides: Float64Array, rows: LidGaps, share: Float64Array
+) -> None:
+    """Add how far each eye stands open to normal equations of all frames, in place."""
+    for side in range(len(SIDES)):
+        row = WEIGHT * rows.parting[side]
+        target = WEIGHT * rows.rest_mm[side] * (share[:, side] - 1)
+        grams += np.outer(row, row)
+        sides += target[:, None] * row
+
+
+def close_lids(
+    weights: Float64Array, names: tuple[str, ...], rows: LidGaps, share: Float64Array
+) -> Float64Array:
+    """Weights (frame, component) whose lids meet wherever the share is zero, by the blink."""
+    weights = weights.copy()
+    for side, name in enumerate(("eyeBlinkLeft", "eyeBlinkRight")):
+        blink, parting = names.index(name), rows.parting[side]
+        shut = share[:, side] <= 0
+        left = rows.rest_mm[side] + weights[shut] @ parting
+        weights[shut, blink] = np.clip(weights[shut, blink] - left / parting[blink], 0, 1)
+    return weights
