@@ -17,7 +17,7 @@ demo: .venv/ready-demo
 
 demo-wild: .venv/ready-dev
 	rm -rf out/wild
-	$(BIN)/python recipes/demo_wild.py out/wild
+	$(BIN)/python -m recipes.demo_wild out/wild
 
 test: .venv/ready-dev
 	$(BIN)/python -m pytest -n auto --dist loadscope

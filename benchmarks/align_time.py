@@ -1,6 +1,6 @@
 """How long `elocute align` takes for two clips by each method, compiling aside and with it.
 
-    python benchmarks/align_time.py [--seconds 3]
+    python -m benchmarks.align_time [--seconds 3]
 
 Each method runs in a process of its own, twice: the first call holds imports and compiling, the
 second does not, and is given in seconds of processor time too, which a busy machine changes less.
@@ -45,7 +45,7 @@ def measure(method: str, seconds: float) -> dict[str, float]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--seconds", type=float, default=3.0)
     parser.add_argument("--method", choices=METHODS)
     given = parser.parse_args()
@@ -54,7 +54,8 @@ def main() -> None:
         return
     print(f"{'method':10} {'first s':>8} {'again s':>8} {'CPU s':>8} {'score':>6}")
     for method in METHODS:
-        command = [sys.executable, __file__, "--method", method, "--seconds", str(given.seconds)]
+        command = [sys.executable, "-m", "benchmarks.align_time"]
+        command += ["--method", method, "--seconds", str(given.seconds)]
         row = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
         figures = f"{row['first_s']:8.2f} {row['again_s']:8.3f} {row['cpu_s']:8.3f}"
         print(f"{method:10} {figures} {row['score']:6.3f}", flush=True)

@@ -1,10 +1,10 @@
 """Alignment against known times: the paper's Table 1 on free data (Tzirakis et al. 2019, 6.2).
 
-    python benchmarks/alignment.py words --words 100            (a) words by ten synthetic voices
-    python benchmarks/alignment.py words --words 100 --noise-db 10
-    python benchmarks/alignment.py find --words 20              (c) a word in a sentence
-    python benchmarks/alignment.py natural --data ../shared/data        (b) digits and phrases
-    python benchmarks/alignment.py visual --data ../shared/data         (d) a talker's mouth
+    python -m benchmarks.alignment words --words 100            (a) words by ten synthetic voices
+    python -m benchmarks.alignment words --words 100 --noise-db 10
+    python -m benchmarks.alignment find --words 20              (c) a word in a sentence
+    python -m benchmarks.alignment natural --data ../shared/data        (b) digits and phrases
+    python -m benchmarks.alignment visual --data ../shared/data         (d) a talker's mouth
 
 Speech is made once, in --folder. Every method has the same features and, in (c), the same help:
 both ends of the sentence are free, the word goes in whole. A run that
@@ -22,20 +22,16 @@ import json
 import os
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "recipes"))
 
 import torch
 
-from alignment.natural import natural_words
-from alignment.speak import TUNING_VOICES, VOICES, speak_all, speak_sentences
-from alignment.texts import FRAMES, TUNING_WORDS, WORDS
-from alignment.visual import visual_words
 from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
 from elocute.evaluation.alignment_scores import (
     Row,
@@ -45,6 +41,10 @@ from elocute.evaluation.alignment_scores import (
     summarise,
     word_names,
 )
+from recipes.alignment.natural import natural_words
+from recipes.alignment.speak import TUNING_VOICES, VOICES, speak_all, speak_sentences
+from recipes.alignment.texts import FRAMES, TUNING_WORDS, WORDS
+from recipes.alignment.visual import visual_words
 
 
 def main() -> None:
@@ -131,7 +131,7 @@ def judged(
     rows: list[Row],
     record: Path,
     folder: Path,
-    texts: list[str],
+    texts: Sequence[str],
     sentences: Path | None = None,
 ) -> None:
     wanted = [text for text in texts if text not in {row.word for row in rows}]

@@ -1,7 +1,7 @@
 """Speech blendshapes from many meshes: time, memory, and error on people held out.
 
-python recipes/build_corpus.py build/corpus
-python benchmarks/blendshapes.py build/corpus
+python -m recipes.build_corpus build/corpus
+python -m benchmarks.blendshapes build/corpus
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How much faster the recurrent network is when windows share what they can.
 
-    python benchmarks/crnn.py [--seconds 5] [--model FILE.onnx]
+    python -m benchmarks.crnn [--seconds 5] [--model FILE.onnx]
 
 One thread, the same run, the same 41 x 128 x 3 windows of the shipped example. "Window by window"
 is the network of the paper asked for one window at a time (in torch, and in onnxruntime), "all
@@ -141,7 +141,9 @@ def main() -> None:
             lambda: shared(static[None], starts[None])[0][0].numpy(), choice.times
         ),
         "onnxruntime, window by window": timed(lambda: one_by_one(windows, ask), choice.times),
-        "onnxruntime, shared (run time)": timed(lambda: stream.run(None, given)[0], choice.times),
+        "onnxruntime, shared (run time)": timed(
+            lambda: np.asarray(stream.run(None, given)[0]), choice.times
+        ),
     }
     true = rows["torch, window by window"][1]
     print(

@@ -1,6 +1,6 @@
 """Dynamic time warping against librosa and tslearn: one thread, path included, warm.
 
-    python benchmarks/dtw.py
+    python -m benchmarks.dtw
 
 Both views (frame, 39) from the example that ships; squared Euclidean distances here, Euclidean
 in the others (their own). Median of many. Targets: 3 times librosa, 1.5 times tslearn.

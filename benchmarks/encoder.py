@@ -1,8 +1,8 @@
 """What the shipped speech encoder hears on natural speakers it was never trained on.
 
-    python benchmarks/encoder.py --data ../shared/data
+    python -m benchmarks.encoder --data ../shared/data
 
-The reference phones (`encoder_reference.json`, written by `recipes/train_encoder.py reference`)
+The reference phones (`encoder_reference.json`, written by `recipes.train_encoder reference`)
 are forced alignments: English by pocketsphinx, German by this network along espeak-ng's phones, at
 a time when it had not been trained on any natural German.
 F1 counts frames of 20 ms; each half of the speakers is judged at the threshold tuned on the other.
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 import time
 from pathlib import Path
 
@@ -21,11 +20,9 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "recipes"))
-
 from elocute.encoders.phone_encoder import PhoneEncoder
-from encoder import evaluate
-from encoder.reference import read_reference
+from recipes.encoder import evaluate
+from recipes.encoder.reference import read_reference
 
 REFERENCE = Path(__file__).with_name("encoder_reference.json")
 TARGETS = {
@@ -59,7 +56,7 @@ def cpu_per_second(encoder: PhoneEncoder, seconds: float = 30.0) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--model", type=Path, help="another .onnx than the shipped one")
     arguments = parser.parse_args()

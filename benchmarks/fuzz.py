@@ -1,9 +1,9 @@
 """Millions of mutated files through every reader: escapes, hangs, memory and crashes, counted.
 
-    python benchmarks/fuzz.py --cases 1000000 --jobs 2 -o report.json
-    python benchmarks/fuzz.py --reader motion --reader head --seconds 60 -o report.json
-    python benchmarks/fuzz.py --show motion 4711     # what one case does, cut down
-    python benchmarks/fuzz.py --guided motion --seconds 600     # by coverage, where Atheris is
+    python -m benchmarks.fuzz --cases 1000000 --jobs 2 -o report.json
+    python -m benchmarks.fuzz --reader motion --reader head --seconds 60 -o report.json
+    python -m benchmarks.fuzz --show motion 4711     # what one case does, cut down
+    python -m benchmarks.fuzz --guided motion --seconds 600     # by coverage, where Atheris is
 
 A case is a number: the same everywhere. The report says for every reader from where the next run
 goes on, so a run that was broken off, or a later one with more cases, repeats nothing. The files
@@ -25,19 +25,16 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "tests" / "fuzz"), str(ROOT / "src")]
-
-from fuzzing.commands import COMMANDS
-from fuzzing.readers import usable
-from fuzzing.worker import FATAL, VERDICTS, Server
+from tests.fuzz.fuzzing.commands import COMMANDS
+from tests.fuzz.fuzzing.readers import usable
+from tests.fuzz.fuzzing.worker import FATAL, VERDICTS, Server
 
 BATCH_S = 20.0
 COLUMNS = ("done", "read", "refused", *VERDICTS, "seconds")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--cases", type=int, default=10_000, help="of each reader, in all")
     parser.add_argument("--seconds", type=float, default=1e9, help="of each reader, in this run")
     parser.add_argument("--jobs", type=int, default=1)
@@ -147,20 +144,18 @@ def show(work: Path, name: str, number: int) -> None:
 def guided(work: Path, name: str, seconds: float) -> None:
     """Atheris chooses what to mutate further by the lines of ours that it reached."""
     try:
-        import atheris
+        atheris: Any = importlib.import_module("atheris")
     except ImportError:
         sys.exit("--guided needs Atheris: pip install atheris")
     with Server(work) as server:
         server.check(name)  # makes the seeds
     with atheris.instrument_imports(include=["elocute"]):
-        from fuzzing.readers import READERS
-
         import elocute.files.arrays
         import elocute.files.json_records  # noqa: F401
-    from fuzzing.cases import load_seeds
-    from fuzzing.mutations import mutate
-
+        from tests.fuzz.fuzzing.readers import READERS
     from elocute.errors import ElocuteError
+    from tests.fuzz.fuzzing.cases import load_seeds
+    from tests.fuzz.fuzzing.mutations import mutate
 
     reader = next(reader for reader in READERS if reader.name == name)
     with atheris.instrument_imports(include=["elocute"]):

@@ -1,7 +1,7 @@
 """Golden digests: the same sound must give the same files, bit for bit, on one machine.
 
-    python benchmarks/golden.py -o before.json           # before a change of layout
-    python benchmarks/golden.py --against before.json    # after it; exit 1 where a file differs
+    python -m benchmarks.golden -o before.json           # before a change of layout
+    python -m benchmarks.golden --against before.json    # after it; exit 1 where a file differs
 
 Digests hold on one machine with one set of libraries; they are compared, never committed.
 """
@@ -42,7 +42,7 @@ def digests(speech: Path) -> dict[str, str]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--speech", type=Path, default=SPEECH)
     parser.add_argument("-o", "--output", type=Path)
     parser.add_argument("--against", type=Path)

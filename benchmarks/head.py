@@ -1,6 +1,6 @@
 """The mouth of the built-in head in millimetres: closed, open, against its teeth, left and right.
 
-    python benchmarks/head.py
+    python -m benchmarks.head
 
 What docs/cards/head.md says under "Measured"; tests/head holds the limits.
 """

@@ -1,8 +1,8 @@
 """How fast parameters are carried over, on one core, and how much memory that takes.
 
-    python recipes/build_words.py build/words --words 20
-    python benchmarks/propagation.py build/words [--methods dtw,dcaw]
-    python benchmarks/propagation.py build/words --workers 1,2      on a machine that is idle
+    python -m recipes.build_words build/words --words 20
+    python -m benchmarks.propagation build/words [--methods dtw,dcaw]
+    python -m benchmarks.propagation build/words --workers 1,2      on a machine that is idle
 
 Times are CPU seconds of one thread, network and files included. `align` is what a further
 recording of a known word costs; `fit` what a word costs once, and with every recording eight times.
@@ -115,7 +115,8 @@ def memory(folder: Path, basis: Path) -> list[dict[str, float]]:
             copied(folder, room / "recordings", copies)
             (room / "out").mkdir()
             (room / "out" / "basis.npz").write_bytes(basis.read_bytes())
-            call = [sys.executable, __file__, str(folder), "--once", str(room)]
+            call = [sys.executable, "-m", "benchmarks.propagation", str(folder)]
+            call += ["--once", str(room)]
             done = subprocess.run(call, check=True, capture_output=True, text=True)
             found.append(json.loads(done.stdout.splitlines()[-1]))
     return found
@@ -141,8 +142,8 @@ def workers(folder: Path, basis: Path, counts: list[int]) -> dict[str, float]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, help="what recipes/build_words.py made")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("folder", type=Path, help="what recipes.build_words made")
     parser.add_argument("--methods", default="dtw,dcaw")
     parser.add_argument("--words", type=int, default=3, help="to measure speed on")
     parser.add_argument("--workers", help="numbers of processes, commas between: only that")
@@ -160,7 +161,7 @@ def main() -> None:
         if choice.workers:
             print(workers(folder, room / "basis.npz", [int(n) for n in choice.workers.split(",")]))
             return
-        record = {"components": len(learned.head.expression_names)}
+        record: dict[str, object] = {"components": len(learned.head.expression_names)}
         for method in choice.methods.split(","):
             record[method] = speed(folder, room, method, choice.words)
             print(json.dumps({method: record[method]}), file=sys.stderr, flush=True)

@@ -1,6 +1,6 @@
 """Live streams: look-ahead, time per second of sound, and the distance from the whole sound.
 
-python benchmarks/streaming.py [SPEECH] [--block-ms 10]
+python -m benchmarks.streaming [SPEECH] [--block-ms 10]
 """
 
 from __future__ import annotations

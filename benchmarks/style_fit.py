@@ -1,13 +1,13 @@
 """How often `elocute style fit` finds the style that a clip was spoken in.
 
-    python benchmarks/style_fit.py --corpus build/corpus --model out/model.onnx --resay
+    python -m benchmarks.style_fit --corpus build/corpus --model out/model.onnx --resay
 
 Held-out clips are those of a part (test unless said otherwise) whose subject the model learned.
 The built-in corpus keeps whole subjects apart, so there are none; with --resay the sentences of
 the part, which no training speaker says, are said again in every style that the model knows, by
 the same driver that made the corpus. Prints the confusion and the rate; target: 90 %.
 
-    python benchmarks/style_fit.py --corpus build/corpus --part all --together 3 --limit 480
+    python -m benchmarks.style_fit --corpus build/corpus --part all --together 3 --limit 480
 
 asks the rules themselves (`--model articulation`): what they hear is the encoder's posteriors, what
 moved in the corpus came from exact phone times.

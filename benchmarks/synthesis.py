@@ -1,7 +1,7 @@
 """Speed, memory and size of the way from sound to motion and out.
 
-    python benchmarks/synthesis.py            # everything but rendering
-    python benchmarks/synthesis.py --render   # frames per second too
+    python -m benchmarks.synthesis            # everything but rendering
+    python -m benchmarks.synthesis --render   # frames per second too
 
 Process CPU seconds on one thread, medians; the matrix-product floor is measured in the same run.
 """
@@ -155,7 +155,7 @@ def rendering() -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--render", action="store_true", help="measure the renderers as well")
     arguments = parser.parse_args()
     print("| what | measured | target |\n|---|---|---|")

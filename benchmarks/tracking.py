@@ -1,6 +1,6 @@
 """A long sequence of simulated scans registered one after another, some of them spoilt.
 
-    python benchmarks/tracking.py [--frames 1000] [--points 120000] [--without-landmarks]
+    python -m benchmarks.tracking [--frames 1000] [--points 120000] [--without-landmarks]
 
 Every hundredth scan is not what it should be: a ball, only the back of the head, or a few stray
 triangles. Asked: is a good scan ever lost, is a spoilt one ever taken for good, is the frame after

@@ -1,7 +1,7 @@
 """How well a real talker's video becomes motion of the built-in head, and how fast.
 
-    python benchmarks/video_capture.py DATA/grid_s1              # all its videos
-    python benchmarks/video_capture.py DATA/grid_s1 --limit 5
+    python -m benchmarks.video_capture DATA/grid_s1              # all its videos
+    python -m benchmarks.video_capture DATA/grid_s1 --limit 5
 
 Needs the extra `video`. The lips' gap is judged against what was tracked independently for the
 data set (`clips/NAME.npz`), and closures against it too. Speed is CPU time of one process on one

@@ -1,7 +1,7 @@
 """How fast VOCA trains, against the direct loop over vertices.
 
-    python recipes/build_corpus.py build/corpus
-    python benchmarks/voca_training.py build/corpus
+    python -m recipes.build_corpus build/corpus
+    python -m benchmarks.voca_training build/corpus
 
 First some clips with both decoders from the same seed: seconds per epoch and validation loss.
 Then all training clips with the reduced decoder, `--epochs` of them (50: the paper's). Uses all

@@ -1,13 +1,13 @@
 """Build the built-in corpus: simulated speakers, shaped like VOCASET.
 
-    python recipes/build_corpus.py build/corpus [--seed 1]
+    python -m recipes.build_corpus build/corpus [--seed 1]
 
 Twelve subjects (six female, six male faces of the head's identity space, each with a voice and a
 speaking style of its own) say forty sentences each, 255 different ones, at 60 frames a second.
 Motion is simulated by the articulation driver from the exact phone times of the synthesisers;
 it is smooth and plausible, and it is not a recording of anybody.
 
-    python recipes/build_corpus.py build/corpus --natural build/encoder --grid DATA/grid_s1
+    python -m recipes.build_corpus build/corpus --natural build/encoder --grid DATA/grid_s1
 
 adds what the shipped default learns from: natural speech as `train_encoder.py align` and
 `realign` left it, simulated in every style, and the real talker as a further subject.
@@ -25,12 +25,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from corpus import natural, subjects
-from corpus.sentences import phonetically_rich
-from corpus.sharing import share_sentences
-from corpus.speech import Speaker, voices_missing
 from elocute.articulation.driver import articulate, posteriors_from_phones
 from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
@@ -39,7 +33,11 @@ from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
 from elocute.corpus.split import split_by_subject
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
-from encoder.store import RATE
+from recipes.corpus import natural, subjects
+from recipes.corpus.sentences import phonetically_rich
+from recipes.corpus.sharing import share_sentences
+from recipes.corpus.speech import Speaker, voices_missing
+from recipes.encoder.store import RATE
 
 FPS = 60.0
 PHONE_RATE = 100.0
@@ -86,7 +84,7 @@ def write_simulated(writer: CorpusWriter, seed: int, limit: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--limit", type=int, default=40, help="sentences a subject, for trials")

@@ -1,6 +1,6 @@
 """Build the built-in head from MakeHuman's CC0 data.
 
-    python recipes/build_head.py [--data ../shared/data] [--people 600]
+    python -m recipes.build_head [--data ../shared/data] [--people 600]
 
 Writes src/elocute/head/assets/head.npz and identities.json. Takes half a minute on one core.
 """
@@ -9,24 +9,27 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 from elocute.head import HeadModel, save_head
 from elocute.head.normals import vertex_normals
-from head import marks, paint, shade
-from head.arkit import NAMES
-from head.face import NeutralFace
-from head.identity import JOINT_NAMES, JOINT_PARENTS, IdentityBasis, identity_basis, joints_of
-from head.lips import PAIRS
-from head.makehuman import MakeHuman
-from head.people import coefficients
-from head.shapes import expression_basis
-from head.weights import skin_weights
+from recipes.head import marks, paint, shade
+from recipes.head.arkit import NAMES
+from recipes.head.face import NeutralFace
+from recipes.head.identity import (
+    JOINT_NAMES,
+    JOINT_PARENTS,
+    IdentityBasis,
+    identity_basis,
+    joints_of,
+)
+from recipes.head.lips import PAIRS
+from recipes.head.makehuman import MakeHuman
+from recipes.head.people import coefficients
+from recipes.head.shapes import expression_basis
+from recipes.head.weights import skin_weights
 
 ROOT = Path(__file__).parents[1]
 NOTICE = (

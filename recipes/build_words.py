@@ -1,6 +1,6 @@
 """Build an LRW-like corpus: captured readings of words, and the same words by other people.
 
-    python recipes/build_words.py build/words [--words 500] [--natural ../shared/data] [--seed 1]
+    python -m recipes.build_words build/words [--words 500] [--natural ../shared/data] [--seed 1]
 
     build/words/captured/         a Corpus: four simulated speakers, 30 frames a second
     build/words/captured_words/   SUBJECT.SENTENCE.json: when each word is said, exactly
@@ -25,19 +25,17 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from build_corpus import simulate
-from corpus.speech import voices_missing
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.split import Split
 from elocute.files.atomic import write_folder_atomically
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
-from words.readings import readings
-from words.takes import cut_natural, speak_takes
-from words.texts import WORDS, held_out
-from words.voices import CAPTURED, CAPTURED_TEST, PARTS, Voices, speaker_name
+from recipes.build_corpus import simulate
+from recipes.corpus.speech import voices_missing
+from recipes.words.readings import readings
+from recipes.words.takes import cut_natural, speak_takes
+from recipes.words.texts import WORDS, held_out
+from recipes.words.voices import CAPTURED, CAPTURED_TEST, PARTS, Voices, speaker_name
 
 FPS = 30.0
 TAKES = {"train": 4, "val": 1, "test": 1}  # speakers that say each word
@@ -112,7 +110,7 @@ def write_split(folder: Path, voices: Voices, words: Sequence[str]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--words", type=int, default=len(WORDS), help="how many, for trials")
     parser.add_argument("--speakers", type=int, default=4, help="captured ones, 2 to 4")

@@ -1,6 +1,6 @@
 """The second paper's chain, small: from simulated capture to a model that animates a recording.
 
-    python recipes/demo_wild.py out/wild [--speech talk.wav] [--jobs 2]
+    python -m recipes.demo_wild out/wild [--speech talk.wav] [--jobs 2]
 
     1  a head that speaks is scanned in software, and registered: `elocute capture scans`
     2  the words of that reading are found from its text: `elocute words segment` and `check`
@@ -12,7 +12,7 @@
     6  a recurrent model: `elocute train crnn`
     7  it animates a recording: `elocute animate --model`
 
-Needs what recipes/build_words.py needs. So little data makes a mouth that moves, not one that
+Needs what recipes.build_words needs. So little data makes a mouth that moves, not one that
 speaks well: docs/measurements.md says what the full corpus gives.
 """
 
@@ -28,9 +28,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from build_words import FPS
 from elocute.audio.waveform import Waveform
 from elocute.capture.scans.scan_sequence import SequenceMetadata
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
@@ -41,6 +38,7 @@ from elocute.corpus.split import Split
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.motion.motion import Motion
+from recipes.build_words import FPS
 
 EXAMPLE = Path(__file__).parents[1] / "src" / "elocute" / "assets" / "example.flac"
 SCANNED_S = 1.2  # of a reading: about its first word
@@ -106,7 +104,7 @@ def _clips(parts: list[Corpus]) -> Iterator[Clip]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--speech", type=Path, default=EXAMPLE, help="what the model animates")
     parser.add_argument("--words", type=int, default=20)
@@ -118,10 +116,8 @@ def main() -> None:
         sys.exit(f"{folder}: exists already; allowed: a new folder")
     folder.mkdir(parents=True)
     words = folder / "words"
-    build = Path(__file__).with_name("build_words.py")
-    subprocess.run(
-        [sys.executable, build, words, "--words", str(choice.words), "--speakers", "3"], check=True
-    )
+    build = [sys.executable, "-m", "recipes.build_words", words]
+    subprocess.run([*build, "--words", str(choice.words), "--speakers", "3"], check=True)
     word = scan_first_word(words, folder)
     elocute(
         "capture", "scans", folder / "scans", "-o", folder / "registered", "--jobs", choice.jobs

@@ -1,6 +1,6 @@
 """Speak the shipped example, src/elocute/assets/example.flac, with Festival.
 
-    python recipes/example.py            # prints when lips close and when the lip meets the teeth
+    python -m recipes.example            # prints when lips close and when the lip meets the teeth
 
 Debian: festival festvox-us-slt-hts. The voice is HTS's slt (Carnegie Mellon University, free to
 use); its output is ours.

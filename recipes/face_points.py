@@ -1,6 +1,6 @@
 """Find where MediaPipe's 478 face points lie on the built-in head.
 
-    python recipes/face_points.py            # writes the table that ships, and says its spread
+    python -m recipes.face_points            # writes the table that ships, and says its spread
 
 The detector itself is asked: faces of the identity space are drawn from several sides, each
 found point is cast back onto the drawn mesh, and the median over all pictures is kept as a place
@@ -80,9 +80,7 @@ def sight(
     rays = rays_of(camera, faces.points[0, :, :2].astype(np.float64))
     mesh = trimesh.Trimesh(one.template, solid, process=False)
     starts = np.repeat(camera.position[None].astype(np.float64), len(rays), axis=0)
-    triangle, ray, hits = mesh.ray.intersects_id(
-        starts, rays, multiple_hits=False, return_locations=True
-    )
+    hits, ray, triangle = mesh.ray.intersects_location(starts, rays, multiple_hits=False)
     corners = one.template[solid[triangle]].astype(np.float64)
     bary = trimesh.triangles.points_to_barycentric(corners, hits)
     places[ray] = np.einsum("pc,pca->pa", bary, rest[solid[triangle]])
@@ -139,7 +137,7 @@ def on_lines(head: HeadModel) -> list[tuple[tuple[int, ...], Indices]]:
         (head.inner_lip_upper, inner),
         (head.inner_lip_lower, inner),
     )
-    lines = [
+    lines: list[tuple[tuple[int, ...], Indices]] = [
         (contour, np.concatenate([ends[:1], middle, ends[1:]]))
         for contour, (middle, ends) in zip(LIP_CONTOURS, lips, strict=True)
     ]

@@ -1,7 +1,7 @@
 """Train the recurrent model that ships, `crnn`, and put it into the package.
 
-    python recipes/train_crnn.py build/crnn --natural build/encoder      builds shards first
-    python recipes/train_crnn.py build/crnn --shards SHARDS --sounds FOLDER
+    python -m recipes.train_crnn build/crnn --natural build/encoder      builds shards first
+    python -m recipes.train_crnn build/crnn --shards SHARDS --sounds FOLDER
 
 It resumes from the folder. On two cores: 30 to 40 minutes. Whatever voices the shards hold, the
 sound is made worse in training (noise, loudness, equalisation, band limits, other vocal tracts and
@@ -16,8 +16,6 @@ import json
 import shutil
 import sys
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 from elocute.corpus.shards import open_shards
 from elocute.training.crnn.config import CrnnTrainConfig
@@ -52,7 +50,7 @@ def main() -> None:
     if shards is None:
         shards, sounds = choice.folder / "shards", choice.folder / "sounds"
         if not shards.is_dir():
-            from crnn.shards import build
+            from recipes.crnn.shards import build
 
             shutil.rmtree(choice.folder / "reader", ignore_errors=True)
             build(

@@ -1,7 +1,7 @@
 """Train the model that ships, `voca`, and put it into the package.
 
-    python recipes/build_corpus.py build/corpus --natural build/encoder --grid DATA/grid_s1
-    python recipes/train_default.py build/corpus build/default --epochs 10
+    python -m recipes.build_corpus build/corpus --natural build/encoder --grid DATA/grid_s1
+    python -m recipes.train_default build/corpus build/default --epochs 10
 
 The corpus holds natural and synthetic speech in eight simulated styles, and a real talker as the
 style `grid`. What it measures is in docs/cards/voca.md.
@@ -26,7 +26,7 @@ NOTE = (
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("corpus", type=Path)
     parser.add_argument("folder", type=Path, help="for checkpoint and log; resumes from there")
     parser.add_argument("--epochs", type=int, default=10)

@@ -1,12 +1,12 @@
 """Build the shipped speech encoder `phones` from nothing but free speech.
 
-    python recipes/train_encoder.py synthesise   # espeak-ng, flite, festival: exact phone times
-    python recipes/train_encoder.py align        # natural English by forced alignment
-    python recipes/train_encoder.py train        # resumes from its checkpoint
-    python recipes/train_encoder.py realign      # German, Dutch, wake words: the network itself
-    python recipes/train_encoder.py train        # goes on, now with these too
-    python recipes/train_encoder.py reference    # phones of the test clips for the benchmark
-    python recipes/train_encoder.py ship         # ONNX into the package, and what it hears
+    python -m recipes.train_encoder synthesise   # espeak-ng, flite, festival: exact phone times
+    python -m recipes.train_encoder align        # natural English by forced alignment
+    python -m recipes.train_encoder train        # resumes from its checkpoint
+    python -m recipes.train_encoder realign      # German, Dutch, wake words: the network itself
+    python -m recipes.train_encoder train        # goes on, now with these too
+    python -m recipes.train_encoder reference    # phones of the test clips for the benchmark
+    python -m recipes.train_encoder ship         # ONNX into the package, and what it hears
 
 The shipped file was trained for 214 minutes on two cores: `realign` English and Dutch after 21
 minutes, German after 24, so that until then no German speaker had been heard; all of them once more
@@ -21,10 +21,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import sys
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 PACKAGE = Path(__file__).parents[1] / "src" / "elocute"
 BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "encoder_reference.json"
@@ -32,7 +29,7 @@ FLITE_MINUTES, FESTIVAL_MINUTES = 35, 30
 
 
 def synthesise(data: Path, work: Path, minutes: float) -> None:
-    from encoder import synthesise as voices
+    from recipes.encoder import synthesise as voices
 
     voices.espeak_shard(work, voices.ESPEAK_MINUTES)
     voices.flite_shard(work, FLITE_MINUTES)
@@ -40,7 +37,7 @@ def synthesise(data: Path, work: Path, minutes: float) -> None:
 
 
 def align(data: Path, work: Path, minutes: float, parts: int = 8) -> None:
-    from encoder.natural import aligned_shard, list_recordings, split_of
+    from recipes.encoder.natural import aligned_shard, list_recordings, split_of
 
     recordings = [r for r in list_recordings(data) if r.language == "en" and r.text]
     recordings.sort(key=lambda r: hashlib.md5(r.path.name.encode()).hexdigest())
@@ -54,7 +51,7 @@ def align(data: Path, work: Path, minutes: float, parts: int = 8) -> None:
 
 def train(data: Path, work: Path, minutes: float) -> None:
     from elocute.networks.phone_net import PhoneNetConfig
-    from encoder import train as training
+    from recipes.encoder import train as training
 
     names = sorted(p.stem for p in work.glob("*.json") if "test" not in p.name)
     noises = sorted((data / "noise").glob("*.flac"))
@@ -63,13 +60,13 @@ def train(data: Path, work: Path, minutes: float) -> None:
 
 
 def realign(data: Path, work: Path, minutes: float) -> None:
-    from encoder.realign import realigned_shards
+    from recipes.encoder.realign import realigned_shards
 
     realigned_shards(data, work, work / "phones.pt", [])
 
 
 def reference(data: Path, work: Path, minutes: float) -> None:
-    from encoder.reference import write_reference
+    from recipes.encoder.reference import write_reference
 
     names = sorted(p.stem for p in work.glob("*test*.json"))
     write_reference(work, names, BENCHMARK)
@@ -77,8 +74,8 @@ def reference(data: Path, work: Path, minutes: float) -> None:
 
 def ship(data: Path, work: Path, minutes: float) -> None:
     from elocute.encoders.phone_encoder import BUILTIN_PATH, PhoneEncoder
-    from encoder import evaluate, ship
-    from encoder.store import load_shard
+    from recipes.encoder import evaluate, ship
+    from recipes.encoder.store import load_shard
 
     thresholds: dict[str, float] = {}
     BUILTIN_PATH.parent.mkdir(exist_ok=True)
@@ -96,7 +93,7 @@ def ship(data: Path, work: Path, minutes: float) -> None:
 STEPS = {f.__name__: f for f in (synthesise, align, train, realign, reference, ship)}
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("step", choices=STEPS)
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--work", type=Path, default=Path("build/encoder"))

@@ -67,10 +67,14 @@ class Select(Ch):
     """Stands for `chumpy.reordering.Select`."""
 
 
-class _Python2Pickler(pickle._Pickler):  # the one in Python, whose parts can be replaced
+# The one in Python, whose parts can be replaced; typeshed names none of them.
+_PythonPickler: Any = pickle._Pickler
+
+
+class _Python2Pickler(_PythonPickler):
     """Pickles as Python 2 with NumPy 1 and an old SciPy did: FLAME's files."""
 
-    dispatch: ClassVar = dict(pickle._Pickler.dispatch)
+    dispatch: ClassVar = dict(_PythonPickler.dispatch)
     modules: ClassVar = {
         "numpy._core.multiarray": "numpy.core.multiarray",
         "scipy.sparse._csc": "scipy.sparse.csc",
@@ -181,7 +185,7 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
                     piece = speech.samples[part * 16000 : part * 16000 + 24000]
                     animation = elocute.animate(Waveform(piece, 16000), fps=fps, style=subject)
                     weights = animation.motion.weights
-                    frames = weights
+                    frames: Any = weights
                     if vertices:
                         moved = weights @ head.expression_basis.reshape(len(weights[0]), -1)
                         frames = templates[subject] + moved.reshape(len(weights), -1, 3)
@@ -313,7 +317,8 @@ def wild(tmp_path_factory: pytest.TempPathFactory, need: Callable[[object, str],
     folder = tmp_path_factory.mktemp("wild") / "words"
     command = [
         sys.executable,
-        ROOT / "recipes" / "build_words.py",
+        "-m",
+        "recipes.build_words",
         folder,
         "--words",
         "4",

@@ -76,18 +76,18 @@ class TestCalm:
     """Valid input that holds no speech gives a calm face."""
 
     def test_silence(self):
-        assert opening(Waveform(np.zeros(32000), 16000)).max() == 0
+        assert opening(Waveform(np.zeros(32000, np.float32), 16000)).max() == 0
 
     def test_white_noise(self):
-        noise = np.random.default_rng(1).normal(0, 0.1, 48000)
+        noise = np.random.default_rng(1).normal(0, 0.1, 48000).astype(np.float32)
         assert np.percentile(opening(Waveform(noise, 16000)), 90) < 2
 
     def test_a_hum(self):
-        hum = 0.2 * np.sin(2 * np.pi * 50 * np.arange(48000) / 16000)
+        hum = (0.2 * np.sin(2 * np.pi * 50 * np.arange(48000) / 16000)).astype(np.float32)
         assert np.percentile(opening(Waveform(hum, 16000)), 90) < 2
 
     def test_two_samples(self):
-        assert animate(Waveform(np.array([0.1, -0.1]), 16000)).motion.frame_count == 1
+        assert animate(Waveform(np.array([0.1, -0.1], np.float32), 16000)).motion.frame_count == 1
 
 
 class TestHard:
@@ -132,7 +132,7 @@ def test_identities_and_styles_change_the_face(sound):
 
 
 def test_known_phone_times_replace_the_encoder():
-    sound = Waveform(np.zeros(32000), 16000)
+    sound = Waveform(np.zeros(32000, np.float32), 16000)
     gap = opening(sound, phones=[(0.5, 0.7, "AA"), (0.7, 0.8, "P"), (0.8, 1.0, "AA")])
     assert gap[36] > 4 and gap[45] == 0 and gap[54] > 4
 

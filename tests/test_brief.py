@@ -28,7 +28,7 @@ def test_results_are_one_line(speech_wav: Path, make_corpus: Callable, tmp_path:
         elocute.read_audio(speech_wav),
         corpus,
         corpus.clip(corpus.entries[0].name),
-        Features(np.zeros((900, 40)), 50.0, "phones"),
+        Features(np.zeros((900, 40), np.float32), 50.0, "phones"),
         Split(("a",) * 500, (), ("b",)),
     )
     for result in shown:

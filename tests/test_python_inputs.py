@@ -3,21 +3,45 @@
 import io
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import soundfile
 
 import elocute
+from elocute.audio.features import Features
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import open_shards
+from elocute.motion import edits
+from elocute.motion.curves import curves_from_motion
+from elocute.motion.track import Track
 
 SILENCE: Any = np.zeros(1600, np.float32)
 TWO: Any = np.array([1, 2])
 RAGGED: Any = [[1], [2, 3]]
 ENDLESS: Any = np.broadcast_to(np.float32(0), (10**10,))
 LONG = "x" * 300
+WRONG: Any = "x"
+HUGE: Any = 10**400
+LONGEST: Any = 10**5000  # Python refuses to print it
+HEAD = elocute.load_builtin_head()
+SHAPES = len(HEAD.expression_names)
+ROWS: Any = np.zeros((10, SHAPES), np.float32)
+NUMBERS_AS_TEXT: Any = [["1"] * SHAPES]
+STILL = elocute.Motion(HEAD, ROWS, 30.0)
+
+
+def endless(*inner: int) -> Any:
+    """What takes no memory, until it is copied."""
+    return np.broadcast_to(np.float32(0), (10**10, *inner))
+
+
+WAVE = elocute.Waveform(SILENCE, 16000)
+TAKE = elocute.Animation(STILL, curves_from_motion(STILL), WAVE)
+NOISE: Any = np.random.default_rng(0).normal(0, 0.1, 16000).astype(np.float32)
 GIVEN: dict[str, Callable[[], object]] = {
     "two rates": lambda: elocute.animate(SILENCE, rate=TWO),
     "two channels": lambda: elocute.animate(SILENCE, rate=16000, channel=TWO),
@@ -32,6 +56,49 @@ GIVEN: dict[str, Callable[[], object]] = {
     "curves of text": lambda: elocute.Curves("x", ("a",), 30),  # type: ignore[arg-type]
     "curves of a rate in words": lambda: elocute.Curves(SILENCE[:, None], ("a",), "30"),  # type: ignore[arg-type]
     "motion of text": lambda: elocute.Motion(elocute.load_builtin_head(), "x", 30),  # type: ignore[arg-type]
+    "curves of a huge rate": lambda: elocute.Curves(SILENCE[:, None], ("a",), HUGE),
+    "curves without end": lambda: elocute.Curves(endless(1), ("a",), 30),
+    "a motion without end": lambda: elocute.Motion(HEAD, endless(SHAPES), 30),
+    "a motion of text in lists": lambda: elocute.Motion(HEAD, NUMBERS_AS_TEXT, 30),
+    "a motion of complex numbers": lambda: elocute.Motion(HEAD, ROWS + 1j, 30),
+    "a motion of huge weights": lambda: elocute.Motion(HEAD, ROWS + 1e30, 30),
+    "a motion on no head": lambda: elocute.Motion(WRONG, ROWS, 30),
+    "a motion of a huge rate": lambda: elocute.Motion(HEAD, ROWS, HUGE),
+    "a motion of almost no rate": lambda: elocute.Motion(HEAD, ROWS, 1e-300),
+    "turns without end": lambda: elocute.Motion(HEAD, ROWS, 30, endless(5, 4)),
+    "vertices from a huge frame on": lambda: STILL.vertices(HUGE),
+    "vertices of no frame": lambda: STILL.vertices(5, 5),
+    "vertices of no whole frame": lambda: STILL.vertices(WRONG),
+    "blocks of no frame": lambda: list(STILL.blocks(0)),
+    "a track of text": lambda: Track(WRONG, HEAD.template, 30),
+    "a track of a huge rate": lambda: Track(ROWS, HEAD.template, HUGE),
+    "a waveform without end": lambda: elocute.Waveform(ENDLESS, 16000),
+    "a waveform of a rate too long to print": lambda: elocute.Waveform(SILENCE, LONGEST),
+    "features without end": lambda: Features(endless(8), 100.0, "mel"),
+    "features of a huge rate": lambda: Features(ROWS, HUGE, "mel"),
+    "windows of a huge size": lambda: Features(ROWS, 100.0, "mel").windows(HUGE),
+    "a pose at a huge time": lambda: edits.with_pose(STILL, "neck", [(HUGE, (0, 0, 0))]),
+    "a pose as text": lambda: edits.with_pose(STILL, "neck", ("1", "2", "3")),
+    "a pose of a joint without a name": lambda: edits.with_pose(STILL, HUGE, (0, 0, 0)),
+    "a gaze of a huge angle": lambda: edits.with_gaze(STILL, (1e308, 0)),
+    "a gaze without end": lambda: edits.with_gaze(STILL, range(10**12)),
+    "blinks without end": lambda: edits.with_blinks(STILL, range(10**12)),
+    "a huge number of blinks": lambda: edits.with_blinks(STILL, per_minute=HUGE),
+    "a shape as text": lambda: edits.with_shape(STILL, "jawOpen", WRONG),
+    "a shape that no face has": lambda: edits.with_shape(STILL, "jawOpen", 1e38),
+    "a face without end": lambda: edits.with_identity(STILL, ENDLESS),
+    "a cut at a huge time": lambda: edits.cut(STILL, HUGE),
+    "a cut of text": lambda: edits.cut(STILL, WRONG),
+    "a head whose names are a number": lambda: replace(HEAD, joint_names=HUGE),
+    "a head without end": lambda: replace(HEAD, template=endless(3)),
+    "a stream of a huge frame rate": lambda: elocute.stream(16000, fps=LONGEST),
+    "a stream of a strength in words": lambda: elocute.stream(16000, strength=WRONG),
+    "a stream of a level in words": lambda: elocute.stream(16000, "crnn", level=WRONG),
+    "a block without end": lambda: elocute.stream(16000).push(ENDLESS),
+    "speech at a huge frame rate": lambda: elocute.animate(SILENCE, rate=16000, fps=LONGEST),
+    "speech of a huge face": lambda: elocute.animate(SILENCE, rate=16000, identity=LONGEST),
+    "speech by a model of a number": lambda: elocute.animate(SILENCE, rate=16000, model=HUGE),
+    "speech in the style of a number": lambda: elocute.animate(SILENCE, rate=16000, style=HUGE),
     "a corpus of a name too long": lambda: open_corpus(LONG),
     "shards of a name too long": lambda: open_shards(LONG, LONG),
 }
@@ -42,6 +109,99 @@ def test_one_of_our_errors(name: str):
     with pytest.raises(elocute.InputError) as told:
         GIVEN[name]()
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("given", [{}, None, "talk.npz"])
+def test_what_is_no_motion_is_told_so(given: Any, tmp_path: Path):
+    from elocute.export.registry import write
+
+    for use in (
+        lambda: elocute.save_motion(given, tmp_path / "a.npz"),
+        lambda: elocute.measure_mouth(given),
+        lambda: write(given, tmp_path / "a.glb"),
+        lambda: edits.with_pose(given, "neck", (0, 0, 0)),
+    ):
+        with pytest.raises(elocute.InputError, match=f"a {type(given).__name__}, not a Motion"):
+            use()
+    assert not list(tmp_path.iterdir())
+
+
+SIZES: list[Any] = [(0, 0), (-800, 800), (800,), (800, 800, 3), (1e3, 1e3), ("800", 8), 800, None]
+
+
+@pytest.mark.parametrize("size", [*SIZES, (HUGE, 800), (8192, 8192), ENDLESS])
+@pytest.mark.parametrize("kind", ["mp4", "png"])
+def test_no_size_of_a_picture(size: Any, kind: str, tmp_path: Path):
+    with pytest.raises(elocute.InputError, match=r"size: .*allowed: \(width, height\)"):
+        TAKE.write(tmp_path / f"a.{kind}", size=size)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("a.mp4", {"fps": 30}),
+        ("a.mp4", {"view": ["front"]}),
+        ("a.mp4", {"backend": 5}),
+        ("a.png", {"progress": "yes"}),
+        ("a.html", {"title": 5}),
+        ("a.glb", {"embed_audio": "no"}),
+        ("a.glb", {"overwrite": ENDLESS}),
+        ("a.npz", {"size": (800, 800)}),
+        (5, {}),
+    ],
+)
+def test_no_option_of_a_writer(name: Any, options: dict[str, Any], tmp_path: Path):
+    with pytest.raises(elocute.InputError, match="allowed: "):
+        TAKE.write(tmp_path / name if isinstance(name, str) else name, **options)
+    assert not list(tmp_path.iterdir())
+
+
+class Drops(io.RawIOBase):
+    """A file that gives four bytes at a time, as a bad connection does."""
+
+    left = 1_000_000_000
+
+    def read(self, size: int = -1, /) -> bytes:
+        self.left -= 4
+        return b"abcd" if self.left >= 0 else b""
+
+
+def test_a_file_in_drops_is_given_up_soon():
+    drops = Drops()
+    with pytest.raises(elocute.InputError, match="bytes a read or more"):
+        elocute.animate(drops)
+    assert drops.left > 999_000_000
+
+
+def test_a_short_file_in_drops_is_read():
+    class Slow(io.BytesIO):
+        def read(self, size: int | None = -1, /) -> bytes:
+            return super().read(min(size or 4, 4))
+
+    packed = io.BytesIO()
+    soundfile.write(packed, NOISE, 16000, format="WAV")
+    whole = elocute.animate(packed.getvalue())
+    assert np.array_equal(
+        elocute.animate(Slow(packed.getvalue())).curves.values, whole.curves.values
+    )
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+@pytest.mark.parametrize("name", ["crnn", "voca"])
+def test_a_model_of_broken_weights_is_named(name: str, number: float, tmp_path: Path):
+    onnx = pytest.importorskip("onnx")
+    from elocute.models import crnn_network, voca
+
+    shipped = {"crnn": crnn_network.SHIPPED_PATH, "voca": voca.SHIPPED_PATH}[name]
+    model = onnx.load(str(shipped))
+    for tensor in model.graph.initializer:
+        if tensor.data_type == onnx.TensorProto.FLOAT and len(tensor.dims) > 1:
+            broken = np.full(tuple(tensor.dims), number, np.float32)
+            tensor.CopyFrom(onnx.numpy_helper.from_array(broken, tensor.name))
+    onnx.save(model, str(tmp_path / "broken.onnx"))
+    with pytest.raises(elocute.InputError, match=r"broken\.onnx: .* NaN or infinity"):
+        elocute.animate(NOISE, rate=16000, model=tmp_path / "broken.onnx")
 
 
 @pytest.mark.parametrize("outputs", [b"0", b"1", b"99"])

@@ -275,13 +275,11 @@ def piped(words: list[str]) -> None:
 def understood(words: list[str]) -> bool:
     """Whether the option parser takes them. Raises as it does."""
     command: Any = get_command(app)
-    context = command.make_context("elocute", list(words), resilient_parsing=True)
+    context, rest = command.make_context("elocute", list(words), resilient_parsing=True), words
     while hasattr(command, "commands"):
-        command = command.commands[words[0]]
-        words = words[1:]
-        rest = [word for word in words if not hasattr(command, "commands") or word]
+        command, rest = command.commands[rest[0]], rest[1:]
         context = command.context_class(command, parent=context)
-    command.parse_args(context, rest)
+    command.parse_args(context, list(rest))
     return True
 
 
@@ -292,11 +290,14 @@ def test_a_command_of_the_table_is_there(name: str) -> None:
 
 @pytest.mark.parametrize("line", [line for line in LINES if line.startswith("python ")])
 def test_a_script_of_the_readme_says_how_it_is_used(line: str) -> None:
-    script = ROOT / line.split()[1]
+    module = line.removeprefix("python -m ").split()[0]
+    script = (ROOT / module.replace(".", "/")).with_suffix(".py")
     if "argparse" not in script.read_text(encoding="utf-8"):
         compile(script.read_text(encoding="utf-8"), script, "exec")
         return
-    done = subprocess.run([sys.executable, script, "--help"], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", module, "--help"], capture_output=True, text=True, cwd=ROOT
+    )
     assert done.returncode == 0 and "usage" in done.stdout, done.stderr
     for option in re.findall(r"--[\w-]+", line):
         assert option in done.stdout

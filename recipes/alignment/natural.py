@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from alignment.speak import Saying, save, trimmed
-from encoder.natural import EnglishAligner, Recording, list_recordings, read
+from recipes.alignment.speak import Saying, save, trimmed
+from recipes.encoder.natural import EnglishAligner, Recording, list_recordings, read
 
 SOURCES = ("fsdd", "wakeword")
 TAKES, PER_SPEAKER = 10, 2

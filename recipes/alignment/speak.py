@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from corpus.subjects import SUBJECTS, Subject
-from encoder.store import RATE
-from encoder.synthesise import Espeak, Phones, utterance
+from recipes.corpus.subjects import SUBJECTS, Subject
+from recipes.encoder.store import RATE
+from recipes.encoder.synthesise import Espeak, Phones, utterance
 
 MARGIN_S = 0.06  # of faint noise around what is said
 VOICES = SUBJECTS[:6] + SUBJECTS[6:7] + SUBJECTS[8:11]

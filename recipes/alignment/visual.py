@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from elocute.evaluation.alignment_trials import Take
-from encoder.natural import PAD_S, EnglishAligner, read
+from recipes.encoder.natural import PAD_S, EnglishAligner, read
 
 CURVES = (
     "inner_opening_mean",

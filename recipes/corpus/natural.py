@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus import subjects
 from elocute.audio.phones import PHONES
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter
-from encoder.store import RATE, Item, Shard, load_shard
+from recipes.corpus import subjects
+from recipes.encoder.store import RATE, Item, Shard, load_shard
 
 Phones = list[tuple[float, float, str]]
 Simulate = Callable[[Phones, float, str], np.ndarray]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from corpus.subjects import Subject
-from encoder.store import RATE
-from encoder.synthesise import Espeak, Phones, utterance
+from recipes.corpus.subjects import Subject
+from recipes.encoder.store import RATE
+from recipes.encoder.synthesise import Espeak, Phones, utterance
 
 LEAD_S, TAIL_S = 0.25, 0.35  # of faint noise around the words, so that mouths rest too
 SHORTEST_S, LONGEST_S = 3.0, 5.0
@@ -21,16 +21,18 @@ class Speaker:
     def say(self, subject: Subject, text: str, seed: int) -> tuple[np.ndarray, Phones]:
         """Samples at 16 kHz and phones, 3 to 5 s long: what is not gets said again faster."""
         tempo = subject.tempo
-        for _ in range(4):
-            samples, phones = utterance(
-                self.espeak, subject.engine, subject.voice, text, tempo, subject.pitch
-            )
+        samples, phones = self._at(tempo, subject, text)
+        for _ in range(3):
             length = len(samples) / RATE + LEAD_S + TAIL_S
             if SHORTEST_S <= length <= LONGEST_S:
                 break
             wanted = min(max(length, SHORTEST_S * 1.03), LONGEST_S * 0.97)
             tempo *= length / wanted
+            samples, phones = self._at(tempo, subject, text)
         return _padded(samples, phones, seed)
+
+    def _at(self, tempo: float, subject: Subject, text: str) -> tuple[np.ndarray, Phones]:
+        return utterance(self.espeak, subject.engine, subject.voice, text, tempo, subject.pitch)
 
 
 def _padded(samples: np.ndarray, phones: Phones, seed: int) -> tuple[np.ndarray, Phones]:

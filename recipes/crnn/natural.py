@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from corpus.natural import aligned_phones, chosen_recordings
-from crnn.simulation import FPS, simulate
 from elocute.corpus.shard_writing import ShardWriter
 from elocute.corpus.word_clip import SENTENCE, WordClip
 from elocute.head.builtin import load_builtin_head
 from elocute.models.speech_shapes import to_shapes
 from elocute.motion.motion import Motion
-from encoder.store import RATE
+from recipes.corpus.natural import aligned_phones, chosen_recordings
+from recipes.crnn.simulation import FPS, simulate
+from recipes.encoder.store import RATE
 
 VALIDATION_SHARE = 0.1
 

@@ -13,10 +13,6 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from corpus import sentences
-from crnn.natural import add_natural
-from crnn.simulation import FPS, simulate
-from crnn.voices import LEAD_S, TAIL_S, Speaker, Voice, voices
 from elocute.audio.waveform import Waveform
 from elocute.capture.blendshapes.basis_motion import sweep_shapes
 from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
@@ -28,7 +24,11 @@ from elocute.corpus.word_clip import SENTENCE
 from elocute.head.builtin import load_builtin_head
 from elocute.models.speech_shapes import to_shapes
 from elocute.motion.motion import Motion
-from encoder.store import RATE
+from recipes.corpus import sentences
+from recipes.crnn.natural import add_natural
+from recipes.crnn.simulation import FPS, simulate
+from recipes.crnn.voices import LEAD_S, TAIL_S, Speaker, Voice, voices
+from recipes.encoder.store import RATE
 
 CONTEXT_S = 0.1  # of rest that a word keeps at both ends
 WORDS = tuple(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from encoder.store import RATE
-from encoder.synthesise import (
+from recipes.encoder.store import RATE
+from recipes.encoder.synthesise import (
     ESPEAK_VARIANTS,
     FESTIVAL_VOICES,
     FLITE_VOICES,

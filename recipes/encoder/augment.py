@@ -7,11 +7,12 @@ on the power spectrum inside the batch (`spectrum.py`).
 from __future__ import annotations
 
 import random
+from typing import cast
 
 import numpy as np
 from scipy import fft
 
-from encoder.store import HOP, RATE
+from recipes.encoder.store import HOP, RATE
 
 CHUNK_FRAMES = 800  # 8 s of labels at 100 Hz
 
@@ -57,8 +58,9 @@ class Augmenter:
         decay = np.exp(-6.9 * np.arange(length) / length)
         response = self.white(length) * decay.astype(np.float32) * self.draw.uniform(0.01, 0.1)
         response[0] = 1.0
-        size = fft.next_fast_len(len(samples) + length, real=True)
-        wet = fft.irfft(fft.rfft(samples, size) * fft.rfft(response, size), size)
+        # scipy documents this function by a Python body that returns nothing.
+        size = cast(int, fft.next_fast_len(len(samples) + length, real=True))
+        wet = _sound(_spectrum(samples, size) * _spectrum(response, size), size)
         return wet[: len(samples)]
 
     def _noise(self, count: int, level: float, babble: np.ndarray) -> np.ndarray:
@@ -75,10 +77,10 @@ class Augmenter:
 
     def _coloured(self, count: int) -> np.ndarray:
         """White to brown noise, sometimes swelling, sometimes with a hum."""
-        spectrum = fft.rfft(self.white(count))
+        spectrum = _spectrum(self.white(count), count)
         slope = -self.draw.uniform(0, 1.2)
         spectrum *= (np.arange(len(spectrum), dtype=np.float32) + 50.0) ** slope
-        noise = fft.irfft(spectrum, count)
+        noise = _sound(spectrum, count)
         if self.chance(0.3):
             noise *= 1 + 0.9 * np.sin(np.arange(count) * (self.draw.uniform(0.3, 6) * 6.28 / RATE))
         if self.chance(0.15):
@@ -107,3 +109,12 @@ def silence_gap(draw: random.Random) -> tuple[np.ndarray, np.ndarray]:
     """A rest between two utterances, labelled silence."""
     frames = int(draw.uniform(0.1, 1.5) * 100)
     return np.zeros(frames * HOP, np.float32), np.zeros(frames, np.uint8)
+
+
+def _spectrum(samples: np.ndarray, size: int) -> np.ndarray:
+    """scipy's own annotations give what its dispatcher takes, not what the transform returns."""
+    return np.asarray(fft.rfft(samples, size))
+
+
+def _sound(spectrum: np.ndarray, size: int) -> np.ndarray:
+    return np.asarray(fft.irfft(spectrum, size))

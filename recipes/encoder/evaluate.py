@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.audio.phones import PHONE_TO_VISEME, PHONES, VISEMES
-from encoder.store import Shard
+from recipes.encoder.store import Shard
 
 Hear = Callable[[np.ndarray], np.ndarray]
 VISEME_OF = np.array([VISEMES.index(PHONE_TO_VISEME[phone]) for phone in PHONES])

@@ -12,7 +12,7 @@ import soundfile
 import soxr
 
 from elocute.alignment.forced_alignment import PAD_S, EnglishAligner
-from encoder.store import HOP, RATE, ShardWriter, labels_from_times
+from recipes.encoder.store import HOP, RATE, ShardWriter, labels_from_times
 
 # Whole speakers for testing. The German and the Dutch corpus have one speaker each: of kerstin
 # an eighth of the sentences is held out (said so in the card); ljspeech tests as a whole.

@@ -12,10 +12,17 @@ import torch
 
 from elocute.audio.front_end import encoder_features
 from elocute.audio.phones import PHONES
-from encoder.natural import EnglishAligner, Recording, list_precise, list_recordings, read, split_of
-from encoder.ship import load_net
-from encoder.store import HOP, ShardWriter
-from encoder.synthesise import Espeak
+from recipes.encoder.natural import (
+    EnglishAligner,
+    Recording,
+    list_precise,
+    list_recordings,
+    read,
+    split_of,
+)
+from recipes.encoder.ship import load_net
+from recipes.encoder.store import HOP, ShardWriter
+from recipes.encoder.synthesise import Espeak
 
 SILENCE = PHONES.index("SIL")
 VOICES = {"en": "en-us"}  # espeak-ng's voice where it is not named as the language

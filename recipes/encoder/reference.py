@@ -10,9 +10,9 @@ import numpy as np
 import soundfile
 
 from elocute.audio.phones import PHONES
-from encoder.evaluate import Utterance
-from encoder.natural import PAD_S
-from encoder.store import load_shard
+from recipes.encoder.evaluate import Utterance
+from recipes.encoder.natural import PAD_S
+from recipes.encoder.store import load_shard
 
 
 def write_reference(work: Path, names: list[str], path: Path) -> None:

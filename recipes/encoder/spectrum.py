@@ -15,9 +15,8 @@ WARPS = np.linspace(0.82, 1.22, 17)
 
 def warped_mel(warp: float) -> Tensor:
     """(257, 64) filters whose corners are moved as another vocal tract length moves formants."""
-    mel = np.linspace(
-        *[2595 * np.log10(1 + hz / 700) for hz in (fe.LOWEST_HZ, fe.HIGHEST_HZ)], fe.BANDS + 2
-    )
+    lowest, highest = (2595 * np.log10(1 + hz / 700) for hz in (fe.LOWEST_HZ, fe.HIGHEST_HZ))
+    mel = np.linspace(lowest, highest, fe.BANDS + 2)
     hz = 700 * (10 ** (mel / 2595) - 1)
     knee, top = 4800 * min(warp, 1) / warp, fe.SAMPLE_RATE / 2
     bent = top - (top - knee * warp) / (top - knee) * (top - hz)

@@ -7,16 +7,16 @@ import ctypes
 import random
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import soundfile
 import soxr
 
-from encoder.store import HOP, RATE, ShardWriter, labels_from_times
-from encoder.symbols import from_festival, from_ipa
-from encoder.texts import sentence, words_of
+from recipes.encoder.store import HOP, RATE, ShardWriter, labels_from_times
+from recipes.encoder.symbols import from_festival, from_ipa
+from recipes.encoder.texts import sentence, words_of
 
 PHONEME_EVENT = 7
 WORDS_PER_MINUTE = 165  # of espeak-ng at tempo 1
@@ -143,7 +143,7 @@ def _add(
     return len(samples) / RATE
 
 
-def espeak_shard(folder: Path, minutes: dict[str, float], seed: int = 1) -> None:
+def espeak_shard(folder: Path, minutes: Mapping[str, float], seed: int = 1) -> None:
     """Many accents, languages and voice variants."""
     engine, writer, draw = Espeak(), ShardWriter(), random.Random(seed)
     for voice, wanted in minutes.items():

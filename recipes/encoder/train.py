@@ -16,10 +16,10 @@ from torch.nn import functional
 
 from elocute.audio.phones import PHONES
 from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
-from encoder.augment import CHUNK_FRAMES, Augmenter, silence_gap, stretch
-from encoder.fast import fast_logits
-from encoder.spectrum import BatchFrontEnd
-from encoder.store import HOP, UNKNOWN, Shard, load_shard
+from recipes.encoder.augment import CHUNK_FRAMES, Augmenter, silence_gap, stretch
+from recipes.encoder.fast import fast_logits
+from recipes.encoder.spectrum import BatchFrontEnd
+from recipes.encoder.store import HOP, UNKNOWN, Shard, load_shard
 
 # How often each kind of speech is heard; speakers count for more than minutes.
 MIX = {

@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from .makehuman import MakeHuman
-from .topology import Connectivity, limit_stencil, mirror_map
+from recipes.head.makehuman import MakeHuman
+from recipes.head.topology import Connectivity, limit_stencil, mirror_map
 
 NOSE_TIP = 297
 NECK_CUT = (1491, 8177)

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from recipes.head.anatomy import Anatomy
+from recipes.head.refine import refine
+from recipes.head.topology import symmetrised
+
 from . import attachments, eyeball, teeth
-from .anatomy import Anatomy
-from .refine import refine
-from .topology import symmetrised
 
 PARTS = (
     "skin",

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import scipy.sparse as sp
 
-from .anatomy import Anatomy
+from recipes.head.anatomy import Anatomy
 
 BROW_COLUMNS, BROW_ROWS = 16, 5
 LASH_MM = 1.3
@@ -29,7 +29,7 @@ class Attachment:
 
 def loose(mixture: sp.csr_matrix, mirror: np.ndarray) -> Attachment:
     """Vertices that are mixtures and no more; their faces belong to another part."""
-    count = mixture.shape[0]
+    count = len(mirror)
     none = np.zeros((0, 4), int)
     return Attachment(mixture, np.zeros((count, 3)), none, mirror, np.ones(count))
 

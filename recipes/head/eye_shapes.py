@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .face import EYES_OPEN, NeutralFace
-from .pose import axis_rotation
+from recipes.head.face import EYES_OPEN, NeutralFace
+from recipes.head.pose import axis_rotation
 
 LOOK_DEG = {"Down": 27.0, "Up": 21.0, "In": 32.0, "Out": 32.0}
 LID_DOWN, LID_UP = 0.22, 0.40

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .anatomy import Anatomy
-from .assembly import Assembly
-from .jaw import jaw_move, jaw_weights
-from .lips import Lips
-from .makehuman import MakeHuman
-from .population import RACES, Traits, body
-from .pose import PoseUnits
-from .topology import SmoothSpread, mirrored, symmetrised
+from recipes.head.anatomy import Anatomy
+from recipes.head.assembly import Assembly
+from recipes.head.jaw import jaw_move, jaw_weights
+from recipes.head.lips import Lips
+from recipes.head.makehuman import MakeHuman
+from recipes.head.population import RACES, Traits, body
+from recipes.head.pose import PoseUnits
+from recipes.head.topology import SmoothSpread, mirrored, symmetrised
 
 SOFTENING = (
     ("mouth/mouth-angles-up", 0.28),

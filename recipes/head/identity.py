@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .face import NeutralFace
-from .population import random_adult, tone_of
+from recipes.head.face import NeutralFace
+from recipes.head.population import random_adult, tone_of
 
 JOINTS = ("neck01____head", "head____head", "jaw____head", "eye.L____head", "eye.R____head")
 JOINT_NAMES = ("neck", "head", "jaw", "eyeLeft", "eyeRight")

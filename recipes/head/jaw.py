@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 
-from .assembly import Assembly
-from .pose import axis_rotation
+from recipes.head.assembly import Assembly
+from recipes.head.pose import axis_rotation
 
 OPEN_DEG = 20.0
 FORWARD_M = 0.006
@@ -16,7 +18,8 @@ def jaw_weights(assembly: Assembly) -> np.ndarray:
     """(vertex,) share of the jaw bone and all bones below it."""
     anatomy = assembly.anatomy
     mh = anatomy.mh
-    body = sum(weight for bone, weight in mh.bone_weights.items() if "jaw" in mh.ancestors(bone))
+    below = [weight for bone, weight in mh.bone_weights.items() if "jaw" in mh.ancestors(bone)]
+    body = reduce(np.add, below)
     weights = np.zeros(assembly.count)
     weights[assembly.slices["skin"]] = anatomy.skin_stencil @ body[anatomy.skin_of_base]
     weights[assembly.slices["tongue"]] = 1.0

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .anatomy import CONTACT_RING, CORNERS
-from .lips import COLUMN_COUNT, RING_COUNT, Lips
+from recipes.head.anatomy import CONTACT_RING, CORNERS
+from recipes.head.lips import COLUMN_COUNT, RING_COUNT, Lips
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .anatomy import CONTACT_RING, CORNERS, Anatomy
-from .topology import SmoothSpread
+from recipes.head.anatomy import CONTACT_RING, CORNERS, Anatomy
+from recipes.head.topology import SmoothSpread
 
 PAIRS = tuple(
     [

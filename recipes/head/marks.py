@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .face import NeutralFace
+from recipes.head.face import NeutralFace
 
 
 def landmarks(face: NeutralFace) -> np.ndarray:

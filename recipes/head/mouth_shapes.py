@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .face import NeutralFace
-from .jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
-from .lip_forms import Aperture, aperture_moves, carried_block, reach
-from .lips import COLUMN_COUNT, RING_COUNT
+from recipes.head.face import NeutralFace
+from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
+from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
+from recipes.head.lips import COLUMN_COUNT, RING_COUNT
 
 FUNNEL = Aperture(
     half_width=11.0,

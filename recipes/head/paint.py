@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .assembly import PARTS
-from .eyeball import IRIS_RAD, PUPIL_RAD
-from .face import NeutralFace
+from recipes.head.assembly import PARTS
+from recipes.head.eyeball import IRIS_RAD, PUPIL_RAD
+from recipes.head.face import NeutralFace
 
 MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball", "hair")
 SKIN = (0.735, 0.545, 0.455)

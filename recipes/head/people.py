@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .face import NeutralFace
-from .identity import IdentityBasis, fitted
-from .population import Traits, body
+from recipes.head.face import NeutralFace
+from recipes.head.identity import IdentityBasis, fitted
+from recipes.head.population import Traits, body
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .makehuman import MakeHuman
+from recipes.head.makehuman import MakeHuman
 
 RACES = ("african", "asian", "caucasian")
 FOLDERS = (

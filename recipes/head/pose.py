@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .makehuman import MakeHuman
+from recipes.head.makehuman import MakeHuman
 
 Z_UP_TO_Y_UP = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], float)
 

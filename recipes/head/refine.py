@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from .anatomy import Anatomy
-from .topology import limit_stencil
+from recipes.head.anatomy import Anatomy
+from recipes.head.topology import limit_stencil
 
 EDGE_M = 0.0135
 """Faces with a longer edge are cut in four."""
@@ -107,9 +107,9 @@ def _on_limit_surface(anatomy: Anatomy, edges: list[Edge], faces: list[int]) -> 
     from scipy.sparse.linalg import splu
 
     subdivide, fine_quads, edge_row, face_row = _subdivision(anatomy)
-    limit = limit_stencil(fine_quads, subdivide.shape[0])
+    limit = limit_stencil(fine_quads, anatomy.skin_count + len(edge_row) + len(face_row))
     rows = [edge_row[edge] for edge in edges] + [face_row[face] for face in faces]
-    wanted = (limit @ subdivide)[rows]
+    wanted = sp.csr_matrix((limit @ subdivide)[rows])
     solved = splu(anatomy.skin_stencil.T.tocsc()).solve(wanted.T.toarray()).T
     solved[np.abs(solved) < 2e-4] = 0
     solved /= solved.sum(1, keepdims=True)

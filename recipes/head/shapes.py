@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .arkit import NAMES
-from .eye_shapes import eye_and_brow_shapes
-from .face import NeutralFace
-from .mouth_shapes import mouth_shapes
-from .tongue_shapes import tongue_shapes
+from recipes.head.arkit import NAMES
+from recipes.head.eye_shapes import eye_and_brow_shapes
+from recipes.head.face import NeutralFace
+from recipes.head.mouth_shapes import mouth_shapes
+from recipes.head.tongue_shapes import tongue_shapes
 
 NOISE_M = 4e-6
 """Displacements below this are rounding, not shape."""

@@ -1,6 +1,6 @@
 """Contact sheets of the built-in head, drawn by Elocute's own renderer.
 
-python recipes/head/sheets.py [--out docs/images]
+python -m recipes.head.sheets [--out docs/images]
 """
 
 from __future__ import annotations

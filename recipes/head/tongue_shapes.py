@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .face import NeutralFace
-from .lip_forms import reach
-from .lips import COLUMN_COUNT, RING_COUNT
+from recipes.head.face import NeutralFace
+from recipes.head.lip_forms import reach
+from recipes.head.lips import COLUMN_COUNT, RING_COUNT
 
 
 @dataclass(frozen=True)

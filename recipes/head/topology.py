@@ -57,9 +57,9 @@ class Connectivity:
 
 def mirror_map(vertices: np.ndarray, tolerance_m: float = 2e-4) -> np.ndarray:
     """(vertex,) index of each vertex's partner across x = 0."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    distance, partner = cKDTree(vertices).query(vertices * [-1, 1, 1])
+    distance, partner = map(np.asarray, KDTree(vertices).query(vertices * [-1, 1, 1]))
     if distance.max() > tolerance_m or not np.array_equal(
         partner[partner], np.arange(len(vertices))
     ):

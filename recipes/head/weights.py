@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .face import NeutralFace
-from .identity import JOINT_NAMES
+from recipes.head.face import NeutralFace
+from recipes.head.identity import JOINT_NAMES
 
 NECK_BONES = {"neck03": 0.6, "neck02": 0.25}
 """How far the upper neck already turns with the head."""

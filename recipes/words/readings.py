@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus.subjects import Subject
 from elocute.alignment.word_times import Word, Words, write_words
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
-from encoder.store import RATE
-from encoder.synthesise import Phones
-from words.voices import Voices
+from recipes.corpus.subjects import Subject
+from recipes.encoder.store import RATE
+from recipes.encoder.synthesise import Phones
+from recipes.words.voices import Voices
 
 IN_A_READING = 10
 LEAD_S, BETWEEN_S = 0.3, 0.3

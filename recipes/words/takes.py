@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from encoder.augment import stretch
-from encoder.natural import EnglishAligner, list_recordings, read, split_of
-from encoder.store import RATE
-from words.voices import PARTS, Voices, speaker_name, varied
+from recipes.encoder.augment import stretch
+from recipes.encoder.natural import EnglishAligner, list_recordings, read, split_of
+from recipes.encoder.store import RATE
+from recipes.words.voices import PARTS, Voices, speaker_name, varied
 
 MARGIN_S = 0.06
 SHORTEST_S, LONGEST_S = 0.15, 1.5  # of a natural word worth keeping

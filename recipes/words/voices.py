@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus.subjects import SUBJECTS, Subject
-from encoder.store import RATE
-from encoder.synthesise import Espeak, Phones, festival_utterance, flite_utterance
+from recipes.corpus.subjects import SUBJECTS, Subject
+from recipes.encoder.store import RATE
+from recipes.encoder.synthesise import Espeak, Phones, festival_utterance, flite_utterance
 
 WORDS_PER_MINUTE = 150
 LEAST, MOST = 0.12, 2.0  # s that a word may last

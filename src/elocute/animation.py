@@ -7,6 +7,7 @@ Sound is decoded once, in blocks, so an hour of it needs bounded memory.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from elocute.articulation.style import Style
 from elocute.audio.inputs import Speech, sound_of
 from elocute.audio.waveform import Waveform
-from elocute.errors import InputError
+from elocute.errors import HeadError, InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
@@ -30,9 +31,12 @@ from elocute.models.hearing import Progress, SoundBlocks, blocks_of, hear
 from elocute.models.protocol import Span
 from elocute.models.registry import DEFAULT, open_model
 from elocute.models.streaming import FPS_RANGE, STRENGTH_RANGE, check_range
+from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
+from elocute.numerics.given import check_kind
 from elocute.numerics.resampling import frames_in
+from elocute.one_line_repr import brief
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,7 @@ class Animation:
         """
         from elocute.export.registry import write
 
-        write(self.motion, Path(path), sound=self.sound, **options)
+        write(self.motion, path, sound=self.sound, **options)
         return self
 
 
@@ -103,7 +107,7 @@ def animate(
     check_range("strength", strength, STRENGTH_RANGE)
     sound = sound_of(speech, rate, channel)
     chosen = open_model(model)
-    resolved, rig = chosen.style(style), chosen.rig(_rig(head, identity))
+    resolved, rig = chosen.style(checked_style(style)), chosen.rig(_rig(head, identity))
     with _opened(sound, channel) as blocks:
         heard, duration_s = hear(chosen, blocks, phones=phones, progress=progress)
     span = Span.whole(frames_in(duration_s, fps), fps)
@@ -114,6 +118,7 @@ def animate(
 
 def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
     """The head that moves. Raises HeadError."""
+    check_kind("head", head, str | os.PathLike, "builtin, or a path", HeadError)
     if str(head) == "builtin":
         return identity_head(identity)
     if str(identity) != "mean":
@@ -127,7 +132,8 @@ def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
 
 def identity_head(identity: str | int | Path) -> HeadModel:
     """The built-in head with somebody's face. Raises HeadError."""
-    return _face(resolve_identity(str(identity)).tobytes())
+    choice = brief(identity) if isinstance(identity, int) else str(identity)
+    return _face(resolve_identity(choice).tobytes())
 
 
 @lru_cache(maxsize=4)

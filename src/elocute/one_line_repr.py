@@ -26,8 +26,10 @@ def one_line(self: Any) -> str:
 
 def brief(value: Any) -> str:
     """A value inside such a line."""
-    if hasattr(value, "dtype") and hasattr(value, "shape"):
+    if hasattr(value, "dtype") and getattr(value, "shape", ()):
         return f"{value.dtype}{tuple(value.shape)}".replace(",)", ")")
+    if isinstance(value, int) and value.bit_length() > 100:
+        return f"a whole number of {value.bit_length()} bits"  # Python refuses to print the longest
     if isinstance(value, tuple | list | set | frozenset | dict) and len(value) > 3:
         return f"{len(value)} × {_cut(brief(next(iter(value))), 30)}"
     if isinstance(value, tuple | list):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ def method(request: pytest.FixtureRequest) -> str:
     return request.param
 
 
-def brief(method: str, **settings: object):
+def brief(method: str, **settings: Any):
     """Few steps: what is tested holds from the first on."""
     config = METHODS[method].config()(**settings)
     return replace(config, steps=4) if method in DEEP else config

@@ -28,7 +28,7 @@ def test_the_closed_form_is_the_slope_of_finite_differences() -> None:
         step = 1e-5 * rng.normal(size=slope.shape)
         moved = [[first, second], [first, second]]
         moved[0][place], moved[1][place] = moved[0][place] + step, moved[1][place] - step
-        up, down = (whitened(*pair).norm for pair in moved)
+        up, down = (whitened(one, other).norm for one, other in moved)
         assert (up - down) / 2 == pytest.approx(float((slope * step).sum()), rel=1e-6)
 
 

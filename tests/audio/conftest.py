@@ -23,12 +23,13 @@ def write_track(
 ) -> Path:
     """Write mono `samples`, with a picture track of the same length if wanted."""
     with av.open(str(path), "w", options=options or {}) as container:
-        if picture:
-            film = container.add_stream(picture, rate=25)
+        film = container.add_stream(picture, rate=25) if picture else None
+        sound = container.add_stream(codec, rate=rate, layout="mono")
+        assert isinstance(sound, av.AudioStream)
+        if film is not None:
+            assert isinstance(film, av.VideoStream)
             film.width = film.height = 64
             film.pix_fmt = "yuv420p"
-        sound = container.add_stream(codec, rate=rate, layout="mono")
-        if picture:
             _write_black(container, film, round(len(samples) / rate * 25))
         frame = av.AudioFrame.from_ndarray(samples[None], format="fltp", layout="mono")
         frame.sample_rate, frame.time_base = rate, Fraction(1, rate)

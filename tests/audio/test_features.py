@@ -9,7 +9,7 @@ from elocute.errors import InputError
 
 def ramp(count: int, rate: float = 50) -> Features:
     """Each value is its own time in seconds."""
-    return Features(np.arange(count)[:, None] / rate, rate, "ramp")
+    return Features((np.arange(count)[:, None] / rate).astype(np.float32), rate, "ramp")
 
 
 @pytest.mark.parametrize("rate", [30, 60, 100, 23.976, 50])
@@ -35,7 +35,7 @@ def test_resampling_equals_numpys_interpolation():
 
 
 def test_windows_cover_eight_frames_before_and_seven_after():
-    windows = Features(np.arange(1, 41)[:, None], 60, "count").windows(16)
+    windows = Features(np.arange(1, 41, dtype=np.float32)[:, None], 60, "count").windows(16)
     assert windows.shape == (40, 16, 1)
     assert windows[20, :, 0].tolist() == list(range(13, 29))
     assert windows[0, :, 0].tolist() == [0] * 8 + list(range(1, 9))

@@ -61,7 +61,10 @@ def test_features_are_librosa_bands_over_a_running_mean_kept_frame_by_frame():
 
 def test_level_does_not_matter_once_something_was_heard():
     samples = noise(20.0)
-    loud, quiet = encoder_features(samples), encoder_features(samples * 0.01)  # at -60 dBFS
+    loud, quiet = (
+        encoder_features(samples),
+        encoder_features(samples * np.float32(0.01)),
+    )  # at -60 dBFS
     settled = slice(1200, None)
     assert np.abs(loud[settled] - quiet[settled]).mean() < 0.05
 

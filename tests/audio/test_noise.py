@@ -26,7 +26,7 @@ def test_the_level_is_the_signal_to_noise_ratio(words, gain_db):
 
 def test_how_loud_the_noise_was_recorded_makes_no_difference(words):
     noise = white_noise(len(words.samples), 1)
-    one, two = with_noise(words, noise, -12), with_noise(words, noise / 50, -12)
+    one, two = with_noise(words, noise, -12), with_noise(words, noise / np.float32(50), -12)
     np.testing.assert_allclose(one.samples, two.samples, atol=1e-6)
 
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,15 +13,17 @@ from elocute.errors import AudioError
 
 
 def test_it_holds_contiguous_float32_samples_and_knows_its_length():
-    waveform = Waveform(np.linspace(-1, 1, 16000)[::2], 8000)
+    of_doubles: Any = np.linspace(-1, 1, 16000)[::2]
+    waveform = Waveform(of_doubles, 8000)
     assert waveform.samples.dtype == np.float32
     assert waveform.samples.flags.c_contiguous
     assert waveform.duration_s == 1.0
 
 
 def test_a_rate_given_as_another_kind_of_number_becomes_an_integer():
-    for rate in (16000.0, np.int64(16000), np.float32(16000)):
-        assert type(Waveform(np.zeros(10), rate).sample_rate) is int
+    rates: list[Any] = [16000.0, np.int64(16000), np.float32(16000)]
+    for rate in rates:
+        assert type(Waveform(np.zeros(10, np.float32), rate).sample_rate) is int
 
 
 @pytest.mark.parametrize(
@@ -47,12 +50,13 @@ def test_samples_that_are_no_sound_are_refused(samples, found):
 @pytest.mark.parametrize("rate", [0, -16000, 3999, 768001, 16000.5, np.nan, np.inf, "16000", None])
 def test_absurd_rates_are_refused(rate):
     with pytest.raises(AudioError, match=f"sample rate {rate} Hz; allowed: 4000 to 768000 Hz"):
-        Waveform(np.zeros(10), rate)
+        Waveform(np.zeros(10, np.float32), rate)
 
 
 def test_a_tone_survives_resampling():
     time = np.arange(48000) / 48000
-    there = Waveform(0.5 * np.sin(2 * np.pi * 440 * time), 48000).resample(16000)
+    tone = (0.5 * np.sin(2 * np.pi * 440 * time)).astype(np.float32)
+    there = Waveform(tone, 48000).resample(16000)
     expected = 0.5 * np.sin(2 * np.pi * 440 * np.arange(16000) / 16000)
     assert there.sample_rate == 16000
     np.testing.assert_allclose(there.samples[500:-500], expected[500:-500], atol=1e-4)

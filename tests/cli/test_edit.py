@@ -27,7 +27,7 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def talk(tmp_path_factory):
     """Three seconds at 20 fps, stored."""
-    jaw = 0.3 * np.sin(np.arange(60) / 5) ** 2
+    jaw = (0.3 * np.sin(np.arange(60) / 5) ** 2).astype(np.float32)
     head = load_builtin_head()
     path = tmp_path_factory.mktemp("edit") / "talk.npz"
     save_motion(motion_from_curves(head, Curves(jaw[:, None], ("jawOpen",), 20.0)), path)
@@ -109,6 +109,9 @@ def test_more_options_and_formats(talk, tmp_path):
         (["--jaw", "0:1,2,x"], "--jaw"),
         (["--neck", "1:0,0,0; 0:0,0,0"], "rising"),
         (["--eyes", "0,80"], "32 degrees"),
+        (["--eyes", "1e308,0"], "1e+308 in a keyframe"),
+        (["--neck", "0,1e308,0"], "1e+308 in a keyframe"),
+        (["--shape", "jawOpen=1e38"], "1e+38 in a keyframe"),
         (["--blinks", "99"], "99 s"),
         (["--blink-per-min", "nan"], "minute"),
         (["--identity", "nobody"], "nobody"),

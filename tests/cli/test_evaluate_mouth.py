@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import soundfile
 from PIL import Image
@@ -100,7 +101,7 @@ def test_what_cannot_be_measured_is_one_line(
 
 
 def test_silence_is_no_babble_and_a_folder_no_sound(refused: Cli, tmp_path: Path) -> None:
-    soundfile.write(tmp_path / "silence.wav", [0.0] * 16000, 16000)
+    soundfile.write(tmp_path / "silence.wav", np.zeros(16000), 16000)
     refused("evaluate", "noise", tmp_path / "silence.wav", says="noise: silence")
     refused("evaluate", "noise", tmp_path, says="corpus.json")
     refused("evaluate", "styles", tmp_path / "none.wav", says="none.wav")

@@ -5,6 +5,7 @@ every system has, stands for it elsewhere.
 """
 
 import os
+import pickle
 import resource
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import soundfile
 
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
@@ -19,6 +21,10 @@ from elocute.motion.store import save_motion
 
 MAIN = [sys.executable, "-c", "from elocute.cli import main; main()"]
 LIMIT = 30_000
+TEXT = (
+    "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "
+    "Five wolves move through the blue fog. Now I rest."
+)
 
 
 @pytest.fixture(scope="module")
@@ -148,3 +154,56 @@ def test_standard_input_and_error_that_are_closed_or_full(tmp_path):
     assert shell("no-such-command 2>/dev/full").returncode == 2
     assert shell("no-such-command 2>&-").returncode == 2
     one_line(shell(f"animate x.wav -o {'a/' * 3000}talk.csv"), "no possible name")
+
+
+def test_simulated_scans_on_a_full_disk(small, speech_wav):
+    pytest.importorskip("scipy", reason="needs the extra `capture`")
+    done = run("capture", "simulate", speech_wav, "-o", small / "scans", "--seconds", "0.1")
+    one_line(done, f"{small / 'scans'}")
+    assert "cannot be written (No space left on device)" in done.stderr
+    assert ".part" not in done.stderr and list(small.iterdir()) == []
+
+
+def test_words_on_a_full_disk(small, speech_wav, tmp_path):
+    """What `segment` finds, and what `take` takes back."""
+    segment = ("words", "segment", speech_wav, "--text", TEXT)
+    spoken = run(*segment, "-o", tmp_path / "w.json")
+    assert spoken.returncode == 0, spoken.stderr
+    (small / "full").write_bytes(b"x" * os.statvfs(small).f_bavail * 4096)
+    full = "cannot be written (No space left on device)"
+    one_line(run(*segment, "-o", small / "w.json"), f"w.json: {full}")
+    take = ("words", "take", tmp_path / "w.json", "-o", small / "w.TextGrid")
+    one_line(run(*take), f"w.TextGrid: {full}")
+    assert [path.name for path in small.iterdir()] == ["full"]
+
+
+def test_a_converted_corpus_on_a_full_disk(small, tmp_path):
+    source, rng = tmp_path / "source", np.random.default_rng(0)
+    for part in ("vertices_npy", "wav"):
+        (source / part).mkdir(parents=True)
+    template = rng.normal(0, 60, (60, 3)).astype(np.float32)
+    (source / "templates.pkl").write_bytes(pickle.dumps({"ann": template, "bob": template}))
+    for name in ("ann_e01", "ann_e02", "bob_e01", "bob_e02"):
+        np.save(source / "vertices_npy" / f"{name}.npy", np.tile(template.ravel(), (15, 1)))
+        soundfile.write(source / "wav" / f"{name}.wav", rng.normal(0, 0.1, 11025), 22050)
+    done = run("corpus", "convert", source, "-o", small / "corpus", "--units", "mm")
+    one_line(done, "corpus")
+    assert "No space left on device" in done.stderr and ".part" not in done.stderr
+    assert list(small.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["a file", "read-only"])
+def test_a_state_folder_that_cannot_be_used_does_not_matter(talk, small, tmp_path, kind):
+    """What this tool made is then not known any more, and so not replaced unasked."""
+    state = small / "state"
+    if kind == "a file":
+        state.write_text("mine")
+    else:
+        subprocess.run(["mount", "-o", "remount,ro", str(small)], check=True)
+    environment = os.environ | {"ELOCUTE_STATE": str(state)}
+    target = tmp_path / "a.csv"
+    done = run("render", talk, "-o", target, env=environment)
+    assert (done.returncode, done.stderr) == (0, "") and target.is_file()
+    one_line(run("render", talk, "-o", target, env=environment), "exists already")
+    assert run("render", talk, "-o", target, "--overwrite", env=environment).returncode == 0
+    assert kind != "a file" or state.read_text() == "mine"

@@ -81,7 +81,7 @@ def test_samples_are_meshes_that_a_seed_repeats(flame, tmp_path, mesh):
     assert first.read_bytes() == (tmp_path / "b" / names[0]).read_bytes()
     assert second.read_bytes() == (tmp_path / "b" / names[1]).read_bytes()
     assert first.read_bytes() != (tmp_path / "c" / names[0]).read_bytes() != second.read_bytes()
-    loaded = trimesh.load(first, process=False)
+    loaded = trimesh.load_mesh(first, process=False)
     assert len(loaded.vertices) == 300 and len(loaded.faces) == 600
 
 
@@ -89,7 +89,9 @@ def test_the_suffix_of_a_folder_chooses_too(tmp_path):
     result = run("sample", "--count", 2, "-o", tmp_path / "people.ply", "--json")
     record = json.loads(result.stdout)
     assert (record["head"], record["count"]) == ("elocute", 2)
-    people = [trimesh.load(p, process=False) for p in sorted((tmp_path / "people.ply").iterdir())]
+    people = [
+        trimesh.load_mesh(p, process=False) for p in sorted((tmp_path / "people.ply").iterdir())
+    ]
     moved = np.linalg.norm(people[0].vertices - people[1].vertices, axis=1)
     assert 0.001 < moved.mean() < 0.05
 

@@ -19,7 +19,9 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of Unix")
 START = "import os; from elocute.cli import main; os.write(1, b'.'); main()"
 
 
-def interrupted(*arguments: object, after_s: float, cwd: Path) -> tuple[int, str]:
+def interrupted(
+    *arguments: object, after_s: float, cwd: Path, by: int = signal.SIGINT
+) -> tuple[int, str]:
     """Exit code and stderr; the whole group hears it, as from a terminal."""
     words = [sys.executable, "-c", START, *map(str, arguments)]
     process = subprocess.Popen(
@@ -28,14 +30,16 @@ def interrupted(*arguments: object, after_s: float, cwd: Path) -> tuple[int, str
     assert process.stdout is not None
     os.read(process.stdout.fileno(), 1)
     time.sleep(after_s)
-    os.killpg(process.pid, signal.SIGINT)
+    os.killpg(process.pid, by)
     _, said = process.communicate(timeout=60)
     return process.returncode, said.decode()
 
 
-def check(code: int, said: str, folder: Path) -> None:
+def check(
+    code: int, said: str, folder: Path, expected: int = 130, word: str = "interrupted"
+) -> None:
     if code != 0:
-        assert code == 130 and said.startswith("elocute: interrupted; "), said
+        assert code == expected and said.startswith(f"elocute: {word}; "), said
         assert said.count("\n") == 1, said
     assert not [path for path in folder.iterdir() if path.name.endswith(".part")]
 
@@ -84,6 +88,35 @@ def test_video(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     )
     check(code, said, tmp_path)
     assert code == 0 or not (tmp_path / "t.mp4").exists()
+
+
+@pytest.mark.parametrize("after_s", [0.3, 0.8, 1.2, 1.6, 2.5])
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_service_that_stops_and_a_terminal_that_closes(
+    name: str, after_s: float, speech_wav: Path, tmp_path: Path
+) -> None:
+    number = getattr(signal, name)
+    code, said = interrupted(
+        *("animate", speech_wav, "-o", "t.npz", "-o", "t.glb", "-o", "t.html"),
+        after_s=after_s,
+        cwd=tmp_path,
+        by=number,
+    )
+    word = {"SIGTERM": "terminated", "SIGHUP": "hung up"}[name]
+    check(code, said, tmp_path, 128 + number, word)
+    for path in tmp_path.glob("*.npz"):
+        assert load_motion(path).frame_count == 640
+
+
+def test_nohup_is_heeded(speech_wav: Path, tmp_path: Path) -> None:
+    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + START
+    words = [sys.executable, "-c", code, "animate", speech_wav, "-o", "t.npz"]
+    process = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    os.read(process.stdout.fileno(), 1)
+    process.send_signal(signal.SIGHUP)
+    process.communicate(timeout=60)
+    assert process.returncode == 0 and (tmp_path / "t.npz").exists()
 
 
 def test_a_background_job_of_a_script_goes_on(speech_wav: Path, tmp_path: Path) -> None:

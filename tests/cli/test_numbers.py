@@ -1,5 +1,8 @@
 """Option texts that hold numbers of any length are told in one short line."""
 
+import subprocess
+import sys
+
 import pytest
 
 from elocute.articulation.style import parse_mix, resolve_style
@@ -42,3 +45,23 @@ def test_seeds_that_no_generator_takes(seed, refused):
         ["propagate", "a", "b", "-o", "c"],
     ):
         refused(*command, "--seed", seed, says="--seed")
+
+
+def test_numpy_does_not_warn_beside_our_one_line(tmp_path):
+    """What it warns of is checked in results; whoever asks for warnings is given them."""
+    code = (
+        "import atexit, numpy; atexit.register(lambda: numpy.ones(1) / numpy.zeros(1))\n"
+        "from elocute.cli import main; main()"
+    )
+    said = {
+        flags: subprocess.run(
+            [sys.executable, *flags, "-c", code, "info", "none.npz"],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            check=False,
+        ).stderr
+        for flags in ((), ("-W", "default::RuntimeWarning"))
+    }
+    assert said[()].count("\n") == 1 and said[()].startswith("elocute: ")
+    assert "divide by zero" in said["-W", "default::RuntimeWarning"]

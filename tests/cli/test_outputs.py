@@ -95,7 +95,8 @@ def test_a_sound_that_already_lies_beside_the_glb_stays(say, tmp_path, cli):
 
 def test_two_sounds_of_one_name_are_told_apart(say, tmp_path, refused):
     """Once one of the two was lost without a word."""
-    say("clips/a.flac"), say("clips/a.wav")
+    say("clips/a.flac")
+    say("clips/a.wav")
     out = tmp_path / "out"
     out.mkdir()
     refused("animate", tmp_path / "clips", "-o", out, says="clips/a.flac and")
@@ -104,7 +105,8 @@ def test_two_sounds_of_one_name_are_told_apart(say, tmp_path, refused):
 
 
 def test_subfolders_are_mirrored_or_said_to_be_left_out(say, tmp_path, run):
-    say("clips/one.wav"), say("clips/deep/er/one.wav")
+    say("clips/one.wav")
+    say("clips/deep/er/one.wav")
     done = run("animate", tmp_path / "clips", "-o", tmp_path / "out", "--format", "csv")
     assert done.returncode == 0 and "1 subfolders with sound left out" in done.stderr
     assert [p.name for p in (tmp_path / "out").rglob("*.csv")] == ["one.csv"]

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -82,3 +83,53 @@ def test_a_training_goes_on_only_where_one_began(
     done = elocute("train", "voca", tmp_path / "corpus", "-o", tmp_path / "mine", "--resume")
     assert done.returncode == 2 and "no checkpoint.safetensors beside it" in done.stderr
     assert (tmp_path / "mine" / "log.csv").read_text() == "my notes"
+
+
+def header(**tensors: object) -> bytes:
+    text = json.dumps(tensors).encode()
+    return len(text).to_bytes(8, "little") + text
+
+
+def tensor(dtype: object = "F32", shape: object = (2,), at: object = (0, 8)) -> dict[str, object]:
+    return {"dtype": dtype, "shape": shape, "data_offsets": at}
+
+
+FORGED = {
+    "nothing": b"",
+    "a header of 16 exabytes": b"\xff" * 8 + b"{}",
+    "a header that is cut": header(a=tensor())[:-3],
+    "a list for a header": (2).to_bytes(8, "little") + b"[]",
+    "deep JSON": (10**6).to_bytes(8, "little") + b"[" * 10**6,
+    "places behind the end": header(a=tensor(at=(0, 10**12))) + bytes(8),
+    "places below zero": header(a=tensor(at=(-8, 0))) + bytes(8),
+    "places on top of each other": header(a=tensor(), b=tensor()) + bytes(8),
+    "a gap": header(a=tensor(at=(8, 16))) + bytes(16),
+    "a shape of terabytes": header(a=tensor(shape=(10**12,))) + bytes(8),
+    "a shape that overflows": header(a=tensor(shape=(2**62, 4))) + bytes(8),
+    "a shape below zero": header(a=tensor(shape=(-2,))) + bytes(8),
+    "a million axes": header(a=tensor(shape=(1,) * 10**6, at=(0, 4))) + bytes(4),
+    "a type that there is not": header(a=tensor("F99")) + bytes(8),
+    "a type that is a list": header(a=tensor(["F32"])) + bytes(8),
+    "a tensor that is text": header(a="F32") + bytes(8),
+    "metadata that are numbers": header(__metadata__={"a": 1}, a=tensor()) + bytes(8),
+    "one name twice": (lambda text: len(text).to_bytes(8, "little") + text + bytes(16))(
+        b'{"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},'
+        b'"a":{"dtype":"F32","shape":[2],"data_offsets":[8,16]}}'
+    ),
+    "other tensors": header(a=tensor()) + bytes(8),
+}
+
+
+def test_forged_checkpoints_are_one_line(
+    tmp_path: Path, make_corpus: Callable[..., object], run: Callable[..., Any]
+) -> None:
+    make_corpus(tmp_path / "corpus")
+    (tmp_path / "out").mkdir()
+    place = tmp_path / "out" / "checkpoint.safetensors"
+    for name, data in FORGED.items():
+        place.write_bytes(data)
+        done = run("train", "voca", tmp_path / "corpus", "-o", place.parent, "--resume", "--json")
+        lines = done.stderr.splitlines()
+        assert done.returncode == 2 and len(lines) == 1, (name, done.stderr[-500:])
+        assert str(place) in lines[0] and len(lines[0]) < 1000, (name, lines[0])
+        assert place.read_bytes() == data

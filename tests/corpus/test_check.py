@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import elocute
 from elocute.audio.read import read_audio
@@ -60,11 +61,17 @@ def vertex_corpus_of(room: Path, clips: list[Clip], scale: float = 1.0) -> Corpu
     folder = room / "c"
     head = load_builtin_head()
     with corpus_writer(
-        folder, {clip.subject: scale * kept(head.template) for clip in clips}, fps=FPS
+        folder, {clip.subject: np.float32(scale) * kept(head.template) for clip in clips}, fps=FPS
     ) as writer:
         for clip in clips:
-            writer.add(replace(clip, frames=scale * clip.frames))
+            writer.add(replace(clip, frames=np.float32(scale) * held(clip)))
     return open_corpus(folder)
+
+
+def held(clip: Clip) -> NDArray[np.float32]:
+    """The clip's motion, which is in memory."""
+    assert isinstance(clip.frames, np.ndarray)
+    return clip.frames
 
 
 def kept(points: np.ndarray) -> np.ndarray:
@@ -75,7 +82,7 @@ def kept(points: np.ndarray) -> np.ndarray:
 
 def as_vertices(clip: Clip) -> Clip:
     head = load_builtin_head()
-    moved = np.tensordot(clip.frames, kept(head.expression_basis), 1)
+    moved = np.tensordot(held(clip), kept(head.expression_basis), 1)
     return replace(clip, frames=(kept(head.template) + moved).astype(np.float32))
 
 
@@ -132,7 +139,7 @@ def test_offsets_come_out_between_frames(takes) -> None:
 
 def test_numbers_that_are_none_are_found(takes, tmp_path) -> None:
     clip = as_vertices(takes["plain"])
-    clip.frames[321, 7, 1] = np.nan
+    held(clip)[321, 7, 1] = np.nan
     corpus = vertex_corpus_of(tmp_path, [clip, as_vertices(takes["broad"])])
     findings = check_corpus(corpus)
     assert [(f.about, f.what, f.frame) for f in findings] == [
@@ -142,7 +149,7 @@ def test_numbers_that_are_none_are_found(takes, tmp_path) -> None:
 
 def test_jumps_are_found_in_vertices_and_in_weights(takes, tmp_path) -> None:
     clip = as_vertices(takes["plain"])
-    clip.frames[200:, 5] += 0.03
+    held(clip)[200:, 5] += 0.03
     findings = check_corpus(vertex_corpus_of(tmp_path, [clip]))
     assert [(f.about, f.frame) for f in findings if "jump" in f.what] == [(clip.name, 200)]
     weights = takes["plain"].frames.copy()
@@ -171,8 +178,8 @@ def test_a_head_that_is_turned_or_shifted_is_found(takes, tmp_path) -> None:
         [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
     )
     clips = [
-        replace(turned, frames=turned.frames @ about_y.T.astype(np.float32)),
-        replace(shifted, frames=shifted.frames + np.float32(0.008)),
+        replace(turned, frames=held(turned) @ about_y.T.astype(np.float32)),
+        replace(shifted, frames=held(shifted) + np.float32(0.008)),
         as_vertices(takes["tense"]),
     ]
     findings = check_corpus(vertex_corpus_of(tmp_path, clips))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -235,7 +236,7 @@ def test_the_split_is_ones_choice(prepared_biwi, tmp_path, split, judged):
 
 
 def test_splits_and_units_that_are_none_are_refused(prepared_biwi, tmp_path):
-    for options, told in (
+    refused_options: tuple[tuple[dict[str, Any], str], ...] = (
         ({"split": "odd"}, "published, even, sentences"),
         ({"split": "F1/"}, "published, even, sentences"),
         ({"split": "F1/F1"}, "F1 in two parts"),
@@ -244,7 +245,8 @@ def test_splits_and_units_that_are_none_are_refused(prepared_biwi, tmp_path):
         ({"units": "mile"}, "mm, cm, dm, inch, or metres"),
         ({"units": "nan"}, "no unit of length"),
         ({"units": "0"}, "no unit of length"),
-    ):
+    )
+    for options, told in refused_options:
         with pytest.raises(CorpusError, match=told):
             convert(prepared_biwi, tmp_path / "out", **options)
         assert list(tmp_path.iterdir()) == []
@@ -350,12 +352,13 @@ def test_real_lips_move_the_head_as_they_were_tracked(shared_data, tmp_path):
     for clip, residual_mm in grid_clips(tmp_path, leave_out={given[0].stem}, fps=25.0):
         assert clip.subject == "grid" and clip.sentence != given[0].stem
         assert len(clip.text.split()) == 6
-        assert clip.frames.min() >= 0 and clip.frames.max() <= 1
+        frames = clip.frames[:]
+        assert frames.min() >= 0 and frames.max() <= 1
         assert residual_mm < 1.5
         track = read_track(tmp_path / f"{clip.sentence}.npz")
         tracked = track.scalars["inner_opening_mean"]
-        measures = measure_mouth(Motion(head, clip.frames, 25.0))
-        count = min(len(tracked), len(clip.frames))
+        measures = measure_mouth(Motion(head, frames, 25.0))
+        count = min(len(tracked), len(frames))
         opening = measures["opening_mm"][:count]
         assert np.corrcoef(opening, tracked[:count])[0, 1] > 0.95
         width = np.corrcoef(measures["width_mm"][:count], track.scalars["lip_width"][:count])
@@ -383,7 +386,11 @@ def test_real_lips_become_a_corpus(shared_data, tmp_path):
 
 
 def test_a_tracked_clip_without_its_fields_is_refused(tmp_path):
-    for fields in ({"t": np.zeros(3)}, {name: np.zeros(3) for name in SCALARS}):
+    without: tuple[dict[str, Any], ...] = (
+        {"t": np.zeros(3)},
+        {name: np.zeros(3) for name in SCALARS},
+    )
+    for fields in without:
         np.savez(tmp_path / "a.npz", **fields)
         with pytest.raises(CorpusError, match=r"a\.npz: no tracked lips"):
             read_track(tmp_path / "a.npz")

@@ -24,7 +24,9 @@ RNG = np.random.default_rng(0)
 
 def small_clip(subject: str = "ada", sentence: str = "s1", frames: int = 20) -> Clip:
     sound = Waveform(RNG.normal(0, 0.1, 8000).astype(np.float32), 16000)
-    return Clip(subject, sentence, "hello", sound, RNG.normal(size=(frames, 5, 3)))
+    return Clip(
+        subject, sentence, "hello", sound, RNG.normal(size=(frames, 5, 3)).astype(np.float32)
+    )
 
 
 def test_clips_come_back_as_they_went_in(tmp_path: Path) -> None:
@@ -88,9 +90,15 @@ def test_an_interrupted_corpus_leaves_nothing(tmp_path: Path) -> None:
     ("clip", "told"),
     [
         (small_clip("ben"), "subject without template"),
-        (Clip("ada", "s1", "", small_clip().sound, np.zeros((3, 4, 3))), r"\(5, 3\)"),
+        (Clip("ada", "s1", "", small_clip().sound, np.zeros((3, 4, 3), np.float32)), r"\(5, 3\)"),
         (
-            Clip("ada", "s1", "", Waveform(np.zeros(9000), 700_000), np.zeros((3, 5, 3))),
+            Clip(
+                "ada",
+                "s1",
+                "",
+                Waveform(np.zeros(9000, np.float32), 700_000),
+                np.zeros((3, 5, 3), np.float32),
+            ),
             "sound at 700000 Hz",
         ),
     ],

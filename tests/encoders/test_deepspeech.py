@@ -169,10 +169,11 @@ def test_the_reference_recurrence_equals_torch(weights):
     i, j, f, o = np.split(bias, 4)
     cell = torch.nn.LSTM(2 * HIDDEN, HIDDEN)
     with torch.no_grad():
-        cell.weight_ih_l0.copy_(torch.from_numpy(order[:, : 2 * HIDDEN]))
-        cell.weight_hh_l0.copy_(torch.from_numpy(order[:, 2 * HIDDEN :]))
-        cell.bias_ih_l0.copy_(torch.from_numpy(np.concatenate([i, f + 1, j, o])))
-        cell.bias_hh_l0.zero_()
+        parameters = dict(cell.named_parameters())
+        parameters["weight_ih_l0"].copy_(torch.from_numpy(order[:, : 2 * HIDDEN]))
+        parameters["weight_hh_l0"].copy_(torch.from_numpy(order[:, 2 * HIDDEN :]))
+        parameters["bias_ih_l0"].copy_(torch.from_numpy(np.concatenate([i, f + 1, j, o])))
+        parameters["bias_hh_l0"].zero_()
         theirs = cell(torch.from_numpy(x))[0].numpy()
     np.testing.assert_allclose(lstm_in_numpy(x, kernel, bias), theirs, atol=1e-5)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
 
@@ -87,8 +87,8 @@ def test_scores_are_averaged_level_by_level() -> None:
     one = [NoiseScore(-12, 2.0, 0.5, 0.8), NoiseScore(-6, 1.0, 0.2, 0.0)]
     two = [NoiseScore(-12, 4.0, 1.0, 0.6), NoiseScore(-6, 3.0, 0.4, 0.5)]
     first, second = mean_scores([one, two])
-    assert first == NoiseScore(-12, 3.0, 0.75, pytest.approx(0.7))
-    assert second == NoiseScore(-6, 2.0, pytest.approx(0.3), 0.25)
+    assert astuple(first) == pytest.approx((-12, 3.0, 0.75, 0.7))
+    assert astuple(second) == pytest.approx((-6, 2.0, 0.3, 0.25))
 
 
 def test_each_style_opens_the_mouth_in_its_own_way(words: Waveform) -> None:
@@ -127,7 +127,7 @@ class TestFaces:
         head = motion.head
         names = tuple(f"voca{index:03d}" for index in range(len(head.expression_names)))
         doubled = replace(head, expression_names=names, expression_basis=2 * head.expression_basis)
-        again = Motion(doubled, motion.weights / 2, motion.fps)
+        again = Motion(doubled, motion.weights / np.float32(2), motion.fps)
         (one,), (two,) = (face_scores(each, 1, seed=4) for each in (motion, again))
         assert vars(one) == pytest.approx(vars(two), abs=1e-3)
 

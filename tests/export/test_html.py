@@ -25,6 +25,7 @@ def page(speech_wav, tmp_path_factory):
 def browser(need, tmp_path_factory):
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     need(chromium and shutil.which("chromedriver"), "chromium and chromium-driver")
+    assert chromium is not None
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()

@@ -19,7 +19,7 @@ def test_each_frame_is_a_mesh_that_others_read(short, tmp_path, write, suffix):
     folder = tmp_path / f"talk{suffix}"
     write(short, folder)
     assert [p.name for p in sorted(folder.iterdir())] == [f"{i:05d}{suffix}" for i in range(6)]
-    mesh = trimesh.load(folder / f"00004{suffix}", process=False)
+    mesh = trimesh.load_mesh(folder / f"00004{suffix}", process=False)
     assert np.allclose(mesh.vertices, short.vertices(4, 5)[0], atol=2e-6)
     assert len(mesh.faces) == len(short.head.triangles)
 

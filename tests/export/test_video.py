@@ -18,15 +18,19 @@ def video(take, tmp_path_factory):
     return path
 
 
+def length_s(stream: av.VideoStream | av.AudioStream) -> float:
+    assert stream.duration is not None and stream.time_base is not None
+    return float(stream.duration * stream.time_base)
+
+
 def test_it_is_h264_and_aac_of_the_right_length(video, take):
     with av.open(str(video)) as file:
         picture, sound = file.streams.video[0], file.streams.audio[0]
         assert (picture.codec_context.name, sound.codec_context.name) == ("h264", "aac")
         assert picture.codec_context.pix_fmt == "yuv420p"
         assert picture.frames == take.motion.frame_count
-        assert float(picture.average_rate) == take.motion.fps
-        seconds = float(picture.duration * picture.time_base)
-        heard = float(sound.duration * sound.time_base)
+        assert picture.average_rate == take.motion.fps
+        seconds, heard = length_s(picture), length_s(sound)
         assert abs(seconds - heard) < 1 / take.motion.fps + 0.03
 
 

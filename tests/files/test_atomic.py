@@ -10,6 +10,7 @@ from elocute.errors import OutputError
 from elocute.files.atomic import (
     check_output,
     moved_aside,
+    remove_stale_drafts,
     write_atomically,
     write_folder_atomically,
 )
@@ -137,3 +138,45 @@ def test_what_is_no_file_is_never_replaced(tmp_path):
         ):
             pass
     assert pipe.is_fifo() and link.is_symlink()
+
+
+def test_files_of_a_folder_are_told_as_what_they_would_have_been(tmp_path):
+    """As every frame of `capture simulate`, which is written through a draft of its own."""
+    full = (
+        "import resource, sys; from pathlib import Path\n"
+        "from elocute.files.atomic import write_atomically, write_folder_atomically\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
+        "from elocute.errors import OutputError\n"
+        "try:\n"
+        "    with write_folder_atomically(sys.argv[1]) as room:\n"
+        "        with write_atomically(room / '1') as draft: draft.write_bytes(b'x' * 5000)\n"
+        "except OutputError as error: print(error)\n"
+    )
+    run = [sys.executable, "-c", full, str(tmp_path / "frames")]
+    done = subprocess.run(run, capture_output=True, text=True, check=True)
+    assert done.stdout == f"{tmp_path / 'frames' / '1'}: cannot be written (File too large)\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_containers_of_one_name_leave_each_other_alone(tmp_path):
+    """What writes in another container has a number that nobody has here."""
+    container = ["unshare", "--pid", "--fork", "--kill-child"]
+    if subprocess.run([*container, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("may not make a container")
+    slow = (
+        "import os, sys; from elocute.files.atomic import write_atomically\n"
+        "with write_atomically(sys.argv[1]) as draft:\n"
+        "    draft.write_text('whole'); os.write(1, b'.'); sys.stdin.read()\n"
+    )
+    script = [*container, sys.executable, "-c", slow, str(tmp_path / "slow.txt")]
+    with subprocess.Popen(script, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin and process.stdout
+        process.stdout.read(1)
+        (draft,) = tmp_path.iterdir()
+        other = tmp_path / draft.name.replace("-1-", "-99999999-")  # a number that nobody has
+        draft.rename(other)
+        remove_stale_drafts(tmp_path)
+        assert other.is_dir()
+        other.rename(draft)
+        process.stdin.close()
+    assert (tmp_path / "slow.txt").read_text() == "whole"

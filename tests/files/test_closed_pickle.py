@@ -249,7 +249,7 @@ class TestArraysThatLie:
     def test_sparse_matrices_whose_parts_disagree(self, read, refused, part, values, word):
         matrix = csc_matrix(np.array([[1.0, 0, 0], [0, 0, 0], [0, 0, 2]]))
         is_list = isinstance(values, list)
-        matrix.__dict__[part] = np.array(values) if is_list else values
+        setattr(matrix, part, np.array(values) if is_list else values)
         if word:
             refused(pickle.dumps(matrix, 2), "csc matrix", word)
         else:  # a large shape alone takes no memory

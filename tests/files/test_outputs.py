@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import sqlite3
 import sys
+from typing import Any
 
 import pytest
 
@@ -25,6 +26,9 @@ def speech(tmp_path):
     path = tmp_path / "speech.wav"
     path.write_bytes(b"sound")
     return path
+
+
+RULES: list[dict[str, Any]] = [{}, {"overwrite": True}, {"no_clobber": True}]
 
 
 def run(output, *sources, text="made", side=None, **rules):
@@ -145,7 +149,7 @@ def test_names_that_differ_by_case_may_lie_in_a_folder_yet_to_be_made(tmp_path):
 @pytest.mark.parametrize("link", [os.symlink, os.link])
 def test_an_output_is_never_an_input_by_whatever_name(tmp_path, speech, link):
     link(speech, tmp_path / "alias.wav")
-    for rules in ({}, {"overwrite": True}, {"no_clobber": True}):
+    for rules in RULES:
         with pytest.raises(OutputError, match=r"alias\.wav: an input of this run .*speech\.wav"):
             run(tmp_path / "alias.wav", speech, **rules)
     assert speech.read_bytes() == b"sound"
@@ -256,7 +260,7 @@ def test_files_of_a_folder_that_is_an_input_are_inputs(tmp_path):
     corpus = tmp_path / "corpus"
     corpus.mkdir()
     (corpus / "corpus.json").write_text("{}")
-    for rules in ({}, {"overwrite": True}):
+    for rules in RULES[:2]:
         with pytest.raises(OutputError, match=r"corpus\.json: a file of an input of this run"):
             run(corpus / "corpus.json", corpus, **rules)
     assert (corpus / "corpus.json").read_text() == "{}"

@@ -116,3 +116,33 @@ def test_keys_as_real_files_have_them_are_read(tmp_path):
     shared = np.zeros((5023, 3))
     path.write_bytes(pickle.dumps({"a": shared, "b": shared}, 2))
     assert set(read_pickle(path)) == {"a", "b"}
+
+
+HEAPS = {
+    "lists in a list": b"](" + b"]" * 2_000_000 + b"e.",
+    "lists within lists": b"]" * 600_000 + b"a" * 599_999 + b".",
+    "lists of one": b"](" + b"]Na" * 650_000 + b"e.",
+    "tuples within tuples": b"N" + b"\x85" * 2_000_000 + b".",
+    "dicts in a list": b"](" + b"}" * 2_000_000 + b"e.",
+    "sets in a list": b"\x80\x04](" + b"\x8f" * 2_000_000 + b"e.",
+}
+PEAK = """
+import resource, sys
+from elocute.errors import InputError
+from elocute.files.pickles.closed_pickle import read_pickle
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+try:
+    read_pickle(sys.argv[1])
+except InputError:
+    pass
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+@pytest.mark.parametrize("name", HEAPS)
+def test_containers_take_a_hundred_times_the_file_at_most(name, tmp_path):
+    path = tmp_path / "heap.pkl"
+    path.write_bytes(HEAPS[name])
+    run = [sys.executable, "-c", PEAK, str(path)]
+    done = subprocess.run(run, capture_output=True, text=True, check=True, timeout=120)
+    assert int(done.stdout) * 1024 <= 100 * len(HEAPS[name]), done.stdout

@@ -6,9 +6,10 @@ import importlib.util
 import sys
 
 import pytest
-from fuzzing.cases import Reader
-from fuzzing.commands import COMMANDS
-from fuzzing.worker import FATAL, Server
+
+from tests.fuzz.fuzzing.cases import Reader
+from tests.fuzz.fuzzing.commands import COMMANDS
+from tests.fuzz.fuzzing.worker import FATAL, Server
 
 if not sys.platform.startswith("linux"):
     pytest.skip("cases are judged in forks with limits of Linux", allow_module_level=True)

@@ -15,13 +15,13 @@ from random import Random
 
 import numpy as np
 import pytest
-from fuzzing import worker
-from fuzzing.cases import Reader, case, load_seeds
-from fuzzing.mutations import KINDS, mutate
-from fuzzing.readers import READERS
-from fuzzing.seeds import place
 
 from elocute.errors import InputError
+from tests.fuzz.fuzzing import worker
+from tests.fuzz.fuzzing.cases import Reader, case, load_seeds
+from tests.fuzz.fuzzing.mutations import KINDS, mutate
+from tests.fuzz.fuzzing.readers import READERS
+from tests.fuzz.fuzzing.seeds import place
 
 if not sys.platform.startswith("linux"):
     pytest.skip("cases are judged in forks with limits of Linux", allow_module_level=True)

@@ -9,10 +9,11 @@ import sys
 from collections.abc import Callable
 
 import pytest
-from fuzzing.cases import Files, Reader
-from fuzzing.found import FOUND
-from fuzzing.readers import READERS, usable
-from fuzzing.worker import FATAL, Server
+
+from tests.fuzz.fuzzing.cases import Files, Reader
+from tests.fuzz.fuzzing.found import FOUND
+from tests.fuzz.fuzzing.readers import READERS, usable
+from tests.fuzz.fuzzing.worker import FATAL, Server
 
 if not sys.platform.startswith("linux"):
     pytest.skip("cases are judged in forks with limits of Linux", allow_module_level=True)
@@ -33,7 +34,9 @@ def test_mutations_are_read_or_refused(server: Server, reader: Reader):
         f"case {f['number']}: {f['verdict']} {f['type']} {f['where']} {f['message'][:200]}"
         for f in faults[:10]
     )
-    assert not faults, f"{len(faults)} of {result['done']}; say: benchmarks/fuzz.py --show\n{told}"
+    assert not faults, (
+        f"{len(faults)} of {result['done']}; say: python -m benchmarks.fuzz --show\n{told}"
+    )
 
 
 @pytest.mark.parametrize("name", FOUND)

@@ -268,7 +268,7 @@ class TestHeads:
         import trimesh
 
         write(talk, tmp_path / "talk.glb")
-        scene = trimesh.load(tmp_path / "talk.glb")
+        scene = trimesh.load_scene(tmp_path / "talk.glb")
         assert sum(len(mesh.faces) for mesh in scene.geometry.values()) == len(talk.head.triangles)
 
     def test_what_needs_lips_or_eyes_says_so(self, talk, head):

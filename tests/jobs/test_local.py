@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,15 +11,14 @@ import pytest
 from elocute.errors import InputError
 from elocute.jobs.pool import Failed
 from elocute.jobs.process_pool import checked_jobs, run_local
+from tests.jobs import works
 
 Run = Callable[..., dict[int, Any]]
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+def run(tmp_path: Path) -> Run:
     """run("double", jobs) gives number to outcome of six tasks."""
-    monkeypatch.syspath_prepend(Path(__file__).parent)
-    works = importlib.import_module("works")
 
     def call(name: str, jobs: int = 2) -> dict[int, Any]:
         tasks = ((str(tmp_path), number) for number in range(6))

@@ -23,12 +23,11 @@ pytestmark = [
     pytest.mark.skipif(not importlib.util.find_spec("ray"), reason="needs the extra `cluster`"),
     pytest.mark.skipif(not Path("/proc/self").exists(), reason="finds workers in Linux's /proc"),
 ]
-HERE = Path(__file__).parent
+ROOT = Path(__file__).resolve().parents[2]
 STARTS = 4
 DRIVER = """
-import json, sys
-sys.path.insert(0, {here!r})
-import works
+import json
+from tests.jobs import works
 from elocute.jobs.ray_cluster import ray_pool
 tasks = [({folder!r}, number) for number in range(6)]
 pool = ray_pool({address!r}, 2)
@@ -53,8 +52,9 @@ def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, dict[s
         "HOME": str(room),
         "RAY_USAGE_STATS_ENABLED": "0",
         "OMP_NUM_THREADS": "1",
-        "PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")]),
+        "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
     }
+    told = ""
     # Ray gives its own agent 15 s to load, which a busy machine needs for that alone.
     for _ in range(STARTS):
         process, address, told = started(environment)
@@ -113,7 +113,7 @@ def end(process: subprocess.Popen[str]) -> None:
 
 def drive(node: tuple[str, dict[str, str]], name: str, folder: Path, **more: str):
     address, environment = node
-    code = DRIVER.format(here=str(HERE), folder=str(folder), address=address, name=name)
+    code = DRIVER.format(folder=str(folder), address=address, name=name)
     return subprocess.run(
         [sys.executable, "-c", code],
         env=environment | more,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tracemalloc
+from typing import Any
 
 import numpy as np
 import pytest
@@ -146,7 +147,14 @@ def test_nothing_comes_after_the_end_and_settings_have_ranges():
     live.flush()
     with pytest.raises(InputError, match="new stream"):
         live.push(np.zeros(10, np.float32))
-    for wrong in ({"fps": 0.5}, {"fps": 1000}, {"strength": 3}, {"rate": 3}, {"model": "nobody"}):
+    out_of_range: list[dict[str, Any]] = [
+        {"fps": 0.5},
+        {"fps": 1000},
+        {"strength": 3},
+        {"rate": 3},
+        {"model": "nobody"},
+    ]
+    for wrong in out_of_range:
         with pytest.raises(InputError):
             elocute.stream(**wrong)
     with pytest.raises(InputError, match="no styles"):

@@ -41,7 +41,7 @@ def posed(talk):
 
 
 def error_degrees(found, wanted):
-    inverse = wanted.rotations * np.float32([1, -1, -1, -1])
+    inverse = wanted.rotations * np.array([1, -1, -1, -1], np.float32)
     return np.degrees(np.linalg.norm(to_axis_angle(multiply(found.rotations, inverse)), axis=-1))
 
 
@@ -102,7 +102,7 @@ def test_another_head(head):
         expression_basis=np.tensordot(rng.normal(0, 1, (20, 55)), head.expression_basis, 1),
         joint_names=("root", "neck", "jaw", "left_eye", "right_eye"),
     )
-    motion = Motion(other, rng.normal(0, 0.3, (2, 20)), 30)
+    motion = Motion(other, rng.normal(0, 0.3, (2, 20)).astype(np.float32), 30)
     motion = with_pose(with_pose(motion, "root", (0, 30, 0)), "eye_left", (4, 9, 0))
     found, residual_mm = solve_weights(other, motion.vertices())
     assert residual_mm.max() < 0.001

@@ -40,13 +40,13 @@ def test_initialisation_is_he_and_glorot() -> None:
     torch.manual_seed(0)
     fresh = Crnn(CrnnConfig(5))
     for layer in (*list(fresh.frequency)[1:], *fresh.time):
+        assert isinstance(layer, torch.nn.Conv1d | torch.nn.Conv2d) and layer.bias is not None
         fan_in = layer.weight[0].numel()
         assert float(layer.weight.detach().std()) == pytest.approx((2 / fan_in) ** 0.5, rel=0.05)
         assert not layer.bias.any()
+    recurrent = dict(fresh.recurrent.named_parameters())
     bound = (6 / 256) ** 0.5
-    assert float(fresh.recurrent.weight_hh_l0.detach().abs().max()) == pytest.approx(
-        bound, rel=0.01
-    )
+    assert float(recurrent["weight_hh_l0"].detach().abs().max()) == pytest.approx(bound, rel=0.01)
     assert fresh.output.out_features == 5
 
 

@@ -17,8 +17,9 @@ def lively(config: VocaConfig) -> Voca:
     voca = Voca(config)
     for parameter in voca.parameters():
         torch.nn.init.normal_(parameter, std=0.3)
-    voca.norm.running_mean.fill_(0.4)
-    voca.norm.running_var.fill_(2.0)
+    held = dict(voca.norm.named_buffers())
+    held["running_mean"].fill_(0.4)
+    held["running_var"].fill_(2.0)
     return voca.eval()
 
 

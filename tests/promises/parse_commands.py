@@ -1,9 +1,10 @@
 """Parses commands as their own programs would, without running them.
 
-    python parse_commands.py < COMMANDS.json > PROBLEMS.json
+    python -m tests.promises.parse_commands < COMMANDS.json > PROBLEMS.json
 
-COMMANDS.json is a list of argument lists that begin with `elocute` or a script below this
-project; PROBLEMS.json has, for each, an empty text or what its parser said.
+COMMANDS.json is a list of argument lists that begin with `elocute` or the name of a module below
+this project, as `python -m` takes it; PROBLEMS.json has, for each, an empty text or what its parser
+said.
 """
 
 from __future__ import annotations
@@ -31,22 +32,20 @@ def parse_and_stop(parser: argparse.ArgumentParser, *_: Any, **__: Any) -> None:
     raise ParsedError(namespace)
 
 
-def script_problem(script: Path, arguments: list[str]) -> str:
+def module_problem(module: str, arguments: list[str]) -> str:
+    script = (ROOT / module.replace(".", "/")).with_suffix(".py")
     if not script.is_file():
-        return "no such script"
+        return f"no such module: {module}"
     if "argparse" not in script.read_text(encoding="utf-8"):
         return f"takes no arguments: {arguments}" if arguments else ""
-    sys.argv, said, path = [str(script), *arguments], io.StringIO(), list(sys.path)
-    sys.path.insert(0, str(script.parent))
+    sys.argv, said = [str(script), *arguments], io.StringIO()
     try:
         with contextlib.redirect_stderr(said):
-            runpy.run_path(str(script), run_name="__main__")
+            runpy.run_module(module, run_name="__main__")
     except ParsedError:
         return ""
     except SystemExit:
         return said.getvalue().strip().splitlines()[-1]
-    finally:
-        sys.path[:] = path
     return "never parsed its arguments"
 
 
@@ -71,13 +70,12 @@ def elocute_problem(arguments: list[str]) -> str:
 
 def main() -> None:
     argparse.ArgumentParser.parse_args = parse_and_stop  # type: ignore[method-assign]
-    sys.path.insert(0, str(ROOT / "recipes"))
     found = []
     for program, *arguments in json.load(sys.stdin):
         if program == "elocute":
             found.append(elocute_problem(arguments))
         else:
-            found.append(script_problem(ROOT / program, arguments))
+            found.append(module_problem(program, arguments))
     json.dump(found, sys.stdout)
 
 

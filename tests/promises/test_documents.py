@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.metadata
 import json
 import re
@@ -17,7 +18,9 @@ ROOT = Path(__file__).parents[2]
 CARDS = ROOT / "docs" / "cards"
 PAGES = [ROOT / "docs" / "measurements.md", ROOT / "docs" / "scale.md", *sorted(CARDS.glob("*.md"))]
 STARTS = ("python ", "elocute ", "make ", "pytest ", "du ")
-PARSER = Path(__file__).with_name("parse_commands.py")
+PROGRAMS = [
+    path for folder in ("recipes", "benchmarks") for path in sorted((ROOT / folder).rglob("*.py"))
+]
 
 
 def spans(text: str) -> list[str]:
@@ -37,9 +40,31 @@ def program_and_arguments(command: str) -> list[str] | None:
     words = shlex.split(command)
     if words[0] == "elocute":
         return words
-    if words[0] == "python" and words[1].endswith(".py"):
-        return words[1:]
+    if words[:2] == ["python", "-m"] and words[2].startswith(("recipes.", "benchmarks.")):
+        return words[2:]
+    assert not words[1].startswith(("recipes/", "benchmarks/")), f"{command}: run them by -m"
     return None
+
+
+def commands_of_a_docstring(path: Path) -> list[str]:
+    """Indented lines that begin with `python` or `elocute`, without the remark after them."""
+    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    found = re.findall(r"^ *((?:python|elocute) .*)$", text, re.M)
+    plain = (re.split(r"  |#", command)[0] for command in found)
+    return [re.sub(r"[\[\]]", "", command).strip() for command in plain]
+
+
+def problems_of(asked: list[list[str]]) -> list[str]:
+    """What the commands' own parsers say, "" where they take the arguments."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.promises.parse_commands"],
+        input=json.dumps(asked),
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+    )
+    return json.loads(done.stdout)
 
 
 def targets() -> set[str]:
@@ -52,23 +77,18 @@ def test_every_command_of_the_pages_parses():
         for page in PAGES
         for command in commands(page.read_text(encoding="utf-8"))
     }
+    told |= {(path.name, command) for path in PROGRAMS for command in commands_of_a_docstring(path)}
     asked = sorted(
         (page, command, words)
         for page, command in told
         if (words := program_and_arguments(command)) is not None
     )
-    assert len(asked) > 30
-    done = subprocess.run(
-        [sys.executable, str(PARSER)],
-        input=json.dumps([words for *_, words in asked]),
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=ROOT,
-    )
+    assert len(asked) > 60
     problems = {
         f"{page}: {command}": problem
-        for (page, command, _), problem in zip(asked, json.loads(done.stdout), strict=True)
+        for (page, command, _), problem in zip(
+            asked, problems_of([words for *_, words in asked]), strict=True
+        )
         if problem
     }
     assert problems == {}
@@ -88,25 +108,17 @@ def test_every_test_and_target_of_a_page_exists(page):
 @pytest.mark.parametrize(
     "words, problem",
     [
-        (["benchmarks/crnn.py", "--seconds", "10"], False),
-        (["benchmarks/crnn.py", "--hours", "10"], True),
-        (["benchmarks/alignment.py", "sentences"], True),
-        (["benchmarks/nothing.py"], True),
+        (["benchmarks.crnn", "--seconds", "10"], False),
+        (["benchmarks.crnn", "--hours", "10"], True),
+        (["benchmarks.alignment", "sentences"], True),
+        (["benchmarks.nothing"], True),
         (["elocute", "evaluate", "noise", "corpus", "--noise", "white"], False),
         (["elocute", "evaluate", "noise", "corpus", "--loudness", "3"], True),
         (["elocute", "evaluate", "taste"], True),
     ],
 )
 def test_a_command_that_is_wrong_is_told(words, problem):
-    done = subprocess.run(
-        [sys.executable, str(PARSER)],
-        input=json.dumps([words]),
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=ROOT,
-    )
-    assert bool(json.loads(done.stdout)[0]) == problem
+    assert bool(problems_of([words])[0]) == problem
 
 
 def test_every_table_of_measurements_has_a_command_in_its_section():

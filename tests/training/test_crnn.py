@@ -63,15 +63,15 @@ def test_concordance_is_lins() -> None:
     x, y = rng.normal(size=(2, 40, 3)).astype(np.float32)
     expected = 2 * np.array([np.cov(x[:, i], y[:, i], bias=True)[0, 1] for i in range(3)])
     expected /= x.var(0) + y.var(0) + (x.mean(0) - y.mean(0)) ** 2
-    both = [torch.from_numpy(part)[None] for part in (x, y)]
+    one, other = (torch.from_numpy(part)[None] for part in (x, y))
     mask = torch.ones(1, 40)
-    assert np.allclose(concordance(*both, mask).numpy(), expected, atol=1e-5)
+    assert np.allclose(concordance(one, other, mask).numpy(), expected, atol=1e-5)
     found = figures([x[:15], x[15:]], [y[:15], y[15:]], np.ones(3))
     assert found.mean.value == pytest.approx(expected.mean(), abs=1e-5)
     assert found.mean.low <= found.mean.value <= found.mean.high
     assert found.clips == 2 and found.frames == 40
     shares = torch.tensor([1.0, 0.0, 0.0])
-    assert float(concordance_loss(both[1], both[1], mask, shares)) == pytest.approx(0, abs=1e-5)
+    assert float(concordance_loss(other, other, mask, shares)) == pytest.approx(0, abs=1e-5)
 
 
 def test_padding_weighs_nothing() -> None:

@@ -6,6 +6,7 @@ import dataclasses
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -106,8 +107,9 @@ def test_other_settings_do_not_resume(material: Material, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("field", ["epochs", "batch_pairs", "learning_rate"])
 def test_settings_out_of_range_are_refused(field: str) -> None:
+    wrong: dict[str, Any] = {field: -1}
     with pytest.raises(ModelError, match=field):
-        TrainConfig(**{field: -1})
+        TrainConfig(**wrong)
 
 
 def test_clips_with_nan_are_refused_before_the_first_epoch(

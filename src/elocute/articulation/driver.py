@@ -30,6 +30,8 @@ from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.audio.phones import PHONES
 from elocute.errors import InputError
 from elocute.motion.curves import Curves
+from elocute.numerics.given import check_kind, real_number
+from elocute.one_line_repr import brief
 
 Array = NDArray[np.floating]
 
@@ -184,18 +186,24 @@ def posteriors_from_phones(
     count = max(1, int(np.ceil(duration_s * rate)))
     shares = np.zeros((count, len(PHONES)))
     centres = np.arange(count) / rate
+    check_kind("phones", phones, list | tuple, "a list of (start s, end s, phone)")
     for told in phones:
         try:
             start_s, end_s, phone = told
-        except ValueError:
+        except (TypeError, ValueError):
             raise InputError.about(
-                "phones", found=f"{told!r}", allowed="(start s, end s, phone)"
+                "phones", found=brief(told), allowed="(start s, end s, phone)"
             ) from None
-        if phone not in PHONES:
-            raise InputError.about(f"phone {phone!r}", found="unknown", allowed=" ".join(PHONES))
-        if not 0 <= start_s <= end_s:
+        if not isinstance(phone, str) or phone not in PHONES:
             raise InputError.about(
-                f"phone {phone!r}", found=f"times {start_s} to {end_s}", allowed="0 <= start <= end"
+                f"phone {brief(phone)}", found="unknown", allowed=" ".join(PHONES)
+            )
+        start, end = real_number(start_s), real_number(end_s)
+        if start is None or end is None or not 0 <= start <= end:
+            raise InputError.about(
+                f"phone {phone!r}",
+                found=f"times {brief(start_s)} to {brief(end_s)}",
+                allowed="0 <= start <= end",
             )
         half = 0.5 / rate
         overlap = np.minimum(end_s, centres + half) - np.maximum(start_s, centres - half)

@@ -9,6 +9,7 @@ from pathlib import Path
 from elocute.articulation.contacts_and_rest import HOLD_MAX_S
 from elocute.errors import InputError
 from elocute.files.json_records import finite_number, read_record
+from elocute.one_line_repr import brief
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Style:
             if number is None or not low <= number <= high:
                 raise InputError.about(
                     f"style {field.name}",
-                    found=repr(value)[:60] if number is None else f"{number:g}",
+                    found=brief(value) if number is None else f"{number:g}",
                     allowed=f"a number from {low:g} to {high:g}",
                 )
 

@@ -8,8 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
+from elocute.numerics.given import NUMBERS_MAX, floats_of, real_number, whole_number
 from elocute.numerics.resampling import frame_places, read_rows
-from elocute.one_line_repr import one_line
+from elocute.one_line_repr import brief, one_line
+
+WINDOW_MAX = 10_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +32,8 @@ class Features:
     __repr__ = one_line
 
     def __post_init__(self) -> None:
-        values = np.ascontiguousarray(self.values, np.float32)
+        allowed = "(frame, feature) of floats"
+        values = floats_of(self.values, "features", error=InputError, allowed=allowed)
         fault = "" if np.isfinite(values).all() else " with NaN or infinity"
         if values.ndim != 2 or not len(values) or fault:
             raise InputError.about(
@@ -37,8 +41,9 @@ class Features:
                 found=f"shape {values.shape}{fault}",
                 allowed="(frame, feature), at least one frame, finite",
             )
-        if not (np.isfinite(self.rate) and self.rate > 0):
-            raise InputError.about("features", found=f"rate {self.rate}", allowed="above 0 Hz")
+        _check_rate(self.rate)
+        if whole_number(self.first) is None:
+            raise InputError.about("features", found=f"first {brief(self.first)}", allowed="a row")
         object.__setattr__(self, "values", values)
 
     def resample(self, rate: float) -> Features:
@@ -46,9 +51,14 @@ class Features:
 
         The duration stays, rounded to a frame; the last value holds where nothing follows it.
         """
-        if not (np.isfinite(rate) and rate > 0):
-            raise InputError.about("features", found=f"rate {rate}", allowed="above 0 Hz")
-        count = max(1, round(len(self.values) * rate / self.rate))
+        _check_rate(rate)
+        count = max(1, round(min(len(self.values) * rate / self.rate, 2.0**62)))
+        if count * self.values.shape[1] > NUMBERS_MAX:
+            raise InputError.about(
+                "features",
+                found=f"{count} rows at {rate:g} Hz",
+                allowed=f"up to {NUMBERS_MAX // self.values.shape[1]}",
+            )
         return replace(self, values=self.at(0, count, rate), rate=rate)
 
     def at(self, first: int, count: int, rate: float) -> NDArray[np.float32]:
@@ -61,8 +71,17 @@ class Features:
         A read-only view, so that overlapping windows take no memory. Zeros stand beyond both
         ends, as in the code released with the paper (VOCA 2019, section 4: 60T x W x D, W = 16).
         """
-        if size < 1:
-            raise InputError.about("features", found=f"windows of {size}", allowed="1 or more")
+        if not 1 <= (whole_number(size) or 0) <= WINDOW_MAX:
+            raise InputError.about(
+                "features",
+                found=f"windows of {brief(size)}",
+                allowed=f"1 or more, up to {WINDOW_MAX}",
+            )
         before = size // 2
         padded = np.pad(self.values, ((before, size - before - 1), (0, 0)))
         return np.lib.stride_tricks.sliding_window_view(padded, size, axis=0).swapaxes(1, 2)
+
+
+def _check_rate(rate: float) -> None:
+    if not (real_number(rate) or 0) > 0:
+        raise InputError.about("features", found=f"rate {brief(rate)}", allowed="above 0 Hz")

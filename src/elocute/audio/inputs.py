@@ -16,6 +16,8 @@ from elocute.audio.read import open_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 from elocute.files.reading import bytes_text
+from elocute.numerics.given import NUMBERS_MAX, array_of, whole_number
+from elocute.one_line_repr import brief
 
 
 class BinaryFile(Protocol):
@@ -28,9 +30,11 @@ Speech = str | os.PathLike[str] | Waveform | bytes | BinaryFile | ArrayLike
 """What `sound_of` takes."""
 
 BYTES_MAX = 1_000_000_000
-SAMPLES_MAX = 250_000_000
+SAMPLES_MAX = NUMBERS_MAX
 """Of sound that is not read from a path, and so is held in memory whole: 87 minutes at 48 kHz."""
 CHUNK = 1 << 20
+READS_FREE, READ_BYTES = 100_000, 256
+"""What reads so little at a time would be read for hours."""
 
 
 def sound_of(
@@ -52,7 +56,7 @@ def sound_of(
     if rate is not None:
         raise AudioError.about(
             "rate",
-            found=f"{rate} with a sound that has its own",
+            found=f"{brief(rate)} with a sound that has its own",
             allowed="a rate with an array of samples",
         )
     if isinstance(speech, Waveform):
@@ -61,10 +65,7 @@ def sound_of(
 
 
 def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
-    try:
-        given: NDArray[Any] = np.asarray(samples)
-    except ValueError:  # lists of unequal length
-        given = np.zeros((), object)
+    given: NDArray[Any] = array_of(samples, "array", error=AudioError, allowed="samples")
     if given.dtype.kind not in "fiu" or given.dtype in (np.int64, np.uint32, np.uint64, np.uint16):
         found = f"samples of type {given.dtype}" if given.ndim else type(samples).__name__
         raise AudioError.about(
@@ -95,9 +96,9 @@ def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
             remedy="turn (channel, sample) round: samples.T",
         )
     columns = given[:, None] if given.ndim == 1 else given
-    if not (channel is None or (np.ndim(channel) == 0 and channel in range(columns.shape[1]))):
+    if channel is not None and whole_number(channel) not in range(columns.shape[1]):
         raise AudioError.about(
-            "array", found=f"no channel {channel}", allowed=f"0 to {columns.shape[1] - 1}"
+            "array", found=f"no channel {brief(channel)}", allowed=f"0 to {columns.shape[1] - 1}"
         )
     heard = _floats(columns if channel is None else columns[:, channel, None])
     return Waveform(heard[:, 0] if heard.shape[1] == 1 else heard.mean(axis=1), rate)
@@ -135,7 +136,7 @@ def _spool(given: Any, path: Path, subject: str) -> None:
                 _check_bytes(subject, len(memoryview(given).cast("B")))
                 file.write(given)
                 return
-            count = 0
+            count = reads = 0
             while chunk := given.read(CHUNK):
                 if not isinstance(chunk, bytes | bytearray | memoryview):
                     raise AudioError.about(
@@ -144,8 +145,15 @@ def _spool(given: Any, path: Path, subject: str) -> None:
                         allowed="a binary file",
                         remedy="open it with mode 'rb'",
                     )
-                count += len(chunk)
+                count, reads = count + memoryview(chunk).nbytes, reads + 1
                 _check_bytes(subject, count)
+                if reads > READS_FREE + count // READ_BYTES:
+                    raise AudioError.about(
+                        subject,
+                        found=f"{bytes_text(count)} in {reads} reads",
+                        allowed=f"{READ_BYTES} bytes a read or more, where there is much to read",
+                        remedy="give it as bytes, or through io.BufferedReader",
+                    )
                 file.write(chunk)
             _check_bytes(subject, count)
     except OSError as error:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import operator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import AudioError
+from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
+from elocute.one_line_repr import brief
 
 RATE_RANGE = (4000, 768_000)
 LOUDEST = 100.0
@@ -28,10 +29,7 @@ class Waveform:
     sample_rate: int
 
     def __post_init__(self) -> None:
-        try:
-            given = np.asarray(self.samples)
-        except ValueError:  # lists of unequal length
-            given = np.zeros((), object)
+        given = array_of(self.samples, "waveform", error=AudioError, allowed="samples")
         if given.dtype.kind != "f":
             raise AudioError.about(
                 "waveform",
@@ -64,6 +62,14 @@ class Waveform:
         sample_rate = check_rate("waveform", sample_rate)
         if sample_rate == self.sample_rate:
             return self
+        count = len(self.samples) * sample_rate // self.sample_rate
+        if count > max(NUMBERS_MAX, len(self.samples)):
+            raise AudioError.about(
+                "waveform",
+                found=f"{count} samples at {sample_rate} Hz",
+                allowed=f"up to {NUMBERS_MAX}",
+                remedy="choose a lower rate",
+            )
         import soxr
 
         return Waveform(soxr.resample(self.samples, self.sample_rate, sample_rate), sample_rate)
@@ -72,14 +78,12 @@ class Waveform:
 def check_rate(subject: object, rate: float) -> int:
     """The rate as an integer. Raises AudioError for a sample rate that no speech has."""
     low, high = RATE_RANGE
-    try:
-        whole = operator.index(int(rate)) if np.ndim(rate) == 0 else 0
-    except (TypeError, ValueError, OverflowError):
-        whole = 0
-    if not low <= whole <= high or whole != rate:
+    number = real_number(rate)
+    whole = 0 if number is None else int(number)
+    if not low <= whole <= high or whole != number:
         raise AudioError.about(
             str(subject),
-            found=f"sample rate {rate} Hz",
+            found=f"sample rate {rate if isinstance(rate, str) else brief(rate)} Hz",
             allowed=f"{low} to {high} Hz, whole",
             remedy="export the sound at 16000 or 48000 Hz",
         )

@@ -43,6 +43,7 @@ from elocute.jobs.pool import Failed
 from elocute.jobs.process_pool import checked_jobs, run_local
 
 CORPUS, MADE = "corpus", "corpus.sha256"
+FOLDERS, BEGUN = ("subjects", "sequences"), "capture.begun"
 FILE_MAX_BYTES = 500_000_000
 CHUNK = 30
 """Frames that one worker takes at a time; the first of them starts from scratch."""
@@ -79,8 +80,9 @@ def capture_scans(
     settings, output = settings or BatchSettings(), Path(output)
     sequences, results = _opened(find_sequences(folder), settings)
     head = open_head(settings.head)
+    _check_place(output)
     _check_corpus_place(output)
-    _make(output / "subjects")
+    _begin(output)
     tracks: list[TrackedSequence] = []
     for subject in dict.fromkeys(sequence.metadata.subject for sequence in sequences):
         of_subject = [one for one in sequences if one.metadata.subject == subject]
@@ -288,6 +290,30 @@ def _finished(track: TrackedSequence, settings: BatchSettings) -> SequenceResult
                 rows.add(frame[None])
     write_report(track, result, place / "report.html")
     return result
+
+
+def _check_place(output: Path) -> None:
+    """Raises OutputError for a folder with something of somebody else where we would write."""
+    if output.exists() and not output.is_dir():
+        raise OutputError.about(output, found="a file", allowed="a folder")
+    if (output / BEGUN).is_file() or (output / MADE).is_file():
+        return
+    for path in (output / name for name in (*FOLDERS, CORPUS) if os.path.lexists(output / name)):
+        raise OutputError.about(
+            path,
+            found=f"nothing of Elocute made it: there is no {BEGUN} beside it",
+            allowed="a new folder, or one to go on in",
+            remedy="choose another folder",
+        )
+
+
+def _begin(output: Path) -> None:
+    """The folders that are filled, and the mark by which the next run knows them."""
+    _make(output)
+    with write_atomically(output / BEGUN) as draft:
+        draft.write_text("elocute capture scans fills this folder\n", encoding="utf-8")
+    for name in FOLDERS:
+        _make(output / name)
 
 
 def _check_corpus_place(output: Path) -> None:

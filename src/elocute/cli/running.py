@@ -1,7 +1,7 @@
 """From the start of the command to its exit code, whatever happens in between.
 
-0 done, 1 done in part, 2 bad input, 130 interrupted, 141 nobody read what was printed. Every error
-is one line on stderr.
+0 done, 1 done in part, 2 bad input, 130 interrupted, 129 and 143 hung up and terminated, 141 nobody
+read what was printed. Every error is one line on stderr.
 """
 
 from __future__ import annotations
@@ -21,7 +21,13 @@ from typing import Any
 
 from elocute.errors import ElocuteError, InputError, Interrupted, printable
 
-INTERRUPTED, UNREAD = 130, 141
+UNREAD = 141
+ENDINGS = {
+    signal.SIGINT: "interrupted",
+    signal.SIGTERM: "terminated",
+    **({signal.SIGHUP: "hung up"} if hasattr(signal, "SIGHUP") else {}),
+}
+"""Signals that end a run as Ctrl-C does: cleared up, one line, and 128 more as the exit code."""
 DISK_ERRORS = {
     errno.ENOSPC,
     errno.EFBIG,
@@ -57,7 +63,7 @@ def _leave(interrupts: _Interrupts) -> int:
         interrupts.over()
         if interrupts.came:
             # Compiled modules make other errors of an interruption of their loading.
-            return _tell_interrupted(error)
+            return _tell_interrupted(error, interrupts.came)
         if isinstance(error, SystemExit):
             # The option parser leaves so where nobody reads what it prints.
             error = error.__context__ if _is_unread(error.__context__) else error
@@ -98,12 +104,13 @@ def _usage(error: Any) -> int:
     return _say(message, error.exit_code) if message else error.exit_code
 
 
-def _tell_interrupted(error: BaseException) -> int:
+def _tell_interrupted(error: BaseException, number: int) -> int:
     from elocute.files.atomic import remove_own_drafts
 
     remove_own_drafts()
     done = str(error) if isinstance(error, Interrupted) else ""
-    return _say(f"interrupted; {done or 'nothing was left half-written'}", INTERRUPTED)
+    what = ENDINGS[signal.Signals(number)]
+    return _say(f"{what}; {done or 'nothing was left half-written'}", 128 + number)
 
 
 def _say(message: str, code: int) -> int:
@@ -175,41 +182,42 @@ def _mind_stdout() -> None:
 
 
 class _Interrupts:
-    """Turns Ctrl-C into Interrupted, once; clearing up is not disturbed by a second one."""
+    """Turns Ctrl-C and its like into Interrupted, once; a second one does not disturb clearing up.
+
+    What is ignored already, as in a background job or under nohup, stays so.
+    """
 
     def __init__(self) -> None:
-        self._first_s: float | None = None
-        self._minding = (
-            threading.current_thread() is threading.main_thread()
-            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        )
-        if self._minding:
+        self.came = 0
+        """The number of the signal that came first."""
+        self._first_s = 0.0
+        usual = (signal.default_int_handler, signal.SIG_DFL)
+        in_charge = threading.current_thread() is threading.main_thread()
+        self._minded = [one for one in ENDINGS if in_charge and signal.getsignal(one) in usual]
+        if self._minded:
             self._hook, sys.unraisablehook = sys.unraisablehook, self._swallowed
-            signal.signal(signal.SIGINT, self._interrupt)
-
-    @property
-    def came(self) -> bool:
-        return self._first_s is not None
+        for number in self._minded:
+            signal.signal(number, self._interrupt)
 
     def over(self) -> None:
         """The exit code stands; nothing may change it while the interpreter ends."""
-        if self._minding:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for number in self._minded:
+            signal.signal(number, signal.SIG_IGN)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
-        if self._first_s is None:
-            self._first_s = now
+        if not self.came:
+            self.came, self._first_s = number, now
             raise Interrupted
         if now - self._first_s > PATIENCE_S:
-            os._exit(INTERRUPTED)
+            os._exit(128 + self.came)
 
     def _swallowed(self, told: Any) -> None:
         """Python drops what is raised in a finaliser or a callback: interrupt again, elsewhere."""
         if not issubclass(told.exc_type, Interrupted):
             self._hook(told)
             return
-        self._first_s = None
-        again = threading.Timer(0.01, signal.raise_signal, [signal.SIGINT])
+        number, self.came = self.came or signal.SIGINT, 0
+        again = threading.Timer(0.01, signal.raise_signal, [number])
         again.daemon = True
         again.start()

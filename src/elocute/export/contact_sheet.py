@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.export.render import open_renderer, portrait
+from elocute.export.render import open_renderer, picture_size, portrait
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
@@ -32,7 +32,7 @@ def write_png(
     The sheet is twice as wide as `size`; its height follows. Raises OutputError.
     """
     frames = np.unique(np.linspace(0, motion.frame_count - 1, TILES).round().astype(int))
-    side = max(32, 2 * size[0] // COLUMNS)
+    side = max(32, 2 * picture_size(size)[0] // COLUMNS)
     camera = portrait(motion.head, view)
     pictures = []
     with (

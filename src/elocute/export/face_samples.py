@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from elocute.errors import OutputError
 from elocute.export.contact_sheet import COLUMNS, contact_sheet
 from elocute.export.meshes import MeshBytes, obj_of, ply_of
-from elocute.export.render import Renderer, open_renderer, portrait
+from elocute.export.render import Renderer, open_renderer, picture_size, portrait
 from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
 
@@ -58,7 +58,7 @@ def write_faces(
     suffix = path.suffix.lower()
     people = (head.with_identity(coefficients) for coefficients in identities)
     if suffix == ".png":
-        side = max(32, 2 * size[0] // COLUMNS)
+        side = max(32, 2 * picture_size(size)[0] // COLUMNS)
         _write_sheet(head, people, len(identities), path, side, backend, progress)
         return
     suffix = suffix or mesh

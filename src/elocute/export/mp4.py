@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
-from elocute.export.render import open_renderer, portrait
+from elocute.export.render import open_renderer, picture_size, portrait
 from elocute.export.take_sound import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
@@ -38,7 +38,8 @@ def write_mp4(
     size (width, height) pixels, made even as H.264 wants. Frame i is shown at i / fps, where
     sample i · rate / fps is heard. Raises OutputError, MachineError (no renderer).
     """
-    size = (size[0] - size[0] % 2, size[1] - size[1] % 2)
+    width, height = picture_size(size)
+    size = (width - width % 2, height - height % 2)
     camera = portrait(motion.head, view)
     with (
         write_atomically(path) as draft,

@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from elocute.errors import OutputError
+from elocute.errors import OutputError, printable
 
 STALE_DAYS = 7.0
 """Drafts of other machines, whose processes cannot be asked for, are left alone for this long."""
@@ -138,6 +138,11 @@ def _draft_folder(path: Path) -> Iterator[Path]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise OutputError.about(path, found=f"cannot be written ({reason})") from error
+    except OutputError as error:
+        if room is None:
+            raise
+        # Files of a folder have drafts of their own: what is told is where they would have been.
+        raise OutputError(str(error).replace(printable(room), printable(path))) from error
     finally:
         if room is not None:
             shutil.rmtree(room, ignore_errors=True)
@@ -146,7 +151,8 @@ def _draft_folder(path: Path) -> Iterator[Path]:
 def remove_stale_drafts(folder: Path) -> list[Path]:
     """Remove what runs that were killed left in `folder`; gives what was removed.
 
-    A draft is stale when its process, on this machine, has ended, or after `STALE_DAYS`.
+    A draft is stale when its process, on this machine since it last started, has ended, or after
+    `STALE_DAYS`.
     """
     removed = []
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
@@ -202,7 +208,15 @@ def _lives(process: int) -> bool:
 
 @cache
 def _host() -> str:
-    return hashlib.sha256(platform.node().encode("utf-8", "replace")).hexdigest()[:8]
+    """Where process numbers mean the same: this machine since it started, or this container.
+
+    Containers and copies of a machine may have one name between them, on one shared folder.
+    """
+    parts = [platform.node()]
+    with contextlib.suppress(OSError):
+        parts.append(Path("/proc/sys/kernel/random/boot_id").read_text())
+        parts.append(str(Path("/proc/self/ns/pid").readlink()))
+    return hashlib.sha256("\n".join(parts).encode("utf-8", "replace")).hexdigest()[:8]
 
 
 def _sync(path: Path) -> None:

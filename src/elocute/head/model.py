@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import HeadError
 from elocute.head.skin_tone import TONE_SHARES, recoloured
+from elocute.numerics.given import NUMBERS_MAX, floats_of
 
 Array = NDArray[np.float32]
 Indices = NDArray[np.int32]
@@ -146,6 +147,11 @@ class HeadModel:
         HeadError for more. A blink is drawn for the mean face: on an eye that stands further
         open it reaches further, in proportion. The identity space itself is left behind.
         """
+        coefficients = floats_of(
+            coefficients, f"head {self.name!r}", error=HeadError, allowed="coefficients, a row"
+        )
+        if coefficients.ndim != 1 or not np.isfinite(coefficients).all():
+            _refuse(self, f"coefficients of shape {coefficients.shape}", "a row of finite numbers")
         if len(coefficients) > len(self.identity_basis):
             raise HeadError.about(
                 f"head {self.name!r}",
@@ -239,6 +245,7 @@ _AXES = {
     **dict.fromkeys(("identity_basis", "expression_basis", "joint_identity_basis"), 3),
 }
 """Axes where they are not one."""
+_REGIONS = ("regions", dict)
 _NAMES = ("expression_names", "joint_names", "material_names")
 
 
@@ -252,6 +259,11 @@ def _check_kinds(head: HeadModel) -> None:
         text = getattr(head, field_name)
         if not isinstance(text, str) or len(text) > most:
             _refuse(head, f"{field_name} that is no text", f"up to {most} characters")
+    for field_name, kind in (*((name, tuple) for name in (*_NAMES, "joint_parents")), _REGIONS):
+        if not isinstance(getattr(head, field_name), kind):
+            _refuse(head, f"{field_name} is no {kind.__name__}")
+    if not all(isinstance(name, str) for name in head.regions):
+        _refuse(head, "a region whose name is no text")
     for field_name in _NAMES:
         names = getattr(head, field_name)
         texts = all(isinstance(name, str) and len(name) <= NAME_MAX for name in names)
@@ -264,6 +276,8 @@ def _check_kinds(head: HeadModel) -> None:
         if not isinstance(values, np.ndarray) or values.dtype.kind not in allowed:
             found = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
             _refuse(head, f"{name} of {found}", "fractions" if allowed == "f" else "whole numbers")
+        if values.size > NUMBERS_MAX:
+            _refuse(head, f"{name} of {values.size} numbers", f"up to {NUMBERS_MAX}")
 
 
 def _check_shapes(head: HeadModel) -> None:

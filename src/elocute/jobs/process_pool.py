@@ -133,12 +133,14 @@ def _one_thread() -> Iterator[None]:
 def _out_of_reach() -> Iterator[None]:
     """Processes started here never hear of Ctrl-C, not even while they load: we stop them.
 
+    Nor of the end of a terminal.
+
     Where signals cannot be held back (Windows), `_serve` ignores it once it has begun.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    kept = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    kept = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
     try:
         yield
     finally:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from elocute.errors import ModelError
 from elocute.files import onnx_session
 from elocute.files.json_records import parse_json
@@ -44,10 +46,22 @@ def stored_record(session: Any) -> dict[str, Any]:
 
 
 def run_session(session: Any, path: Path, names: list[str], given: dict[str, Any]) -> list[Any]:
-    """What the network makes of arrays by name. Raises ModelError for one of another form."""
+    """What the network makes of arrays by name. Raises ModelError for one of another form,
+    and for one that answers NaN or infinity, as broken weights do.
+    """
     try:
-        return session.run(names, given)
+        answers = session.run(names, given)
     except Exception as error:  # onnxruntime has no common base of its own
         raise ModelError.about(
             path, found="a network of another form", allowed="a model that Elocute trained"
         ) from error
+    for name, answer in zip(names, answers, strict=True):
+        if getattr(answer, "dtype", np.dtype(object)).kind != "f" or np.isfinite(answer).all():
+            continue
+        raise ModelError.about(
+            path,
+            found=f"{name} that are NaN or infinity",
+            allowed="a model whose weights are finite",
+            remedy="train it again, or take another",
+        )
+    return answers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from elocute.errors import ModelError
@@ -11,6 +12,7 @@ from elocute.models.crnn import CrnnModel
 from elocute.models.onnx_record import check_file, open_session, stored_record
 from elocute.models.protocol import SpeechModel
 from elocute.models.voca import VocaModel
+from elocute.numerics.given import check_kind
 
 DEFAULT = articulation.NAME
 
@@ -25,6 +27,7 @@ def open_model(model: str | Path = DEFAULT) -> SpeechModel:
 
     Raises ModelError where the file is missing, too large or no model of Elocute.
     """
+    check_kind("model", model, str | os.PathLike, "a name or a path", ModelError)
     if str(model) == articulation.NAME:
         return ArticulationModel()
     if str(model) == voca.SHIPPED:

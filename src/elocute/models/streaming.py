@@ -21,8 +21,11 @@ from elocute.audio.waveform import check_rate, check_samples
 from elocute.errors import AudioError, InputError
 from elocute.models.protocol import Ear, Heard, Level, Span, SpeechModel
 from elocute.models.registry import DEFAULT, open_model
+from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves
+from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
 from elocute.numerics.resampling import frames_in
+from elocute.one_line_repr import brief
 
 Array = NDArray[np.float32]
 FPS_RANGE = (1.0, 240.0)
@@ -80,7 +83,8 @@ class CurveStream:
         check_range("strength", strength, STRENGTH_RANGE)
         self.model, self.fps = model, float(fps)
         self.sample_rate = check_rate("stream", sample_rate)
-        self._style, self._strength = model.style(style), strength
+        self._style, self._strength = model.style(checked_style(style)), strength
+        _check_level(level)
         ears = model.ears(self.sample_rate, level=level)
         self._features = _Rows(ears.features)
         self._phones = None if ears.phones is None else _Rows(ears.phones)
@@ -258,20 +262,34 @@ def stream(
     return Stream(curves, names, len(head.joint_names) if opened.makes_contacts else 0)
 
 
+def _check_level(level: Level | None) -> None:
+    """Raise InputError where it is no mean and peak; of silence the peak is infinite."""
+    if level is None:
+        return
+    parts = level if isinstance(level, tuple | list) and len(level) == 2 else (None, None)
+    mean, peak = real_number(parts[0]), parts[1]
+    loudest = math.inf if peak == math.inf else real_number(peak)
+    if mean is None or loudest is None or loudest <= 0:
+        raise InputError.about(
+            "level", found=brief(level), allowed="(mean, peak) of the sound, the peak above 0"
+        )
+
+
 def check_range(name: str, value: float, allowed: tuple[float, float]) -> None:
     """Raise InputError for a setting outside its range."""
     low, high = allowed
-    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if not (number and low <= value <= high):
-        raise InputError.about(name, found=f"{value}", allowed=f"{low:g} to {high:g}")
+    number = real_number(value)
+    if number is None or not low <= number <= high:
+        raise InputError.about(name, found=brief(value), allowed=f"{low:g} to {high:g}")
 
 
 def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Array:
     """(sample,) float32 within the range of sound. Raises AudioError."""
-    try:
-        given = np.asarray(samples)
-    except ValueError:  # lists of unequal length
-        given = np.zeros((), object)
+    given = array_of(samples, "block", error=AudioError, allowed="samples")
+    if given.size > NUMBERS_MAX:
+        raise AudioError.about(
+            "block", found=f"{given.size} samples", allowed=f"up to {NUMBERS_MAX} in one block"
+        )
     if given.ndim != 1 or (given.dtype.kind != "f" and given.dtype != np.int16):
         raise AudioError.about(
             "block",
@@ -279,6 +297,7 @@ def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -
             allowed="(sample,) of floats within ±1 or 16-bit integers",
         )
     scale = np.float32(INT16_SCALE) if given.dtype == np.int16 else np.float32(1)
-    block = given.astype(np.float32) * scale
+    with np.errstate(over="ignore"):
+        block = given.astype(np.float32) * scale
     check_samples("block", block, sample_rate, offset)
     return block

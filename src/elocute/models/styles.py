@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +15,17 @@ from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.models.style_file import read_mix
+from elocute.numerics.given import check_kind
 
 Array = NDArray[np.float32]
 EVEN = "even"
 """The style that is all styles of a model in equal shares."""
+
+
+def checked_style(given: str | Path | Style) -> str | Style:
+    """A style as models take it. Raises InputError for what is no name, path or Style."""
+    check_kind("style", given, str | os.PathLike | Style, "a name, a mix, a .json file or a Style")
+    return str(given) if isinstance(given, os.PathLike) else given
 
 
 def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Array:

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.given import check_kind, floats_of, real_number
+from elocute.one_line_repr import brief
 
 # Apple's names in the order of the Live Link Face recordings.
 ARKIT_NAMES: tuple[str, ...] = (
@@ -81,21 +83,29 @@ class Curves:
     fps: float
 
     def __post_init__(self) -> None:
-        try:
-            values = np.ascontiguousarray(self.values, dtype=np.float32)
-        except ValueError as error:
-            raise MotionError(f"curves: found {error}; allowed: (frame, curve) of floats") from None
+        check_kind("curves", self.names, tuple | list, "a tuple of names", MotionError)
+        allowed = "(frame, curve) of floats"
+        values = floats_of(self.values, "curves", error=MotionError, allowed=allowed)
         if values.ndim != 2 or values.shape[1] != len(self.names):
             raise MotionError(
                 f"curves: found shape {values.shape} for {len(self.names)} names; "
                 f"allowed: (frames, {len(self.names)})"
             )
+        if not all(isinstance(name, str) for name in self.names):
+            raise MotionError.about(
+                "curves", found=brief(self.names), allowed="names that are text"
+            )
         if len(set(self.names)) != len(self.names):
             raise MotionError("curves: found a name twice; allowed: each name once")
         if not np.isfinite(values).all():
             raise MotionError("curves: found NaN or infinity")
-        if np.ndim(self.fps) or not isinstance(self.fps, int | float | np.number):
-            raise MotionError(f"curves: found fps {self.fps!r}; allowed: a number")
+        fps = real_number(self.fps)
+        if fps is None or fps <= 0:
+            raise MotionError.about(
+                "curves", found=f"fps {brief(self.fps)}", allowed="a number above 0"
+            )
+        if not isinstance(self.fps, int | float):
+            object.__setattr__(self, "fps", fps)
         object.__setattr__(self, "values", values)
 
     def __repr__(self) -> str:
@@ -110,6 +120,7 @@ class Curves:
 
     def select(self, names: tuple[str, ...]) -> Curves:
         """The curves called `names`, in that order; one that is missing is all zero."""
+        check_kind("curves", names, tuple | list, "a tuple of names", MotionError)
         values = np.zeros((len(self.values), len(names)), np.float32)
         for column, name in enumerate(names):
             if name in self.names:
@@ -122,9 +133,13 @@ def motion_from_curves(head: HeadModel, curves: Curves) -> Motion:
 
     Raises MotionError where a curve that moves has no shape of its name.
     """
+    check_kind("curves", curves, Curves, "Curves", MotionError)
+    check_kind("head", head, HeadModel, "a HeadModel", MotionError)
     unknown = [
         name
-        for name, peak in zip(curves.names, np.abs(curves.values).max(axis=0), strict=True)
+        for name, peak in zip(
+            curves.names, np.abs(curves.values).max(axis=0, initial=0), strict=True
+        )
         if peak > 0 and name not in head.expression_names
     ]
     if unknown:
@@ -136,5 +151,6 @@ def motion_from_curves(head: HeadModel, curves: Curves) -> Motion:
 
 
 def curves_from_motion(motion: Motion) -> Curves:
-    """The weights of a motion as curves named after its components."""
+    """The weights of a motion as curves named after its components. Raises MotionError."""
+    check_motion(motion)
     return Curves(motion.weights, motion.names, motion.fps)

@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
+from elocute.numerics.given import NUMBERS_MAX, check_kind, floats_of, real_number, whole_number
+from elocute.one_line_repr import brief
 
-FPS_MAX = 1000.0
+FPS_MIN, FPS_MAX = 0.001, 1000.0
+WEIGHT_MAX = 1e6
+"""Far beyond any shape's weight; sums and squares of such vertices still fit a float32."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +43,9 @@ class Motion:
     rotations: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
-        try:
-            weights = np.ascontiguousarray(self.weights, dtype=np.float32)
-        except ValueError as error:
-            raise MotionError(
-                f"motion weights: found {error}; allowed: (frame, component) of floats"
-            ) from None
+        check_kind("motion head", self.head, HeadModel, "a HeadModel", MotionError)
+        allowed = "(frame, component) of floats"
+        weights = floats_of(self.weights, "motion weights", error=MotionError, allowed=allowed)
         components = len(self.head.expression_names)
         if weights.ndim != 2 or weights.shape[1] != components or not len(weights):
             raise MotionError(
@@ -54,14 +55,21 @@ class Motion:
         if not np.isfinite(weights).all():
             frame = int(np.argwhere(~np.isfinite(weights))[0, 0])
             raise MotionError(f"motion weights: found NaN or infinity at frame {frame}")
-        _check_fps(self.fps)
+        if max(weights.max(initial=0), -weights.min(initial=0)) > WEIGHT_MAX:
+            frame = int(np.abs(weights).max(axis=1).argmax())
+            raise MotionError.about(
+                "motion weights",
+                found=f"{np.abs(weights[frame]).max():g} at frame {frame}",
+                allowed=f"up to {WEIGHT_MAX:g}",
+            )
         object.__setattr__(self, "weights", weights)
-        object.__setattr__(self, "fps", float(self.fps))
+        object.__setattr__(self, "fps", checked_fps(self.fps))
         if self.rotations is not None:
             object.__setattr__(self, "rotations", self._checked_rotations(self.rotations))
 
     def _checked_rotations(self, rotations: NDArray[np.float32]) -> NDArray[np.float32]:
-        rotations = np.ascontiguousarray(rotations, dtype=np.float32)
+        allowed = "(frame, joint, 4) of floats"
+        rotations = floats_of(rotations, "motion rotations", error=MotionError, allowed=allowed)
         shape = (len(self.weights), len(self.head.joint_names), 4)
         if rotations.shape != shape or not np.isfinite(rotations).all():
             raise MotionError(
@@ -101,7 +109,8 @@ class Motion:
         return self.head.expression_names
 
     def vertices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float32]:
-        """Expand frames start:stop to (frame, vertex, 3) m."""
+        """Expand frames start:stop to (frame, vertex, 3) m. Raises MotionError where none is."""
+        self._check_frames(start, stop)
         weights = self.weights[start:stop]
         # Components that stay at zero cost nothing: speech uses about half of them.
         used = np.flatnonzero(np.abs(weights).max(axis=0, initial=0.0))
@@ -121,15 +130,40 @@ class Motion:
         )
         return turned.astype(np.float32)
 
+    def _check_frames(self, start: int, stop: int | None) -> None:
+        bounds = (start, stop)
+        if all(bound is None or whole_number(bound) is not None for bound in bounds) and len(
+            range(*slice(start, stop).indices(self.frame_count))
+        ):
+            return
+        raise MotionError.about(
+            "motion frames",
+            found=f"none from {brief(start)} to {brief(stop)}",
+            allowed=f"whole numbers within 0 to {self.frame_count}, rising",
+        )
+
     def blocks(self, frames: int = 120) -> Iterator[NDArray[np.float32]]:
-        """Expand in blocks of at most `frames`, so that an hour fits in bounded memory."""
+        """Expand in blocks of at most `frames`, so that an hour fits in bounded memory.
+
+        Raises MotionError for blocks of less than a frame.
+        """
+        if (whole_number(frames) or 0) < 1:
+            raise MotionError.about(
+                "motion blocks", found=f"{brief(frames)} frames", allowed="a whole number from 1"
+            )
         for start in range(0, self.frame_count, frames):
             yield self.vertices(start, start + frames)
 
     def at_fps(self, fps: float) -> Motion:
         """The same motion at another frame rate, linear between frames. Raises MotionError."""
-        _check_fps(fps)
+        fps = checked_fps(fps)
         count = max(1, round(self.duration_s * fps))
+        if count * len(self.names) > NUMBERS_MAX:
+            raise MotionError.about(
+                "motion",
+                found=f"{count} frames at {fps:g} fps",
+                allowed=f"up to {NUMBERS_MAX // max(1, len(self.names))}",
+            )
         positions = np.minimum(np.arange(count) * (self.fps / fps), self.frame_count - 1)
         below = np.minimum(positions.astype(int), max(self.frame_count - 2, 0))
         above = np.minimum(below + 1, self.frame_count - 1)
@@ -143,9 +177,25 @@ class Motion:
         return replace(self, weights=weights, fps=fps, rotations=rotations)
 
 
-def _check_fps(fps: float) -> None:
-    if np.ndim(fps) or not (np.isfinite(fps) and 0 < fps <= FPS_MAX):
-        raise MotionError(f"fps: found {fps}; allowed: above 0, at most {FPS_MAX:g}")
+def checked_fps(fps: float) -> float:
+    """Frames per second as a float. Raises MotionError for what no motion has."""
+    number = real_number(fps)
+    if number is None or not FPS_MIN <= number <= FPS_MAX:
+        raise MotionError.about(
+            "fps", found=brief(fps), allowed=f"above 0 (from {FPS_MIN:g}), at most {FPS_MAX:g}"
+        )
+    return number
+
+
+def check_motion(given: object) -> None:
+    """Raise MotionError where a Motion is wanted and something else was given."""
+    if not isinstance(given, Motion):
+        raise MotionError.about(
+            "motion",
+            found=f"a {type(given).__name__}, not a Motion",
+            allowed="a Motion",
+            remedy="elocute.animate(speech).motion or elocute.load_motion(path) gives one",
+        )
 
 
 def _blend_rotations(

@@ -13,7 +13,7 @@ from elocute.errors import HeadError
 from elocute.files.atomic import write_atomically
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
 
 MEASURES = ("opening_mm", "width_mm", "protrusion_mm", "jaw_mm")
 CHIN = 8  # iBUG 68: the lowest point of the jaw line
@@ -61,6 +61,7 @@ def measure_mouth(motion: Motion) -> Curves:
     Joint rotations are left out, so a nod measures nothing. Raises HeadError for a head
     without lip rings and landmarks.
     """
+    check_motion(motion)
     head = motion.head
     probe = _probe(head)
     kept = np.concatenate([probe.upper, probe.lower, probe.corners, probe.front, [probe.chin]])

@@ -18,7 +18,7 @@ from elocute.errors import HeadError, MotionError
 from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES, read_npz, write_npz
 from elocute.files.json_records import as_record, finite_number, parse_json
 from elocute.head.model import HeadModel
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
 
 VERSION = 1
 FILE_MAX_BYTES = 2_000_000_000
@@ -29,7 +29,8 @@ REMEDY = "make one: elocute animate speech.wav -o talk.npz"
 
 
 def save_motion(motion: Motion, path: str | Path) -> None:
-    """Write a motion. Raises OutputError."""
+    """Write a motion. Raises OutputError, MotionError for what is none."""
+    check_motion(motion)
     head = motion.head
     components, vertices = np.nonzero(head.expression_basis.any(axis=2))
     arrays: dict[str, NDArray[Any]] = {

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from elocute.errors import MotionError
 from elocute.files.arrays import ArrayFile
+from elocute.motion.motion import checked_fps
+from elocute.numerics.given import array_of
 from elocute.one_line_repr import one_line
 
 BLOCK_FRAMES = 256
@@ -38,6 +40,11 @@ class Track:
     __repr__ = one_line
 
     def __post_init__(self) -> None:
+        for name in ("values", "template", "basis"):
+            given = getattr(self, name)
+            if not isinstance(given, ArrayFile) and (name != "basis" or given is not None):
+                object.__setattr__(self, name, _numbers(given, name))
+        object.__setattr__(self, "fps", checked_fps(self.fps))
         shape = self.template.shape
         inner = shape if self.basis is None else (len(self.basis),)
         wrong_basis = self.basis is not None and self.basis.shape[1:] != shape
@@ -81,3 +88,14 @@ class Track:
                 yield values[:, kept].astype(np.float64) * MM
             else:
                 yield (values @ shapes).reshape(len(values), -1, 3) + rest
+
+
+def _numbers(given: NDArray[np.floating], name: str) -> NDArray[np.floating]:
+    array = array_of(given, f"track {name}", error=MotionError)
+    if array.dtype.kind not in "fiub" or not array.ndim:
+        raise MotionError.about(
+            f"track {name}",
+            found=f"{array.dtype} of shape {array.shape}",
+            allowed="an array of numbers",
+        )
+    return array

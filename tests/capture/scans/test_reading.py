@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ def test_plain_reader_and_trimesh_agree(tmp_path: Path, scans: list[Scan]):
     import trimesh
 
     write_scan(tmp_path / "0.ply", scans[0].points, scans[0].triangles)
-    mesh = trimesh.load(tmp_path / "0.ply", process=False)
+    mesh: Any = trimesh.load(tmp_path / "0.ply", process=False)
     mesh.export(tmp_path / "1.ply", encoding="ascii")  # another layout: not the fast path
     fast, slow = read_scan(tmp_path / "0.ply"), read_scan(tmp_path / "1.ply")
     assert np.allclose(fast.points, slow.points, atol=1e-5)

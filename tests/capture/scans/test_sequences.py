@@ -271,3 +271,18 @@ def test_landmarks_are_lifted_from_pictures(
     assert np.isfinite(apart).sum() >= 6 and np.nanmedian(apart) < 2.0
     assert (found.confidence[chosen] > 0).sum() >= 6
     assert not found.enough  # eight marks are too few for a registration
+
+
+@pytest.mark.parametrize(
+    "name", ["subjects/ann.npz", "sequences/ann/frames.json", "sequences/report.html"]
+)
+def test_a_folder_of_somebody_else_is_left_as_it_is(
+    name: str, sequence_folder: Path, tmp_path: Path
+):
+    mine = tmp_path / "out" / name
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    with pytest.raises(OutputError, match=r"there is no capture\.begun beside it"):
+        capture_scans(sequence_folder, tmp_path / "out")
+    assert mine.read_text() == "mine"
+    assert [path for path in (tmp_path / "out").rglob("*") if path.is_file()] == [mine]

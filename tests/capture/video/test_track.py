@@ -33,7 +33,7 @@ class Detector:
             s * one + np.array([x, 0, 0], np.float32)
             for x, s in zip(self.shifts, scales, strict=True)
         ]
-        return DetectedFaces(np.array(faces), np.ones(len(faces)))
+        return DetectedFaces(np.array(faces), np.ones(len(faces), np.float32))
 
 
 @pytest.fixture
@@ -110,7 +110,9 @@ def test_a_variable_frame_rate_is_laid_on_a_clock(make_video, tmp_path, filmed):
     there = np.stack([np.interp(times, clock, column) for column in flat.T], axis=1)
     shown = there.reshape(len(times), -1, 3).astype(np.float32)
     pictures = iter(shown)
-    track = track_face(clip, lambda _: DetectedFaces(next(pictures)[None], np.ones(1)), fps=25.0)
+    track = track_face(
+        clip, lambda _: DetectedFaces(next(pictures)[None], np.ones(1, np.float32)), fps=25.0
+    )
     assert "variable frame rate" in track.notes[0]
     assert track.frame_count == pytest.approx(times[-1] * 25, abs=2)
     assert track.seen.all()
@@ -167,4 +169,4 @@ def test_senseless_rates_are_refused(video, filmed, fps):
 
 def test_a_detector_of_another_shape_is_told_so():
     with pytest.raises(CaptureError, match="478"):
-        DetectedFaces(np.zeros((1, 68, 2)), np.ones(1))
+        DetectedFaces(np.zeros((1, 68, 2), np.float32), np.ones(1, np.float32))

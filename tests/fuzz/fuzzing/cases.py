@@ -8,7 +8,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 from random import Random
 
-from fuzzing.mutations import mutate
+from tests.fuzz.fuzzing.mutations import mutate
 
 Files = dict[str, bytes]
 """Paths relative to a folder, with / between, to what the files hold."""

@@ -15,8 +15,8 @@ from pathlib import Path
 from unittest import mock
 
 from elocute.errors import InputError
-from fuzzing import readers, seeds
-from fuzzing.cases import Reader
+from tests.fuzz.fuzzing import readers, seeds
+from tests.fuzz.fuzzing.cases import Reader
 
 _KINDS = {
     "*.json": "json",

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 import soundfile
 
-from fuzzing.cases import Files
-from fuzzing.mutations import npy
+from tests.fuzz.fuzzing.cases import Files
+from tests.fuzz.fuzzing.mutations import npy
 
 HUGE = "9" * 400
 DEEP = "[" * 100_000 + "]" * 100_000

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from fuzzing import seeds
-from fuzzing.cases import Files, Reader
+from tests.fuzz.fuzzing import seeds
+from tests.fuzz.fuzzing.cases import Files, Reader
 
 
 def only(read: Callable[[Path], object]) -> Callable[[Path, Path], object]:
@@ -229,7 +229,8 @@ def _features(folder: Path, _out: Path) -> None:
 
     heard = _open(folder)
     for row in heard.rows:
-        np.asarray(heard.columns(row)), np.asarray(heard.parameters(row))
+        np.asarray(heard.columns(row))
+        np.asarray(heard.parameters(row))
 
 
 def _track(path: Path, _out: Path) -> None:

@@ -434,7 +434,7 @@ def corpora(folder: Path) -> None:
 
     motion = small_motion()
     head = motion.head
-    subjects = dict.fromkeys(("anna", "bob", "cy"), head.template)
+    subjects: dict[str, np.ndarray] = dict.fromkeys(("anna", "bob", "cy"), head.template)
     for kind in ("weights", "vertices"):
         weights = kind == "weights"
         with corpus_writer(
@@ -521,7 +521,7 @@ def vocaset(folder: Path) -> None:
     """As it is distributed, but for the subjects; 5,023 vertices make it the largest seed."""
     tests = module("tests/corpus/sources.py")
     python2 = module("tests/conftest.py").Python2()
-    tests.RATE = 4000
+    tests.RATE = 4000  # pyright: ignore[reportAttributeAccessIssue]
     tests.write_vocaset(folder / "one", python2, ("ann", "bob"), (1,))
 
 

@@ -33,7 +33,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fuzzing.cases import Files, Reader, Seed, case, load_seeds
+from tests.fuzz.fuzzing.cases import Files, Reader, Seed, case, load_seeds
 
 VERDICTS = ("escape", "hang", "memory", "crash", "left", "lines", "warning")
 FATAL = ("escape", "hang", "memory", "crash", "left", "lines")
@@ -53,8 +53,8 @@ class Server:
 
     def __init__(self, work: Path) -> None:
         work.mkdir(parents=True, exist_ok=True)
-        root = Path(__file__).resolve().parents[1]
-        paths = [str(root), str(root.parents[1] / "src"), os.environ.get("PYTHONPATH", "")]
+        root = Path(__file__).resolve().parents[3]
+        paths = [str(root), str(root / "src"), os.environ.get("PYTHONPATH", "")]
         env = os.environ | {
             "PYTHONPATH": os.pathsep.join(filter(None, paths)),
             "OMP_NUM_THREADS": "1",
@@ -62,7 +62,7 @@ class Server:
             "PYTHONDONTWRITEBYTECODE": "1",
         }
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "fuzzing.worker", str(work)],
+            [sys.executable, "-m", "tests.fuzz.fuzzing.worker", str(work)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=env,
@@ -126,8 +126,8 @@ def serve(work: Path) -> None:
         "shrink": _shrink,
         "judge": _judge_files,
     }
-    from fuzzing.commands import COMMANDS
-    from fuzzing.readers import READERS
+    from tests.fuzz.fuzzing.commands import COMMANDS
+    from tests.fuzz.fuzzing.readers import READERS
 
     by_name = {reader.name: reader for reader in (*READERS, *COMMANDS)}
     for line in sys.stdin:

@@ -1,7 +1,13 @@
 """Pictures of heads: one interface, two engines, the same shading."""
 
 from elocute.export.render.camera import VIEWS, Camera, portrait
-from elocute.export.render.engine import BACKENDS, Renderer, available_backends, open_renderer
+from elocute.export.render.engine import (
+    BACKENDS,
+    Renderer,
+    available_backends,
+    open_renderer,
+    picture_size,
+)
 
 __all__ = [
     "BACKENDS",
@@ -10,5 +16,6 @@ __all__ = [
     "Renderer",
     "available_backends",
     "open_renderer",
+    "picture_size",
     "portrait",
 ]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import InputError
 from elocute.head.model import HeadModel
+from elocute.one_line_repr import brief
 
 Floats = NDArray[np.float32]
 
@@ -56,8 +57,8 @@ class Camera:
 
 def portrait(head: HeadModel, view: str = "front") -> Camera:
     """A camera that frames the head with some neck, or the mouth alone. Raises InputError."""
-    if view not in VIEWS:
-        raise InputError.about(f"view {view!r}", found="unknown", allowed=", ".join(VIEWS))
+    if not isinstance(view, str) or view not in VIEWS:
+        raise InputError.about(f"view {brief(view)}", found="unknown", allowed=", ".join(VIEWS))
     yaw_deg, pitch_deg, share = VIEWS[view]
     low, high = head.template.min(axis=0), head.template.max(axis=0)
     # The bust below the chin fills the frame's foot; the crown keeps some air.

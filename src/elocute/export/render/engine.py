@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Protocol
 
 import numpy as np
@@ -10,8 +11,12 @@ from numpy.typing import NDArray
 from elocute.errors import InputError, MachineError
 from elocute.export.render.camera import Camera, portrait
 from elocute.head.model import HeadModel
+from elocute.numerics.given import whole_number
+from elocute.one_line_repr import brief
 
 BACKENDS = ("auto", "moderngl", "embreex")
+SIDE_RANGE = (16, 8192)
+PIXELS_MAX = 7680 * 4320
 REMEDY = "apt-get install libegl1 libgl1-mesa-dri"
 
 
@@ -39,8 +44,11 @@ def open_renderer(
     `auto` takes moderngl where EGL works, embreex where not. Raises InputError for an unknown
     backend, MachineError where the one wished for does not work here.
     """
-    if backend not in BACKENDS:
-        raise InputError.about(f"backend {backend!r}", found="unknown", allowed=", ".join(BACKENDS))
+    if not isinstance(backend, str) or backend not in BACKENDS:
+        raise InputError.about(
+            f"backend {brief(backend)}", found="unknown", allowed=", ".join(BACKENDS)
+        )
+    size = picture_size(size)
     camera = camera or portrait(head)
     if backend in ("auto", "moderngl"):
         try:
@@ -58,6 +66,23 @@ def open_renderer(
         raise MachineError(
             f"no renderer works here: {_line(error)}; pip install embreex, or {REMEDY}"
         ) from error
+
+
+def picture_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height, as whole numbers. Raises InputError for what is no size of a picture."""
+    try:
+        sides = [whole_number(side) for side in itertools.islice(size, 3)]
+    except TypeError:
+        sides = []
+    low, high = SIDE_RANGE
+    whole = [side for side in sides if side is not None and low <= side <= high]
+    if len(whole) != 2 or len(sides) != 2 or whole[0] * whole[1] > PIXELS_MAX:
+        raise InputError.about(
+            "size",
+            found=brief(size),
+            allowed=f"(width, height) of {low} to {high} pixels, {PIXELS_MAX} in all",
+        )
+    return whole[0], whole[1]
 
 
 def available_backends() -> dict[str, str]:

@@ -298,7 +298,7 @@ _ACTIONS: dict[str, _Action] = {
     "NONE": _constant(lambda: None),
     "NEWTRUE": _constant(lambda: True),
     "NEWFALSE": _constant(lambda: False),
-    "EMPTY_LIST": _constant(list),
+    "EMPTY_LIST": _empty(list),
     "EMPTY_DICT": _empty(dict),
     "EMPTY_SET": _empty(set),
     "EMPTY_TUPLE": _constant(tuple),

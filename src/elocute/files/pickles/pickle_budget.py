@@ -12,7 +12,7 @@ SMALL_TIMES, LARGE_TIMES = 64, 2
 LARGE_FREE_BYTES = 512_000_000
 """… and this is where one passes into the other."""
 
-CONTAINER_BYTES = 256  # an empty dict or set, and its first entries
+CONTAINER_BYTES = 384  # an empty list, dict or set, its first entries, what a walk notes of it
 ENTRY_BYTES = 128  # one entry of a dict or set, room to grow included
 ARRAY_BYTES = 512  # an array beside its numbers
 LEAF_BYTES = 32

@@ -19,10 +19,13 @@ from elocute.motion.blink_timing import (
 )
 from elocute.motion.edits.lid_gap import lid_scale
 from elocute.motion.edits.shape import shape_index
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.given import floats_of, real_number, whole_number
+from elocute.one_line_repr import brief
 
 SIDES = ("Left", "Right")
 PER_MINUTE_MAX = 120.0
+BLINKS_MAX = 1_000_000
 SHUT_S = CLOSING_S + CLOSED_S / 2  # from a blink's start to the middle of its shut lids
 
 
@@ -46,6 +49,7 @@ def with_blinks(
     weights follow its eyes. Raises MotionError for a head without eyeBlinkLeft and
     eyeBlinkRight and for moments outside the motion.
     """
+    check_motion(motion)
     columns = [shape_index(motion, f"eyeBlink{side}") for side in SIDES]
     closure = _closure(motion, _moments(motion, times_s, per_minute, seed))
     weights = motion.weights.copy()
@@ -58,19 +62,35 @@ def with_blinks(
 def _moments(
     motion: Motion, times_s: Sequence[float], per_minute: float, seed: int
 ) -> NDArray[np.float64]:
-    given = np.asarray(list(times_s), np.float64)
+    allowed = f"seconds, 0 to {motion.duration_s:g}"
+    given = floats_of(
+        times_s,
+        "blinks",
+        error=MotionError,
+        allowed=allowed,
+        most=BLINKS_MAX,
+        dtype=np.float64,
+    )
     wrong = ~((given >= 0) & (given <= motion.duration_s))  # also true for NaN
-    if given.ndim != 1 or wrong.any():
+    if given.ndim != 1 or len(given) > BLINKS_MAX or wrong.any():
         raise MotionError.about(
             "blinks",
             found=f"a blink at {given[wrong][0]:g} s" if wrong.any() else "no list",
             allowed=f"0 to {motion.duration_s:g} s",
         )
-    if not 0 <= per_minute <= PER_MINUTE_MAX:
+    often = real_number(per_minute)
+    if often is None or not 0 <= often <= PER_MINUTE_MAX:
         raise MotionError.about(
-            "blinks", found=f"{per_minute:g} a minute", allowed=f"0 to {PER_MINUTE_MAX:g}"
+            "blinks", found=f"{brief(per_minute)} a minute", allowed=f"0 to {PER_MINUTE_MAX:g}"
         )
-    drawn = blink_starts(motion.duration_s, per_minute, seed) + SHUT_S
+    if often * motion.duration_s / 60 > BLINKS_MAX:
+        raise MotionError.about(
+            "blinks", found=f"{often:g} a minute", allowed=f"up to {BLINKS_MAX} in one motion"
+        )
+    drawn_from = whole_number(seed)
+    if drawn_from is None or drawn_from < 0:
+        raise MotionError.about("blinks", found=f"seed {brief(seed)}", allowed="a whole number")
+    drawn = blink_starts(motion.duration_s, often, seed) + SHUT_S
     return np.concatenate([given, drawn])
 
 

@@ -6,7 +6,9 @@ import math
 from dataclasses import replace
 
 from elocute.errors import MotionError
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.given import real_number
+from elocute.one_line_repr import brief
 
 
 def cut(motion: Motion, start_s: float = 0.0, stop_s: float | None = None) -> Motion:
@@ -14,13 +16,16 @@ def cut(motion: Motion, start_s: float = 0.0, stop_s: float | None = None) -> Mo
 
     Raises MotionError where no frame is left or a bound lies outside the motion.
     """
+    check_motion(motion)
     stop_s = motion.duration_s if stop_s is None else stop_s
-    if not (math.isfinite(start_s) and math.isfinite(stop_s) and 0 <= start_s < stop_s):
+    start, stop = real_number(start_s), real_number(stop_s)
+    if start is None or stop is None or not 0 <= start < stop:
         raise MotionError.about(
-            "cut", found=f"{start_s:g} to {stop_s:g} s", allowed="from 0 s, rising"
+            "cut", found=f"{brief(start_s)} to {brief(stop_s)} s", allowed="from 0 s, rising"
         )
+    start_s, stop_s = start, min(stop, motion.duration_s)
     # A thousandth of a frame forgives times that were rounded to decimals.
-    first = math.ceil(start_s * motion.fps - 1e-3)
+    first = math.ceil(min(start_s, motion.duration_s) * motion.fps - 1e-3)
     last = min(motion.frame_count, math.ceil(stop_s * motion.fps - 1e-3))
     if first >= last:
         raise MotionError.about(

@@ -11,7 +11,7 @@ from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
 from elocute.motion.edits.pose import with_pose
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
 
 SIDES = ("Left", "Right")
 DIRECTIONS = ("Up", "Down", "In", "Out")
@@ -27,6 +27,7 @@ def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
     replaced; farther than a shape reaches at weight one is refused). Elsewhere the eye joints
     turn, after whatever they did. Raises MotionError for a head with neither.
     """
+    check_motion(motion)
     times, angles = read_keyframes(as_keyframes(directions), "gaze")
     if angles.shape[1] != 2:
         raise MotionError.about("gaze", found=f"{angles.shape[1]} numbers", allowed="two: x, y")
@@ -51,7 +52,7 @@ def _by_shapes(motion: Motion, times: NDArray[np.float64], angles: NDArray[np.fl
             if wanted.max() > reach + 0.01:
                 raise MotionError.about(
                     "gaze",
-                    found=f"{wanted.max():.1f} degrees",
+                    found=f"{wanted.max():.4g} degrees",
                     allowed=f"{name} reaches {reach:.0f} degrees",
                 )
             weights[:, motion.names.index(name)] = np.clip(wanted / reach, 0, 1)

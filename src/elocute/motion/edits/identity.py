@@ -12,7 +12,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.edits.keyframes import Keyframes, linear, read_keyframes
 from elocute.motion.edits.lid_gap import has_lids, identity_columns, lid_gap, lid_scale
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
 
 SIDES = ("Left", "Right")
 
@@ -45,6 +45,7 @@ def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
     Raises MotionError for other heads without one, for more coefficients than there are, and
     for malformed keyframes.
     """
+    check_motion(motion)
     times, values = read_keyframes(keyframes, "identity over time")
     motion = _without_identity_components(motion)
     space = _identity_space(motion.head)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
+from elocute.numerics.given import check_kind
 
 # Elocute's and FLAME's words for the same joints.
 _SAME = {
@@ -20,6 +21,7 @@ _SAME = {
 
 def joint_index(head: HeadModel, joint: str) -> int:
     """Place of a joint by its name; `eyeLeft`, `eye_left` and `left_eye` are one. MotionError."""
+    check_kind("joint", joint, str, ", ".join(head.joint_names), MotionError)
     if joint in head.joint_names:
         return head.joint_names.index(joint)
     plain = [_plain(name) for name in head.joint_names]

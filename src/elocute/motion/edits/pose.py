@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.motion.edits.joints import joint_index
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
 
@@ -39,6 +39,7 @@ def with_pose(
 
     Raises MotionError for a joint the head lacks and for malformed keyframes.
     """
+    check_motion(motion)
     index = joint_index(motion.head, joint)
     times, vectors = read_keyframes(as_keyframes(rotations), f"pose of {joint}")
     if vectors.shape[1] != 3:
@@ -54,6 +55,7 @@ def with_pose(
 
 def without_pose(motion: Motion) -> Motion:
     """The same motion in zero pose: shapes only, as VOCA puts it out."""
+    check_motion(motion)
     return replace(motion, rotations=None)
 
 

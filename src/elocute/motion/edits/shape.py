@@ -8,7 +8,8 @@ import numpy as np
 
 from elocute.errors import MotionError
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.given import check_kind
 
 
 def with_shape(
@@ -21,6 +22,7 @@ def with_shape(
 
     Raises MotionError for a shape the head lacks and for malformed keyframes.
     """
+    check_motion(motion)
     column = shape_index(motion, name)
     times, values = read_keyframes(as_keyframes(weights), f"shape {name}")
     if values.shape[1] != 1:
@@ -33,6 +35,7 @@ def with_shape(
 
 def shape_index(motion: Motion, name: str) -> int:
     """The column of a shape. Raises MotionError where the head lacks it."""
+    check_kind("shape", name, str, ", ".join(motion.names[:60]), MotionError)
     if name not in motion.names:
         raise MotionError.about(
             f"shape {name!r}",

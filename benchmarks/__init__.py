@@ -1,0 +1,1 @@
+"""Programs that measure; from the repository: `python -m benchmarks.synthesis`."""
