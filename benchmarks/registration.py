@@ -229,11 +229,6 @@ def main() -> None:
     template, _ = register_neutral(head, neutral.scan, neutral.landmarks)
     _ = template.triangle_samples, template.rim  # prepared once, not timed
     _ = template.bend_matrix, template.basis
-        template.triangle_samples,
-        template.rim,
-        template.bend_matrix,
-        template.basis,
-    )  # prepared once
     print(
         f"{len(cases)} frames, {len(cases[0].scan.points)} points, noise {arguments.noise_mm} mm; "
         f"noise floor {floor_median:.3f} mm median, {floor_mean:.3f} mm mean"
