@@ -51,10 +51,10 @@ def write_frame(path: Path, key: str, record: FrameRecord, found: Registration |
         arrays |= {
             "zero": found.zero.astype(np.float32),
             "offsets": found.offsets.astype(np.float32),
-            "identity": found.shape.identity,
-            "expression": found.shape.expression,
-            "translation": found.shape.pose.translation,
-            "turns": found.shape.pose.turns,
+            "identity": found.parameters.identity,
+            "expression": found.parameters.expression,
+            "translation": found.parameters.pose.translation,
+            "turns": found.parameters.pose.turns,
         }
     write_npz(path, arrays)
 
@@ -98,13 +98,20 @@ def read_registration(path: Path, record: FrameRecord) -> Registration | None:
     if record.flag or record.surface is None:
         return None
     stored = _good(path, _read(path))
-    shape = ModelParameters(
+    parameters = ModelParameters(
         stored["identity"], stored["expression"], HeadPose(stored["translation"], stored["turns"])
     )
     zero, added = stored["zero"].astype(np.float64), stored["offsets"].astype(np.float64)
     # Vertices as posed are not kept: the next frame starts from shape and offsets.
     return Registration(
-        zero, zero, shape, added, record.surface, record.landmark_mm, record.seconds, record.notes
+        zero,
+        zero,
+        parameters,
+        added,
+        record.surface,
+        record.landmark_mm,
+        record.seconds,
+        record.notes,
     )
 
 

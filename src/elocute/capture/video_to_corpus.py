@@ -1,4 +1,4 @@
-"""Videos as clips of a corpus, so that they can train a decoder or give a style."""
+"""Videos as clips of a corpus, for training a decoder or fitting a style."""
 
 from __future__ import annotations
 
@@ -29,11 +29,31 @@ def write_video_corpus(
 ) -> list[str]:
     """Write a corpus of one subject: each video a clip, its sentence the file's name.
 
-    The template is the face of the first video; weights are those of each video's own rest.
-    texts  file name without suffix to the words said
+    The template is the face of the first video; weights are relative to each video's own rest.
 
-    Returns notes for a person. Raises CaptureError for a video without sound (a corpus pairs
-    sound with motion) and what `corpus_writer` raises; nothing is left behind then.
+    Parameters
+    ----------
+    folder
+        Where the corpus goes.
+    captures
+        Video files and what they became, one after another.
+    subject
+        The subject's name.
+    fps
+        Frames per second of the corpus.
+    texts
+        File name without suffix to the words said.
+
+    Returns
+    -------
+    Notes for the user.
+
+    Raises
+    ------
+    CaptureError
+        For a video without sound: a corpus pairs sound with motion.
+    CorpusError, OutputError
+        As `corpus_writer`. Nothing is left behind then.
     """
     head = load_builtin_head()
     notes: list[str] = []

@@ -58,15 +58,15 @@ def test_frames_that_follow_stay_on_track(
         assert before.surface.median < 0.09 and before.surface.mean < 0.14, number
         assert apart_mm(head, before.vertices, truth.posed) < 1.0, number
         assert correspondence_mm(head, before.vertices, truth.posed)["lips"] < 1.2, number
-    assert before.shape.expression[head.expression_index("jawOpen")] > 0.4
+    assert before.parameters.expression[head.expression_index("jawOpen")] > 0.4
 
 
 def test_a_lost_frame_is_found_again(
     stage: ScanSimulator, scans: list[Scan], neutral: tuple[Template, Registration]
 ):
     good = register_scan(neutral[0], scans[1], stage.frame(1).landmarks)
-    away = HeadPose(good.shape.pose.translation + 0.15, good.shape.pose.turns)
-    wrong = replace(good, shape=replace(good.shape, pose=away))
+    away = HeadPose(good.parameters.pose.translation + 0.15, good.parameters.pose.turns)
+    wrong = replace(good, parameters=replace(good.parameters, pose=away))
     found = register_scan(neutral[0], scans[2], stage.frame(2).landmarks, wrong)
     assert not found.lost and found.surface.median < 0.1
 

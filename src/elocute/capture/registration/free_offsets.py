@@ -34,40 +34,44 @@ class OffsetStage:
 
     bend_m     length over which offsets may bend: shorter follows more, noise too
     stretch_m  length over which they may change at all; keeps unseen parts quiet
-    hold       share of the area by which an offset is drawn back to the model
+    anchor       share of the area by which an offset is drawn back to the model
     reach_m    furthest match
     facing     smallest cosine between the normals of a match
     """
 
     bend_m: float
     stretch_m: float = 3e-4
-    hold: float = 1e-3
+    anchor: float = 1e-3
     reach_m: float = 0.004
     facing: float = 0.6
 
 
-COLD = (OffsetStage(0.008, reach_m=0.006), OffsetStage(0.004), OffsetStage(0.003, reach_m=0.003))
-WARM = (OffsetStage(0.004), OffsetStage(0.003, reach_m=0.003))
+COLD_STAGES = (
+    OffsetStage(0.008, reach_m=0.006),
+    OffsetStage(0.004),
+    OffsetStage(0.003, reach_m=0.003),
+)
+WARM_STAGES = (OffsetStage(0.004), OffsetStage(0.003, reach_m=0.003))
 
 
-def free_offsets(
+def fit_offsets(
     template: Template,
     model: Float64Array,
     samples: ScanSamples,
     *,
     start: Float64Array | None = None,
-    steps: Sequence[OffsetStage] = COLD,
+    stages: Sequence[OffsetStage] = COLD_STAGES,
 ) -> Float64Array:
     """(vertex, 3) m to be added to the model (vertex, 3) m, posed as the scan; zero off the skin.
 
     start  offsets (vertex, 3) m of the frame before, turned as this one
     """
     offsets = np.zeros_like(model) if start is None else start.copy()
-    for step in steps:
+    for stage in stages:
         matched = find_correspondences(
-            template, model + offsets, samples, reach_m=step.reach_m, facing=step.facing
+            template, model + offsets, samples, reach_m=stage.reach_m, facing=stage.facing
         )
-        offsets[template.skin] += _change(template, offsets[template.skin], matched, samples, step)
+        offsets[template.skin] += _change(template, offsets[template.skin], matched, samples, stage)
     return offsets
 
 
@@ -76,7 +80,7 @@ def _change(
     offsets: Float64Array,
     matched: Correspondences,
     samples: ScanSamples,
-    step: OffsetStage,
+    stage: OffsetStage,
 ) -> Float64Array:
     """(free, 3) m: the best change of offsets (free, 3) m for given matches."""
     from scipy.sparse import csr_matrix, diags
@@ -88,8 +92,8 @@ def _change(
     spread: Any = csr_matrix(
         (matched.bary[rows].ravel(), corners[rows].ravel(), starts), (len(rows), len(offsets))
     )
-    smooth = step.bend_m**4 * template.bend_matrix + step.stretch_m**2 * template.stretch_matrix
-    smooth = smooth + diags(step.hold * template.skin_areas)
+    smooth = stage.bend_m**4 * template.bend_matrix + stage.stretch_m**2 * template.stretch_matrix
+    smooth = smooth + diags(stage.anchor * template.skin_areas)
     weighted = spread.T @ diags(weights)
     target = matched.gap[rows, None] * matched.normals[rows]
     return _solve_symmetric(

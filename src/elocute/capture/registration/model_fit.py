@@ -73,14 +73,14 @@ class FitStage:
 
 
 TRUSTED_LANDMARKS_M = 0.0015
-COLD = (
+COLD_STAGES = (
     FitStage(3, 0.03, 0.3, 1.0, 0.2, 0.2),
     FitStage(4, 0.015, 0.4, 0.1, 0.02, 0.02),
     FitStage(4, 0.006, 0.5, 0.01, trusted_m=TRUSTED_LANDMARKS_M),
     FitStage(3, 0.003, 0.6, 0.003, 5e-4, 5e-4, TRUSTED_LANDMARKS_M),
 )
 """From landmarks alone."""
-WARM = (
+WARM_STAGES = (
     FitStage(3, 0.006, 0.5, 0.01, trusted_m=TRUSTED_LANDMARKS_M),
     FitStage(2, 0.003, 0.6, 0.003, 5e-4, 5e-4, TRUSTED_LANDMARKS_M),
 )
@@ -108,80 +108,82 @@ class ModelFit:
         count = len(self.template.identity_basis) if self.with_identity else 0
         return ModelParameters(np.zeros(count), np.zeros(len(self.template.basis)), pose)
 
-    def joints(self, shape: ModelParameters) -> Float64Array:
+    def joints(self, parameters: ModelParameters) -> Float64Array:
         """(joint, 3) m of this identity."""
         head = self.template.head
-        return head.identity_joints(shape.identity.astype(np.float32)).astype(np.float64)
+        return head.identity_joints(parameters.identity.astype(np.float32)).astype(np.float64)
 
-    def zero_pose_vertices(self, shape: ModelParameters) -> Float64Array:
+    def zero_pose_vertices(self, parameters: ModelParameters) -> Float64Array:
         """(vertex, 3) m in zero pose."""
         head = self.template
-        moved = np.tensordot(shape.expression, head.basis, 1)
-        if len(shape.identity):
-            moved = moved + np.tensordot(shape.identity, head.identity_basis, 1)
+        moved = np.tensordot(parameters.expression, head.basis, 1)
+        if len(parameters.identity):
+            moved = moved + np.tensordot(parameters.identity, head.identity_basis, 1)
         return head.vertices + moved
 
-    def posed_vertices(self, shape: ModelParameters) -> Float64Array:
+    def posed_vertices(self, parameters: ModelParameters) -> Float64Array:
         """(vertex, 3) m as the scan stands."""
-        matrices, shifts = vertex_transforms(self._rig(shape), shape.pose.turns)
-        moved = np.einsum("vab,vb->va", matrices, self.zero_pose_vertices(shape)) + shifts
-        return moved + shape.pose.translation
+        matrices, shifts = vertex_transforms(self._rig(parameters), parameters.pose.turns)
+        moved = np.einsum("vab,vb->va", matrices, self.zero_pose_vertices(parameters)) + shifts
+        return moved + parameters.pose.translation
 
-    def _rig(self, shape: ModelParameters) -> Rig:
+    def _rig(self, parameters: ModelParameters) -> Rig:
         head = self.template.head
-        return Rig(self.joints(shape), head.joint_parents, head.skin_weights.astype(np.float64))
+        return Rig(
+            self.joints(parameters), head.joint_parents, head.skin_weights.astype(np.float64)
+        )
 
     def fit(
         self,
         samples: ScanSamples,
         landmarks: Landmarks,
         start: ModelParameters,
-        stages: Sequence[FitStage] = COLD,
+        stages: Sequence[FitStage] = COLD_STAGES,
     ) -> ModelParameters:
         """The shape nearest to samples and landmarks, from a start near it."""
         basis = np.ascontiguousarray(self.basis.T)
-        shape = start
-        for turn in stages:
-            for _ in range(turn.steps):
-                shape = self._step(samples, landmarks, shape, turn, basis)
-        return shape
+        parameters = start
+        for stage in stages:
+            for _ in range(stage.steps):
+                parameters = self._step(samples, landmarks, parameters, stage, basis)
+        return parameters
 
     def _step(
         self,
         samples: ScanSamples,
         landmarks: Landmarks,
-        shape: ModelParameters,
-        turn: FitStage,
+        parameters: ModelParameters,
+        stage: FitStage,
         basis: Float64Array,
     ) -> ModelParameters:
-        posed = self.posed_vertices(shape)
+        posed = self.posed_vertices(parameters)
         matched = find_correspondences(
-            self.template, posed, samples, reach_m=turn.reach_m, facing=turn.facing, near=1
+            self.template, posed, samples, reach_m=stage.reach_m, facing=stage.facing, near=1
         )
         weights = robust_weights(matched.gap, NOISE_M)
-        slopes = self._surface_slopes(matched, shape, basis)
+        slopes = self._surface_slopes(matched, parameters, basis)
         total = max(float(weights.sum()), 1e-9)
         # Few matches say little: landmarks then count for more.
         scaled = MM * slopes * np.sqrt(weights / total)[:, None]
         left = MM * matched.gap * np.sqrt(weights / total)
         gram, side = scaled.T @ scaled, scaled.T @ left
-        if turn.landmarks:
-            self._add_landmarks(gram, side, landmarks, shape, posed, basis, turn)
-        return self._solved(gram, side, shape, turn)
+        if stage.landmarks:
+            self._add_landmarks(gram, side, landmarks, parameters, posed, basis, stage)
+        return self._solved(gram, side, parameters, stage)
 
     def _surface_slopes(
-        self, matched: Correspondences, shape: ModelParameters, basis: Float64Array
+        self, matched: Correspondences, parameters: ModelParameters, basis: Float64Array
     ) -> Float64Array:
         """(match, unknown) m: how the surface under each match rises along its normal."""
         corners = self.template.triangles[matched.triangle]
-        return self._slopes(corners, matched.bary, matched.normals, shape, basis)
+        return self._slopes(corners, matched.bary, matched.normals, parameters, basis)
 
     def _slopes(
         self,
         corners: NDArray[np.integer],
         bary: Float64Array,
         along: Float64Array,
-        shape: ModelParameters,
+        parameters: ModelParameters,
         basis: Float64Array,
     ) -> Float64Array:
         """(point, unknown): shapes, joints, translation; along (point, 3) unit directions."""
@@ -189,8 +191,8 @@ class ModelFit:
 
         head = self.template.head
         weights = np.einsum("pc,pcj->pj", bary, head.skin_weights.astype(np.float64)[corners])
-        rig = Rig(self.joints(shape), head.joint_parents, weights)
-        matrices, _ = vertex_transforms(rig, shape.pose.turns)
+        rig = Rig(self.joints(parameters), head.joint_parents, weights)
+        matrices, _ = vertex_transforms(rig, parameters.pose.turns)
         back = np.einsum("pab,pa->pb", matrices, along)
         rows = bary[:, :, None] * back[:, None, :]
         columns = 3 * corners[:, :, None].astype(np.int64) + np.arange(3)
@@ -198,8 +200,8 @@ class ModelFit:
         spread: Any = csr_matrix(
             (rows.ravel(), columns.ravel(), starts), (len(corners), len(basis))
         )
-        points = np.einsum("pc,pca->pa", bary, self.zero_pose_vertices(shape)[corners])
-        turning = joint_slopes(rig, shape.pose.turns, points, posed_joints(head))
+        points = np.einsum("pc,pca->pa", bary, self.zero_pose_vertices(parameters)[corners])
+        turning = joint_slopes(rig, parameters.pose.turns, points, posed_joints(head))
         return np.concatenate(
             [spread @ basis, np.einsum("pa,pak->pk", along, turning), along], axis=1
         )
@@ -209,37 +211,37 @@ class ModelFit:
         gram: Float64Array,
         side: Float64Array,
         landmarks: Landmarks,
-        shape: ModelParameters,
+        parameters: ModelParameters,
         posed: Float64Array,
         basis: Float64Array,
-        turn: FitStage,
+        stage: FitStage,
     ) -> None:
         vertices, places, shares = self.template.landmark_weights(landmarks)
         if not len(vertices):
             return
         apart, shares = places - posed[vertices], shares / shares.sum()
         off_m = float(np.sqrt(shares @ np.square(apart).sum(axis=1)))
-        belief = min(1.0, turn.trusted_m / max(off_m, 1e-9)) ** 4
-        shares = MM * np.sqrt(turn.landmarks * belief * shares)
+        belief = min(1.0, stage.trusted_m / max(off_m, 1e-9)) ** 4
+        shares = MM * np.sqrt(stage.landmarks * belief * shares)
         left = apart * shares[:, None]
         for axis in range(3):
             along = np.zeros((len(vertices), 3))
             along[:, axis] = shares
             slopes = self._slopes(
-                vertices[:, None], np.ones((len(vertices), 1)), along, shape, basis
+                vertices[:, None], np.ones((len(vertices), 1)), along, parameters, basis
             )
             gram += slopes.T @ slopes
             side += slopes.T @ left[:, axis]
 
     def _solved(
-        self, gram: Float64Array, side: Float64Array, shape: ModelParameters, turn: FitStage
+        self, gram: Float64Array, side: Float64Array, parameters: ModelParameters, stage: FitStage
     ) -> ModelParameters:
         """The step that solves the normal equations, with ridge and bounds."""
         head = self.template.head
-        identities, expressions = len(shape.identity), len(shape.expression)
+        identities, expressions = len(parameters.identity), len(parameters.expression)
         joints = posed_joints(head)
-        known = np.concatenate([shape.identity, shape.expression])
-        cost = np.r_[np.full(identities, turn.identity), np.full(expressions, turn.expression)]
+        known = np.concatenate([parameters.identity, parameters.expression])
+        cost = np.r_[np.full(identities, stage.identity), np.full(expressions, stage.expression)]
         count = len(known)
         damping = np.r_[cost, np.zeros(3), np.full(3 * len(joints) - 3, TURN_COST), np.zeros(3)]
         gram = gram + np.diag(damping + 1e-9 * np.diag(gram) + 1e-12)
@@ -248,15 +250,15 @@ class ModelFit:
         low, high = np.full(len(side), -np.inf), np.full(len(side), np.inf)
         if "jawOpen" in head.expression_names:
             span = slice(identities, count)
-            low[span], high[span] = (bound - shape.expression for bound in BOUNDS)
+            low[span], high[span] = (bound - parameters.expression for bound in BOUNDS)
         step = solve_box(gram, side, np.minimum(low, 0), np.maximum(high, 0))
-        turns = shape.pose.turns.copy()
+        turns = parameters.pose.turns.copy()
         small = from_axis_angle(step[count:-3].reshape(-1, 3))
         turns[joints] = multiply(small, turns[joints])
         turns /= np.linalg.norm(turns, axis=1, keepdims=True)
         return replace(
-            shape,
-            identity=shape.identity + step[:identities],
-            expression=shape.expression + step[identities:count],
-            pose=HeadPose(shape.pose.translation + step[-3:], turns),
+            parameters,
+            identity=parameters.identity + step[:identities],
+            expression=parameters.expression + step[identities:count],
+            pose=HeadPose(parameters.pose.translation + step[-3:], turns),
         )

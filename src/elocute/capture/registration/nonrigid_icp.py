@@ -28,9 +28,9 @@ from elocute.head.normals import vertex_normals
 
 Float64Array = NDArray[np.float64]
 
-SOLVED = 5e-2  # share of the first residual at which conjugate gradients stop
-ENOUGH = 0.3  # share at which a solution may be used where that takes too long
-ROUNDS_MAX = 12
+CONVERGED = 5e-2  # share of the first residual at which conjugate gradients stop
+ACCEPTED = 0.3  # share at which a solution may be used where that takes too long
+CG_STEPS_MAX = 12
 """Steps of conjugate gradients after which a new factor is cheaper."""
 
 
@@ -54,7 +54,7 @@ class StiffnessLevel:
     facing: float = 0.6
 
 
-COLD = (
+COLD_LEVELS = (
     StiffnessLevel(10.0, 5.0),
     StiffnessLevel(2.0, 1.0),
     StiffnessLevel(0.3, 0.1, reach_m=0.01),
@@ -62,7 +62,7 @@ COLD = (
     StiffnessLevel(0.003, 0.0, reach_m=0.004),
 )
 """From a template that stands roughly where the scan does."""
-WARM = (
+WARM_LEVELS = (
     StiffnessLevel(0.3, 0.1, 1, reach_m=0.01),
     StiffnessLevel(0.03, 0.0, 1, reach_m=0.006),
     StiffnessLevel(0.003, 0.0, 2, reach_m=0.004),
@@ -122,7 +122,7 @@ class NonrigidIcp:
         start: Float64Array,
         scan: Scan,
         landmarks: Landmarks,
-        levels: Sequence[StiffnessLevel] = COLD,
+        levels: Sequence[StiffnessLevel] = COLD_LEVELS,
     ) -> tuple[Float64Array, int]:
         """Vertices (vertex, 3) m laid over the scan, and how many steps that took.
 
@@ -244,8 +244,8 @@ def _conjugate(
     first = np.linalg.norm(left, axis=0) + 1e-9
     near = factor.solve(left)
     along, power = near.copy(), (left * near).sum(axis=0)
-    for _ in range(ROUNDS_MAX):
-        if (np.linalg.norm(left, axis=0) <= SOLVED * first).all():
+    for _ in range(CG_STEPS_MAX):
+        if (np.linalg.norm(left, axis=0) <= CONVERGED * first).all():
             return x
         image = matrix @ along
         step = power / np.maximum((along * image).sum(axis=0), 1e-300)
@@ -255,4 +255,4 @@ def _conjugate(
         before, power = power, (left * near).sum(axis=0)
         along = near + power / np.maximum(before, 1e-300) * along
     # The next matches correct what is left of a solution that is nearly there.
-    return x if (np.linalg.norm(left, axis=0) <= ENOUGH * first).all() else None
+    return x if (np.linalg.norm(left, axis=0) <= ACCEPTED * first).all() else None

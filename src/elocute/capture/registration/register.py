@@ -49,7 +49,7 @@ class Registration:
 
     vertices    (vertex, 3) m in the scan's own frame
     zero        (vertex, 3) m in zero pose
-    shape       the model under it
+    parameters  the model under it
     offsets     (vertex, 3) m in zero pose, what was added to the model
     surface     distance from the scan
     landmark_mm mean distance to the landmarks given, or None without
@@ -59,7 +59,7 @@ class Registration:
 
     vertices: Float64Array
     zero: Float64Array
-    shape: ModelParameters
+    parameters: ModelParameters
     offsets: Float64Array
     surface: SurfaceError
     landmark_mm: float | None
@@ -90,16 +90,20 @@ def register_neutral(
     """
     general = Template(head)
     found = _register(general, ModelFit(general, True), scan, landmarks, None)
-    shown = np.tensordot(found.shape.expression, general.basis, 1)
+    shown = np.tensordot(found.parameters.expression, general.basis, 1)
     neutral = (found.zero - shown).astype(np.float32)
-    own = with_template(_with_joints(head, found.shape), neutral, head.name)
+    own = with_template(_with_joints(head, found.parameters), neutral, head.name)
     # The joints were found with the identity; `with_template` would guess them once more.
-    joints = head.identity_joints(found.shape.identity.astype(np.float32)).astype(np.float32)
+    joints = head.identity_joints(found.parameters.identity.astype(np.float32)).astype(np.float32)
     return Template(replace(own, joint_positions=joints)), found
 
 
-def _with_joints(head: HeadModel, shape: ModelParameters) -> HeadModel:
-    return head.with_identity(shape.identity.astype(np.float32)) if len(shape.identity) else head
+def _with_joints(head: HeadModel, parameters: ModelParameters) -> HeadModel:
+    return (
+        head.with_identity(parameters.identity.astype(np.float32))
+        if len(parameters.identity)
+        else head
+    )
 
 
 def register_scan(
@@ -112,7 +116,7 @@ def register_scan(
     where the frame before is of a template with an identity, as a neutral face is.
     """
     fit = ModelFit(template, False)
-    if before is not None and len(before.shape.identity):
+    if before is not None and len(before.parameters.identity):
         raise CaptureError.about(
             "the frame before", found="a fit of an identity", allowed="a result of register_scan"
         )
@@ -146,21 +150,23 @@ def register_nonrigid(
     started = time.thread_time()
     scan, notes = checked_scan(scan)
     fit = ModelFit(template, False)
-    shape = fit.neutral_start(find_initial_pose(template, sample_scan(scan), landmarks))
+    parameters = fit.neutral_start(find_initial_pose(template, sample_scan(scan), landmarks))
     if adapted and landmarks.enough and len(template.head.landmarks):
-        shape = replace(shape, expression=_landmark_expression(template, landmarks, shape.pose))
-    start = fit.posed_vertices(shape)
+        parameters = replace(
+            parameters, expression=_landmark_expression(template, landmarks, parameters.pose)
+        )
+    start = fit.posed_vertices(parameters)
     if before is not None:
-        start = start + _posed_offsets(template, before.offsets, shape.pose)
-    levels = nonrigid_icp.COLD if before is None else nonrigid_icp.WARM
+        start = start + _posed_offsets(template, before.offsets, parameters.pose)
+    levels = nonrigid_icp.COLD_LEVELS if before is None else nonrigid_icp.WARM_LEVELS
     vertices, steps = (icp or NonrigidIcp(template)).register(start, scan, landmarks, levels)
     seconds = time.thread_time() - started
-    zero = remove_pose(template.head, vertices, shape.pose)
+    zero = remove_pose(template.head, vertices, parameters.pose)
     found = Registration(
         vertices,
         zero,
-        shape,
-        zero - fit.zero_pose_vertices(shape),
+        parameters,
+        zero - fit.zero_pose_vertices(parameters),
         _surface(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks),
         seconds,
@@ -184,22 +190,27 @@ def _register(
     if not len(samples.points):
         raise CaptureError.about(scan.name, found="nothing but rims", allowed="a surface")
     if before is None:
-        shape = _cold_start(template, fit, samples, landmarks)
-        added, steps = None, free_offsets.COLD
+        parameters = _cold_start(template, fit, samples, landmarks)
+        added, stages = None, free_offsets.COLD_STAGES
     else:
-        shape = fit.fit(samples.subset(MODEL_POINTS), landmarks, before.shape, model_fit.WARM)
-        added, steps = _posed_offsets(template, before.offsets, shape.pose), free_offsets.WARM
-    model = fit.posed_vertices(shape)
+        parameters = fit.fit(
+            samples.subset(MODEL_POINTS), landmarks, before.parameters, model_fit.WARM_STAGES
+        )
+        added, stages = (
+            _posed_offsets(template, before.offsets, parameters.pose),
+            free_offsets.WARM_STAGES,
+        )
+    model = fit.posed_vertices(parameters)
     some = samples.subset(SURFACE_POINTS, seed=1)
-    vertices = model + free_offsets.free_offsets(template, model, some, start=added, steps=steps)
+    vertices = model + free_offsets.fit_offsets(template, model, some, start=added, stages=stages)
     seconds = time.thread_time() - started
-    head = _with_joints(template.head, shape)
-    zero = remove_pose(head, vertices, shape.pose)
+    head = _with_joints(template.head, parameters)
+    zero = remove_pose(head, vertices, parameters.pose)
     return Registration(
         vertices,
         zero,
-        shape,
-        zero - fit.zero_pose_vertices(shape),
+        parameters,
+        zero - fit.zero_pose_vertices(parameters),
         _surface(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks),
         seconds,
@@ -219,7 +230,7 @@ def _cold_start(
     start = fit.neutral_start(find_initial_pose(template, samples, landmarks))
     if landmarks.enough and len(template.head.landmarks) and not fit.with_identity:
         start = replace(start, expression=_landmark_expression(template, landmarks, start.pose))
-    return fit.fit(samples.subset(MODEL_POINTS), landmarks, start, model_fit.COLD)
+    return fit.fit(samples.subset(MODEL_POINTS), landmarks, start, model_fit.COLD_STAGES)
 
 
 def _landmark_expression(template: Template, landmarks: Landmarks, pose: HeadPose) -> Float64Array:

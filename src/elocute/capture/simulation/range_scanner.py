@@ -23,7 +23,7 @@ CAMERAS = (
     (0.0, 55.0),
 )
 FACING_MIN = 0.25  # cosine below which stereo finds nothing
-OVERLAP = 0.06  # cosine by which a camera may face a place worse and zero_pose keep it
+OVERLAP = 0.06  # cosine by which a camera may face a place worse and still keep it
 STEP_MAX = 3.0  # depth from pixel to pixel, in pixels, beyond which there is an edge
 RIM_M = 0.004
 AWAY_M = 1.0
@@ -67,7 +67,7 @@ def render_range_images(
     best = facing.argmax(axis=1)
     seen = []
     for camera, ray in enumerate(rays):
-        picture = _shot(scene, points, ray, spacing_m, jitter)
+        picture = _depth_camera(scene, points, ray, spacing_m, jitter)
         # A camera keeps what no other faces much better; so patches overlap by a little.
         kept = facing[picture.triangle, camera] > np.maximum(
             FACING_MIN, facing[picture.triangle, best[picture.triangle]] - OVERLAP
@@ -86,7 +86,7 @@ def _direction(yaw_deg: float, pitch_deg: float) -> Float64Array:
     return -np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
 
 
-def _shot(
+def _depth_camera(
     scene: Any, points: Float64Array, ray: Float64Array, spacing_m: float, jitter: Float64Array
 ) -> RangeImage:
     right = np.cross(ray, [0.0, 1.0, 0.0])

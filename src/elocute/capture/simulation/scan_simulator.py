@@ -44,8 +44,8 @@ Float64Array = NDArray[np.float64]
 PARTS = 3  # each template triangle becomes PARTS² on the rounded surface
 BUMPS, BUMP_WIDTH_M = 60, 0.012
 MOUTH_BUMPS, MOUTH_WIDTH_M = 6, 0.008
-INSIDE = ("mouth", "teeth", "gums", "tongue")  # wet and dark: stereo sees little of it
-LEFT_OUT = ("hair",)
+WET_MATERIALS = ("mouth", "teeth", "gums", "tongue")  # wet and dark: stereo sees little of it
+UNSCANNED_MATERIALS = ("hair",)
 POINTS_RANGE = (2_000, 1_000_000)
 
 
@@ -124,7 +124,7 @@ class ScanSimulator:
     def triangles(self) -> NDArray[np.int32]:
         """(triangle, 3) of what a scanner can see."""
         names = self.head.material_names
-        unseen = [index for index, name in enumerate(names) if name in LEFT_OUT]
+        unseen = [index for index, name in enumerate(names) if name in UNSCANNED_MATERIALS]
         return self.head.triangles[~np.isin(self.head.triangle_material, unseen)]
 
     @cached_property
@@ -152,7 +152,7 @@ class ScanSimulator:
         surface = phong_tessellation(self.head.template, self.triangles, self.refinement)
         coarse, rng = 0.003, np.random.default_rng(self.scanner.seed)
         views = render_range_images(surface, self.refinement.triangles, coarse, np.zeros(2))
-        count = sum(int((~self._lost(seen, rng)).sum()) for seen in views)
+        count = sum(int((~self._dropouts(seen, rng)).sum()) for seen in views)
         return coarse * float(np.sqrt(count / self.scanner.points))
 
     def _bumps(
@@ -196,7 +196,7 @@ class ScanSimulator:
         fine = self.refinement
         surface = phong_tessellation(truth.posed, self.triangles, fine)
         views = render_range_images(surface, fine.triangles, self.spacing_m, rng.random(2))
-        patches = [self._patch(seen, surface, rng) for seen in views]
+        patches = [self._view_mesh(seen, surface, rng) for seen in views]
         points, triangles, colors = _joined(patches)
         return ScannedFrame(
             points,
@@ -206,7 +206,7 @@ class ScanSimulator:
             truth,
         )
 
-    def _patch(
+    def _view_mesh(
         self, seen: RangeImage, surface: Float64Array, rng: np.random.Generator
     ) -> tuple[Float64Array, NDArray[np.int32], NDArray[np.uint8]]:
         """One camera's points with noise, its triangles and colours."""
@@ -215,25 +215,25 @@ class ScanSimulator:
         exact = np.einsum("pc,pca->pa", seen.bary, surface[corners])
         depth = _stereo_noise(seen, rng) * self.scanner.noise_mm / 1000
         points = exact + depth[:, None] * seen.ray
-        kept = ~self._lost(seen, rng)
+        kept = ~self._dropouts(seen, rng)
         triangles = triangulate_range_image(seen, points, self.spacing_m, kept)
         shares = np.einsum("pc,pck->pk", seen.bary, fine.bary[corners])
         colors = self.head.vertex_color[self.triangles[fine.parent[corners[:, 0]]]]
         painted = np.einsum("pk,pka->pa", shares, colors.astype(np.float64))
         return points, triangles, np.clip(painted + 0.5, 0, 255).astype(np.uint8)
 
-    def _lost(self, seen: RangeImage, rng: np.random.Generator) -> NDArray[np.bool_]:
+    def _dropouts(self, seen: RangeImage, rng: np.random.Generator) -> NDArray[np.bool_]:
         """(point,) where stereo fails: blots in the hair and inside the mouth."""
         parents = self.refinement.parent[self.refinement.triangles[seen.triangle, 0]]
-        lost = _blots(seen.cell, rng) < self.scanner.holes
-        return lost & self._hard[parents]
+        lost = _dropout_field(seen.cell, rng) < self.scanner.holes
+        return lost & self._dropout_prone[parents]
 
     @cached_property
-    def _hard(self) -> NDArray[np.bool_]:
+    def _dropout_prone(self) -> NDArray[np.bool_]:
         """(triangle,) whether stereo fails there now and then."""
         names = self.head.material_names
-        unseen = [index for index, name in enumerate(names) if name in LEFT_OUT]
-        inside = [index for index, name in enumerate(names) if name in INSIDE]
+        unseen = [index for index, name in enumerate(names) if name in UNSCANNED_MATERIALS]
+        inside = [index for index, name in enumerate(names) if name in WET_MATERIALS]
         material = self.head.triangle_material
         scalp = np.zeros(self.head.vertex_count, bool)
         scalp[self.head.regions["scalp"]] = True
@@ -269,7 +269,7 @@ def simulate_scans(
         raise CaptureError.about(
             f"head {motion.head.name!r}", found="names no places", allowed="the built-in head"
         )
-    stage = ScanSimulator(motion, scanner or Scanner())
+    simulator = ScanSimulator(motion, scanner or Scanner())
     metadata = replace(metadata or SequenceMetadata(), fps=motion.fps, unit="m")
     with write_folder_atomically(folder) as draft:
         if sound is not None:
@@ -278,14 +278,14 @@ def simulate_scans(
         write_metadata(draft, metadata)
         (draft / "landmarks").mkdir()
         (draft / "truth").mkdir()
-        template = (motion.head.template + stage.bumps).astype(np.float32)
+        template = (motion.head.template + simulator.bumps).astype(np.float32)
         save_npy(draft / "truth" / "template.npy", template)
         with (
             RowWriter(draft / "truth" / "vertices.npy", template.shape) as posed,
             RowWriter(draft / "truth" / "zero.npy", template.shape) as zero,
         ):
             for number in range(motion.frame_count):
-                scanned = stage.frame(number)
+                scanned = simulator.frame(number)
                 write_scan(
                     draft / f"{number:05d}.ply", scanned.points, scanned.triangles, scanned.colors
                 )
@@ -305,19 +305,19 @@ def _stereo_noise(seen: RangeImage, rng: np.random.Generator) -> Float64Array:
     """(point,) standard normal: half of the variance from pixel to pixel, half over about five."""
     if not len(seen.cell):
         return np.zeros(0)
-    smooth = _field(seen.cell, rng, 5.0)
+    smooth = _noise_field(seen.cell, rng, 5.0)
     return np.sqrt(0.5) * (rng.normal(size=len(smooth)) + smooth)
 
 
-def _blots(cells: NDArray[np.intp], rng: np.random.Generator) -> Float64Array:
+def _dropout_field(cells: NDArray[np.intp], rng: np.random.Generator) -> Float64Array:
     """(point,) 0…1 evenly distributed, alike over about twelve pixels."""
     if not len(cells):
         return np.zeros(0)
-    field = _field(cells, rng, 12.0)
+    field = _noise_field(cells, rng, 12.0)
     return np.argsort(np.argsort(field)) / len(field)
 
 
-def _field(cells: NDArray[np.intp], rng: np.random.Generator, width: float) -> Float64Array:
+def _noise_field(cells: NDArray[np.intp], rng: np.random.Generator, width: float) -> Float64Array:
     """(point,) standard normal noise on a grid of pixels, alike over `width` of them."""
     from scipy.ndimage import gaussian_filter
 

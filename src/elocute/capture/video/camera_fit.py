@@ -1,4 +1,4 @@
-"""A pinhole camera, and where the head stands before it.
+"""Pinhole camera, the head's pose before it, and the linear equations of projected points.
 
 The camera looks along -Z from the origin, +Y up; a head point p (m) is at R·p + t, with t about
 half a metre to a few metres down -Z. Pixels: x to the right, y down.
@@ -27,18 +27,26 @@ CORRELATED_POINTS = 2.0
 
 @dataclass(frozen=True)
 class PinholeCamera:
-    """focal in pixels; centre (2,) in pixels."""
+    """A camera without distortion.
+
+    Attributes
+    ----------
+    focal
+        Focal length in pixels.
+    centre
+        (x, y) of the optical axis in pixels.
+    """
 
     focal: float
     centre: tuple[float, float]
 
     def project(self, points: Float64Array) -> Float64Array:
-        """(…, 2) pixels of points (…, 3) m before the camera."""
+        """(…, 2) pixels of points (…, 3) m in front of the camera."""
         depth = -points[..., 2:]
         return self.centre + self.focal * points[..., :2] * [1, -1] / depth
 
     def jacobian(self, points: Float64Array) -> Float64Array:
-        """(…, 2, 3) pixels per metre that points (…, 3) move."""
+        """(…, 2, 3) pixels per metre by which projections of points (…, 3) m move."""
         x, y, depth = points[..., 0], points[..., 1], -points[..., 2]
         zero = np.zeros_like(x)
         rows = [
@@ -55,25 +63,38 @@ def camera_for(size: tuple[int, int], focal: float) -> PinholeCamera:
 
 @dataclass(frozen=True, eq=False)
 class HeadPoses:
-    """Where the head stands: turns (frame, 4) unit quaternions wxyz, places (frame, 3) m."""
+    """Where the head stands before the camera, frame by frame.
+
+    Attributes
+    ----------
+    turns
+        (frame, 4) unit quaternions wxyz.
+    places
+        (frame, 3) m.
+    """
 
     turns: Float64Array
     places: Float64Array
 
     def apply(self, points: Float64Array) -> Float64Array:
-        """(frame, point, 3) before the camera, of points (frame, point, 3) or (point, 3) m."""
+        """Points (frame, point, 3) or (point, 3) m in the camera's frame: (frame, point, 3) m."""
         turned = points @ np.swapaxes(rotation_matrices(self.turns), -1, -2)
         return turned + self.places[:, None]
 
     def pixel_mm(self, camera: PinholeCamera) -> Float64Array:
-        """(frame,) mm that one pixel measures where the head stands."""
+        """(frame,) mm per pixel at the distance of the head."""
         return 1000 * -self.places[:, 2] / camera.focal
 
 
 def initial_poses(camera: PinholeCamera, model: Float64Array, seen: Float64Array) -> HeadPoses:
-    """A start from the detector's own weak depth: the similarity of Umeyama (1991).
+    """Poses from the detector's own weak depth: the similarity of Umeyama (1991).
 
-    model (point, 3) m; seen (frame, point, 3) pixels with depth.
+    Parameters
+    ----------
+    model
+        (point, 3) m.
+    seen
+        (frame, point, 3) pixels with depth.
     """
     given = seen * [1, -1, -1]
     rest = model - model.mean(axis=0)
@@ -98,10 +119,22 @@ def fit_poses(
     start: HeadPoses,
     steps: int = STEPS,
 ) -> HeadPoses:
-    """Turn and place the head so that its points fall on those seen; all frames at once.
+    """Turn and place the head so that its points project onto those seen, all frames at once.
 
-    model (frame, point, 3) or (point, 3) m, seen (frame, point, 2) pixels, trust (point,).
-    Gauss-Newton with Huber's weights, starting from `start`.
+    Gauss-Newton with Huber's weights.
+
+    Parameters
+    ----------
+    model
+        (frame, point, 3) or (point, 3) m.
+    seen
+        (frame, point, 2) pixels.
+    trust
+        (point,) weights.
+    start
+        Poses to start from.
+    steps
+        The most iterations.
     """
     turns, places = start.turns.copy(), start.places.copy()
     for _ in range(steps):
@@ -127,7 +160,7 @@ def fit_poses(
 
 
 def smooth_poses(poses: HeadPoses, frames: float) -> HeadPoses:
-    """Poses blurred over time by a Gaussian of `frames` standard deviation; the ends repeat."""
+    """Poses smoothed over time by a Gaussian of `frames` standard deviation; the ends repeat."""
     reach = max(1, round(3 * frames))
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(frames, 1e-6)) ** 2)
     kernel /= kernel.sum()
@@ -142,7 +175,7 @@ def smooth_poses(poses: HeadPoses, frames: float) -> HeadPoses:
 
 
 def huber_weights(left_mm: Float64Array) -> Float64Array:
-    """Huber's weights of residuals in mm."""
+    """Huber's weights of residuals in mm, any shape."""
     return HUBER_MM / np.maximum(left_mm, HUBER_MM)
 
 
@@ -154,10 +187,24 @@ def point_equations(
     seen: Float64Array,
     trust: Float64Array,
 ) -> tuple[Float64Array, Float64Array]:
-    """Slopes (frame, 2 · point, component) and what is left (frame, 2 · point), weighted.
+    """Linear least squares of shape weights: how shapes move points in the picture.
 
-    model (frame, point, 3) or (point, 3) m, basis (component, point, 3) m, seen
-    (frame, point, 2) pixels, trust (point,). In units of the detector's error.
+    In units of the detector's error, so that costs of other terms compare.
+
+    Parameters
+    ----------
+    model
+        (frame, point, 3) or (point, 3) m, where points are now.
+    basis
+        (component, point, 3) m.
+    seen
+        (frame, point, 2) pixels.
+    trust
+        (point,) weights.
+
+    Returns
+    -------
+    Weighted Jacobian (frame, 2 · point, component) and residuals (frame, 2 · point).
     """
     stands = poses.apply(model)
     scale = poses.pixel_mm(camera)[:, None]
@@ -174,7 +221,7 @@ def point_equations(
 
 
 def _crossing(arms: Float64Array) -> Float64Array:
-    """(…, 3, 3): the matrix that takes a small turn ω to ω × arm."""
+    """(…, 3, 3) matrices that take a small rotation vector ω to ω × arm."""
     x, y, z = np.moveaxis(arms, -1, 0)
     zero = np.zeros_like(x)
     rows = [[zero, z, -y], [-z, zero, x], [y, -x, zero]]

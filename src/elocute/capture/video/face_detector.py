@@ -1,4 +1,4 @@
-"""Detectors: a picture in, 478 points of each face in it out.
+"""Face detectors: a picture in, 478 points of each face in it out.
 
 A detector is a plain callable, so anybody can bring their own; `mediapipe_detector` is the one
 that comes with the extra `video`.
@@ -31,11 +31,18 @@ INSTALL = (
 class DetectedFaces:
     """The faces of one picture.
 
-    points      (face, 478, 3) pixels: x to the right, y down, from the picture's upper left
-                corner; depth away from the camera, in about the same unit, weak
-    confidence  (face,) 0…1
+    Attributes
+    ----------
+    points
+        (face, 478, 3) pixels: x to the right, y down, from the picture's upper left corner; depth
+        away from the camera in about the same unit, and unreliable.
+    confidence
+        (face,) 0 to 1.
 
-    Raises CaptureError for other shapes.
+    Raises
+    ------
+    CaptureError
+        For other shapes.
     """
 
     points: NDArray[np.float32]
@@ -64,18 +71,29 @@ FaceDetector = Callable[[NDArray[np.uint8]], DetectedFaces]
 
 
 def no_faces() -> DetectedFaces:
+    """The faces of a picture without any."""
     return DetectedFaces(np.zeros((0, POINT_COUNT, 3), np.float32), np.zeros(0, np.float32))
 
 
 @contextlib.contextmanager
 def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[FaceDetector]:
-    """MediaPipe's face mesh with irises (its models lie in its wheel; nothing is downloaded).
+    """MediaPipe's face mesh with irises. Its models come in its wheel; nothing is downloaded.
 
-    faces  the most that are looked for
-    still  pictures have nothing to do with one another; else each helps with the next
+    Parameters
+    ----------
+    faces
+        The most faces that are looked for.
+    still
+        True where pictures are unrelated; otherwise each picture helps with the next.
 
-    It tells no confidence: a face that is found counts as 1. Raises MachineError where the extra
-    or a system library is missing.
+    Yields
+    ------
+    A detector. MediaPipe gives no confidence: a face that is found counts as 1.
+
+    Raises
+    ------
+    MachineError
+        Where the extra `video` or a system library is missing.
     """
     solution = _face_mesh()
     with _quiet():
@@ -124,7 +142,7 @@ def _face_mesh() -> Any:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """MediaPipe's C++ writes notes to the error stream that nobody can act on."""
+    """Silence notes that MediaPipe's C++ code writes to the error stream."""
     saved = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:

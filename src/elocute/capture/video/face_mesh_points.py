@@ -23,13 +23,20 @@ HALF_TRUST_MM = 2.0  # a spread at which a point's trust is half
 
 @dataclass(frozen=True, eq=False)
 class FacePoints:
-    """Each point as a place in a triangle of the head (made by recipes/face_points.py).
+    """Each point of the face mesh as a place in a triangle of the head.
 
-    vertices   (478, 3) vertex indices
-    shares     (478, 3) barycentric coordinates
-    spread_mm  (478,) how far to doubt a place: the median distance of the detector's sightings,
-               or twice how far sides differ or the place was moved onto a line, if that is more;
-               1.8 mm in the median, most at the rim of the face
+    Made by recipes/face_points.py.
+
+    Attributes
+    ----------
+    vertices
+        (478, 3) vertex indices.
+    shares
+        (478, 3) barycentric coordinates.
+    spread_mm
+        (478,) uncertainty of a place: the median distance of the detector's sightings, or twice how
+        far sides differ or the place was moved onto a line, if that is more; 1.8 mm in the median,
+        most at the rim of the face.
     """
 
     vertices: NDArray[np.int32]
@@ -66,7 +73,12 @@ def save_face_points(points: FacePoints, path: Path = TABLE_PATH) -> None:
 
 
 def point_trust(table: FacePoints) -> NDArray[np.float64]:
-    """(478,) 0…1 how much each point counts: little where it slides over the skin."""
+    """How much each point counts in a fit: little where it slides over the skin.
+
+    Returns
+    -------
+    (478,) weights, 1 for a point that lies where it belongs; the chin counts more.
+    """
     trust = 1 / (1 + (table.spread_mm.astype(np.float64) / HALF_TRUST_MM) ** 2)
     trust[list(RIM)] *= 0.3
     trust[IRIS:] *= 0.5

@@ -32,12 +32,25 @@ RATES = (23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 119.88, 120, 240
 class FaceTrack:
     """478 points of one face on a constant clock.
 
-    points     (frame, 478, 3) pixels, as detectors give them; frame f is at time f / fps
-    seen       (frame,) False where no face was found: points are _bridged from those around
-    fps        frames per second
-    size       (width, height) of the pictures, pixels
-    has_sound  whether the file has a sound track
-    notes      what a person should know, a line each
+    Attributes
+    ----------
+    points
+        (frame, 478, 3) pixels, as detectors give them; frame f is at f / fps seconds.
+    seen
+        (frame,) False where no face was found: points are bridged from the frames around.
+    fps
+        Frames per second.
+    size
+        (width, height) of the pictures, pixels.
+    has_sound
+        Whether the file has a sound track.
+    notes
+        Messages for the user, a line each.
+
+    Raises
+    ------
+    CaptureError
+        For other shapes, no frame, and points that are not finite.
     """
 
     points: Float64Array
@@ -110,11 +123,24 @@ def track_face(
 ) -> FaceTrack:
     """Follow one face through a video.
 
-    face  which, where there are several: "left" or "right" in the picture, or a number, 1 for
-          the leftmost; None takes the only one (people far behind do not count)
-    fps   frames per second of the track; None: the video's own
+    Parameters
+    ----------
+    path
+        A video file.
+    detect
+        Takes a picture, gives the 478 points of each face.
+    face
+        Which face, where there are several: "left" or "right" in the picture, or a number, 1 for
+        the leftmost. None takes the only one; people far behind do not count.
+    fps
+        Frames per second of the track; None for the video's own.
+    progress
+        Called with the share of the pictures that are done, 0 to 1.
 
-    Raises CaptureError for no video, no face, and several faces where none is chosen.
+    Raises
+    ------
+    CaptureError
+        For a file that is no video, no face, and several faces where none is chosen.
     """
     times: list[float] = []
     trajectories: list[_Trajectory] = []
@@ -146,7 +172,7 @@ def _size(points: NDArray[np.float32]) -> float:
 
 
 def _assign_faces(trajectories: list[_Trajectory], number: int, faces: NDArray[np.float32]) -> None:
-    """Give each face of a picture to the trajectory that was nearest, or to a new one."""
+    """Give each face of a picture to the nearest trajectory, or to a new one."""
     pairs = sorted(
         (trajectory.apart(one), t, f)
         for t, trajectory in enumerate(trajectories)
@@ -208,7 +234,7 @@ def _choose_face(
 
 
 def _rate(times: list[float], said: float | None) -> float:
-    """Frames per second: the step that is usual between pictures, as a rate people use."""
+    """Frames per second: the usual step between pictures, as a common frame rate."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1 / (said or 25.0)
     rate = 1 / step
     if said and abs(said - rate) < 0.02 * rate:

@@ -1,4 +1,8 @@
-"""Every frame: where the head is, and which shapes it makes."""
+"""Every frame: the pose of the head, and the weights of its shapes.
+
+Weights are a sparse, non-negative least squares with costs that decide between shapes which look
+alike: a ridge per shape, smoothness over time and symmetry of left and right.
+"""
 
 from __future__ import annotations
 
@@ -92,11 +96,16 @@ GAZE_SYMMETRY_COST = 60.0  # both look the same way
 
 @dataclass(frozen=True, eq=False)
 class FittedFrames:
-    """What a video shows.
+    """What a video shows, frame by frame.
 
-    weights  (frame, component) of the head's shapes, 0…1
-    poses    the head before the camera
-    miss     (frame, 478) how far the model's points fall from those seen, in eye distances
+    Attributes
+    ----------
+    weights
+        (frame, component) of the head's shapes, 0 to 1.
+    poses
+        The head before the camera.
+    miss
+        (frame, 478) distance of the model's points from those seen, in eye distances.
     """
 
     weights: Float64Array
@@ -115,10 +124,21 @@ def fit_frames(
     track: FaceTrack,
     progress: Callable[[float], None] | None = None,
 ) -> FittedFrames:
-    """Pose, and weights by sparse non-negative least squares, steady over time.
+    """Fit poses and weights to all frames of a track.
 
-    What the detector sees beside the model at rest (`person.bias`) is taken away first, so a face
-    at rest has weights near zero. Lips tracked as closed are closed on the head.
+    The detector's constant offsets (`person.bias`) are taken away first, so a face at rest has
+    weights near zero. Lips tracked as closed are closed on the head.
+
+    Parameters
+    ----------
+    person
+        Whose face it is.
+    table
+        Where the points lie on the head.
+    track
+        The tracked points.
+    progress
+        Called with the share of the work that is done, 0 to 1.
     """
     head = person.head
     names = observed_shapes(head.expression_names)
@@ -170,7 +190,7 @@ def _normal(
     seen: Float64Array,
     trust: Float64Array,
 ) -> tuple[Float64Array, Float64Array]:
-    """Gram matrices (frame, component, component) and sides (frame, component) of the points."""
+    """Gram matrices (frame, component, component), right sides (frame, component) of the points."""
     count = len(basis)
     grams, sides = np.empty((len(seen), count, count)), np.empty((len(seen), count))
     for start in range(0, len(seen), BLOCK):
@@ -186,7 +206,7 @@ def _normal(
 
 
 def observed_shapes(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of a head's shapes that a video tells."""
+    """Those of a head's shapes that a video can show."""
     return tuple(name for name in names if name not in UNOBSERVED)
 
 
@@ -196,7 +216,7 @@ def ridge_costs(names: tuple[str, ...]) -> Float64Array:
 
 
 def smoothness_costs(names: tuple[str, ...], fps: float) -> Float64Array:
-    """(component,) cost of squared changes between frames: per time, whatever the frame rate."""
+    """(component,) cost of squared changes between frames: per second, whatever the rate."""
     return (
         SMOOTHNESS_COST
         * fps
@@ -206,7 +226,7 @@ def smoothness_costs(names: tuple[str, ...], fps: float) -> Float64Array:
 
 
 def symmetry_costs(names: tuple[str, ...]) -> Float64Array:
-    """(component, component) cost of left and right doing different things."""
+    """(component, component) cost of left and right differing."""
     cost = np.zeros((len(names), len(names)))
     for i, name in enumerate(names):
         other, strength = name.replace("Left", "Right"), _by_start(SYMMETRY_COSTS, name, 0.0)

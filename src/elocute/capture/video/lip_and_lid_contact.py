@@ -42,11 +42,16 @@ def shape_lip_gaps(head: HeadModel) -> Float64Array:
 
 @dataclass(frozen=True, eq=False)
 class LipGaps:
-    """What shapes do to the gap of the inner lips, in mm.
+    """What the fitted shapes do to the gap of the inner lips, in mm.
 
-    columns  (column, component) along the lips
-    middle   (component,) the mean of the middle third, which `measure_mouth` looks at
-    share    (column,) of the middle's gap that a mouth has there when it opens: 1 in the middle
+    Attributes
+    ----------
+    columns
+        (column, component) along the lips.
+    middle
+        (component,) mean of the middle third, which `measure_mouth` looks at.
+    share
+        (column,) the gap there relative to the middle's when a mouth opens: 1 in the middle.
     """
 
     columns: Float64Array
@@ -61,6 +66,7 @@ class LipGaps:
 
 
 def fitted_lip_gaps(head: HeadModel, columns: list[int]) -> LipGaps:
+    """The lip gaps of the shapes at `columns` of the head's expression basis."""
     gaps = shape_lip_gaps(head)
     third = gaps.shape[1] // 3
     middle = slice(third, gaps.shape[1] - third)
@@ -69,20 +75,17 @@ def fitted_lip_gaps(head: HeadModel, columns: list[int]) -> LipGaps:
 
 
 def target_lip_gap(tracked: Float64Array) -> Float64Array:
-    """(frame,) the gap that the head's lips shall have, in eye distances.
-
-    Trackers see a small gap between lips that touch; it is taken away where lips are nearly
-    closed, so that closed means closed (as the importer of tracked clips has it).
-    """
+    """(frame,) the gap that the head's lips are to have, of a tracked one; in eye distances."""
     return opening_share(tracked) * np.maximum(tracked - RESTING_GAP, 0)
 
 
 def add_lip_equations(
     grams: Float64Array, sides: Float64Array, rows: LipGaps, target_mm: Float64Array
 ) -> None:
-    """Add how far the lips are apart to normal equations of all frames, in place.
+    """Add the gap of the lips to the normal equations of all frames, in place.
 
-    It counts for more than where they are.
+    It counts for more than the position of the lips. grams (frame, component, component), sides
+    (frame, component), target_mm (frame,).
     """
     for closed in (False, True):
         frames = np.flatnonzero((target_mm <= 0) == closed)
@@ -94,10 +97,10 @@ def add_lip_equations(
 def close_lips(
     weights: Float64Array, names: tuple[str, ...], rows: LipGaps, target_mm: Float64Array
 ) -> Float64Array:
-    """Weights (frame, component) whose lips touch wherever the target is no gap.
+    """Weights (frame, component) whose lips touch in every frame without a target gap (frame,) mm.
 
-    `mouthClose` is raised by what is left; where it is not enough, shapes that part the lips
-    are taken back.
+    `mouthClose` is raised by what is left; where that is not enough, shapes that part the lips are
+    reduced.
     """
     closed = np.flatnonzero(target_mm <= 0)
     weights = weights.copy()
@@ -119,8 +122,15 @@ def close_lips(
 
 @dataclass(frozen=True, eq=False)
 class LidGaps:
-    """rest_mm (side,) how far the head's lids are apart at rest, and mm (side, component) by
-    which shapes part them; sides as in SIDES."""
+    """What the fitted shapes do to the gap of the lids, sides as in SIDES.
+
+    Attributes
+    ----------
+    rest_mm
+        (side,) gap of the head's lids at rest, mm.
+    parting
+        (side, component) mm by which shapes part them.
+    """
 
     rest_mm: Float64Array
     parting: Float64Array
@@ -132,7 +142,7 @@ def lid_pairs(side: str) -> tuple[list[int], list[int]]:
 
 
 def lid_gaps(rest: Float64Array, basis: Float64Array) -> LidGaps:
-    """rest (478, 3) m and basis (component, 478, 3) m at the detector's points."""
+    """The lid gaps of a resting face (478, 3) m and a basis (component, 478, 3) m at the points."""
     gaps, partings = [], []
     for side in SIDES:
         upper, lower = lid_pairs(side)
@@ -157,7 +167,10 @@ def lid_openness(track: FaceTrack) -> Float64Array:
 def add_lid_equations(
     grams: Float64Array, sides: Float64Array, rows: LidGaps, share: Float64Array
 ) -> None:
-    """Add how far each eye stands open to normal equations of all frames, in place."""
+    """Add the gap of the lids to the normal equations of all frames, in place.
+
+    grams (frame, component, component), sides (frame, component), share (frame, side) openness.
+    """
     for side in range(len(SIDES)):
         row = WEIGHT * rows.parting[side]
         target = WEIGHT * rows.rest_mm[side] * (share[:, side] - 1)
@@ -168,7 +181,7 @@ def add_lid_equations(
 def close_lids(
     weights: Float64Array, names: tuple[str, ...], rows: LidGaps, share: Float64Array
 ) -> Float64Array:
-    """Weights (frame, component) whose lids meet wherever the share is zero, by the blink."""
+    """Weights (frame, component) whose lids meet, by the blink, wherever the openness is zero."""
     weights = weights.copy()
     for side, name in enumerate(("eyeBlinkLeft", "eyeBlinkRight")):
         blink, parting = names.index(name), rows.parting[side]

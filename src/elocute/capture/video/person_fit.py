@@ -1,4 +1,4 @@
-"""Whose face it is: identity, resting expression and camera, from frames in which the lips rest."""
+"""Whose face: identity, resting expression and camera, from frames in which the lips rest."""
 
 from __future__ import annotations
 
@@ -70,13 +70,20 @@ RESTING = (
 class Person:
     """A face as a video shows it at rest.
 
-    head      the built-in head with this face in its template: identity, resting expression and
-              what these two cannot tell
-    identity  (50,) standard deviations
-    rest      (component,) weights that the template contains
-    camera    the one that took the video
-    bias      (478, 3) m in the head's frame: where the detector sees each point beside the place
-              that the model gives it, median over the frames at rest
+    Attributes
+    ----------
+    head
+        The built-in head with this face as its template: identity, resting expression and what
+        these two cannot represent.
+    identity
+        (50,) standard deviations.
+    rest
+        (component,) weights that the template contains.
+    camera
+        The camera that took the video.
+    bias
+        (478, 3) m in the head's frame: offset at which the detector sees each point from where the
+        model has it, median over the frames at rest.
     """
 
     head: HeadModel
@@ -89,13 +96,22 @@ class Person:
 
 
 def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
-    """Find the face, the camera and what the detector keeps seeing elsewhere.
+    """Estimate the face, the camera and the detector's constant offsets.
 
-    Identity coefficients and one resting expression are sought together in up to REST_FRAMES
-    frames with closed lips (those with the smallest gap where none are closed), by turns with
-    the poses. One face in front of one camera tells little about the focal length, so a few are
-    tried against a prior. The template follows what is left over as far as it is smooth over the
-    face; the rest is told as `bias`.
+    Identity coefficients and one resting expression are fitted together in up to REST_FRAMES frames
+    with closed lips (those with the smallest gap where none are closed), alternating with the
+    poses. One face in front of one camera says little about the focal length, so a few are tried
+    against a prior. The template follows the remaining offsets as far as they are smooth over the
+    face; what is left is returned as `bias`.
+
+    Parameters
+    ----------
+    head
+        The built-in head.
+    table
+        Where the points lie on it.
+    track
+        The tracked points.
     """
     frames = resting_frames(track)
     seen = track.points[frames]
@@ -118,7 +134,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
 
 
 def resting_frames(track: FaceTrack) -> NDArray[np.intp]:
-    """Frames, spread over the track, in which the lips are closed, or as closed as ever."""
+    """Frames, spread over the track, in which the lips are closed, or as closed as they get."""
     gap = np.where(track.seen, track.lip_gap, np.inf)
     closed = np.flatnonzero(gap < CLOSED_GAP)
     if len(closed) < 3:
@@ -174,9 +190,9 @@ def _columns(head: HeadModel) -> list[int]:
 
 
 def _bias(fit: _Fit, model: Float64Array, seen: Float64Array, closed: bool) -> Float64Array:
-    """What is left at rest (478, 3) m, in the head's frame; where eyes look is none of it.
+    """(478, 3) m in the head's frame, the residual at rest; zero where eyes look.
 
-    Where lips never close, the gap that is left between them is no bias but an opening.
+    Where lips never close, the gap that is left between them is an opening, not a bias.
     """
     left = (seen - fit.camera.project(fit.poses.apply(model))) * [1, -1]
     left *= fit.poses.pixel_mm(fit.camera)[:, None, None] / 1000
@@ -192,11 +208,21 @@ def _bias(fit: _Fit, model: Float64Array, seen: Float64Array, closed: bool) -> F
 def refine_template(
     head: HeadModel, table: FacePoints, bias: Float64Array, trust: Float64Array
 ) -> tuple[HeadModel, Float64Array]:
-    """The head with its template moved by a smooth field through `bias`; what is then left.
+    """Move the template by a smooth field through the offsets at the points.
 
-    bias (478, 3) m in the head's frame, trust (478,). The field depends on the place alone, so
-    lips that touch go on touching; eyeballs are carried as they are, and their joints with them.
-    The rim of the face says nothing: it slides over the skin.
+    The field depends on the place alone, so lips that touch go on touching; eyeballs move as a
+    whole, and their joints with them. The rim of the face is left out, as it slides over the skin.
+
+    Parameters
+    ----------
+    bias
+        (478, 3) m in the head's frame.
+    trust
+        (478,) weights.
+
+    Returns
+    -------
+    The head with the moved template, and what is left of the bias.
     """
     places = table.on(head.template)
     used = np.setdiff1d(np.arange(IRIS), RIM)

@@ -21,12 +21,23 @@ ALLOWED = "a video: .mp4 .mov .mpg .mkv .webm .avi"
 class Video:
     """An open video; iterate `pictures()` once. Use as a context manager.
 
-    has_sound   whether there is a sound track
-    promised    how many pictures the file promises, or None
-    rate        pictures per second as the file says, or None
-    note        why the pictures ended early, or ""
+    Attributes
+    ----------
+    path
+        The file.
+    has_sound
+        Whether it has a sound track.
+    expected_pictures
+        How many pictures the file says it has, or None.
+    rate
+        Pictures per second as the file says, or None.
+    note
+        Why the pictures ended early, or "".
 
-    Raises CaptureError for what is no video.
+    Raises
+    ------
+    CaptureError
+        For a file that is missing, empty or no video.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -63,11 +74,19 @@ class Video:
             self._file.close()
 
     def pictures(self) -> Iterator[tuple[float, NDArray[np.uint8]]]:
-        """Time in seconds since the start of the container, and (height, width, 3) sRGB.
+        """Pictures in order, each with its time.
 
-        Upright and with square pixels, at most SIDE_MAX on the longer side. Sound read from the
-        same file (`audio.read`) starts at the same zero. A file that breaks off ends here, and
-        `note` says so; CaptureError where nothing came before.
+        Yields
+        ------
+        Time in seconds since the start of the container, and (height, width, 3) uint8 sRGB:
+        upright, with square pixels, at most SIDE_MAX on the longer side. Sound read from the same
+        file (`audio.read`) starts at the same zero.
+
+        Raises
+        ------
+        CaptureError
+            Where nothing can be decoded. A file that breaks off later ends there, and `note` says
+            so.
         """
         import av.error
 

@@ -1,4 +1,4 @@
-"""A video of somebody talking as Motion of the built-in head."""
+"""A video of somebody talking as Motion of the built-in head: the whole path in one call."""
 
 from __future__ import annotations
 
@@ -32,14 +32,22 @@ JOINTS = ("neck", "head")
 
 @dataclass(frozen=True, eq=False)
 class VideoCapture:
-    """What a video became.
+    """A captured video.
 
-    motion   the person's face on the built-in head, turned as in the picture; frame f is at time
-             f / fps after the start of the file, where its sound starts too
-    person   whose face it is
-    track    the points seen
-    fitted   how the model lies on them
-    flagged  (frame,) no face there, or one that no face can make: _bridged from those around
+    Attributes
+    ----------
+    motion
+        The person's face on the built-in head, turned as in the picture; frame f is at f / fps
+        seconds after the start of the file, where its sound starts too.
+    person
+        Whose face it is.
+    track
+        The points as seen.
+    fitted
+        How the model lies on them.
+    flagged
+        (frame,) where no face was found, or points that fit no face: bridged from the frames
+        around.
     """
 
     motion: Motion
@@ -52,7 +60,7 @@ class VideoCapture:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a person should know, a line each."""
+        """Messages for the user, a line each."""
         strange = int((self.flagged & self.track.seen).sum())
         more = (f"{strange} frames in which the points fit no face: bridged",) if strange else ()
         return (*self.track.notes, *more)
@@ -73,12 +81,29 @@ def capture_video(
 ) -> VideoCapture:
     """Find a face in a video and move the built-in head as it moves.
 
-    detector  a picture to the 478 points of each face; None: MediaPipe's (extra `video`)
-    face      which face, where there are several: "left", "right" or a number from the left
-    fps       frames per second of the motion; None: the video's own
+    Parameters
+    ----------
+    path
+        A video file that FFmpeg reads.
+    detector
+        Takes a picture, gives the 478 points of each face; None for MediaPipe's (extra `video`).
+    face
+        Which face, where there are several: "left", "right" or a number from the left.
+    fps
+        Frames per second of the motion; None for the video's own.
+    progress
+        Called with the share of the work that is done, 0 to 1.
 
-    Raises CaptureError for what is no video, no face and several faces; MachineError where the
-    extra is missing.
+    Returns
+    -------
+    The motion with all that it was fitted from.
+
+    Raises
+    ------
+    CaptureError
+        For a file that is no video, no face in it, or several faces where none is chosen.
+    MachineError
+        Where the extra `video` is missing.
     """
 
     def tracking(share: float) -> None:
@@ -97,7 +122,20 @@ def capture_video(
 
 
 def fit_track(track: FaceTrack, progress: Progress | None = None) -> VideoCapture:
-    """From points to motion: whose face, then every frame."""
+    """Fit the person, then every frame, to a tracked face.
+
+    Parameters
+    ----------
+    track
+        478 points per frame, pixels.
+    progress
+        Called with the share of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    Motion of the built-in head at the track's frame rate; frames whose points fit no face are
+    bridged.
+    """
     table = builtin_face_points()
     person = fit_person(load_builtin_head(), table, track)
     fitted = fit_frames(person, table, track, progress)
@@ -125,14 +163,27 @@ def _joint_rotations(person: Person, turns: Float64Array) -> NDArray[np.float32]
 
 
 def _bridged(values: Float64Array, flagged: NDArray[np.bool_]) -> Float64Array:
-    """(frame, …) with flagged frames taken from those around them, linear; ends held."""
+    """(frame, …) with flagged frames interpolated linearly from their neighbours; ends held."""
     good = np.flatnonzero(~flagged)
     frames = np.arange(len(values))
     return np.stack([np.interp(frames, good, column[good]) for column in values.T], axis=1)
 
 
 def resample_motion(motion: Motion, fps: float) -> Motion:
-    """The same at another frame rate: cubic without overshoot, so closed lips stay closed."""
+    """A motion at another frame rate: cubic without overshoot, so closed lips stay closed.
+
+    Parameters
+    ----------
+    motion
+        Weights 0 to 1 on the head's shapes.
+    fps
+        Frames per second wanted.
+
+    Raises
+    ------
+    MotionError
+        For a frame rate that is not allowed.
+    """
     other = motion.at_fps(fps)  # turns, and the number of frames
     weights = between(motion.weights.astype(np.float64), other.times_s * motion.fps)
     return replace(other, weights=np.clip(weights, 0, 1).astype(np.float32))
