@@ -25,13 +25,13 @@ MOUTH_M = 0.015
 
 
 def hold_weights(head: HeadModel) -> Float64Array:
-    """(vertex,) 1 where a vertex is put back to the neutral face: neck boundary and ears."""
+    """(vertex,) 1 where a vertex is reset to the neutral face: neck boundary and ears."""
     shares = np.maximum(_faded(head, _rim(head), RIM_M), _faded(head, ear_vertices(head), EAR_M))
     return shares * (1 - _mouth(head))
 
 
 def smoothing_weights(head: HeadModel) -> Float64Array:
-    """(vertex,) 1 where motion is smoothed in time: around the eyes; 0 for a head without."""
+    """(vertex,) 1 where motion is smoothed in time, around the eyes; 0 for a head without."""
     named = [where for name, where in head.regions.items() if name.startswith("eye")]
     if not named:
         return np.zeros(head.vertex_count)
@@ -41,10 +41,22 @@ def smoothing_weights(head: HeadModel) -> Float64Array:
 def clean_motion(
     head: HeadModel, frames: NDArray[np.floating], fps: float, *, eyes_s: float = EYES_S
 ) -> NDArray[np.float32]:
-    """(frame, vertex, 3) m in zero pose without drift of neck and ears, the eyes smoothed.
+    """Registered motion with neck and ears fixed and the eyes smoothed (VOCA 2019, section 6).
 
-    The head's template is the person's neutral face. Vertices about the mouth come out bit by
-    bit as they went in.
+    Parameters
+    ----------
+    head
+        Its template is the person's neutral face.
+    frames
+        (frame, vertex, 3) m in zero pose.
+    fps
+        Frames per second.
+    eyes_s
+        Standard deviation of the smoothing around the eyes, seconds; 0 for none.
+
+    Returns
+    -------
+    (frame, vertex, 3) m. Vertices around the mouth are bit for bit as given.
     """
     given = np.asarray(frames, np.float32)
     return np.stack(list(clean_frames(head, lambda: iter(given), fps, eyes_s=eyes_s)))
@@ -57,9 +69,10 @@ def clean_frames(
     *,
     eyes_s: float = EYES_S,
 ) -> Iterator[NDArray[np.float32]]:
-    """`clean_motion`, frame by frame (vertex, 3); `frames` is asked twice, for one pass each.
+    """`clean_motion`, frame by frame (vertex, 3).
 
-    Only what is smoothed is held in memory for all frames, so an hour may lie on disk.
+    `frames` is called twice, for one pass each, and only what is smoothed is held in memory for all
+    frames, so an hour may lie on disk.
     """
     held, smoothed = hold_weights(head), smoothing_weights(head)
     zero_pose, moving = np.flatnonzero(held), np.flatnonzero(smoothed)
@@ -92,7 +105,7 @@ def _blurred(frames: NDArray[np.float32], width: float) -> NDArray[np.float32]:
 
 
 def ear_vertices(head: HeadModel) -> NDArray[np.intp]:
-    """Vertices of the ears: a region called so, else what stands out sideways behind the face.
+    """Vertices of the ears: a region of that name, else what stands out sideways behind the face.
 
     Empty for a head without landmarks and without such a region.
     """
@@ -112,7 +125,7 @@ def ear_vertices(head: HeadModel) -> NDArray[np.intp]:
 
 
 def _rim(head: HeadModel) -> NDArray[np.intp]:
-    """Vertices on the open edge at the neck: a region, else all edges with one face below it."""
+    """Vertices on the open edge at the neck: a region, else low edges with one triangle."""
     if "neck_rim" in head.regions:
         return head.regions["neck_rim"].astype(np.intp)
     triangles = head.triangles.astype(np.int64)

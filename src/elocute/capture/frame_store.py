@@ -1,4 +1,4 @@
-"""One registered frame on disk: what makes a sequence of thousands resumable."""
+"""One registered frame on disk, so that a sequence of thousands can be resumed."""
 
 from __future__ import annotations
 
@@ -27,9 +27,24 @@ ARRAYS = {"zero": 2, "offsets": 2, "identity": 1, "expression": 1, "translation"
 
 @dataclass(frozen=True)
 class FrameRecord:
-    """How a frame went.
+    """How the registration of a frame went.
 
-    flag  why the frame is not used, or "" for a good one
+    Attributes
+    ----------
+    number
+        Of the scan.
+    flag
+        Why the frame is not used, or "" for a good one.
+    surface
+        Distance of the scan from the surface.
+    landmark_mm
+        Mean distance from the landmarks.
+    landmarks
+        How many good landmarks there were.
+    seconds
+        Processor time.
+    notes
+        What had to be removed from the scan.
     """
 
     number: int
@@ -60,7 +75,7 @@ def write_frame(path: Path, key: str, record: FrameRecord, found: Registration |
 
 
 def read_frame_record(path: Path, key: str) -> FrameRecord | None:
-    """How the frame went; None for no file, a broken one, or one made with another key."""
+    """The record of a frame; None for no file, a broken one, or one made with another key."""
     try:
         stored = _read(path)
         texts = parse_json(stored["record"].tobytes(), path, allowed=ALLOWED, error=CaptureError)

@@ -73,9 +73,30 @@ def capture_scans(
 ) -> list[SequenceResult]:
     """Register all sequences in a folder (or the folder itself) and make a corpus of them.
 
-    What was registered before is kept, so a run that was interrupted goes on. A sequence that
-    fails is reported and the others go on. Raises CaptureError for a folder without scans,
-    OutputError for a place that cannot be written.
+    What was registered before is kept, so an interrupted run goes on. A sequence that fails is
+    reported, and the others go on.
+
+    Parameters
+    ----------
+    folder
+        Of scans, or of such folders.
+    output
+        A folder; see the head of this module for what goes there.
+    settings
+        Topology, frame rate, unit, processes, smoothing.
+    progress
+        Called with the share of the frames that are done, 0 to 1.
+
+    Returns
+    -------
+    One result per sequence, by name.
+
+    Raises
+    ------
+    CaptureError
+        For a folder without scans.
+    OutputError
+        For a place that cannot be written, or that holds something else.
     """
     settings, output = settings or BatchSettings(), Path(output)
     sequences, results = _opened(find_sequences(folder), settings)
@@ -209,9 +230,9 @@ class _Chunk:
 def _track_all(
     tracks: list[TrackedSequence], settings: BatchSettings, progress: Progress
 ) -> dict[str, str]:
-    """Every frame that is not there yet, in chunks, by as many processes as wished for.
+    """Register every frame that is not done yet, in chunks, on as many processes as asked for.
 
-    Sequences of which a chunk came to nothing, and why: its worker was killed again and again.
+    Returns sequences of which a chunk failed, and why: its worker was killed again and again.
     """
     chunks = [
         (track, track.numbers[start : start + CHUNK])
@@ -261,6 +282,7 @@ def _track_chunk(chunk: _Chunk) -> int:
 
 
 def _check_rates(tracks: list[TrackedSequence]) -> None:
+    """Raises CaptureError for sequences of different frame rates."""
     rates = {track.sequence.metadata.fps for track in tracks}
     if len(rates) > 1:
         raise CaptureError(
@@ -269,7 +291,7 @@ def _check_rates(tracks: list[TrackedSequence]) -> None:
 
 
 def _finished(track: TrackedSequence, settings: BatchSettings) -> SequenceResult:
-    """Frames in a row, gaps filled, cleaned; written as motion.npy beside frames.json."""
+    """Interpolate, clean and write the motion of a sequence, with frames.json and its report."""
     records = track.records()
     place = track.folder.parent
     with write_atomically(place / "frames.json") as draft:

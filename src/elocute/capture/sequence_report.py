@@ -1,4 +1,4 @@
-"""One page per sequence: what failed, at a glance. Self-contained HTML."""
+"""One HTML page per sequence, self-contained: errors, worst frames, flagged frames."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ text { font-size: 12px; fill: #555 } .bad { color: #a22 }
 
 
 def write_report(track: TrackedSequence, result: SequenceResult, path: Path) -> None:
-    """Error curves, the worst frames beside their scans with landmarks drawn, and all flags.
+    """Error curves, the worst frames beside their scans with landmarks drawn, and all flagged
+    frames.
 
     Raises OutputError.
     """
@@ -146,7 +147,7 @@ def _figure(track: TrackedSequence, record: FrameRecord) -> str:
 
 
 def frame_pictures(track: TrackedSequence, record: FrameRecord) -> list[RgbImage]:
-    """The scan with its landmarks, and what was registered, from the same place.
+    """The scan with its landmarks, and the registered head, from the same viewpoint.
 
     Raises CaptureError where the scan cannot be read, MachineError without a renderer.
     """

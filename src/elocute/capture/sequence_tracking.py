@@ -1,4 +1,4 @@
-"""Frames of a sequence, one after another: bad ones are flagged, never fatal."""
+"""A sequence registered frame by frame: bad frames are flagged and interpolated, never fatal."""
 
 from __future__ import annotations
 
@@ -34,11 +34,25 @@ FLAGGED_MAX = 0.5
 class SequenceResult:
     """What became of a sequence.
 
-    failed   why there is no motion of it, or ""
-    frames   of the motion
-    flagged  numbers of scans that were not used, missing those that were never there; all of
-             these frames are interpolated
-    median_mm, p95_mm  distance from scan to surface, median over frames of each frame's own
+    Attributes
+    ----------
+    name
+        Subject and sentence.
+    failed
+        Why there is no motion of it, or "".
+    frames
+        Of the motion.
+    flagged, missing
+        Numbers of scans that were not used, and of those that were never there; all of these frames
+        are interpolated.
+    median_mm, p95_mm
+        Distance from scan to surface, median over frames of each frame's own.
+    landmark_mm
+        Median over frames of the mean landmark distance.
+    seconds_per_frame
+        Mean processor time.
+    in_corpus
+        Whether it became a clip.
     """
 
     name: str
@@ -57,8 +71,14 @@ class SequenceResult:
 class TrackedSequence:
     """A sequence and where its registered frames go.
 
-    head    its template is the person's neutral face
-    folder  of 00000.npz, …, one for each scan
+    Attributes
+    ----------
+    sequence
+        The scans.
+    head
+        Its template is the person's neutral face.
+    folder
+        Of 000000.npz, …, one for each scan.
     """
 
     sequence: ScanSequence
@@ -67,7 +87,7 @@ class TrackedSequence:
 
     @property
     def key(self) -> str:
-        """Frames of another face or of older settings are not resumed."""
+        """Identifies face and settings: frames made with another key are not resumed."""
         text = f"{SETTINGS_VERSION} {self.sequence.metadata.unit} ".encode()
         return hashlib.sha256(text + self.head.template.tobytes()).hexdigest()[:16]
 
@@ -75,7 +95,7 @@ class TrackedSequence:
         return self.folder / f"{number:06d}.npz"
 
     def records(self) -> dict[int, FrameRecord]:
-        """Number to record of the frames that are done."""
+        """Records by number, of the frames that are done."""
         key = self.key
         found = {number: read_frame_record(self.path(number), key) for number in self.numbers}
         return {number: record for number, record in found.items() if record is not None}
@@ -90,7 +110,21 @@ def track_frames(
     numbers: Sequence[int],
     done: Callable[[FrameRecord], None] | None = None,
 ) -> list[FrameRecord]:
-    """Register frames in their order, each from the one before; those done already are kept."""
+    """Register frames in their order, each starting from the one before.
+
+    Parameters
+    ----------
+    track
+        The sequence. Frames that are done already are kept.
+    numbers
+        Of the scans.
+    done
+        Called with the record of each frame.
+
+    Returns
+    -------
+    The records in order; bad frames are flagged.
+    """
     template, key = Template(track.head), track.key
     before: Registration | None = None
     records = []
@@ -139,6 +173,7 @@ def _track_one(
 
 
 def summarise(track: TrackedSequence, records: dict[int, FrameRecord]) -> SequenceResult:
+    """The result of a sequence; failed where too many frames are flagged or missing."""
     sequence = track.sequence
     flagged = tuple(number for number, record in records.items() if record.flag)
     good = [record for record in records.values() if not record.flag]
@@ -161,9 +196,9 @@ def summarise(track: TrackedSequence, records: dict[int, FrameRecord]) -> Sequen
 
 
 def filled_frames(track: TrackedSequence, good: list[int]) -> Iterator[NDArray[np.float32]]:
-    """Frames (vertex, 3) m in zero pose; without a good scan, between their neighbours.
+    """Frames (vertex, 3) m in zero pose; where there is no good scan, interpolated.
 
-    Before the first good frame and after the last, that frame stands.
+    Before the first good frame and after the last, that frame is held.
     """
     first = track.numbers[0]
     low = high = read_zero(track.path(good[0]))

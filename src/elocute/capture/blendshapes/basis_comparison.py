@@ -1,4 +1,4 @@
-"""How well a basis can represent faces that it was not learned from (in the wild 2019, 6.3)."""
+"""How well a basis represents faces it was not learned from (in the wild 2019, 6.3)."""
 
 from __future__ import annotations
 
@@ -21,9 +21,14 @@ RIDGE = 1e-9  # of the greatest eigenvalue: shapes that say the same
 class ReconstructionErrors:
     """Errors of one basis.
 
-    name        of the basis
-    components  how many shapes it has
-    errors_mm   (frame,) mean distance of vertices between a mesh and its projection
+    Attributes
+    ----------
+    name
+        Of the basis.
+    components
+        How many shapes it has.
+    errors_mm
+        (frame,) mean distance of vertices between a mesh and its projection.
     """
 
     name: str
@@ -36,7 +41,7 @@ class ReconstructionErrors:
 
 
 class BasisProjection:
-    """Least-squares projection onto shapes (component, vertex, 3)."""
+    """Least-squares projection onto shapes (component, vertex, 3) m."""
 
     def __init__(self, name: str, shapes: Float32Array) -> None:
         self.name = name
@@ -61,7 +66,28 @@ def reconstruction_errors(
     bases: Sequence[BasisProjection],
     progress: Callable[[float], None] | None = None,
 ) -> list[ReconstructionErrors]:
-    """Project every frame of some clips onto every basis. Raises CorpusError."""
+    """Project every frame of some clips onto every basis.
+
+    Parameters
+    ----------
+    corpus
+        With meshes of the bases' topology.
+    names
+        Of the clips.
+    bases
+        To be compared.
+    progress
+        Called with the share of the clips that are done, 0 to 1.
+
+    Returns
+    -------
+    Errors of each basis, in the order given.
+
+    Raises
+    ------
+    CorpusError
+        Where a basis has another number of vertices.
+    """
     for basis in bases:
         if basis.flat.shape[1] != corpus.vertex_count * 3:
             raise CorpusError.about(
@@ -86,10 +112,24 @@ def reconstruction_errors(
 def strongest_shapes(
     corpus: Corpus, names: Sequence[str], shapes: Float32Array, count: int
 ) -> NDArray[np.intp]:
-    """The shapes of a basis that together explain some clips best, one added after another.
+    """The shapes of a basis that together explain some clips best, added greedily one after
+    another.
 
-    A comparison at equal numbers of components is with these. Orthogonal matching pursuit on the
+    For comparing bases at equal numbers of components. Orthogonal matching pursuit on the
     covariance of the clips in the span of the basis.
+
+    Parameters
+    ----------
+    corpus, names
+        The clips.
+    shapes
+        (component, vertex, 3) m.
+    count
+        How many to choose.
+
+    Returns
+    -------
+    (count,) ascending indices.
     """
     flat = shapes.reshape(len(shapes), -1).astype(np.float64)
     cross = np.zeros((len(flat), len(flat)))
@@ -110,7 +150,7 @@ def strongest_shapes(
 
 
 def _energy(gram: Float64Array, cross: Float64Array, chosen: list[int]) -> float:
-    """Squared displacement that the span of some shapes holds: tr(G⁻¹·C) over them."""
+    """Squared displacement captured by the span of some shapes: tr(G⁻¹·C) over them."""
     part = np.ix_(chosen, chosen)
     ridge = RIDGE * np.trace(gram[part]) * np.eye(len(chosen))
     return float(np.trace(np.linalg.solve(gram[part] + ridge, cross[part])))

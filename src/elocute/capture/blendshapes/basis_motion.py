@@ -1,4 +1,4 @@
-"""A motion that shows every shape of a head in turn: how a basis is stored and looked at."""
+"""A motion that shows every shape of a head in turn: how a basis is stored and viewed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def sweep_shapes(head: HeadModel) -> Motion:
 
 
 def extreme_shapes(motion: Motion) -> list[tuple[str, Motion]]:
-    """Labels and single frames: every shape at +2 and -2, for a contact sheet."""
+    """Labels and single frames: every shape at +2 and -2 deviations, for a contact sheet."""
     head = motion.head
     found = []
     for index, name in enumerate(head.expression_names):

@@ -53,9 +53,14 @@ class BlendshapeConfig:
 class Blendshapes:
     """A learned basis.
 
-    head       shapes `speech00`, `speech01`, …: a weight of 1 is one deviation, (vertex, 3) m
-    explained  (component,) share of the squared displacement that the first so many hold
-    frames     how many meshes it was learned from
+    Attributes
+    ----------
+    head
+        Shapes `speech00`, `speech01`, …: a weight of 1 is one standard deviation, (vertex, 3) m.
+    explained
+        (component,) share of the squared displacement explained by the shapes so far.
+    frames
+        How many meshes it was learned from.
     """
 
     head: HeadModel
@@ -73,8 +78,28 @@ def learn_blendshapes(
 ) -> Blendshapes:
     """Learn a basis from clips: every mesh minus its speaker's neutral face, then components.
 
-    Signs are fixed so that each component, on its own, lowers or (where it moves nothing down)
-    pushes forward what it moves most. Raises CorpusError where nothing moves.
+    Signs are fixed so that each component lowers what it moves most or, where that is a movement in
+    depth or to the side, moves it forward or to the left.
+
+    Parameters
+    ----------
+    corpus
+        With clips of one topology.
+    names
+        Of the clips to learn from.
+    config
+        How many shapes and of what kind; the paper's by default.
+    progress
+        Called with the share of the frames that are done, 0 to 1.
+
+    Raises
+    ------
+    CorpusError
+        Where nothing moves, or the corpus does not say how vertices are joined.
+
+    References
+    ----------
+    "Speech in the wild" (2019), section 3.3.
     """
     config = config or BlendshapeConfig()
     wanted = config.components or COMPONENTS_MAX
@@ -105,7 +130,7 @@ def _count(found: PrincipalComponents, config: BlendshapeConfig) -> int:
 
 
 def _explained(found: PrincipalComponents, shapes: Float32Array) -> NDArray[np.float64]:
-    """Share of the energy in the span of the first one, two, … shapes."""
+    """(component,) share of the energy in the span of the first one, two, … shapes."""
     basis, _ = np.linalg.qr(shapes.T.astype(np.float64))
     inside = (found.directions.astype(np.float64) * found.strengths[:, None]) @ basis
     return np.cumsum(np.square(inside).sum(axis=0)) / max(found.energy, 1e-300)

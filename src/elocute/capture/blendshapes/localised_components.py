@@ -1,8 +1,8 @@
-"""Components that move a part of the face each, instead of all of it.
+"""Components that each move a part of the face instead of all of it.
 
 Minimises ½‖X − A·C‖² + λ·Σ‖c‖ over vertices of every component (Neumann et al. 2013, without
-their map of supports), by block coordinate descent: a component at a time is fitted to what the
-others leave, and vertices that gain less than λ by it stay still.
+their support maps), by block coordinate descent: one component at a time is fitted to the
+residual of the others, and vertices that gain less than λ by it stay still.
 """
 
 from __future__ import annotations
@@ -19,10 +19,20 @@ ITERATIONS = 20
 def localise_components(
     principal: PrincipalComponents, count: int, sparsity: float
 ) -> tuple[Float32Array, Float32Array]:
-    """(component, number) unit shapes and (component,) their deviations, strongest first.
+    """Sparse components from principal ones.
 
-    principal holds the motion as its strongest directions; sparsity 0…1 says how much a vertex
-    must gain, relative to the strongest vertex of a component.
+    Parameters
+    ----------
+    principal
+        The motion as its strongest directions.
+    count
+        How many components.
+    sparsity
+        0 to 1: the least gain of a vertex that moves, relative to a component's strongest vertex.
+
+    Returns
+    -------
+    Unit shapes (component, number) and their deviations (component,), strongest first.
     """
     data = principal.directions * principal.deviations[:, None].astype(np.float32)
     shapes = data[:count].copy()
@@ -43,7 +53,7 @@ def localise_components(
 def _one(
     left: Float32Array, weight: Float32Array, sparsity: float
 ) -> tuple[Float32Array, Float32Array]:
-    """Weights (row,) of unit length and the shape (number,) that best explain what is left."""
+    """Weights (row,) of unit length and the shape (number,) that best explain the residual."""
     weight = weight / max(float(np.linalg.norm(weight)), 1e-12)
     shape = _shrunk(weight @ left, sparsity)
     length = float(np.linalg.norm(shape))

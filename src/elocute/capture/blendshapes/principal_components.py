@@ -20,10 +20,16 @@ NEGLIGIBLE = 1e-14  # of the greatest squared singular value
 class PrincipalComponents:
     """Directions about the origin, which is the neutral face: no motion has no weight.
 
-    directions (component, number) orthonormal, strongest first
-    strengths  (component,) singular values
-    frames     how many rows were seen
-    energy     Σ of all squared numbers, those outside the directions included
+    Attributes
+    ----------
+    directions
+        (component, number) orthonormal, strongest first.
+    strengths
+        (component,) singular values.
+    frames
+        How many rows there were.
+    energy
+        Sum of all squared numbers, including those outside the directions.
     """
 
     directions: Float32Array
@@ -40,15 +46,25 @@ class PrincipalComponents:
 
     @property
     def explained(self) -> NDArray[np.float64]:
-        """(component,) share of the squared displacement that the first so many directions hold."""
+        """(component,) share of the squared displacement explained by the directions so far."""
         return np.cumsum(self.strengths**2) / max(self.energy, 1e-300)
 
 
 def principal_directions(blocks: Iterable[NDArray[np.floating]], count: int) -> PrincipalComponents:
-    """Singular vectors of blocks (frame, …) laid on one another, one pass, bounded memory.
+    """Singular vectors of stacked blocks in one pass, with bounded memory.
 
-    What is known so far, each direction as long as it is strong, stands for all frames before
-    (sequential Karhunen-Loève, Levy and Lindenbaum 2000).
+    What is known so far, each direction scaled by its strength, stands for all frames before.
+
+    Parameters
+    ----------
+    blocks
+        (frame, …) displacements from the neutral face.
+    count
+        How many directions.
+
+    References
+    ----------
+    Levy and Lindenbaum (2000), sequential Karhunen-Loève.
     """
     kept = max(KEPT_LEAST, OVERSAMPLING * count)
     directions, strengths = None, np.zeros(0)

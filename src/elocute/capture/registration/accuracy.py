@@ -21,10 +21,16 @@ FACE_REACH_M = 0.01
 
 @dataclass(frozen=True)
 class SurfaceError:
-    """Distance from scan points to the registered surface in mm (VOCA 2019, section 6).
+    """Distance from scan points to the registered surface (VOCA 2019, section 6).
 
-    covered  share of the scan's points within 20 mm of the surface; the rest is not counted
-    face     share of the face that has a point of the scan within 10 mm
+    Attributes
+    ----------
+    median, mean, p95
+        mm, of the points within 20 mm.
+    covered
+        Share of the scan's points within 20 mm of the surface.
+    face
+        Share of the face that has a point of the scan within 10 mm.
     """
 
     median: float
@@ -34,18 +40,29 @@ class SurfaceError:
     face: float = 1.0
 
     def record(self) -> dict[str, float]:
+        """Values by name, rounded to 10 nm."""
         return {name: round(value, 5) for name, value in asdict(self).items()}
 
 
 def scan_distances(template: Template, vertices: Float64Array, scan: Scan) -> Float64Array:
-    """(point,) mm from each point of the scan to the surface; infinite beyond 20 mm."""
+    """Distance of each point of a scan from the template's surface.
+
+    Parameters
+    ----------
+    vertices
+        (vertex, 3) m, the template's shape in the scan's frame.
+
+    Returns
+    -------
+    (point,) mm; infinite beyond 20 mm.
+    """
     surface = template.surface(vertices)
     squared = surface.closest(scan.points, REACH_M, near=3).squared
     return 1000 * np.sqrt(squared)
 
 
 def face_coverage(head: HeadModel, vertices: Float64Array, points: Float64Array) -> float:
-    """Share of the face's vertices with a point (point, 3) m near; 1 for a head without places."""
+    """Share of the face's vertices with a point (point, 3) m near; 1 for a head without regions."""
     from scipy.spatial import KDTree
 
     face = vertices[head.regions["face"]] if "face" in head.regions else vertices[:0]
@@ -56,7 +73,7 @@ def face_coverage(head: HeadModel, vertices: Float64Array, points: Float64Array)
 
 
 def surface_error(distances_mm: Float64Array) -> SurfaceError:
-    """Of distances (point,), infinite where a point is no part of the head."""
+    """Statistics of distances (point,) mm, infinite where a point is no part of the head."""
     near = distances_mm[np.isfinite(distances_mm)]
     if not len(near):
         return SurfaceError(np.inf, np.inf, np.inf, 0.0)
@@ -71,7 +88,7 @@ def surface_error(distances_mm: Float64Array) -> SurfaceError:
 def landmark_error_mm(
     head: HeadModel, vertices: Float64Array, landmarks: Landmarks
 ) -> float | None:
-    """Mean distance of the good landmarks but the jaw line's, or None where there are none."""
+    """Mean distance of the good landmarks without the jaw line, or None without any."""
     good = np.flatnonzero(landmarks.good)
     good = good[good >= 17]
     if not len(good) or not len(head.landmarks):
@@ -83,6 +100,6 @@ def landmark_error_mm(
 def correspondence_mm(
     head: HeadModel, vertices: Float64Array, truth: Float64Array
 ) -> dict[str, float]:
-    """Mean distance of vertices (vertex, 3) m to where they truly are, for each named region."""
+    """Mean distance of vertices (vertex, 3) m from the truth, for each named region, mm."""
     apart = 1000 * np.linalg.norm(vertices - truth, axis=1)
     return {name: float(apart[where].mean()) for name, where in head.regions.items() if len(where)}

@@ -21,12 +21,18 @@ SAMPLES_MAX = 12  # along an edge: beyond, triangles are found by their nearest 
 
 @dataclass(frozen=True, eq=False)
 class ClosestPoints:
-    """Points laid on a mesh.
+    """The point of a mesh closest to each query point.
 
-    triangle  (query,) which triangle
-    bary      (query, 3) where in it
-    points    (query, 3) m
-    squared   (query,) m², squared distance
+    Attributes
+    ----------
+    triangle
+        (query,) index of its triangle.
+    bary
+        (query, 3) barycentric coordinates in it.
+    points
+        (query, 3) m.
+    squared
+        (query,) m², squared distance; infinite where none is within reach.
     """
 
     triangle: NDArray[np.intp]
@@ -40,10 +46,21 @@ class ClosestPoints:
 def closest_on_triangles(
     query: Float64Array, a: Float64Array, b: Float64Array, c: Float64Array
 ) -> Float64Array:
-    """(query, 3) barycentric coordinates of the point of triangle abc closest to each query.
+    """Barycentric coordinates of the point of one triangle closest to each query point.
 
-    All arrays (query, 3). The regions of Ericson, Real-Time Collision Detection (2005), 5.1.5,
-    taken all at once: inside by the plane, else the closest of three edges.
+    Parameters
+    ----------
+    query, a, b, c
+        (query, 3) points and the corners of their triangles.
+
+    Returns
+    -------
+    (query, 3).
+
+    References
+    ----------
+    Ericson, Real-Time Collision Detection (2005), 5.1.5: inside by the plane, else the closest of
+    three edges.
     """
     ab, ac, ap = b - a, c - a, query - a
     d00, d01, d11 = _dot(ab, ab), _dot(ab, ac), _dot(ac, ac)
@@ -87,7 +104,12 @@ def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
 class DenseMesh:
     """A dense mesh (a scan): the closest triangle is one around the closest vertex.
 
-    points (vertex, 3) m, each part of a triangle; triangles (triangle, 3).
+    Attributes
+    ----------
+    points
+        (vertex, 3) m, each part of a triangle.
+    triangles
+        (triangle, 3).
     """
 
     points: Float64Array
@@ -135,7 +157,14 @@ class DenseMesh:
 class TriangleSamples:
     """Samples on the triangles of a coarse mesh, by which the closest triangle is found.
 
-    triangle (sample,), bary (sample, 3): made once for a topology, valid for all its shapes.
+    Made once for a topology, valid for all its shapes.
+
+    Attributes
+    ----------
+    triangle
+        (sample,) index of the triangle.
+    bary
+        (sample, 3) barycentric coordinates in it.
     """
 
     triangle: NDArray[np.intp]
@@ -151,7 +180,7 @@ class TriangleSamples:
 def sample_triangles(
     vertices: Float64Array, triangles: IndexArray, spacing_m: float = SAMPLE_M
 ) -> TriangleSamples:
-    """Samples no further apart than about spacing_m, one per triangle at least."""
+    """Samples no further apart than about spacing_m, at least one per triangle."""
     corners = vertices[triangles]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     parts = np.clip(np.ceil(edges / spacing_m), 1, SAMPLES_MAX).astype(int)
@@ -178,9 +207,16 @@ def _inner_samples(count: int) -> Float64Array:
 
 @dataclass(frozen=True, eq=False)
 class CoarseMesh:
-    """A mesh with large triangles (a template): found by samples on them.
+    """A mesh with large triangles (a template), searched by samples on them.
 
-    vertices (vertex, 3) m, triangles (triangle, 3), triangle_samples of the same triangles.
+    Attributes
+    ----------
+    vertices
+        (vertex, 3) m.
+    triangles
+        (triangle, 3).
+    triangle_samples
+        Of the same triangles.
     """
 
     vertices: Float64Array

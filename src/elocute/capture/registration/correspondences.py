@@ -1,4 +1,4 @@
-"""Which point of a scan belongs to which point of the template's surface."""
+"""Correspondences: which point of a scan belongs to which point of the template's surface."""
 
 from __future__ import annotations
 
@@ -18,10 +18,14 @@ ON_EDGE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class ScanSamples:
-    """Points of a scan that take part.
+    """Points of a scan that take part in a fit.
 
-    points, normals  (sample, 3) m
-    areas            (sample,) m², what each stands for
+    Attributes
+    ----------
+    points, normals
+        (sample, 3) m, and unit normals.
+    areas
+        (sample,) m² of the surface that each stands for.
     """
 
     points: Float64Array
@@ -43,20 +47,27 @@ class ScanSamples:
 
 
 def sample_scan(scan: Scan) -> ScanSamples:
-    """All points of a scan but those on the rims of its holes, whose normals mean little."""
+    """All points of a scan except those on the rims of its holes, whose normals are unreliable."""
     kept = ~scan.boundary
     return ScanSamples(scan.points[kept], scan.normals[kept], scan.areas[kept])
 
 
 @dataclass(frozen=True, eq=False)
 class Correspondences:
-    """Samples that found their place on the template.
+    """Samples and where they lie on the template.
 
-    sample    (match,) index into the samples
-    triangle  (match,) index into the template's triangles
-    bary      (match, 3)
-    normals   (match, 3) unit normals of the template's triangles
-    gap       (match,) m, signed distance from surface to sample along the normal
+    Attributes
+    ----------
+    sample
+        (match,) index into the samples.
+    triangle
+        (match,) index into the template's triangles.
+    bary
+        (match, 3) barycentric coordinates in that triangle.
+    normals
+        (match, 3) unit normals of the template's triangles.
+    gap
+        (match,) m, signed distance from surface to sample along the normal.
     """
 
     sample: NDArray[np.intp]
@@ -77,10 +88,25 @@ def find_correspondences(
     facing: float,
     near: int = 2,
 ) -> Correspondences:
-    """Lay samples on the surface with vertices (vertex, 3) m.
+    """The closest point of a surface for each sample that has one.
 
-    Refused are samples further than reach_m, samples whose normal meets the surface's at a
-    cosine below `facing`, and those that fall on the template's own rim (Amberg 2007, 4.3).
+    Refused are samples too far away, samples whose normal disagrees with the surface's, and those
+    closest to the template's own rim (Amberg et al. 2007, 4.3).
+
+    Parameters
+    ----------
+    template
+        Its triangles are matched.
+    vertices
+        (vertex, 3) m, its present shape.
+    samples
+        Of the scan, in the same frame.
+    reach_m
+        The largest distance.
+    facing
+        The smallest cosine between the two normals.
+    near
+        Candidate triangles for each sample.
     """
     found = template.surface(vertices).closest(samples.points, reach_m, near)
     a, b, c = (vertices[template.triangles[found.triangle, corner]] for corner in range(3))
@@ -96,7 +122,7 @@ def find_correspondences(
 
 
 def robust_weights(gap: Float64Array, smallest_m: float) -> Float64Array:
-    """(match,) 0…1 by Geman and McClure's rule, its scale from the median of |gap|."""
+    """(match,) 0 to 1 by Geman and McClure's rule, its scale from the median of |gap|."""
     if not len(gap):
         return gap
     scale = max(2.5 * 1.4826 * float(np.median(np.abs(gap))), smallest_m)

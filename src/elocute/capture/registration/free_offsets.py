@@ -30,13 +30,20 @@ NOISE_M = 2e-4
 
 @dataclass(frozen=True)
 class OffsetStage:
-    """One step towards the scan.
+    """Settings of one step towards the scan.
 
-    bend_m     length over which offsets may bend: shorter follows more, noise too
-    stretch_m  length over which they may change at all; keeps unseen parts quiet
-    anchor       share of the area by which an offset is drawn back to the model
-    reach_m    furthest match
-    facing     smallest cosine between the normals of a match
+    Attributes
+    ----------
+    bend_m
+        Length over which offsets may bend: shorter follows more detail, and more noise.
+    stretch_m
+        Length over which they may change at all; keeps unseen parts quiet.
+    anchor
+        Share of the area by which an offset is drawn back to the model.
+    reach_m
+        The largest distance of a correspondence.
+    facing
+        The smallest cosine between the normals of a correspondence.
     """
 
     bend_m: float
@@ -62,9 +69,24 @@ def fit_offsets(
     start: Float64Array | None = None,
     stages: Sequence[OffsetStage] = COLD_STAGES,
 ) -> Float64Array:
-    """(vertex, 3) m to be added to the model (vertex, 3) m, posed as the scan; zero off the skin.
+    """Smooth offsets from the model to the scan (VOCA 2019, section 6).
 
-    start  offsets (vertex, 3) m of the frame before, turned as this one
+    Parameters
+    ----------
+    template
+        Its skin may move.
+    model
+        (vertex, 3) m, the fitted model in the scan's frame.
+    samples
+        Of the scan.
+    start
+        Offsets (vertex, 3) m of the frame before, posed as this one.
+    stages
+        Settings, coarse to fine.
+
+    Returns
+    -------
+    (vertex, 3) m to be added to the model; zero off the skin.
     """
     offsets = np.zeros_like(model) if start is None else start.copy()
     for stage in stages:
@@ -82,7 +104,7 @@ def _change(
     samples: ScanSamples,
     stage: OffsetStage,
 ) -> Float64Array:
-    """(free, 3) m: the best change of offsets (free, 3) m for given matches."""
+    """(free, 3) m: the best change of offsets (free, 3) m for given correspondences."""
     from scipy.sparse import csr_matrix, diags
 
     corners = template.skin_index[template.triangles[matched.triangle]]
@@ -102,7 +124,7 @@ def _change(
 
 
 def _solve_symmetric(matrix: Any, side: Float64Array) -> Float64Array:
-    """x of matrix · x = side, for a sparse positive definite matrix."""
+    """x of matrix · x = side, for a sparse, positive definite matrix."""
     from scipy.sparse.linalg import splu
 
     # No pivoting is needed, and the order of a symmetric matrix fills in least.

@@ -1,4 +1,4 @@
-"""Where the head roughly is in a scan: by landmarks, or by trying many poses without."""
+"""Roughly where the head is in a scan: from landmarks, or by trying many poses without them."""
 
 from __future__ import annotations
 
@@ -25,8 +25,20 @@ FIRST_STEPS = 8
 def find_initial_pose(template: Template, samples: ScanSamples, landmarks: Landmarks) -> HeadPose:
     """A pose within some millimetres and degrees.
 
-    Raises CaptureError for a scan that is mirrored or inside out, landmarks that lie off the
-    scan, and a scan in which no head is found.
+    Parameters
+    ----------
+    template
+        The person's, or a general one.
+    samples
+        Of the scan.
+    landmarks
+        The scan's; without enough good ones 24 directions are tried.
+
+    Raises
+    ------
+    CaptureError
+        For a scan that is mirrored or inside out, landmarks off the scan, and a scan in which no
+        head is found.
     """
     vertices, places, weights = template.landmark_weights(landmarks)
     if not len(vertices) or not landmarks.enough:

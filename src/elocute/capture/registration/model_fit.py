@@ -38,11 +38,16 @@ TURN_COST = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ModelParameters:
-    """What the model says about one scan.
+    """The head model fitted to one scan.
 
-    identity    (identity,) standard deviations; (0,) where the face is known
-    expression  (expression,) weights
-    pose        where the head stands
+    Attributes
+    ----------
+    identity
+        (identity,) standard deviations; (0,) where the face is known.
+    expression
+        (expression,) weights.
+    pose
+        Where the head stands.
     """
 
     identity: Float64Array
@@ -52,15 +57,23 @@ class ModelParameters:
 
 @dataclass(frozen=True)
 class FitStage:
-    """Some steps of the fit with the same settings.
+    """Some iterations of the fit with the same settings.
 
-    steps       how many
-    reach_m     furthest match
-    facing      smallest cosine between the normals of a match
-    landmarks   weight of the mean squared landmark distance against the surface's
-    trusted_m  landmarks that are further off than this, root mean square, weigh less by its
-                fourth power: once the surface is near, it knows better than a detector
-    identity, expression  cost of a squared coefficient in mm² of mean squared distance
+    Attributes
+    ----------
+    steps
+        How many.
+    reach_m
+        The largest distance of a correspondence.
+    facing
+        The smallest cosine between the normals of a correspondence.
+    landmarks
+        Weight of the mean squared landmark distance relative to the surface's.
+    identity, expression
+        Cost of a squared coefficient in mm² of mean squared distance.
+    trusted_m
+        Landmarks further off than this (root mean square) weigh less, by its fourth power: once the
+        surface is near, it is more accurate than a landmark detector.
     """
 
     steps: int
@@ -91,7 +104,7 @@ BOUNDS = (-0.25, 1.25)
 
 @dataclass(frozen=True, eq=False)
 class ModelFit:
-    """A template with what all steps share."""
+    """Gauss-Newton fit of a template's identity (where wanted), expression and pose."""
 
     template: Template
     with_identity: bool
@@ -105,6 +118,7 @@ class ModelFit:
         return np.concatenate(parts).reshape(sum(map(len, parts)), -1)
 
     def neutral_start(self, pose: HeadPose) -> ModelParameters:
+        """The template itself at a pose."""
         count = len(self.template.identity_basis) if self.with_identity else 0
         return ModelParameters(np.zeros(count), np.zeros(len(self.template.basis)), pose)
 
@@ -122,7 +136,7 @@ class ModelFit:
         return head.vertices + moved
 
     def posed_vertices(self, parameters: ModelParameters) -> Float64Array:
-        """(vertex, 3) m as the scan stands."""
+        """(vertex, 3) m in the scan's frame."""
         matrices, shifts = vertex_transforms(self._rig(parameters), parameters.pose.turns)
         moved = np.einsum("vab,vb->va", matrices, self.zero_pose_vertices(parameters)) + shifts
         return moved + parameters.pose.translation
@@ -140,7 +154,19 @@ class ModelFit:
         start: ModelParameters,
         stages: Sequence[FitStage] = COLD_STAGES,
     ) -> ModelParameters:
-        """The shape nearest to samples and landmarks, from a start near it."""
+        """The parameters nearest to samples and landmarks.
+
+        Parameters
+        ----------
+        samples
+            Of the scan.
+        landmarks
+            In the scan's frame; may hold none that are good.
+        start
+            Parameters near the result.
+        stages
+            Settings, coarse to fine.
+        """
         basis = np.ascontiguousarray(self.basis.T)
         parameters = start
         for stage in stages:

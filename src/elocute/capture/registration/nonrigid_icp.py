@@ -36,14 +36,22 @@ CG_STEPS_MAX = 12
 
 @dataclass(frozen=True)
 class StiffnessLevel:
-    """One level.
+    """Settings of one level.
 
-    alpha      weight of the edges; coordinates are scaled to a head of size one
-    landmarks  β
-    steps      at most so many
-    settled    mean movement in m below which the level is done
-    reach_m    furthest match
-    facing     smallest cosine between normals of a match
+    Attributes
+    ----------
+    alpha
+        Weight of the edges, α; coordinates are scaled to a head of size one.
+    landmarks
+        Weight of the landmarks, β.
+    steps
+        The most steps.
+    settled
+        Mean movement in m below which the level is done.
+    reach_m
+        The largest distance of a correspondence.
+    facing
+        The smallest cosine between the normals of a correspondence.
     """
 
     alpha: float
@@ -82,7 +90,7 @@ class _AlignedScan:
 
 @dataclass(frozen=True, eq=False)
 class NonrigidIcp:
-    """Non-rigid ICP of one template's skin; keeps its factors from scan to scan."""
+    """Non-rigid ICP of one template's skin; keeps its factorisations from scan to scan."""
 
     template: Template
     factors: dict[float, Any] = field(default_factory=dict, repr=False)
@@ -124,11 +132,24 @@ class NonrigidIcp:
         landmarks: Landmarks,
         levels: Sequence[StiffnessLevel] = COLD_LEVELS,
     ) -> tuple[Float64Array, int]:
-        """Vertices (vertex, 3) m laid over the scan, and how many steps that took.
+        """Lay the template over a scan.
 
-        start (vertex, 3) m is the template in the scan's frame: fixed, adapted by Eq. 1 of
-        "Speech in the wild" (2019), or the frame before. Only the skin
-        moves; eyes, teeth and tongue stay as they came.
+        Parameters
+        ----------
+        start
+            (vertex, 3) m, the template in the scan's frame: fixed, adapted by Eq. 1 of "Speech in
+            the wild" (2019), or the frame before.
+        scan
+            With its holes; points on their rims are not matched.
+        landmarks
+            In the scan's frame.
+        levels
+            Settings, stiff to soft.
+
+        Returns
+        -------
+        Vertices (vertex, 3) m, of which only the skin has moved (not eyes, teeth and tongue), and
+        how many steps that took.
         """
         skin = self.template.skin
         # In the frame of the head the matrix is nearly the same for all frames of a person.
@@ -160,7 +181,7 @@ class NonrigidIcp:
     def _targets(
         self, current: Float64Array, aim: _AlignedScan, level: StiffnessLevel
     ) -> tuple[Float64Array, Float64Array]:
-        """Weights (free,) and targets (free, 3) m: closest points, and landmarks in one with them.
+        """Weights (free,) and targets (free, 3) m: closest points, combined with landmarks.
 
         No match across a hole's rim, beyond reach, or between surfaces that face apart (4.3).
         """

@@ -1,4 +1,4 @@
-"""Where a head stands and how its neck is turned: posing and unposing."""
+"""The pose of a head: applying it, removing it, and aligning a head with measured points."""
 
 from __future__ import annotations
 
@@ -21,8 +21,12 @@ NECK = ("neck", "head")
 class HeadPose:
     """Everything that zero pose is free of.
 
-    translation  (3,) m, after all turning
-    turns        (joint, 4) unit quaternions wxyz about the joints of the head
+    Attributes
+    ----------
+    translation
+        (3,) m, after all rotation.
+    turns
+        (joint, 4) unit quaternions wxyz about the joints of the head.
     """
 
     translation: Float64Array
@@ -35,18 +39,18 @@ def zero_pose(head: HeadModel) -> HeadPose:
 
 
 def posed_joints(head: HeadModel) -> list[int]:
-    """The root, and the joints between neck and head; jaw and eyes are shapes' business."""
+    """The root, neck and head; jaw and eyes are left to the shapes."""
     return [joint for joint, name in enumerate(head.joint_names) if joint == 0 or name in NECK]
 
 
 def apply_pose(head: HeadModel, vertices: Float64Array, pose: HeadPose) -> Float64Array:
-    """(vertex, 3) m: vertices in zero pose, turned and moved."""
+    """(vertex, 3) m: vertices in zero pose, rotated and moved."""
     matrices, shifts = vertex_transforms(rig_of(head), pose.turns)
     return np.einsum("vab,vb->va", matrices, vertices) + shifts + pose.translation
 
 
 def remove_pose(head: HeadModel, vertices: Float64Array, pose: HeadPose) -> Float64Array:
-    """(vertex, 3) m: `apply_pose` backwards, exactly (VOCA 2019, section 6: unposing)."""
+    """(vertex, 3) m: the exact inverse of `apply_pose` (VOCA 2019, section 6: unposing)."""
     matrices, shifts = vertex_transforms(rig_of(head), pose.turns)
     return np.einsum("vab,vb->va", inverses(matrices), vertices - shifts - pose.translation)
 

@@ -47,14 +47,24 @@ LOST_FACE = 0.5
 class Registration:
     """A scan in the topology of the head.
 
-    vertices    (vertex, 3) m in the scan's own frame
-    zero        (vertex, 3) m in zero pose
-    parameters  the model under it
-    offsets     (vertex, 3) m in zero pose, what was added to the model
-    surface     distance from the scan
-    landmark_mm mean distance to the landmarks given, or None without
-    seconds     of processor time that the registration took, without reading and measuring
-    notes       what had to be taken away from the scan
+    Attributes
+    ----------
+    vertices
+        (vertex, 3) m in the scan's own frame.
+    zero
+        (vertex, 3) m in zero pose.
+    parameters
+        The model underneath.
+    offsets
+        (vertex, 3) m in zero pose, what was added to the model.
+    surface
+        Distance of the scan from the surface.
+    landmark_mm
+        Mean distance to the landmarks given, or None without any.
+    seconds
+        Processor time of the registration, without reading and measuring.
+    notes
+        What had to be removed from the scan.
     """
 
     vertices: Float64Array
@@ -68,7 +78,7 @@ class Registration:
 
     @property
     def lost(self) -> str:
-        """Why this is no registration to be used, or ""."""
+        """Why this registration must not be used, or ""."""
         if self.surface.covered < LOST_COVERED:
             return f"only {100 * self.surface.covered:.0f} % of the scan is near the head"
         if self.surface.face < LOST_FACE:
@@ -85,8 +95,25 @@ def register_neutral(
 ) -> tuple[Template, Registration]:
     """A person's own template from a scan of a resting face, and that scan's registration.
 
-    What little expression the face shows is taken out of the template. Raises CaptureError for
-    a scan without a head.
+    What little expression the face shows is taken out of the template.
+
+    Parameters
+    ----------
+    head
+        The topology, with identity and expression bases.
+    scan
+        In metres; `checked_scan` is applied.
+    landmarks
+        The scan's 68 landmarks; with too few good ones the head is searched for.
+
+    Returns
+    -------
+    The person's template, and the registration: ask its `lost`.
+
+    Raises
+    ------
+    CaptureError
+        For a scan without a head.
     """
     general = Template(head)
     found = _register(general, ModelFit(general, True), scan, landmarks, None)
@@ -109,11 +136,31 @@ def _with_joints(head: HeadModel, parameters: ModelParameters) -> HeadModel:
 def register_scan(
     template: Template, scan: Scan, landmarks: Landmarks, before: Registration | None = None
 ) -> Registration:
-    """A scan of a person whose template is known; from the frame before, or from scratch.
+    """Register a scan of a person whose template is known (VOCA 2019, section 6).
 
-    A frame that is lost from the one before is tried once more from scratch, and the better of
-    the two is taken: ask `lost` of the result. Raises CaptureError for a scan without a head, and
-    where the frame before is of a template with an identity, as a neutral face is.
+    A frame that is lost when started from the frame before is tried once more from scratch, and the
+    better of the two is returned.
+
+    Parameters
+    ----------
+    template
+        The person's.
+    scan
+        In metres; `checked_scan` is applied.
+    landmarks
+        The scan's 68 landmarks; with too few good ones the head is searched for.
+    before
+        The frame before, or None to start from scratch.
+
+    Returns
+    -------
+    The registration: ask its `lost`.
+
+    Raises
+    ------
+    CaptureError
+        For a scan without a head, and where the frame before was fitted with an identity, as a
+        neutral face is.
     """
     fit = ModelFit(template, False)
     if before is not None and len(before.parameters.identity):
@@ -139,13 +186,31 @@ def register_nonrigid(
     icp: NonrigidIcp | None = None,
     before: Registration | None = None,
 ) -> tuple[Registration, int]:
-    """A scan by non-rigid ICP ("Speech in the wild" 2019, 3.2), and its steps.
+    """Register a scan by non-rigid ICP ("Speech in the wild" 2019, 3.2).
 
-    adapted  start from the adaptive template of Eq. 1; else from the neutral face, as usual
-    icp      of the same template, to use its factors again
-    before   the frame before: what it had beyond its template is kept, and fewer steps do
+    Parameters
+    ----------
+    template
+        The person's.
+    scan
+        In metres; `checked_scan` is applied.
+    landmarks
+        The scan's 68 landmarks.
+    adapted
+        Start from the adaptive template of Eq. 1; otherwise from the neutral face, as usual.
+    icp
+        Of the same template, so that its factorisations are used again.
+    before
+        The frame before: its offsets from the template are kept, and fewer steps suffice.
 
-    Raises CaptureError for a scan without a head.
+    Returns
+    -------
+    The registration, and how many steps it took.
+
+    Raises
+    ------
+    CaptureError
+        For a scan without a head.
     """
     started = time.thread_time()
     scan, notes = checked_scan(scan)
@@ -234,7 +299,7 @@ def _cold_start(
 
 
 def _landmark_expression(template: Template, landmarks: Landmarks, pose: HeadPose) -> Float64Array:
-    """(expression,) that the landmarks show, once they stand in the frame of the head."""
+    """(expression,) that the landmarks show, moved into the frame of the head (Eq. 1)."""
     low, high = model_fit.BOUNDS
     places = np.nan_to_num(landmarks.points)
     frame = np.zeros_like(template.vertices)
@@ -245,6 +310,6 @@ def _landmark_expression(template: Template, landmarks: Landmarks, pose: HeadPos
 
 
 def _posed_offsets(template: Template, added: Float64Array, pose: HeadPose) -> Float64Array:
-    """(vertex, 3) m: offsets in zero pose, turned as the head is."""
+    """(vertex, 3) m: offsets in zero pose, turned with the head."""
     base = apply_pose(template.head, template.vertices, pose)
     return apply_pose(template.head, template.vertices + added, pose) - base

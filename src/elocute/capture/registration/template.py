@@ -28,9 +28,12 @@ JAW_LINE_WEIGHT = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """One head prepared for registration.
+    """A head prepared for registration.
 
-    head  its template is the neutral face from which registration starts
+    Attributes
+    ----------
+    head
+        Its template is the neutral face from which registration starts.
     """
 
     head: HeadModel
@@ -44,6 +47,7 @@ class Template:
 
     @cached_property
     def triangle_samples(self) -> TriangleSamples:
+        """Samples on the triangles, by which closest triangles are found."""
         return sample_triangles(self.vertices, self.triangles)
 
     @cached_property
@@ -88,7 +92,7 @@ class Template:
 
     @cached_property
     def skin(self) -> NDArray[np.intp]:
-        """(free,) vertices that may leave the model: the part that bears the landmarks.
+        """(free,) vertices that may leave the model: the connected part that bears the landmarks.
 
         Eyes, teeth and tongue are hardly measured: they stay with the model. A head without
         landmarks is free in its largest part.
@@ -149,7 +153,7 @@ class Template:
 
     @cached_property
     def bend_matrix(self) -> Any:
-        """(free, free) sparse: ∫ |Δd|² over the skin, per m² of d; K M⁻¹ K of the cotangent K."""
+        """(free, free) sparse: ∫ |Δd|² over the skin, per m² of d: K M⁻¹ K of the stretch matrix K."""
         from scipy.sparse import diags
 
         return (self.stretch_matrix @ diags(1 / self.skin_areas) @ self.stretch_matrix).tocsc()
@@ -184,11 +188,22 @@ def adaptive_template(
 ) -> tuple[Float64Array, Float64Array]:
     """The neutral face with the expression that a scan's landmarks show.
 
-    "Speech in the wild" (2019), Eq. 1: c = argmin |l - A(x + U c)|², with ridge; l are the scan's
-    landmarks in the frame of the head (zero pose), x the registered neutral, U the expression
-    basis. Returns x + U c (vertex, 3) m and c (expression,).
+    Parameters
+    ----------
+    template
+        The registered neutral face x with the expression basis U.
+    landmarks
+        The scan's landmarks l, in the frame of the head (zero pose).
+    regularisation
+        Cost of a squared coefficient in m² of mean squared landmark distance.
 
-    regularisation  cost of a squared coefficient in m² of mean squared landmark distance
+    Returns
+    -------
+    x + U c (vertex, 3) m, and c (expression,).
+
+    References
+    ----------
+    "Speech in the wild" (2019), Eq. 1: c = argmin |l - A(x + U c)|², here with a ridge.
     """
     vertices, places, weights = template.landmark_weights(landmarks)
     if not len(vertices):

@@ -1,4 +1,4 @@
-"""Landmarks of a scan by a detector that knows pictures only.
+"""Landmarks of a scan by a detector that takes pictures.
 
 "Speech in the wild" (2019, 3.2): a 2D detector runs on a picture whose pixels are known in space.
 Here the pictures are renders of the scan, textured or just shaded, from several sides; what the
@@ -58,10 +58,28 @@ def detect_landmarks(
 ) -> Landmarks:
     """The 68 landmarks of a scan that stands about upright and looks along +Z.
 
-    Confidence is that of the detector, times the share of views that agree, less where a point
-    lies off a face laid over all of them: through an open mouth a ray meets the throat. A scan in
-    which nothing is found has none: ask `enough`. Raises CaptureError for a detector that gives
-    something else than 68 points.
+    Confidence is that of the detector, times the share of views that agree, less where a point lies
+    off a face aligned with all of them: through an open mouth a ray meets the throat.
+
+    Parameters
+    ----------
+    scan
+        In metres.
+    detector
+        Takes a picture, gives 68 points and their confidence, or None.
+    yaws_deg
+        Directions from which the scan is rendered.
+    side
+        Pixels of a picture's side.
+
+    Returns
+    -------
+    Landmarks, none of them good where nothing is found: ask `enough`.
+
+    Raises
+    ------
+    CaptureError
+        For a detector that returns anything but 68 points.
     """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
@@ -94,7 +112,7 @@ def view_camera(scan: Scan, yaw_deg: float) -> Camera:
 
 
 def render_scan(scan: Scan, camera: Camera, side: int = SIDE) -> NDArray[np.uint8]:
-    """(side, side, 3) of the scan in its own colours, or shaded like skin."""
+    """(side, side, 3) uint8 of the scan in its own colours, or shaded like skin."""
     head = head_from_arrays(scan.name, scan.points, scan.triangles)
     if scan.colors is not None:
         head = replace(head, vertex_color=scan.colors)
@@ -116,7 +134,7 @@ def _checked(pixels: Float64Array, confidence: Float64Array) -> tuple[Float64Arr
 def _lifted(
     scene: Any, scan: Scan, camera: Camera, pixels: Float64Array, side: int
 ) -> tuple[Float64Array, Float64Array]:
-    """Points (68, 3) m under pixels, NaN in holes, and 0…1 how far they face the eye."""
+    """Points (68, 3) m under pixels, NaN in holes, and 0 to 1 how far they face the camera."""
     reach = np.tan(np.radians(camera.field_deg) / 2)
     across = (2 * pixels / side - 1) * reach * [1, -1]
     rays = np.column_stack([across, -np.ones(len(across))]) @ camera.axes().astype(np.float64)
@@ -135,7 +153,7 @@ def _lifted(
 
 
 def _fused(places: Float64Array, trusts: Float64Array) -> Landmarks:
-    """Of views (view, 68, 3) m with trust (view, 68): the largest group that agrees, averaged."""
+    """Of views (view, 68, 3) m with trust (view, 68): the mean of the largest group that agrees."""
     points, confidence = np.full((LANDMARK_COUNT, 3), np.nan), np.zeros(LANDMARK_COUNT)
     for mark in range(LANDMARK_COUNT):
         seen = np.flatnonzero(trusts[:, mark] > 0)
@@ -153,7 +171,7 @@ def _fused(places: Float64Array, trusts: Float64Array) -> Landmarks:
 
 
 def _plausible(found: Landmarks) -> Landmarks:
-    """Less confidence in points away from the built-in face, laid over the rest of them."""
+    """Less confidence in points away from the built-in face, aligned with the rest of them."""
     known = np.flatnonzero(found.confidence > 0)
     if len(known) < PLAUSIBLE_LEAST:
         return found
@@ -173,9 +191,12 @@ def _plausible(found: Landmarks) -> Landmarks:
 
 @contextlib.contextmanager
 def mediapipe_landmarks() -> Iterator[LandmarkDetector]:
-    """A detector of 68 landmarks in single pictures, for `detect_landmarks`.
+    """A detector of 68 landmarks in single pictures, for `detect_landmarks`: MediaPipe's face mesh.
 
-    Raises MachineError where the extra `video` is missing.
+    Raises
+    ------
+    MachineError
+        Where the extra `video` is missing.
     """
     shares, confidence = _shares()
     with mediapipe_detector(still=True) as see:

@@ -50,7 +50,7 @@ NAMED_AT_MOST = 8
 
 
 def ljson_points(text: str, path: Path) -> list[LandmarkPoint]:
-    """The 68 points of a .ljson in iBUG's order. Raises CaptureError for what is none."""
+    """The 68 points of a .ljson in iBUG's order. Raises CaptureError for a file of another kind."""
     record = parse_json(text, path, allowed=ALLOWED, error=CaptureError)
     if not isinstance(record, dict):
         raise _refused(path, f"JSON of a {type(record).__name__}")
@@ -65,7 +65,7 @@ def ljson_points(text: str, path: Path) -> list[LandmarkPoint]:
 def pts_points(text: str, path: Path) -> list[LandmarkPoint]:
     """The points of a .pts, `n_points: 68 { x y z … }`; `nan` is a point that is not seen.
 
-    Raises CaptureError for what is none.
+    Raises CaptureError for a file of another kind.
     """
     inside = re.search(r"\{([^{}]*)\}", text)
     if inside is None:

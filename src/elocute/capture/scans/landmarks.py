@@ -29,10 +29,19 @@ JAW_LINE = range(17)
 
 @dataclass(frozen=True, eq=False)
 class Landmarks:
-    """iBUG's 68 points in space.
+    """The 68 landmarks of iBUG's scheme, in space.
 
-    points      (68, 3) m; NaN where one is not known
-    confidence  (68,) 0…1; 0 where a point is not known
+    Attributes
+    ----------
+    points
+        (68, 3) m; NaN where one is unknown.
+    confidence
+        (68,) 0 to 1; 0 where a point is unknown.
+
+    Raises
+    ------
+    CaptureError
+        For other shapes.
     """
 
     points: Float64Array
@@ -53,15 +62,17 @@ class Landmarks:
 
     @property
     def good(self) -> NDArray[np.bool_]:
-        """(68,) those that may be used."""
+        """(68,) those confident enough to be used."""
         return self.confidence >= CONFIDENT
 
     @property
     def enough(self) -> bool:
+        """Whether there are enough good ones for a registration."""
         return int(self.good.sum()) >= GOOD_MIN
 
 
 def no_landmarks() -> Landmarks:
+    """68 unknown points."""
     return Landmarks(np.full((LANDMARK_COUNT, 3), np.nan), np.zeros(LANDMARK_COUNT))
 
 
@@ -101,7 +112,7 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
 
 
 def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
-    """A .json that `read_landmarks` reads, in metres. Raises OutputError."""
+    """Write a .json that `read_landmarks` reads, in metres. Raises OutputError."""
     rows = np.round(landmarks.points, 7).tolist()
     record = {
         "points": [row if all(map(math.isfinite, row)) else None for row in rows],

@@ -1,4 +1,4 @@
-"""Scan: one raw 3D picture of a head, as a scanner gives it."""
+"""Scan: one raw triangle mesh of a head, as a scanner gives it."""
 
 from __future__ import annotations
 
@@ -22,11 +22,16 @@ STRAY_SHARE = 0.001
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """A triangle mesh without known topology: holes, noise and stray parts are normal.
+    """A triangle mesh of unknown topology: holes, noise and stray parts are normal.
 
-    points     (point, 3) float64 m, +Y roughly up where there are no landmarks
-    triangles  (triangle, 3) int32
-    colors     (point, 3) uint8 sRGB, or None for a scan without texture
+    Attributes
+    ----------
+    points
+        (point, 3) float64 m, +Y roughly up where there are no landmarks.
+    triangles
+        (triangle, 3) int32.
+    colors
+        (point, 3) uint8 sRGB, or None for a scan without texture.
     """
 
     name: str
@@ -45,7 +50,7 @@ class Scan:
 
     @cached_property
     def boundary(self) -> NDArray[np.bool_]:
-        """(point,) whether it lies on the rim of a hole: what is closest there may be elsewhere."""
+        """(point,) whether it lies on the rim of a hole, where closest points mean little."""
         count = len(self.points)
         start = self.triangles.astype(np.int64).ravel()
         stop = np.roll(self.triangles, -1, axis=1).astype(np.int64).ravel()
@@ -69,11 +74,16 @@ class Scan:
 
 
 def checked_scan(scan: Scan) -> tuple[Scan, tuple[str, ...]]:
-    """A scan fit for registration, and notes on what had to be taken away.
+    """A scan fit for registration, and notes on what was removed.
 
     Points that are not finite, triangles without area, points without triangle and small stray
-    parts go. Raises CaptureError for a scan that holds no head: too few points, a size that is
-    no head's in metres (naming the unit that fits), one of a single plane.
+    parts are removed.
+
+    Raises
+    ------
+    CaptureError
+        For a scan that holds no head: too few points, a single plane, or a size that is no head's
+        in metres (the unit that fits is named).
     """
     notes = []
     finite = np.asarray(np.isfinite(scan.points).all(axis=1), bool)

@@ -1,4 +1,4 @@
-"""What is wrong with scans, before hours are spent on them."""
+"""Faults of scans, found before hours are spent on them."""
 
 from __future__ import annotations
 
@@ -24,10 +24,28 @@ def check_scans(
     every: int = 1,
     progress: Callable[[float], None] | None = None,
 ) -> list[Finding]:
-    """Look at every `every`th scan of all sequences in a folder.
+    """Look at scans of all sequences in a folder.
 
-    Errors are scans and landmarks that cannot be used; warnings what will be interpolated or left
-    out. Raises CaptureError for a folder without scans.
+    Parameters
+    ----------
+    folder
+        Of scans, or of such folders.
+    fps, unit
+        Override what capture.json says.
+    every
+        Only every so many scans.
+    progress
+        Called with the share of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    Errors for scans and landmarks that cannot be used, warnings for what will be interpolated or
+    left out.
+
+    Raises
+    ------
+    CaptureError
+        For a folder without scans.
     """
     findings: list[Finding] = []
     folders = find_sequences(folder)

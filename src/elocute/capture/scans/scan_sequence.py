@@ -34,13 +34,27 @@ LANDMARK_SUFFIXES = (".ljson", ".json", ".pts")
 class SequenceMetadata:
     """What capture.json says.
 
-    fps       frames per second; frame number n is at (n - first number) / fps
-    unit      of the coordinates: m, mm, cm, dm or inch
-    subject   who moves; one neutral face for all sequences of a subject
-    sentence  an identifier of what is said
-    text      the words, or ""
-    sound     file name in the folder, or ""
-    neutral   number of a frame with a resting face, or None for the first
+    Attributes
+    ----------
+    fps
+        Frames per second; frame number n is at (n - first number) / fps seconds.
+    unit
+        Of the coordinates: m, mm, cm, dm or inch.
+    subject
+        Who is scanned; all sequences of a subject share one neutral face.
+    sentence
+        An identifier of what is said.
+    text
+        The words, or "".
+    sound
+        File name in the folder, or "".
+    neutral
+        Number of a frame with a resting face, or None for the first.
+
+    Raises
+    ------
+    CaptureError
+        For a value that is not allowed.
     """
 
     fps: float = 60.0
@@ -74,7 +88,16 @@ class SequenceMetadata:
 class ScanSequence:
     """Scans in the order of their numbers, read when asked for.
 
-    numbers (frame,) rise but may have gaps: `missing` names them.
+    Attributes
+    ----------
+    folder
+        Where they are.
+    metadata
+        What capture.json says.
+    numbers
+        (frame,) ascending, with gaps possible: `missing` names them.
+    files
+        (frame,) their paths.
     """
 
     folder: Path
@@ -94,7 +117,7 @@ class ScanSequence:
 
     @property
     def frame_count(self) -> int:
-        """Frames of the motion: gaps count."""
+        """Frames of the motion; gaps count."""
         return self.numbers[-1] - self.numbers[0] + 1
 
     @property
@@ -107,7 +130,7 @@ class ScanSequence:
         return self.folder / self.metadata.sound if self.metadata.sound else None
 
     def file(self, number: int) -> Path:
-        """Raises CaptureError for a number that is not there."""
+        """The path of a scan. Raises CaptureError for a number that is not there."""
         if number not in self.numbers:
             raise CaptureError.about(
                 self.folder,
@@ -151,10 +174,20 @@ class ScanSequence:
 def open_sequence(
     folder: str | Path, *, fps: float | None = None, unit: str | None = None
 ) -> ScanSequence:
-    """The scans in a folder; fps and unit go before what capture.json says.
+    """The scans in a folder.
 
-    Without capture.json the folder's name is the sentence, and fps has to be said. Raises
-    CaptureError for a folder without scans, two files of one number, and metadata that is wrong.
+    Parameters
+    ----------
+    folder
+        Of numbered .ply or .obj files. Without capture.json its name is the sentence, and fps must
+        be given.
+    fps, unit
+        Override what capture.json says.
+
+    Raises
+    ------
+    CaptureError
+        For a folder without scans, two files of one number, and metadata that is wrong.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -195,7 +228,7 @@ def find_sequences(folder: str | Path) -> list[Path]:
 
 
 def write_metadata(folder: Path, metadata: SequenceMetadata) -> None:
-    """capture.json of a folder. Raises OutputError."""
+    """Write capture.json into a folder. Raises OutputError."""
     record = {"format": FORMAT, "version": VERSION}
     record |= {field.name: getattr(metadata, field.name) for field in fields(metadata)}
     write_record(folder / MANIFEST, record, indent=1)

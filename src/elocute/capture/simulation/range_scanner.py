@@ -31,12 +31,18 @@ AWAY_M = 1.0
 
 @dataclass(frozen=True, eq=False)
 class RangeImage:
-    """One camera's picture of the surface.
+    """What one camera sees of a surface.
 
-    triangle  (point,) fine triangle that a pixel shows
-    bary      (point, 3)
-    ray       (point, 3) unit direction from the camera
-    cell      (point, 2) pixel
+    Attributes
+    ----------
+    triangle
+        (point,) fine triangle that a pixel shows.
+    bary
+        (point, 3) barycentric coordinates in it.
+    ray
+        (point, 3) unit direction from the camera.
+    cell
+        (point, 2) pixel.
     """
 
     triangle: NDArray[np.intp]
@@ -50,9 +56,16 @@ class RangeImage:
 def render_range_images(
     points: Float64Array, triangles: NDArray[np.int32], spacing_m: float, jitter: Float64Array
 ) -> list[RangeImage]:
-    """What each camera sees of a surface (point, 3) m, where it faces it most.
+    """The parts of a surface that each camera faces best.
 
-    Pixels are spacing_m wide; jitter (2,) shifts the grids.
+    Parameters
+    ----------
+    points, triangles
+        (point, 3) m and (triangle, 3), the surface.
+    spacing_m
+        Width of a pixel.
+    jitter
+        (2,) shift of the pixel grids, in pixels.
     """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
@@ -81,7 +94,7 @@ def render_range_images(
 
 
 def _direction(yaw_deg: float, pitch_deg: float) -> Float64Array:
-    """(3,) where a camera looks that stands at this yaw and pitch of the head's front."""
+    """(3,) viewing direction of a camera at this yaw and pitch from the head's front."""
     yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
     return -np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
 
@@ -113,7 +126,10 @@ def _depth_camera(
 def triangulate_range_image(
     seen: RangeImage, points: Float64Array, spacing_m: float, kept: NDArray[np.bool_]
 ) -> NDArray[np.int32]:
-    """(triangle, 3) between neighbouring pixels on one surface; points (point, 3) m measured."""
+    """(triangle, 3) between neighbouring pixels on one surface.
+
+    points (point, 3) m as measured; kept (point,) those that are used.
+    """
     if not len(points):
         return np.zeros((0, 3), np.int32)
     width, height = seen.cell.max(axis=0) + 2

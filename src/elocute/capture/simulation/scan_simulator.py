@@ -87,8 +87,15 @@ class Scanner:
 
 @dataclass(frozen=True, eq=False)
 class GroundTruth:
-    """What was scanned: vertices (vertex, 3) m of the head's topology, posed and in zero pose,
-    translation (3,) m and turns (joint, 4) wxyz that lead from one to the other."""
+    """What was scanned.
+
+    Attributes
+    ----------
+    posed, zero
+        Vertices (vertex, 3) m of the head's topology, posed and in zero pose.
+    translation, turns
+        (3,) m and (joint, 4) unit quaternions wxyz that lead from zero pose to posed.
+    """
 
     posed: Float64Array
     zero: Float64Array
@@ -98,7 +105,21 @@ class GroundTruth:
 
 @dataclass(frozen=True, eq=False)
 class ScannedFrame:
-    """One simulated scan with its truth; lengths in metres."""
+    """One simulated scan and its truth.
+
+    Attributes
+    ----------
+    points
+        (point, 3) m.
+    triangles
+        (triangle, 3).
+    colors
+        (point, 3) uint8 sRGB, or None.
+    landmarks
+        With the scanner's noise.
+    truth
+        Where the template's vertices were.
+    """
 
     points: Float64Array
     triangles: NDArray[np.int32]
@@ -111,7 +132,15 @@ class ScannedFrame:
 
 @dataclass(frozen=True, eq=False)
 class ScanSimulator:
-    """A motion before the scanner; `frame` scans one frame of it."""
+    """A motion in front of a scanner; `frame` scans one frame of it.
+
+    Attributes
+    ----------
+    motion
+        Of a head that names its regions and landmarks.
+    scanner
+        How scans are taken.
+    """
 
     motion: Motion
     scanner: Scanner
@@ -158,7 +187,7 @@ class ScanSimulator:
     def _bumps(
         self, rng: np.random.Generator, places: NDArray[np.float32], count: int, width_m: float
     ) -> Float64Array:
-        """(vertex, 3) m: `count` round bumps of which any vertex feels about one."""
+        """(vertex, 3) m: `count` round bumps, of which about one affects any vertex."""
         template = self.head.template.astype(np.float64)
         total = np.zeros_like(template)
         for place in places[rng.integers(len(places), size=count)]:
@@ -223,14 +252,14 @@ class ScanSimulator:
         return points, triangles, np.clip(painted + 0.5, 0, 255).astype(np.uint8)
 
     def _dropouts(self, seen: RangeImage, rng: np.random.Generator) -> NDArray[np.bool_]:
-        """(point,) where stereo fails: blots in the hair and inside the mouth."""
+        """(point,) where stereo fails: patches of the hair and inside the mouth."""
         parents = self.refinement.parent[self.refinement.triangles[seen.triangle, 0]]
         lost = _dropout_field(seen.cell, rng) < self.scanner.holes
         return lost & self._dropout_prone[parents]
 
     @cached_property
     def _dropout_prone(self) -> NDArray[np.bool_]:
-        """(triangle,) whether stereo fails there now and then."""
+        """(triangle,) whether stereo sometimes fails there."""
         names = self.head.material_names
         unseen = [index for index, name in enumerate(names) if name in UNSCANNED_MATERIALS]
         inside = [index for index, name in enumerate(names) if name in WET_MATERIALS]
@@ -255,7 +284,7 @@ def simulate_scans(
     sound: Waveform | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """A folder of scans of a motion of a head that names its places, and the truth beside them.
+    """Write a folder of simulated scans of a motion, and the truth beside them.
 
         00000.ply …         in metres
         landmarks/          00000.json …
@@ -263,7 +292,27 @@ def simulate_scans(
         truth/zero.npy      (frame, vertex, 3) m, the same in zero pose
         truth/template.npy  (vertex, 3) m, the neutral face
 
-    Raises OutputError for a folder that is there, CaptureError for a head without places.
+    Parameters
+    ----------
+    motion
+        Of a head that names its regions and landmarks; the scans have its frame rate.
+    folder
+        A new folder.
+    scanner
+        How scans are taken.
+    metadata
+        Subject, sentence and text for capture.json.
+    sound
+        Written beside the scans, as long as the motion.
+    progress
+        Called with the share of the frames that are done, 0 to 1.
+
+    Raises
+    ------
+    OutputError
+        For a folder that exists.
+    CaptureError
+        For a head without regions and landmarks.
     """
     if not len(motion.head.landmarks) or "scalp" not in motion.head.regions:
         raise CaptureError.about(
@@ -310,7 +359,7 @@ def _stereo_noise(seen: RangeImage, rng: np.random.Generator) -> Float64Array:
 
 
 def _dropout_field(cells: NDArray[np.intp], rng: np.random.Generator) -> Float64Array:
-    """(point,) 0…1 evenly distributed, alike over about twelve pixels."""
+    """(point,) 0 to 1, uniformly distributed, correlated over about twelve pixels."""
     if not len(cells):
         return np.zeros(0)
     field = _noise_field(cells, rng, 12.0)
@@ -318,7 +367,7 @@ def _dropout_field(cells: NDArray[np.intp], rng: np.random.Generator) -> Float64
 
 
 def _noise_field(cells: NDArray[np.intp], rng: np.random.Generator, width: float) -> Float64Array:
-    """(point,) standard normal noise on a grid of pixels, alike over `width` of them."""
+    """(point,) standard normal noise on a grid of pixels, correlated over `width` of them."""
     from scipy.ndimage import gaussian_filter
 
     noise = gaussian_filter(rng.normal(size=cells.max(axis=0) + 1), width / 2)

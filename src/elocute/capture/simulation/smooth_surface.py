@@ -19,9 +19,14 @@ ROUNDNESS = 0.75  # Boubekeur and Alexa's own choice
 class Subdivision:
     """Triangles cut into parts², the same for every shape of a mesh.
 
-    parent     (fine point,) the triangle it lies on
-    bary       (fine point, 3) where in it
-    triangles  (fine triangle, 3) into fine points
+    Attributes
+    ----------
+    parent
+        (fine point,) the triangle it lies on.
+    bary
+        (fine point, 3) barycentric coordinates in it.
+    triangles
+        (fine triangle, 3) into fine points.
     """
 
     parent: NDArray[np.intp]
@@ -32,7 +37,7 @@ class Subdivision:
 
 
 def subdivide_triangles(triangles: NDArray[np.integer], parts: int) -> Subdivision:
-    """Cut every triangle into parts² like it; points on shared edges are kept twice."""
+    """Cut every triangle into parts² similar ones; points on shared edges are kept twice."""
     places = [(i, j) for i in range(parts + 1) for j in range(parts + 1 - i)]
     index = {place: number for number, place in enumerate(places)}
     small = []
@@ -55,10 +60,10 @@ def subdivide_triangles(triangles: NDArray[np.integer], parts: int) -> Subdivisi
 def phong_tessellation(
     vertices: NDArray[np.floating], triangles: NDArray[np.integer], where: Subdivision
 ) -> Float64Array:
-    """(fine point, 3) m on the rounded surface: Phong tessellation (Boubekeur and Alexa 2008).
+    """(fine point, 3) m on the rounded surface through vertices (vertex, 3) m.
 
     A point of the flat triangle is drawn towards its projections onto the tangent planes at the
-    three corners; corners stay where they are.
+    three corners; corners stay where they are (Phong tessellation, Boubekeur and Alexa 2008).
     """
     vertices = vertices.astype(np.float64)
     normals = vertex_normals(vertices, triangles).astype(np.float64)
