@@ -22,7 +22,7 @@ VERSION = 1
 FILE_MAX_BYTES = 500_000_000
 ALLOWED = "a registered frame (.npz)"
 ARRAYS = {"zero": 2, "offsets": 2, "identity": 1, "expression": 1, "translation": 1, "turns": 2}
-"""What a good frame holds, and axes of each."""
+"""Arrays of a good frame, and how many axes each has."""
 
 
 @dataclass(frozen=True)

@@ -164,14 +164,14 @@ def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> Hea
         )
         template, joints = stored["template"], stored["joints"]
         if template.shape == head.template.shape and joints.shape == head.joint_positions.shape:
-            return personal_head(head, template, joints)
+            return _personal_head(head, template, joints)
     except (InputError, KeyError):
         pass  # not there yet, or broken: it is made (again)
     own = _registered_neutral(head, sequences)
     with write_atomically(path) as draft, draft.open("wb") as file:
         np.savez(file, template=own.template, joints=own.joint_positions)
     # As another process or a later run reads it.
-    return personal_head(head, own.template, own.joint_positions)
+    return _personal_head(head, own.template, own.joint_positions)
 
 
 def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadModel:
@@ -200,7 +200,7 @@ def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadM
     raise CaptureError(str(problems[0])) from problems[0]
 
 
-def personal_head(
+def _personal_head(
     head: HeadModel, template: NDArray[np.float32], joints: NDArray[np.float32]
 ) -> HeadModel:
     """The head with somebody's neutral face (vertex, 3) m and joints (joint, 3) m."""
@@ -276,7 +276,7 @@ def _track_chunk(chunk: _Chunk) -> int:
     """In a worker. Frames that another worker made before it was killed are kept."""
     settings = chunk.settings
     sequence = open_sequence(chunk.folder, fps=settings.fps, unit=settings.unit)
-    head = personal_head(open_head(settings.head), chunk.template, chunk.joints)
+    head = _personal_head(open_head(settings.head), chunk.template, chunk.joints)
     track_frames(TrackedSequence(sequence, head, Path(chunk.frames)), chunk.numbers)
     return len(chunk.numbers)
 

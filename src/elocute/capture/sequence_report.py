@@ -134,7 +134,7 @@ def _curve(title: str, lines: list[list[tuple[int, float]]], flagged: Sequence[F
 
 def _figure(track: TrackedSequence, record: FrameRecord) -> str:
     try:
-        pictures = frame_pictures(track, record)
+        pictures = _frame_pictures(track, record)
     except (CaptureError, MachineError) as error:
         return f"<p>{record.number}: {html.escape(str(error))}</p>"
     told = f"{record.number}: {record.flag or 'registered'}"
@@ -146,7 +146,7 @@ def _figure(track: TrackedSequence, record: FrameRecord) -> str:
     )
 
 
-def frame_pictures(track: TrackedSequence, record: FrameRecord) -> list[RgbImage]:
+def _frame_pictures(track: TrackedSequence, record: FrameRecord) -> list[RgbImage]:
     """The scan with its landmarks, and the registered head, from the same viewpoint.
 
     Raises CaptureError where the scan cannot be read, MachineError without a renderer.

@@ -25,7 +25,7 @@ from elocute.errors import ElocuteError
 from elocute.head.model import HeadModel
 
 SETTINGS_VERSION = 3
-"""To be raised where registration itself changes: frames made before are then made again."""
+"""Raise it when registration itself changes: frames made before are then made again."""
 FLAGGED_MAX = 0.5
 """Share of frames beyond which a sequence is not worth filling in."""
 
@@ -132,7 +132,7 @@ def track_frames(
         record = read_frame_record(track.path(number), key)
         if record is None:
             record = _track_one(track, template, key, number, before)
-        # As a later run would find it: a run that was interrupted comes to the very same.
+        # As a later run would find it: an interrupted run then gives the very same result.
         before = read_registration(track.path(number), record)
         records.append(record)
         if done:

@@ -14,7 +14,7 @@ from elocute.errors import CorpusError
 Float32Array = NDArray[np.float32]
 Float64Array = NDArray[np.float64]
 BLOCK_FRAMES = 256
-RIDGE = 1e-9  # of the greatest eigenvalue: shapes that say the same
+RIDGE = 1e-9  # of the greatest eigenvalue: shapes that are dependent
 
 
 @dataclass(frozen=True, eq=False)

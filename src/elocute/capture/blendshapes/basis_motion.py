@@ -8,7 +8,7 @@ from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 
 REACH = 2.0  # deviations to both sides
-SHAPE_S = 1.0  # a shape goes there, across and back in this time
+SHAPE_S = 1.0  # one period of a shape
 FPS = 30.0
 
 

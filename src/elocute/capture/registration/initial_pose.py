@@ -18,7 +18,7 @@ Float64Array = NDArray[np.float64]
 TRIES, STEPS, POINTS = 4, 25, 700
 TRIM = 0.85  # share of the points that count: hair and shoulders may differ
 FAR_MM = 12.0
-"""Mean distance of a laid-over head at which it is no head, or not these landmarks."""
+"""Mean distance of an aligned head beyond which the scan or the landmarks show no head."""
 FIRST_STEPS = 8
 
 
@@ -42,7 +42,7 @@ def find_initial_pose(template: Template, samples: ScanSamples, landmarks: Landm
     """
     vertices, places, weights = template.landmark_weights(landmarks)
     if not len(vertices) or not landmarks.enough:
-        return _searched(template, samples)
+        return _search_pose(template, samples)
     from scipy.spatial import KDTree
 
     off = np.median(KDTree(samples.points).query(places)[0])
@@ -70,12 +70,12 @@ def _apart_mm(first: Float64Array, second: Float64Array) -> float:
     return float(1000 * np.linalg.norm(first - second, axis=1).mean())
 
 
-def _searched(template: Template, samples: ScanSamples) -> HeadPose:
+def _search_pose(template: Template, samples: ScanSamples) -> HeadPose:
     """Rigid closest points from 24 directions; the upright ones are tried first."""
     some = samples.subset(POINTS)
-    drafts = [_followed(template, some, turn, FIRST_STEPS) for turn in _directions()]
+    drafts = [_rigid_icp(template, some, turn, FIRST_STEPS) for turn in _directions()]
     drafts.sort(key=lambda draft: draft[0])
-    settled = [_followed(template, some, rigid, STEPS) for _, rigid in drafts[:TRIES]]
+    settled = [_rigid_icp(template, some, rigid, STEPS) for _, rigid in drafts[:TRIES]]
     best_mm, (rotation, shift) = min(settled, key=lambda found: found[0])
     if best_mm > FAR_MM:
         raise CaptureError(
@@ -101,7 +101,7 @@ def _directions() -> list[Float64Array]:
     return sorted(found, key=lambda rotation: -np.trace(rotation))
 
 
-def _followed(
+def _rigid_icp(
     template: Template, samples: ScanSamples, start: Float64Array | _Rigid, steps: int
 ) -> tuple[float, _Rigid]:
     """Trimmed distance in mm and the rigid motion after some steps of closest points.
@@ -120,7 +120,7 @@ def _followed(
         found = surface.closest(local, near=1)
         normals = template.neutral_normals[found.triangle]
         facing = np.einsum("ij,ij->i", normals, samples.normals @ rotation)
-        # A point whose normal faces the other way counts as far off: fronts are no backs.
+        # A point whose normal faces the other way counts as far off: a front is no back.
         far = np.sqrt(found.squared) + 0.03 * (facing < 0.2)
         kept = far <= np.quantile(far, TRIM)
         apart = float(1000 * far[kept].mean())

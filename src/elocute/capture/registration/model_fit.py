@@ -33,7 +33,7 @@ MM = 1000.0
 NOISE_M = 1e-4
 """Smallest scale of the robust weights: about a scanner's noise."""
 TURN_COST = 1e-3
-"""Of a squared radian of the neck, in mm² of mean squared distance: it moves little."""
+"""Cost of a squared radian of the neck, in mm² of mean squared distance: it moves little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ WARM_STAGES = (
 )
 """From the frame before."""
 BOUNDS = (-0.25, 1.25)
-"""Of a weight of a shape that is drawn to go from 0 to 1 (ARKit's); others are free."""
+"""Of the weight of a shape made for weights from 0 to 1 (ARKit's); others are unbounded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +189,7 @@ class ModelFit:
         weights = robust_weights(matched.gap, NOISE_M)
         slopes = self._surface_slopes(matched, parameters, basis)
         total = max(float(weights.sum()), 1e-9)
-        # Few matches say little: landmarks then count for more.
+        # With few correspondences landmarks count for more.
         scaled = MM * slopes * np.sqrt(weights / total)[:, None]
         left = MM * matched.gap * np.sqrt(weights / total)
         gram, side = scaled.T @ scaled, scaled.T @ left

@@ -31,7 +31,7 @@ Float64Array = NDArray[np.float64]
 CONVERGED = 5e-2  # share of the first residual at which conjugate gradients stop
 ACCEPTED = 0.3  # share at which a solution may be used where that takes too long
 CG_STEPS_MAX = 12
-"""Steps of conjugate gradients after which a new factor is cheaper."""
+"""Steps of conjugate gradients beyond which a new factorisation is cheaper."""
 
 
 @dataclass(frozen=True)
@@ -220,7 +220,7 @@ class NonrigidIcp:
 
         count = len(source)
         blocks = weights[:, None, None] * source[:, :, None] * source[:, None, :]
-        # A trace of stiffness to nothing at all, for vertices cut off from every match.
+        # A trace of regularisation for vertices cut off from every match.
         blocks = blocks + 1e-9 * np.eye(4)
         data = bsr_matrix((blocks, np.arange(count), np.arange(count + 1)))
         matrix = (alpha * self._edges + data.tocsr()).tocsr()

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.head.model import HeadModel
-from elocute.motion.joint_jacobians import Rig, inverses, rig_of, vertex_transforms
+from elocute.motion.joint_jacobians import inverses, rig_of, vertex_transforms
 from elocute.numerics.quaternions import from_matrices, no_turn
 
 Float64Array = NDArray[np.float64]
@@ -77,9 +77,3 @@ def align_head(
     # The joint turns about its own place: x → R (x - pivot) + pivot + translation.
     translation = target - rotation @ (middle - pivot) - pivot
     return HeadPose(translation, pose.turns)
-
-
-def rig_at(head: HeadModel, triangles: NDArray[np.integer], bary: Float64Array) -> Rig:
-    """The rig of points on triangles: corners (point, 3), bary (point, 3)."""
-    weights = np.einsum("pc,pcj->pj", bary, head.skin_weights.astype(np.float64)[triangles])
-    return Rig(head.joint_positions.astype(np.float64), head.joint_parents, weights)

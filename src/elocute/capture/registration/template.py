@@ -15,13 +15,12 @@ from elocute.capture.registration.closest_points import (
     sample_triangles,
 )
 from elocute.capture.scans.landmarks import JAW_LINE, Landmarks
-from elocute.errors import CaptureError
 from elocute.head.model import HeadModel
 
 Float64Array = NDArray[np.float64]
 
 UNSCANNED_MATERIALS = ("hair",)
-"""Materials that are no surface a scanner measures: brows and lashes stand on the skin."""
+"""Materials whose surface no scanner measures: brows and lashes stand on the skin."""
 COTANGENT_MAX = 5.0
 JAW_LINE_WEIGHT = 0.1
 
@@ -153,7 +152,7 @@ class Template:
 
     @cached_property
     def bend_matrix(self) -> Any:
-        """(free, free) sparse: ∫ |Δd|² over the skin, per m² of d: K M⁻¹ K of the stretch matrix K."""
+        """(free, free) sparse: ∫ |Δd|² over the skin, per m² of d: K M⁻¹ K of stretch matrix K."""
         from scipy.sparse import diags
 
         return (self.stretch_matrix @ diags(1 / self.skin_areas) @ self.stretch_matrix).tocsc()
@@ -172,15 +171,6 @@ class Template:
         weights[np.isin(good, JAW_LINE)] *= JAW_LINE_WEIGHT
         vertices = self.head.landmarks[good].astype(np.intp)
         return vertices, landmarks.points[good], weights
-
-    def require_landmarks(self) -> None:
-        """Raises CaptureError for a head that names none."""
-        if not len(self.head.landmarks):
-            raise CaptureError.about(
-                f"head {self.head.name!r}",
-                found="names no landmarks",
-                allowed="for landmarks a head that names its own",
-            )
 
 
 def adaptive_template(

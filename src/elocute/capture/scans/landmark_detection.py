@@ -46,7 +46,7 @@ DOUBT_M = 0.008
 """From its nearest point to a landmark: at this distance confidence has fallen to 0.37."""
 
 BROWS = range(17, 27)
-BROW_SHARE = 0.3  # measured 11 mm off on scans whose brows have no hair; told, but not used
+BROW_SHARE = 0.3  # measured 11 mm off on scans whose brows have no hair; reported, but not used
 
 
 def detect_landmarks(
@@ -88,8 +88,8 @@ def detect_landmarks(
     TriangleMesh(scene, np.ascontiguousarray(scan.points[scan.triangles], np.float32))
     places, trusts = [], []
     for yaw in yaws_deg:
-        camera = view_camera(scan, yaw)
-        found = detector(render_scan(scan, camera, side))
+        camera = _view_camera(scan, yaw)
+        found = detector(_render_scan(scan, camera, side))
         if found is None:
             continue
         pixels, confidence = _checked(*found)
@@ -99,7 +99,7 @@ def detect_landmarks(
     return _plausible(_fused(np.stack(places), np.stack(trusts))) if places else no_landmarks()
 
 
-def view_camera(scan: Scan, yaw_deg: float) -> Camera:
+def _view_camera(scan: Scan, yaw_deg: float) -> Camera:
     """A camera that frames the whole scan from a side."""
     low, high = scan.points.min(axis=0), scan.points.max(axis=0)
     target = (low + high) / 2
@@ -111,7 +111,7 @@ def view_camera(scan: Scan, yaw_deg: float) -> Camera:
     )
 
 
-def render_scan(scan: Scan, camera: Camera, side: int = SIDE) -> NDArray[np.uint8]:
+def _render_scan(scan: Scan, camera: Camera, side: int = SIDE) -> NDArray[np.uint8]:
     """(side, side, 3) uint8 of the scan in its own colours, or shaded like skin."""
     head = head_from_arrays(scan.name, scan.points, scan.triangles)
     if scan.colors is not None:

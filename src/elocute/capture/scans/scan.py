@@ -17,7 +17,7 @@ Float64Array = NDArray[np.float64]
 
 POINTS_RANGE = (500, 4_000_000)
 STRAY_SHARE = 0.001
-"""A part with fewer of the points than this, that hangs on nothing, is thrown away."""
+"""A separate part with a smaller share of the points than this is removed."""
 
 
 @dataclass(frozen=True, eq=False)

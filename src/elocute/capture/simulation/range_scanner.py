@@ -22,8 +22,8 @@ CAMERAS = (
     (0.0, -50.0),
     (0.0, 55.0),
 )
-FACING_MIN = 0.25  # cosine below which stereo finds nothing
-OVERLAP = 0.06  # cosine by which a camera may face a place worse and still keep it
+FACING_MIN = 0.25  # cosine to the viewing direction below which stereo fails
+OVERLAP = 0.06  # cosine by which another camera may face a place better
 STEP_MAX = 3.0  # depth from pixel to pixel, in pixels, beyond which there is an edge
 RIM_M = 0.004
 AWAY_M = 1.0

@@ -18,11 +18,11 @@ Float64Array = NDArray[np.float64]
 
 STEPS = 12
 CONVERGED = 1e-5  # radians, and share of the distance
-HUBER_MM = 3.0  # residuals beyond this pull no harder
+HUBER_MM = 3.0  # from here on the cost of a residual is linear
 SIGMA_MM = 1.5
 """Standard deviation of the detector's points from where they belong."""
 CORRELATED_POINTS = 2.0
-"""As many neighbouring points err together: they count as one."""
+"""So many neighbouring points err together that they count as one."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def fit_poses(
         slopes = camera.jacobian(stands)
         left = seen - camera.project(stands)
         scale = poses.pixel_mm(camera)[:, None, None]
-        weight = trust * huber_weights(np.linalg.norm(left, axis=2) * scale[:, 0])
+        weight = trust * _huber_weights(np.linalg.norm(left, axis=2) * scale[:, 0])
         arms = stands - places[:, None]
         jacobian = np.concatenate([slopes @ _crossing(arms), slopes], axis=-1)
         rows = jacobian.reshape(len(turns), -1, 6)
@@ -174,7 +174,7 @@ def smooth_poses(poses: HeadPoses, frames: float) -> HeadPoses:
     return HeadPoses(turns, calm[:, 4:])
 
 
-def huber_weights(left_mm: Float64Array) -> Float64Array:
+def _huber_weights(left_mm: Float64Array) -> Float64Array:
     """Huber's weights of residuals in mm, any shape."""
     return HUBER_MM / np.maximum(left_mm, HUBER_MM)
 
@@ -210,7 +210,7 @@ def point_equations(
     scale = poses.pixel_mm(camera)[:, None]
     left = (seen - camera.project(stands)) * scale[..., None]
     weight = (
-        np.sqrt(trust * huber_weights(np.linalg.norm(left, axis=2)) / CORRELATED_POINTS) / SIGMA_MM
+        np.sqrt(trust * _huber_weights(np.linalg.norm(left, axis=2)) / CORRELATED_POINTS) / SIGMA_MM
     )
     lens = camera.jacobian(stands) @ rotation_matrices(poses.turns)[:, None]
     lens *= (scale * weight)[..., None, None]

@@ -67,7 +67,7 @@ class DetectedFaces:
 
 
 FaceDetector = Callable[[NDArray[np.uint8]], DetectedFaces]
-"""(height, width, 3) sRGB to DetectedFaces. Pictures of a video are given in their order."""
+"""(height, width, 3) sRGB to DetectedFaces. Pictures of a video come in their order."""
 
 
 def no_faces() -> DetectedFaces:
@@ -104,14 +104,16 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[FaceD
             min_detection_confidence=0.5,
             min_tracking_confidence=0.5,
         )
-        # Its threads talk while they start; the first picture waits for them.
+        # Its threads write notes while they start; the first picture waits for them.
         mesh.process(np.zeros((64, 64, 3), np.uint8))
     met = False
 
     def detect(picture: NDArray[np.uint8]) -> DetectedFaces:
         nonlocal met
         height, width = picture.shape[:2]
-        with contextlib.nullcontext() if met else _quiet():  # the first face makes it talk too
+        with (
+            contextlib.nullcontext() if met else _quiet()
+        ):  # the first face writes notes too
             found = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
         met = met or bool(found)
         if not found:

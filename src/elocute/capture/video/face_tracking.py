@@ -23,7 +23,7 @@ PRESENT = 0.25  # share of the pictures in which somebody must be seen to count
 SMALL = 0.4  # a face this much smaller than the largest is somebody in the background
 CONFIDENT = 0.3  # a face found with less is not used
 SEEN_MIN = 0.3  # share of the pictures with a face below which nothing is fitted
-STALL_S = 0.25  # without a picture for longer, nothing is known of a face that talks
+STALL_S = 0.25  # a gap between pictures too long to bridge a talking face
 FPS_RANGE = (5.0, 240.0)
 RATES = (23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 119.88, 120, 240)
 

@@ -37,22 +37,22 @@ from elocute.numerics.bounded_least_squares import solve_box_chain
 
 Float64Array = NDArray[np.float64]
 
-ROUNDS = 2  # pose and shapes by turns
-BLOCK = 64  # frames whose slopes are held at once
-POSE_S = 0.03  # standard deviation of the blur that steadies the head
+ROUNDS = 2  # of poses and weights, alternating
+BLOCK = 64  # frames whose Jacobians are in memory at once
+POSE_S = 0.03  # standard deviation of the smoothing of head poses
 MOBILE = 0.05  # trust in lips and jaw while the head is first placed
 
-# Not told by points on the skin: the tongue, cheeks puffed towards the camera.
+# Not visible in points on the skin: the tongue, cheeks puffed towards the camera.
 UNOBSERVED = ("tongueOut", "tongueTipUp", "tongueDental", "cheekPuff")
 
 RIDGE_COST = 4.0
-"""What a squared weight costs, in variances of the detector's error: decides between shapes that
-look alike."""
+"""Cost of a squared weight, in variances of the detector's error: decides between shapes that look
+alike."""
 L1_COST = 1.5
-"""What a weight costs in itself: small ones vanish."""
+"""Cost of a weight itself (lasso): small ones vanish."""
 SMOOTHNESS_COST = 2.0
-"""What a squared change between two frames at 25 Hz costs."""
-# Shapes that the points of one picture hardly tell from others cost more.
+"""Cost of a squared change between two frames at 25 Hz."""
+# Shapes hard to tell from others by the points of one picture cost more.
 RIDGE_FACTORS = {
     "mouthLowerDownLeft": 0.5,
     "mouthLowerDownRight": 0.5,
@@ -89,7 +89,7 @@ SMOOTHNESS_FACTORS = {
     "nose": 8.0,
     "jawForward": 4.0,
 }
-# Both sides do nearly the same: what a squared difference costs, by the beginning of the name.
+# Both sides move nearly alike: cost of a squared difference, by the beginning of the name.
 SYMMETRY_COSTS = {"eyeBlink": 30.0, "eyeSquint": 10.0, "eyeWide": 10.0, "brow": 10.0, "mouth": 3.0}
 GAZE_SYMMETRY_COST = 60.0  # both look the same way
 
@@ -141,7 +141,7 @@ def fit_frames(
         Called with the share of the work that is done, 0 to 1.
     """
     head = person.head
-    names = observed_shapes(head.expression_names)
+    names = _observed_shapes(head.expression_names)
     columns = [head.expression_index(name) for name in names]
     basis, rest = table.on(head.expression_basis[columns]), table.on(head.template)
     seen, trust = track.points[..., :2], point_trust(table)
@@ -162,11 +162,11 @@ def fit_frames(
         grams, sides = _normal(person, poses, model, weights, basis, seen, trust)
         add_lip_equations(grams, sides, gaps, target)
         add_lid_equations(grams, sides, lids, share)
-        steady = np.diag(ridge_costs(names)) + symmetry_costs(names)
+        steady = np.diag(_ridge_costs(names)) + _symmetry_costs(names)
         weights = solve_box_chain(
             lambda frame, grams=grams, steady=steady: grams[frame] + steady,
             sides - L1_COST,
-            smoothness_costs(names, track.fps),
+            _smoothness_costs(names, track.fps),
             np.zeros(len(names)),
             np.ones(len(names)),
         )
@@ -205,17 +205,17 @@ def _normal(
     return grams, sides
 
 
-def observed_shapes(names: tuple[str, ...]) -> tuple[str, ...]:
+def _observed_shapes(names: tuple[str, ...]) -> tuple[str, ...]:
     """Those of a head's shapes that a video can show."""
     return tuple(name for name in names if name not in UNOBSERVED)
 
 
-def ridge_costs(names: tuple[str, ...]) -> Float64Array:
+def _ridge_costs(names: tuple[str, ...]) -> Float64Array:
     """(component,) cost of squared weights."""
     return RIDGE_COST * np.array([RIDGE_FACTORS.get(name, 1.0) for name in names])
 
 
-def smoothness_costs(names: tuple[str, ...], fps: float) -> Float64Array:
+def _smoothness_costs(names: tuple[str, ...], fps: float) -> Float64Array:
     """(component,) cost of squared changes between frames: per second, whatever the rate."""
     return (
         SMOOTHNESS_COST
@@ -225,7 +225,7 @@ def smoothness_costs(names: tuple[str, ...], fps: float) -> Float64Array:
     )
 
 
-def symmetry_costs(names: tuple[str, ...]) -> Float64Array:
+def _symmetry_costs(names: tuple[str, ...]) -> Float64Array:
     """(component, component) cost of left and right differing."""
     cost = np.zeros((len(names), len(names)))
     for i, name in enumerate(names):

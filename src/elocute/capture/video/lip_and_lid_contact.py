@@ -18,19 +18,19 @@ from elocute.head.model import HeadModel
 Float64Array = NDArray[np.float64]
 
 COLUMN, CLOSED_COLUMN, MEAN = 1.0, 14.0, 4.0
-"""What a mm of gap counts, in the detector's errors: along the lips, there where they touch, and
-in the mean of their middle third."""
+"""Weight of a mm of gap, in the detector's errors: along the lips, there where they touch, and in
+the mean of their middle third."""
 TOUCH_MM = 0.02
 
 SIDES = ("left", "right")
 USUAL_PERCENTILE = 80
-"""Of an eye's openness: how far it stands open usually. Blinks and looks down are rarer."""
+"""Percentile of an eye's openness that counts as usual; blinks and looks down are rarer."""
 SHUT = 0.32
 """Share of the usual openness that the detector still sees between shut lids (0.2 to 0.37 on real
 and drawn faces)."""
 WIDEST = 1.4
 MIDDLE = slice(3, 6)  # of a lid's points: around the pupil
-WEIGHT = 3.0  # what a mm counts, in the detector's errors
+WEIGHT = 3.0  # weight of a mm, in the detector's errors
 
 
 def shape_lip_gaps(head: HeadModel) -> Float64Array:
@@ -136,7 +136,7 @@ class LidGaps:
     parting: Float64Array
 
 
-def lid_pairs(side: str) -> tuple[list[int], list[int]]:
+def _lid_pairs(side: str) -> tuple[list[int], list[int]]:
     """The detector's points in the middle of an upper and a lower lid."""
     return list(LIDS[f"upper_{side}"][MIDDLE]), list(LIDS[f"lower_{side}"][MIDDLE])
 
@@ -145,7 +145,7 @@ def lid_gaps(rest: Float64Array, basis: Float64Array) -> LidGaps:
     """The lid gaps of a resting face (478, 3) m and a basis (component, 478, 3) m at the points."""
     gaps, partings = [], []
     for side in SIDES:
-        upper, lower = lid_pairs(side)
+        upper, lower = _lid_pairs(side)
         gaps.append(1000 * (rest[upper, 1] - rest[lower, 1]).mean())
         partings.append(1000 * (basis[:, upper, 1] - basis[:, lower, 1]).mean(axis=1))
     return LidGaps(np.array(gaps), np.array(partings))
@@ -155,7 +155,7 @@ def lid_openness(track: FaceTrack) -> Float64Array:
     """(frame, side) 0 where lids are shut, 1 where they are as far apart as usual."""
     shares = []
     for side in SIDES:
-        upper, lower = lid_pairs(side)
+        upper, lower = _lid_pairs(side)
         corners = track.points[:, [LIDS[f"upper_{side}"][0], LIDS[f"upper_{side}"][-1]]]
         apart = np.linalg.norm(track.points[:, upper] - track.points[:, lower], axis=2).mean(axis=1)
         shares.append(apart / np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1))

@@ -30,10 +30,10 @@ REST_FRAMES = 16
 ROUNDS = 5
 SPREAD = 3.0  # standard deviations that an identity coefficient may reach
 REST_SD, REST_MAX = 0.12, 0.5  # of a resting expression's weights
-SEAL = 4.0  # what a gap of resting lips counts, per mm
+SEAL = 4.0  # weight of a gap of resting lips, per mm
 FOCALS = (0.9, 1.4, 2.2)  # longer picture sides
 FOCAL_SD = 0.4  # of the logarithm of the focal length
-REACH_M = 0.014  # standard deviation of the Gaussian by which points carry what is around them
+REACH_M = 0.014  # standard deviation of the Gaussian by which points move their surroundings
 STIFF = 0.5  # how far the field may stay behind a point that its neighbours contradict
 FARTHEST_M = 0.006
 # What a face may show at rest without moving: the rest belongs to identity or to motion.
@@ -116,7 +116,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     frames = resting_frames(track)
     seen = track.points[frames]
     trust = point_trust(table)
-    trust[IRIS:] = 0  # eyes look where they like
+    trust[IRIS:] = 0  # gaze varies
     best = min(
         (_fit(head, table, camera_for(track.size, focal), seen, trust) for focal in FOCALS),
         key=lambda fit: fit.cost,
@@ -129,7 +129,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     own = replace(own, template=template.astype(np.float32))
     closed = bool(np.median(track.lip_gap[frames]) < CLOSED_GAP)
     bias = _bias(best, table.on(own.template), seen[..., :2], closed)
-    own, bias = refine_template(own, table, bias, trust)
+    own, bias = _refine_template(own, table, bias, trust)
     return Person(own, identity, rest, best.camera, bias)
 
 
@@ -205,7 +205,7 @@ def _bias(fit: _Fit, model: Float64Array, seen: Float64Array, closed: bool) -> F
     return bias
 
 
-def refine_template(
+def _refine_template(
     head: HeadModel, table: FacePoints, bias: Float64Array, trust: Float64Array
 ) -> tuple[HeadModel, Float64Array]:
     """Move the template by a smooth field through the offsets at the points.

@@ -111,7 +111,7 @@ class Video:
                 ) from error
 
     def _upright(self, frame: Any) -> NDArray[np.uint8]:
-        # Known only now: containers guess what the first picture tells.
+        # Known only now: containers guess what the first picture says.
         aspect = float(self._stream.codec_context.sample_aspect_ratio or 1)
         wide, high = frame.width * aspect, float(frame.height)
         scale = min(1.0, SIDE_MAX / max(wide, high))

@@ -23,11 +23,11 @@ from elocute.one_line_repr import one_line
 Float64Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-OUTLIER = 3.0  # times the usual miss
-OUTLIER_MIN = 0.06  # eye distances: less is never strange
+OUTLIER = 3.0  # times the median miss
+OUTLIER_MIN = 0.06  # eye distances: below it nothing is an outlier
 TRACKING = 0.8  # share of the time that finding the face takes
 JOINTS = ("neck", "head")
-"""The turn of the head is shared by these evenly."""
+"""These share the rotation of the head evenly."""
 
 
 @dataclass(frozen=True, eq=False)
