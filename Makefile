@@ -1,13 +1,14 @@
 # make demo   a talking head from a shipped speech clip, in out/
 # make demo-wild   the second paper's chain, small: capture to recurrent model, in out/wild
 # make test   everything that is tested
-# Both set up their own .venv from a fresh clone; nothing else is needed but Python and make.
+# make site   the documentation, in build/site
+# All set up their own .venv from a fresh clone; nothing else is needed but Python and make.
 
 PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -name '*.pyc' 2>/dev/null)
 
-.PHONY: demo demo-wild test check clean
+.PHONY: demo demo-wild test check site clean
 
 demo: .venv/ready-demo
 	mkdir -p out
@@ -24,6 +25,10 @@ test: .venv/ready-dev
 
 check: .venv/ready-dev
 	scripts/check
+
+site: .venv/ready-dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+	@echo "Open build/site/index.html"
 
 .venv/ready-demo: $(SOURCES)
 	PYTHON=$(PYTHON) scripts/setup demo

@@ -12,7 +12,7 @@ is broken off goes on where it was. Settings were tuned on --part tuning:
 other words by other voices. Per method: mean error in frames (Eq. 11; lower is better), mean
 intersection-over-union of phones carried over and of the word found (higher is better), and p of
 Wilcoxon's signed-rank test over words of what `dcaw` gains over it. `dcaw` is this project's
-method of that name, not the published one (docs/measurements.md, Alignment).
+method of that name, not the published one (docs/measurements/alignment.md).
 """
 
 from __future__ import annotations

@@ -32,13 +32,14 @@ from elocute.motion.store import save_motion
 from elocute.propagation import word_job
 from elocute.propagation.captured_words import captured_words
 from elocute.propagation.corpus_propagation import all_tasks, propagate
+from elocute.propagation.settings import JobSettings
 from elocute.propagation.word_recordings import Recordings, find_recordings
 
 COPIES = (1, 8)
 
 
-def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> word_job.JobSettings:
-    return word_job.JobSettings(
+def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> JobSettings:
+    return JobSettings(
         str(folder / "captured"),
         str(room / "basis.npz"),
         str(recordings),

@@ -8,12 +8,12 @@
        through scans: registering takes most of a second a frame
     4  speech blendshapes of all of it: `elocute blendshapes learn`
     5  parameters carried to other voices: `elocute propagate --method dcaw`, which is not yet the
-       paper's alignment (docs/measurements.md, Alignment)
+       paper's alignment (docs/measurements/alignment.md)
     6  a recurrent model: `elocute train crnn`
     7  it animates a recording: `elocute animate --model`
 
 Needs what recipes.build_words needs. So little data makes a mouth that moves, not one that
-speaks well: docs/measurements.md says what the full corpus gives.
+speaks well: docs/measurements/recurrent-model.md says what the full corpus gives.
 """
 
 from __future__ import annotations

@@ -132,7 +132,9 @@ SIZES: list[Any] = [(0, 0), (-800, 800), (800,), (800, 800, 3), (1e3, 1e3), ("80
 @pytest.mark.parametrize("size", [*SIZES, (HUGE, 800), (8192, 8192), ENDLESS])
 @pytest.mark.parametrize("kind", ["mp4", "png"])
 def test_no_size_of_a_picture(size: Any, kind: str, tmp_path: Path):
-    with pytest.raises(elocute.InputError, match=r"size: .*allowed: \(width, height\)"):
+    with pytest.raises(
+        elocute.InputError, match=r"`size`: .*; allowed: 2 numbers, each 64 to 4096 pixels"
+    ):
         TAKE.write(tmp_path / f"a.{kind}", size=size)
     assert not list(tmp_path.iterdir())
 

@@ -36,7 +36,7 @@ def method(request: pytest.FixtureRequest) -> str:
 
 def brief(method: str, **settings: Any):
     """Few steps: what is tested holds from the first on."""
-    config = METHODS[method].config()(**settings)
+    config = METHODS[method].config(**settings)
     return replace(config, steps=4) if method in DEEP else config
 
 
@@ -181,7 +181,7 @@ def test_settings_that_are_no_use_are_said() -> None:
     with pytest.raises(AlignmentError, match="dtw, softdtw, ctw"):
         align([view, view], "magic")
     with pytest.raises(AlignmentError, match="CtwConfig"):
-        align([view, view], "ctw", METHODS["dtw"].config()())
+        align([view, view], "ctw", METHODS["dtw"].config())
     with pytest.raises(AlignmentError, match="none"):
         fit_aligner([])
     with pytest.raises(AlignmentError, match="feature counts"):

@@ -97,7 +97,7 @@ def test_a_share_of_variance_chooses_the_count(corpus: Corpus, train: tuple[str,
 
 def test_sparse_shapes_move_less_of_the_face(corpus: Corpus, train: tuple[str, ...]) -> None:
     def moving(sparsity: float) -> float:
-        basis = learn_blendshapes(corpus, train, BlendshapeConfig(8, 1, sparsity)).head
+        basis = learn_blendshapes(corpus, train, BlendshapeConfig(8, sparsity=sparsity)).head
         return float((np.abs(basis.expression_basis).max(axis=2) > 1e-7).mean())
 
     assert moving(0.3) < 0.7 * moving(0.0)

@@ -48,10 +48,9 @@ def test_two_recordings_are_aligned_and_drawn(
 
 def test_a_method_that_learns_says_how_far_it_is(words: Path) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
-    from elocute.alignment.dcaw import DcawConfig
-    from elocute.alignment.dctw import DctwConfig
+    from elocute.alignment import speech_view
+    from elocute.alignment.config import DcawConfig, DctwConfig
     from elocute.alignment.methods import align
-    from elocute.alignment.sound_views import speech_view
     from elocute.audio.read import read_audio
 
     views = [speech_view(read_audio(words / "first" / f"{name}.wav")) for name in "ab"]

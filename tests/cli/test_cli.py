@@ -239,3 +239,30 @@ def test_evaluate_real_reports_correlation_and_closures(shared_data, tmp_path):
     assert summary["takes"] == 8
     assert summary["opening_best_r"] > 0.5
     assert summary["closure_recall"] > 0.5
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["-o", "t.csv", "--size", "640x640"], "t.csv: --size is no option of .csv; allowed: none"),
+        (["-o", "t.glb", "--view", "side"], "--view is no option of .glb; allowed: --embed-audio"),
+        (["-o", "t.csv", "-o", "t.npz", "--title", "a"], "t.csv: --title is no option of .csv"),
+        (
+            ["-o", "t.png", "--backend", "none"],
+            "--backend: 'none'; allowed: auto, moderngl, embreex",
+        ),
+        (["-o", "-", "--format", "csv", "--embed-audio"], "--embed-audio is no option of .csv"),
+    ],
+)
+def test_an_option_that_no_output_has_is_refused(speech_wav, tmp_path, options, told):
+    placed = [tmp_path / word if word.startswith("t.") else word for word in options]
+    result = run("animate", speech_wav, *placed)
+    assert result.returncode == 2 and told in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_of_several_outputs_each_takes_the_options_that_it_has(speech_wav, tmp_path):
+    page, table = tmp_path / "t.html", tmp_path / "t.csv"
+    result = run("animate", speech_wav, "-o", page, "-o", table, "--title", "Hello there")
+    assert result.returncode == 0, result.stderr
+    assert "<title>Hello there</title>" in page.read_text(encoding="utf-8") and table.is_file()

@@ -52,18 +52,15 @@ def test_it_is_read_and_written(name: bytes, encoding: str, folder: Path) -> Non
     (folder / "plain.wav").rename(folder / os.fsdecode(name))
     stem = name.removesuffix(b".wav")
     made = [stem + suffix for suffix in (b".npz", b".glb", b".html", b".csv", b".mp4")]
+    drawing = ["--size", "64", "--backend", "embreex", "--embed-audio"]
     if encoding == "ascii":
-        made = made[:1]
+        made, drawing = made[:1], []
     outputs = [part for path in made for part in (b"-o", path)]
     done = run(
         "animate",
-        "--size",
-        "64",
         "--fps",
         "5",
-        "--backend",
-        "embreex",
-        "--embed-audio",
+        *drawing,
         *outputs,
         "--",
         name,

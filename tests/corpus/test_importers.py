@@ -213,12 +213,12 @@ def test_a_biwi_scaled_to_a_box_is_told_from_one_scaled_to_a_surface(sources):
 
 def test_a_wrong_frame_rate_is_one_line_that_names_the_option(prepared_biwi, tmp_path):
     notes = convert(prepared_biwi, tmp_path / "out", fps=10.0, units="1", split="even")
-    assert "frames/s: 10 as --fps says, but the lengths of the sounds fit 25" in notes
+    assert "frames/s: 10 as `fps` says, but the lengths of the sounds fit 25" in notes
     corpus = open_corpus(tmp_path / "out")
     assert np.ptp(corpus.template("F2"), axis=0).max() == pytest.approx(1.0, abs=0.02)
     told = [f for f in check_corpus(corpus) if f.what.startswith("length")]
     assert [f.about for f in told] == ["corpus"]
-    assert "in 20 of 20 clips" in told[0].what and "--fps 25" in told[0].what
+    assert "in 20 of 20 clips" in told[0].what and "`fps` 25" in told[0].what
 
 
 @pytest.mark.parametrize(
@@ -256,7 +256,7 @@ def test_a_published_split_needs_its_sentences(tmp_path, sources):
     sources.write_prepared_biwi(tmp_path / "b", ("F2_e01", "F2_e37"))
     refused(tmp_path / "b", "part without clips; allowed: VOCASET", split="published")
     _, notes = converted(tmp_path / "b")
-    assert any("by sentences only" in note and "--split" in note for note in notes)
+    assert any("by sentences only" in note and "`split`" in note for note in notes)
 
 
 def test_many_clips_without_sound_are_one_line(tmp_path, sources):

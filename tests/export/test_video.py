@@ -56,9 +56,10 @@ def test_the_picture_moves_when_the_mouth_does(video, take):
 
 def test_odd_sizes_are_made_even_and_no_sound_is_fine(motion, tmp_path):
     from elocute.export.mp4 import write_mp4
+    from elocute.export.options import PictureOptions
 
     short = Motion(motion.head, motion.weights[:5], motion.fps)
-    write_mp4(short, tmp_path / "a.mp4", size=(131, 97), backend="embreex")
+    write_mp4(short, tmp_path / "a.mp4", options=PictureOptions(size=(131, 97), backend="embreex"))
     with av.open(str(tmp_path / "a.mp4")) as file:
         context = file.streams.video[0].codec_context
         assert (context.width, context.height) == (130, 96)

@@ -66,5 +66,5 @@ def test_bad_input_is_not_tried_again(run: Run, tmp_path: Path):
 
 @pytest.mark.parametrize("jobs", [-1, 257])
 def test_numbers_that_are_no_number_of_workers(jobs: int):
-    with pytest.raises(InputError, match="--jobs"):
+    with pytest.raises(InputError, match="`jobs`"):
         checked_jobs(jobs)

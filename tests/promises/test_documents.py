@@ -16,7 +16,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 CARDS = ROOT / "docs" / "cards"
-PAGES = [ROOT / "docs" / "measurements.md", ROOT / "docs" / "scale.md", *sorted(CARDS.glob("*.md"))]
+MEASURED = ROOT / "docs" / "measurements"
+PAGES = [*sorted(MEASURED.glob("*.md")), *sorted(CARDS.glob("*.md"))]
 STARTS = ("python ", "elocute ", "make ", "pytest ", "du ")
 PROGRAMS = [
     path for folder in ("recipes", "benchmarks") for path in sorted((ROOT / folder).rglob("*.py"))
@@ -121,15 +122,24 @@ def test_a_command_that_is_wrong_is_told(words, problem):
     assert bool(problems_of([words])[0]) == problem
 
 
-def test_every_table_of_measurements_has_a_command_in_its_section():
-    text = (ROOT / "docs" / "measurements.md").read_text(encoding="utf-8")
-    sections = re.split(r"^(?=##+ )", text, flags=re.M)[1:]
+@pytest.mark.parametrize(
+    "page",
+    [page for page in MEASURED.glob("*.md") if page.name not in ("index.md", "scale.md")],
+    ids=lambda page: page.name,
+)
+def test_every_table_of_measurements_has_a_command_in_its_section(page):
+    sections = re.split(r"^(?=#+ )", page.read_text(encoding="utf-8"), flags=re.M)[1:]
     bare = [
         section.splitlines()[0]
         for section in sections
         if re.search(r"^\|---", section, re.M) and not commands(section)
     ]
     assert bare == []
+
+
+def test_the_index_of_measurements_names_every_page():
+    named = re.findall(r"\]\(([\w-]+\.md)\) \|", (MEASURED / "index.md").read_text("utf-8"))
+    assert {*named, "index.md"} == {page.name for page in MEASURED.glob("*.md")}
 
 
 def test_every_shipped_asset_is_named_in_the_notice():

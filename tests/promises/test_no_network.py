@@ -13,7 +13,8 @@ import pytest
 import soundfile
 
 OFFLINE = Path(__file__).with_name("offline.py")
-SMALL = ["--fps", "25", "--size", "128"]
+FEW = ["--fps", "25"]
+SMALL = [*FEW, "--size", "128"]
 
 
 @pytest.fixture(scope="module")
@@ -30,8 +31,8 @@ def commands(tmp_path_factory, speech_wav) -> Path:
     steps = [
         ["doctor"],
         ["animate", say, *SMALL, *outputs("talk.npz", "talk.mp4", "talk.html", "talk.glb")],
-        ["animate", str(folder / "talk.mp4"), "--model", "voca", *SMALL, *outputs("heard.csv")],
-        ["animate", say, "--model", "crnn", *SMALL, *outputs("model.npz")],
+        ["animate", str(folder / "talk.mp4"), "--model", "voca", *FEW, *outputs("heard.csv")],
+        ["animate", say, "--model", "crnn", *FEW, *outputs("model.npz")],
         ["render", talk, "--audio", say, *SMALL, *outputs("again.mp4", "sheet.png")],
         ["measure", model, *outputs("mouth.csv")],
         ["edit", talk, "--blinks", "0.3", *outputs("edited.glb")],

@@ -23,7 +23,7 @@ def test_what_is_not_there_is_told_with_what_is() -> None:
     with pytest.raises(ModelError, match=r"cuda:99: no such device here; allowed: auto, cpu"):
         resolve_device("cuda:99")
     if not torch.cuda.is_available():
-        with pytest.raises(ModelError, match="--device cuda: no such device here"):
+        with pytest.raises(ModelError, match="`device` cuda: no such device here"):
             resolve_device("cuda")
     for name in ("gpu", "cuda:x", "", "cuda:-1", "CPU"):
         with pytest.raises(ModelError, match="no device; allowed: auto, cpu, cuda, cuda:N, mps"):

@@ -10,29 +10,12 @@ import numpy as np
 
 from elocute.alignment.alignment import Alignment, Array, Group, Path, checked_group
 from elocute.alignment.cca import correlation
+from elocute.alignment.config import AlignConfig, PlainConfig, SoftConfig
 from elocute.alignment.dtw import Matrix, dtw, squared_distances
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
 from elocute.alignment.warping_paths import expected_path, merged
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
-
-
-@dataclass(frozen=True, kw_only=True)
-class AlignConfig:
-    """Settings of every method.
-
-    band: how far from the diagonal a path may go, in frames (1 or more) or as a share (below 1).
-    open_source: the target is to be found in the source, whose ends are free.
-    """
-
-    band: float | None = None
-    open_source: bool = False
-
-    def __post_init__(self) -> None:
-        if self.band is not None and not (np.isfinite(self.band) and self.band > 0):
-            raise AlignmentError.about("band", found=f"{self.band}", allowed="above 0")
-        if self.band is not None and self.open_source:
-            raise AlignmentError.about("band", found="open ends", allowed="one of the two")
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,22 +119,6 @@ def score(features: Sequence[Array], path: Path) -> float:
     return float(np.mean(pairs))
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlainConfig(AlignConfig):
-    """Settings of DTW, and of methods that differ from it in what they compare.
-
-    softness: None reads the cheapest path; a number reads along the alignment expected at that
-    softness, a share of the mean cost of a pair of frames.
-    """
-
-    softness: float | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.softness is not None and not self.softness > 0:
-            raise AlignmentError.about("softness", found=f"{self.softness}", allowed="above 0")
-
-
 class DtwAligner(Aligner):
     """Nothing is fitted: features as they are."""
 
@@ -177,13 +144,6 @@ class DtwAligner(Aligner):
 def attention_of(expected: Matrix) -> Array:
     """(source, target) expected alignment with columns over the source that sum to one."""
     return (expected / np.maximum(expected.sum(axis=0), 1e-30)).astype(np.float32)
-
-
-@dataclass(frozen=True, kw_only=True)
-class SoftConfig(AlignConfig):
-    """gamma: softness, as a share of the mean cost of a pair of frames."""
-
-    gamma: float = 0.05
 
 
 class SoftDtwAligner(Aligner):

@@ -6,34 +6,15 @@ Alternates between DTW of projected views and CCA of views warped so, until no p
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from elocute.alignment.aligner import DtwAligner, Embedded, PlainConfig
+from elocute.alignment.aligner import DtwAligner, Embedded
 from elocute.alignment.alignment import Array, Group, Path
 from elocute.alignment.cca import Projection, canonical, principal
+from elocute.alignment.config import CtwConfig, PlainConfig
 from elocute.alignment.warping_paths import diagonal_path
 from elocute.errors import AlignmentError
-
-
-@dataclass(frozen=True, kw_only=True)
-class CtwConfig(PlainConfig):
-    """energy: share of variance that is kept before CCA; shared: one projection for all views,
-    where they are of one kind (None: where feature counts are equal)."""
-
-    dimensions: int = 10
-    energy: float = 0.95
-    ridge: float = 0.05
-    rounds: int = 10
-    shared: bool | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.dimensions < 1 or self.rounds < 1 or not (self.ridge > 0 and 0 < self.energy <= 1):
-            raise AlignmentError.about(
-                "ctw", found=f"{self}", allowed="dimensions, rounds ≥ 1; ridge > 0; 0 < energy ≤ 1"
-            )
 
 
 class CtwAligner(DtwAligner):

@@ -8,7 +8,6 @@ Eq. 9, and `fbank` in place of 41 x 128 x 3.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -16,11 +15,11 @@ from torch import Tensor
 
 from elocute.alignment.aligner import Embedded, Match
 from elocute.alignment.alignment import Array, Group, Path
+from elocute.alignment.config import DcawConfig
 from elocute.alignment.ctw import is_shared
 from elocute.alignment.deep_aligner import (
     Clips,
     DeepAligner,
-    DeepConfig,
     NuclearNorm,
     drawn,
     optimiser_of,
@@ -28,19 +27,6 @@ from elocute.alignment.deep_aligner import (
     start,
 )
 from elocute.networks.dcaw import DcawNetwork, frame_mask, monotonic_attention, soft_attention
-
-
-@dataclass(frozen=True, kw_only=True)
-class DcawConfig(DeepConfig):
-    """prior: how strongly the score favours the diagonal, which two readings of a word keep near.
-    guide: weight of following CTW's paths while training, which falls to nought halfway.
-    sharpness: weight of -log attention beside the distance of canonical features at use.
-    softness: of the monotone reading of both."""
-
-    prior: float = 20.0
-    guide: float = 1.0
-    sharpness: float = 0.3
-    softness: float | None = 0.1
 
 
 class DcawAligner(DeepAligner):

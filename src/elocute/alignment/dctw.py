@@ -3,32 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import torch
 
 from elocute.alignment.alignment import Group
+from elocute.alignment.config import DctwConfig
 from elocute.alignment.ctw import is_shared
 from elocute.alignment.deep_aligner import (
     Clips,
     DeepAligner,
-    DeepConfig,
     NuclearNorm,
     drawn,
     optimiser_of,
     projected,
     start,
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class DctwConfig(DeepConfig):
-    """rounds: how often paths are found anew, `steps` divided among them. With DCAW's rate it
-    learns the noise of single pairs: the rate is the best of those tried on the tuning words."""
-
-    rounds: int = 4
-    learning_rate: float = 1e-3
 
 
 def fit_dctw(

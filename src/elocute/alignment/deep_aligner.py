@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
@@ -11,37 +10,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from elocute.alignment.aligner import DtwAligner, Embedded, PlainConfig
+from elocute.alignment.aligner import DtwAligner, Embedded
 from elocute.alignment.alignment import Array, Group, Path
 from elocute.alignment.cca import Projection
+from elocute.alignment.config import CtwConfig, DeepConfig
 from elocute.alignment.correlation_objective import RIDGE, whitened
-from elocute.alignment.ctw import CtwAligner, CtwConfig, canonical_of, fit_ctw
-from elocute.errors import AlignmentError
+from elocute.alignment.ctw import CtwAligner, canonical_of, fit_ctw
 from elocute.networks.dcaw import DcawNetwork, EncoderConfig
-
-
-@dataclass(frozen=True, kw_only=True)
-class DeepConfig(PlainConfig):
-    """Adam's first rate is the paper's ten times (a word has few steps to learn in), its betas
-    the paper's (section 6.1); `pairs` of the groups are drawn for each step."""
-
-    dimensions: int = 10
-    filters: int = 32
-    units: int = 16
-    steps: int = 40
-    pairs: int = 16
-    learning_rate: float = 5e-3
-    weight_decay: float = 1e-3
-    ridge: float = 0.05
-    shared: bool | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        whole = (self.dimensions, self.filters, self.units, self.pairs)
-        if min(whole) < 1 or self.steps < 0:
-            raise AlignmentError.about(
-                type(self).__name__, found=f"{self}", allowed="sizes of 1 or more, steps ≥ 0"
-            )
 
 
 class NuclearNorm(torch.autograd.Function):

@@ -7,23 +7,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from elocute.alignment.aligner import (
+from elocute.alignment.aligner import Aligner, DtwAligner, SoftDtwAligner
+from elocute.alignment.alignment import Alignment, Array, Group, checked_group
+from elocute.alignment.config import (
     AlignConfig,
-    Aligner,
-    DtwAligner,
+    CtwConfig,
+    DcawConfig,
+    DctwConfig,
     PlainConfig,
     SoftConfig,
-    SoftDtwAligner,
 )
-from elocute.alignment.alignment import Alignment, Array, Group, checked_group
-from elocute.alignment.ctw import CtwConfig, fit_ctw
+from elocute.alignment.ctw import fit_ctw
 from elocute.errors import AlignmentError, needs_extra
 
 Done = Callable[[float], None] | None
 """Told the share of a fitting that is done, by methods that take long."""
 Fit = Callable[[Sequence[Group], Any, int, Done], Aligner]
 DEFAULT = "softdtw"
-"""Of two recordings alone: as fast as DTW, and a little better (docs/measurements.md)."""
+"""Of two recordings alone: as fast as DTW, and a little better (docs/measurements/alignment.md)."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Method:
     """How a method is fitted to groups of views, and its settings; `any_width` where views may
     differ in their feature counts."""
 
-    config: Callable[[], type[AlignConfig]]
+    config: type[AlignConfig]
     fit: Fit
     any_width: bool
 
@@ -42,16 +43,16 @@ def _deep(module: str, name: str) -> Any:
 
 
 METHODS: dict[str, Method] = {
-    "dtw": Method(lambda: PlainConfig, lambda _g, config, _s, _d: DtwAligner(config), False),
-    "softdtw": Method(lambda: SoftConfig, lambda _g, config, _s, _d: SoftDtwAligner(config), False),
-    "ctw": Method(lambda: CtwConfig, lambda groups, config, _s, _d: fit_ctw(groups, config), True),
+    "dtw": Method(PlainConfig, lambda _g, config, _s, _d: DtwAligner(config), False),
+    "softdtw": Method(SoftConfig, lambda _g, config, _s, _d: SoftDtwAligner(config), False),
+    "ctw": Method(CtwConfig, lambda groups, config, _s, _d: fit_ctw(groups, config), True),
     "dctw": Method(
-        lambda: _deep("dctw", "DctwConfig"),
+        DctwConfig,
         lambda groups, config, seed, done: _deep("dctw", "fit_dctw")(groups, config, seed, done),
         True,
     ),
     "dcaw": Method(
-        lambda: _deep("dcaw", "DcawConfig"),
+        DcawConfig,
         lambda groups, config, seed, done: _deep("dcaw", "fit_dcaw")(groups, config, seed, done),
         True,
     ),
@@ -80,10 +81,10 @@ def fit_aligner(
     AlignmentError, MachineError without torch.
     """
     chosen = resolve_method(method)
-    config = chosen.config()() if config is None else config
-    if not isinstance(config, chosen.config()):
+    config = chosen.config() if config is None else config
+    if not isinstance(config, chosen.config):
         raise AlignmentError.about(
-            "config", found=type(config).__name__, allowed=chosen.config().__name__
+            "config", found=type(config).__name__, allowed=chosen.config.__name__
         )
     if not pairs:
         raise AlignmentError.about("pairs", found="none", allowed="one at least")

@@ -9,66 +9,50 @@ from pathlib import Path
 from elocute.articulation.contacts_and_rest import HOLD_MAX_S
 from elocute.errors import InputError
 from elocute.files.json_records import finite_number, read_record
-from elocute.one_line_repr import brief
+from elocute.settings import check_settings, described, setting
 
 
+@described
 @dataclass(frozen=True)
 class Style:
     """How broadly, tightly and evenly the face speaks. All defaults are a plain speaker's.
 
-    amplitude       jaw and lip opening, 1 = plain
-    rounding        lip rounding and protrusion of rounded sounds
-    spread          lip spreading of e, i, s
-    upper_lip       activity of the upper lip
-    asymmetry       -1 … 1: more on the left … right side of the mouth
-    anticipation_s  how early a sound is seen before it is heard
-    carry_s         how long it is seen after it
-    closure         evidence of p, b or m (0…1) above which the lips close
-    labiodental     evidence of f or v above which the lower lip meets the teeth
-    hold_s          least time that a closure is held
-    blink_per_min   blinks a minute, 0 for none
-
     Raises InputError where a number lies outside its range.
     """
 
-    amplitude: float = 1.0
-    rounding: float = 1.0
-    spread: float = 1.0
-    upper_lip: float = 1.0
-    asymmetry: float = 0.0
-    anticipation_s: float = 0.040
-    carry_s: float = 0.035
-    closure: float = 0.2
-    labiodental: float = 0.3
-    hold_s: float = 0.06
-    blink_per_min: float = 12.0
+    amplitude: float = setting(
+        1.0, low=0.0, high=2.0, help="Opening of jaw and lips; 1 is a plain speaker's."
+    )
+    rounding: float = setting(
+        1.0, low=0.0, high=2.0, help="Rounding and protrusion of the lips in rounded sounds."
+    )
+    spread: float = setting(1.0, low=0.0, high=2.0, help="Spreading of the lips in e, i and s.")
+    upper_lip: float = setting(1.0, low=0.0, high=2.0, help="Activity of the upper lip.")
+    asymmetry: float = setting(
+        0.0, low=-1.0, high=1.0, help="More on the left (below 0) or right side of the mouth."
+    )
+    anticipation_s: float = setting(
+        0.040, unit="s", low=0.01, high=0.3, help="How early a sound is seen before it is heard."
+    )
+    carry_s: float = setting(
+        0.035, unit="s", low=0.01, high=0.3, help="How long a sound is seen after it is heard."
+    )
+    closure: float = setting(
+        0.2, low=0.01, high=1.0, help="Evidence of p, b or m above which the lips close."
+    )
+    labiodental: float = setting(
+        0.3, low=0.01, high=1.0, help="Evidence of f or v above which lower lip and teeth meet."
+    )
+    hold_s: float = setting(
+        0.06, unit="s", low=0.0, high=HOLD_MAX_S, help="Least time that a closure is held."
+    )
+    blink_per_min: float = setting(
+        12.0, unit="per minute", low=0.0, high=60.0, help="Blinks; 0 for none."
+    )
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            low, high = RANGES[field.name]
-            value = getattr(self, field.name)
-            number = finite_number(value)
-            if number is None or not low <= number <= high:
-                raise InputError.about(
-                    f"style {field.name}",
-                    found=brief(value) if number is None else f"{number:g}",
-                    allowed=f"a number from {low:g} to {high:g}",
-                )
+        check_settings(self, about="style")
 
-
-RANGES: dict[str, tuple[float, float]] = {
-    "amplitude": (0.0, 2.0),
-    "rounding": (0.0, 2.0),
-    "spread": (0.0, 2.0),
-    "upper_lip": (0.0, 2.0),
-    "asymmetry": (-1.0, 1.0),
-    "anticipation_s": (0.01, 0.3),
-    "carry_s": (0.01, 0.3),
-    "closure": (0.01, 1.0),
-    "labiodental": (0.01, 1.0),
-    "hold_s": (0.0, HOLD_MAX_S),
-    "blink_per_min": (0.0, 60.0),
-}
 
 STYLES: dict[str, Style] = {
     "plain": Style(),
@@ -169,10 +153,11 @@ def _read_style(path: Path) -> Style:
     record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed="an object of numbers")
     if isinstance(record.get("mix"), dict):
         return mix_styles(_shares(path, record["mix"]))
-    unknown = sorted(set(record) - set(RANGES))
+    known = [field.name for field in fields(Style)]
+    unknown = sorted(set(record) - set(known))
     if unknown:
         found = f"unknown fields {', '.join(unknown)[:80]}"
-        raise InputError.about(path, found=found, allowed=", ".join(RANGES))
+        raise InputError.about(path, found=found, allowed=", ".join(known))
     try:
         return replace(Style(), **record)
     except InputError as error:

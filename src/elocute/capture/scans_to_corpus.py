@@ -30,6 +30,7 @@ from elocute.capture.sequence_tracking import (
     summarise,
     track_frames,
 )
+from elocute.capture.settings import BatchSettings
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
 from elocute.corpus.importers.common import even_split
@@ -40,7 +41,7 @@ from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.jobs.pool import Failed
-from elocute.jobs.process_pool import checked_jobs, run_local
+from elocute.jobs.process_pool import run_local
 
 CORPUS, MADE = "corpus", "corpus.sha256"
 FOLDERS, BEGUN = ("subjects", "sequences"), "capture.begun"
@@ -51,18 +52,6 @@ NEUTRAL_TRIES = 5
 """First frames of a sequence in which a neutral face is sought where none is named."""
 
 Progress = Callable[[float], None] | None
-
-
-@dataclass(frozen=True)
-class BatchSettings:
-    """head as `open_head` takes it; fps and unit go before what the folders say; jobs 0 = all
-    processors; eyes_s is the smoothing around the eyes in seconds."""
-
-    head: str = "builtin"
-    fps: float | None = None
-    unit: str | None = None
-    jobs: int = 1
-    eyes_s: float = 0.02
 
 
 def capture_scans(
@@ -247,7 +236,7 @@ def _track_all(
         if progress:
             progress(done / max(total, 1))
 
-    jobs = checked_jobs(settings.jobs) or os.cpu_count() or 1
+    jobs = settings.jobs or os.cpu_count() or 1
     if jobs == 1:
         for track, numbers in chunks:
             track_frames(track, numbers, lambda _: count(1))
@@ -307,7 +296,7 @@ def _finished(track: TrackedSequence, settings: BatchSettings) -> SequenceResult
         ):
             # On disk from the start: an hour of frames need not fit in memory.
             for frame in clean_frames(
-                track.head, lambda: filled_frames(track, good), fps, eyes_s=settings.eyes_s
+                track.head, lambda: filled_frames(track, good), fps, eyes_s=settings.eyes_ms / 1000
             ):
                 rows.add(frame[None])
     write_report(track, result, place / "report.html")

@@ -23,12 +23,12 @@ def align_command(
     method: str = typer.Option(
         "softdtw", help=f"One of {', '.join(METHODS)}; the last two learn, for a minute or more."
     ),
-    encoder: str = typer.Option("fbank", help="What hears the sound: fbank, phones, …"),
+    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones, …"),
     find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
     band: float | None = typer.Option(
         None, help="How far from the diagonal: frames (1 or more) or a share (below 1)."
     ),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of what is learned."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of the learned methods."),
     plot: Path | None = typer.Option(None, help="A .png: both spectrograms, attention, path."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -46,7 +46,7 @@ def align_command(
     plan = plan_files([source, target], [plot], overwrite, no_clobber)
     methods, speech = alignment_module("methods"), alignment_module("sound_views")
     chosen = methods.resolve_method(method)
-    config = chosen.config()(band=band, open_source=find)
+    config = chosen.config(band=band, open_source=find)
     sounds = [read_audio(path) for path in (source, target)]
     views = []
     for path, sound in zip((source, target), sounds, strict=True):

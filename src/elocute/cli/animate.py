@@ -12,8 +12,10 @@ from typing import Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.flags import in_flags
+from elocute.cli.formats import Drawing, check_drawing, drawing_of, drawing_options
 from elocute.cli.outputs import plan_motion, settled, write_motion
-from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source, to_stdout
+from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, stdin_source, to_stdout
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import ElocuteError, InputError, OutputError, printable
 from elocute.files.outputs import OutputPlan
@@ -52,13 +54,11 @@ def animate_command(
     style: str = options.StyleName,
     strength: float = typer.Option(1.0, help="How far the mouth moves, 0 to 2."),
     model: str = options.Model,
-    channel: int | None = typer.Option(None, help="Hear one channel (from 0) instead of the mix."),
+    channel: int | None = typer.Option(None, help="Use one channel (from 0), not the mix."),
     phones: Path | None = typer.Option(
-        None, help="Known phone times: CSV of start_s,end_s,phone; the encoder is not asked."
+        None, help="Known phone times instead of the encoder: CSV of start_s,end_s,phone."
     ),
-    size: str = options.Size,
-    backend: str = options.Backend,
-    embed_audio: bool = options.EmbedAudio,
+    drawing: Drawing = drawing_options(),
     recursive: bool = typer.Option(
         False, "-r", "--recursive", help="Take subfolders of folders along, and mirror them."
     ),
@@ -74,12 +74,12 @@ def animate_command(
     takes, single = _takes(speech, recursive)
     plan = OutputPlan([head, identity, style, model, *([phones] if phones else [])])
     jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
-    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
+    check_drawing((_named(t, format) for _, targets in jobs for t in targets), drawing)
     for file, targets in jobs:
         source = stdin_source() if file == PIPE else file
         for target in targets:
             if target != PIPE:
-                plan_motion(plan, target, source, sound=file, **drawing)
+                plan_motion(plan, target, source, sound=file, drawing=drawing)
     settings: dict[str, Any] = {
         "fps": fps,
         "identity": identity,
@@ -101,8 +101,9 @@ def animate_command(
                 if single:
                     raise
                 failures += 1
-                print(f"elocute: {error}", file=sys.stderr)
-                record = {"input": str(file), "error": str(error)}
+                told = in_flags(str(error))
+                print(f"elocute: {told}", file=sys.stderr)
+                record = {"input": str(file), "error": told}
             one_done()
             if as_json:
                 print(json.dumps(record), flush=True)
@@ -137,7 +138,7 @@ def _animate_one(
                 if target == PIPE:
                     with to_stdout(formats[0]) as place:
                         # There is no place beside it for the sound.
-                        extra = options.writer_options(place, **{**drawing, "embed_audio": True})
+                        extra = drawing_of(place, {**drawing, "embed_audio": True})
                         animation.write(place, progress=progress, **extra)
                 else:
                     write_motion(
@@ -146,7 +147,7 @@ def _animate_one(
                         target,
                         sound=animation.sound,
                         progress=progress,
-                        extra=options.writer_options(target, **drawing),
+                        drawing=drawing,
                     )
             if not quiet:
                 print(printable(target))
@@ -235,6 +236,11 @@ def _outputs(
                 remedy="use -o FOLDER --format glb",
             )
     return targets
+
+
+def _named(target: Path, formats: list[str]) -> Path:
+    """A target with a suffix, which standard output has not."""
+    return Path(f"{STDOUT}.{formats[0].lstrip('.')}") if target == PIPE else target
 
 
 def _is_folder(output: Path, formats: list[str], single: bool) -> bool:

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import options
+from elocute.capture.blendshapes.settings import BlendshapeConfig
+from elocute.cli import formats, options
 from elocute.cli.commands import Commands
 from elocute.cli.outputs import plan_files, settled
 from elocute.cli.progress import progress_bar
+from elocute.cli.settings_options import options_of
 from elocute.errors import CorpusError, InputError
 from elocute.files.outputs import OutputPlan
 
@@ -34,10 +36,8 @@ def learn_command(
     output: Path = typer.Option(
         ..., "-o", "--output", help="The basis (.npz), or its shapes as morph targets (.glb)."
     ),
-    components: int | None = typer.Option(None, help="How many; 28 unless --variance is given."),
-    variance: float | None = typer.Option(None, help="As many as hold this share, as 0.999."),
-    sparse: float = typer.Option(0.0, help="0 to 0.9: shapes of ever smaller parts of the face."),
-    split: str = typer.Option("default", help="Which split of the corpus."),
+    config: BlendshapeConfig = options_of(BlendshapeConfig, flags={"sparsity": "--sparse"}),
+    split: str = options.Split,
     part: str = typer.Option("train", help="train, validation, test or all."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -45,11 +45,7 @@ def learn_command(
 ) -> None:
     """Principal components of every mesh minus its speaker's neutral face."""
     from elocute.capture.blendshapes.basis_motion import sweep_shapes
-    from elocute.capture.blendshapes.blendshape_learning import (
-        COMPONENTS,
-        BlendshapeConfig,
-        learn_blendshapes,
-    )
+    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
     from elocute.corpus.corpus_store import open_corpus
     from elocute.export.registry import check_suffix, write
 
@@ -58,10 +54,6 @@ def learn_command(
     plan.add(output, corpus)
     if settled(plan, overwrite, no_clobber, as_json):
         return
-    if components is not None and variance is not None:
-        raise InputError.about("--components", found="--variance too", allowed="one of them")
-    count = components if components is not None else None if variance else COMPONENTS
-    config = BlendshapeConfig(count, 0.999 if variance is None else variance, sparse)
     opened = open_corpus(corpus)
     with progress_bar("learning", as_json) as progress:
         learned = learn_blendshapes(opened, _names(opened, split, part), config, progress)
@@ -86,8 +78,8 @@ def show_command(
         ..., "-o", "--output", help="A sheet of every shape at +2 and -2 deviations (.png)."
     ),
     view: str = typer.Option("mouth", help="Where to look from: mouth, front, side, …"),
-    size: str = options.Size,
-    backend: str = options.Backend,
+    size: str = formats.Size,
+    backend: str = formats.Backend,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
 ) -> None:
@@ -106,7 +98,7 @@ def show_command(
     if settled(plan, overwrite, no_clobber):
         return
     motion = load_motion(basis)
-    side = max(32, 2 * options.parse_size(size)[0] // 8)
+    side = max(32, 2 * formats.parse_size(size)[0] // 8)
     camera, pictures, labels = portrait(motion.head, view), [], []
     with open_renderer(motion.head, (side, side), backend=backend, camera=camera) as renderer:
         for label, single in extreme_shapes(motion):
@@ -121,7 +113,7 @@ def compare_command(
     corpus: Path = typer.Argument(..., help="A corpus folder with meshes to represent."),
     basis: list[Path] = typer.Argument(..., help="What `learn` wrote (.npz); several may be."),
     against: str = typer.Option(ARKIT, help="arkit (the built-in head's shapes), or a .npz."),
-    split: str = typer.Option("default", help="Which split of the corpus."),
+    split: str = options.Split,
     part: str = typer.Option("test", help="train, validation, test or all."),
     output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
     plot: Path | None = typer.Option(None, "--plot", help="Errors over frames (.png)."),

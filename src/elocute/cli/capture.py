@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import importlib.util
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from elocute.capture.settings import BatchSettings, Scanner
 from elocute.cli import options
 from elocute.cli.commands import Commands
+from elocute.cli.flags import in_flags
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar, resumable
+from elocute.cli.settings_options import option, options_of
 from elocute.errors import InputError, MachineError, OutputError
 from elocute.files.outputs import OutputPlan
 
@@ -24,10 +27,7 @@ if TYPE_CHECKING:
 
 app = Commands("Turn raw scans into motion of one topology.")
 
-HeadChoice = typer.Option(
-    "builtin", "--head", help="The topology to register: builtin, a FLAME model or a head file."
-)
-Unit = typer.Option(None, "--unit", help="Of the coordinates: m, mm, cm, dm or inch.")
+HeadChoice, Fps, Unit = (option(BatchSettings, name) for name in ("head", "fps", "unit"))
 
 
 def _need_scipy() -> None:
@@ -138,25 +138,21 @@ def scans_command(
     output: Path = typer.Option(
         ..., "-o", "--output", help="A folder; what is there already is not made again."
     ),
-    head: str = HeadChoice,
-    fps: float | None = typer.Option(None, help="Frames per second, where no capture.json is."),
-    unit: str | None = Unit,
-    jobs: int = typer.Option(0, min=0, help="Processes; 0 takes all processors."),
-    eyes_ms: float = typer.Option(
-        20.0, min=0.0, help="Smoothing around the eyes, standard deviation in ms; 0 for none."
-    ),
+    settings: BatchSettings = options_of(BatchSettings, defaults={"jobs": 0}),
     as_json: bool = options.Json,
 ) -> None:
     """Register sequences of scans and make a corpus of those with sound."""
     _need_scipy()
-    from elocute.capture.scans_to_corpus import BatchSettings, capture_scans
+    from elocute.capture.scans_to_corpus import capture_scans
 
-    settings = BatchSettings(head, fps, unit, jobs, eyes_ms / 1000)
     with (
         resumable("run it again to go on"),
         progress_bar(f"registering {folder.name}", as_json) as progress,
     ):
-        results = capture_scans(folder, output, settings, progress)
+        results = [
+            replace(result, failed=in_flags(result.failed))
+            for result in capture_scans(folder, output, settings, progress)
+        ]
     _tell_results(output, results, as_json)
 
 
@@ -186,7 +182,7 @@ def _told(result: SequenceResult) -> str:
 @app.command("check")
 def check_command(
     folder: Path = typer.Argument(..., help="A folder of scans, or a folder of such folders."),
-    fps: float | None = typer.Option(None, help="Frames per second, where no capture.json is."),
+    fps: float | None = Fps,
     unit: str | None = Unit,
     every: int = typer.Option(1, min=1, help="Look at every so many scans only."),
     as_json: bool = options.Json,
@@ -217,11 +213,7 @@ def simulate_command(
     identity: str = typer.Option("mean", help="Whose face: a name, a seed, or a .json file."),
     fps: float = typer.Option(60.0, help="Scans per second."),
     seconds: float | None = typer.Option(None, min=0.05, help="Only the first seconds."),
-    points: int = typer.Option(120_000, help="Points of each scan."),
-    noise_mm: float = typer.Option(0.1, min=0.0, help="Noise of the scanner."),
-    seed: int = typer.Option(
-        0, min=0, max=options.SEED_MAX, help="The same seed gives the same scans."
-    ),
+    scanner: Scanner = options_of(Scanner),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -231,18 +223,17 @@ def simulate_command(
     from elocute.animation import animate
     from elocute.audio.read import read_audio
     from elocute.capture.scans.scan_sequence import SequenceMetadata
-    from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
+    from elocute.capture.simulation.scan_simulator import simulate_scans
     from elocute.motion.edits import cut
 
     plan = OutputPlan()
     plan.add(output, speech)
     if settled(plan, overwrite, no_clobber, as_json):
         return
-    scanner = Scanner(points=points, noise_mm=noise_mm, seed=seed)
     motion = animate(speech, fps=fps, identity=identity).motion
     if seconds is not None:
         motion = cut(motion, 0.0, min(seconds, motion.duration_s))
-    metadata = SequenceMetadata(subject=f"sim{seed}", sentence="speech")
+    metadata = SequenceMetadata(subject=f"sim{scanner.seed}", sentence="speech")
     with plan.writing(output), progress_bar(f"scanning {output.name}", as_json) as progress:
         simulate_scans(
             motion,

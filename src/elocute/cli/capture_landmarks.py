@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.flags import in_flags
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
@@ -96,7 +97,7 @@ def _of_folder(
             try:
                 told = _written(sequence.scan(number), sequence.metadata.unit, place, detector)
             except CaptureError as error:
-                told = str(error)
+                told = in_flags(str(error))
             found += not told
             failed += [f"{sequence.file(number)}: {told}"] if told else []
             if progress:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.formats import Drawing, check_drawing, drawing_options
 from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
@@ -39,9 +40,7 @@ def video_command(
     zero_pose: bool = typer.Option(False, help="Leave the turn of the head out."),
     subject: str = typer.Option("me", help="The subject's name in a corpus."),
     text: str = typer.Option("", help="The words that are said, for a corpus of one clip."),
-    size: str = options.Size,
-    backend: str = options.Backend,
-    embed_audio: bool = options.EmbedAudio,
+    drawing: Drawing = drawing_options(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -49,7 +48,6 @@ def video_command(
     """Capture the face in a video: a motion in any format, or (-o FOLDER) clips of a corpus."""
     corpora = [path for path in output if not path.suffix]
     files = [path for path in output if path.suffix]
-    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
     plan = _plan(video, files, corpora, identity, drawing)
     if settled(plan, overwrite, no_clobber, as_json):
         return
@@ -67,9 +65,8 @@ def video_command(
     if sound is None:
         tell_silent(files, f"{video[0].name} has none")
     for target in files:
-        extra = options.writer_options(target, **drawing)
         with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(plan, motion, target, sound=sound, progress=progress, extra=extra)
+            write_motion(plan, motion, target, sound=sound, progress=progress, drawing=drawing)
         if not as_json:
             print(target)
     _report(video[0], captured, files, seconds, as_json)
@@ -80,7 +77,7 @@ def _plan(
     files: list[Path],
     corpora: list[Path],
     identity: str,
-    drawing: dict[str, Any],
+    drawing: Drawing,
 ) -> OutputPlan:
     """All outputs. Raises InputError."""
     if files and len(videos) > 1:
@@ -91,8 +88,9 @@ def _plan(
             remedy="give one video at a time",
         )
     plan = OutputPlan([identity])
+    check_drawing(files, drawing)
     for target in files:
-        plan_motion(plan, target, videos[0], sound=videos[0], **drawing)
+        plan_motion(plan, target, videos[0], sound=videos[0], drawing=drawing)
     for place in corpora:
         plan.add(place, *videos)
     return plan

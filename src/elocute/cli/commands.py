@@ -8,16 +8,35 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from elocute.cli.examples import EXAMPLES
+from elocute.cli.flags import RUNNING, in_flags
+from elocute.cli.settings_options import expanded
+from elocute.errors import ElocuteError
 
 
 class ExplainedCommand(TyperCommand):
-    """A command whose `--help` ends with its examples."""
+    """A command whose `--help` ends with its examples, and whose errors name its flags."""
+
+    def __init__(self, *given: Any, **settings: Any) -> None:
+        super().__init__(*given, **settings)
+        for parameter in self.params:
+            if getattr(parameter, "help", None):
+                parameter.help = in_flags(parameter.help, self)  # type: ignore[attr-defined]
 
     def get_short_help_str(self, limit: int = 45) -> str:
         return first_paragraph(self.help)
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         write_examples(ctx, formatter)
+
+    def invoke(self, ctx: Any) -> Any:
+        before = RUNNING.set(self)
+        try:
+            return super().invoke(ctx)
+        except ElocuteError as error:
+            error.args = (in_flags(str(error)),)
+            raise
+        finally:
+            RUNNING.reset(before)
 
 
 class ExplainedGroup(TyperGroup):
@@ -50,7 +69,8 @@ class Commands(typer.Typer):
         self.callback()(_no_options)
 
     def command(self, name: str | None = None, **settings: Any) -> Any:
-        return super().command(name, cls=ExplainedCommand, **settings)
+        register = super().command(name, cls=ExplainedCommand, **settings)
+        return lambda function: register(expanded(function))
 
 
 def _no_options() -> None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
+from typer.main import get_command
 
 from elocute.cli import options
 from elocute.cli.commands import Commands
+from elocute.cli.flags import in_flags
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
@@ -56,7 +58,7 @@ def check_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
 
     corpus = open_corpus(folder)
     with progress_bar(f"checking {folder.name}", as_json) as progress:
-        findings = check_corpus(corpus, progress)
+        findings = [_in_flags_of_convert(found) for found in check_corpus(corpus, progress)]
     errors = sum(finding.level == "error" for finding in findings)
     if as_json:
         record = {"folder": str(folder), "errors": errors, "warnings": len(findings) - errors}
@@ -66,6 +68,12 @@ def check_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
         print(f"{errors} errors, {len(findings) - errors} warnings in {len(corpus.entries)} clips")
     if errors:
         raise typer.Exit(1)
+
+
+def _in_flags_of_convert(finding: Finding) -> Finding:
+    """What is to be done about it is done by `corpus convert`."""
+    group: Any = get_command(app)
+    return replace(finding, what=in_flags(finding.what, group.commands["convert"]))
 
 
 def _print_table(findings: list[Finding]) -> None:
@@ -92,7 +100,7 @@ def convert_command(
     ),
     split: str | None = typer.Option(
         None,
-        help="published (VOCASET, BIWI), even, sentences, or subjects that choose and judge: "
+        help="published (VOCASET, BIWI), even, sentences, or subjects for validation/test: "
         "ann,bob/cy. By default published, or even where there is none.",
     ),
     texts: Path | None = typer.Option(None, help="What was said: subject TAB sentence TAB text."),
@@ -130,10 +138,11 @@ def convert_command(
     corpus = open_corpus(output)
     if as_json:
         record = {"source": str(source), "output": str(output), "clips": len(corpus.entries)}
+        notes = [in_flags(note) for note in notes]
         print(json.dumps(record | {"subjects": len(corpus.subjects), "notes": notes}))
         return
     for note in notes:
-        print(note)
+        print(in_flags(note))
     print(output)
 
 

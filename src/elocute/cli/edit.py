@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.formats import Drawing, check_drawing, drawing_options
 from elocute.cli.keyframes import parse_list, parse_numbers, split_keyframes
 from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
@@ -54,9 +55,7 @@ def edit_command(
     sound: Path | None = typer.Option(
         None, "--sound", "--audio", help="The sound it belongs to; cut along with it."
     ),
-    size: str = options.Size,
-    backend: str = options.Backend,
-    embed_audio: bool = options.EmbedAudio,
+    drawing: Drawing = drawing_options(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -65,10 +64,10 @@ def edit_command(
     from elocute.motion.store import load_motion
 
     plan = OutputPlan([identity] if identity else [])
-    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
+    check_drawing(output, drawing)
     for target in output:
         plan_motion(
-            plan, target, motion, sound=sound, cut=bool(start) or stop is not None, **drawing
+            plan, target, motion, sound=sound, cut=bool(start) or stop is not None, drawing=drawing
         )
     if settled(plan, overwrite, no_clobber, as_json):
         return
@@ -89,9 +88,8 @@ def edit_command(
     if sound is None:
         tell_silent(targets, "--audio FILE adds it")
     for target in targets:
-        extra = options.writer_options(target, **drawing)
         with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(plan, edited, target, sound=heard, progress=progress, extra=extra)
+            write_motion(plan, edited, target, sound=heard, progress=progress, drawing=drawing)
         if not as_json:
             print(target)
     if as_json:

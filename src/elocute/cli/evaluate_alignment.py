@@ -27,10 +27,10 @@ def alignment_command(
     methods: str = typer.Option(
         DEFAULT_METHODS, help="Methods to compare, commas between; ctw/expected: its soft reading."
     ),
-    encoder: str = typer.Option("fbank", help="What hears the sound: fbank, phones, …"),
+    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones, …"),
     noise_db: float | None = typer.Option(None, help="Speech over babble, in decibels."),
     words: int | None = typer.Option(None, min=1, help="Only the first so many words."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of what is learned."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of the learned methods."),
     per_word: bool = typer.Option(False, help="Print every word too."),
     table: list[Path] | None = options.Table,
     as_json: bool = options.Json,

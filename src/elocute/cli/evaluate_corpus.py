@@ -38,7 +38,7 @@ COLUMNS = (
 def corpus_command(
     corpus: Path = typer.Argument(..., help="A corpus folder."),
     model: str = options.Model,
-    split: str = typer.Option("default", help="Which split of the corpus."),
+    split: str = options.Split,
     part: str = typer.Option("test", help="test, validation or train."),
     style: str = typer.Option(
         "each", help="each, best (per subject, chosen by the truth), even, a name or a mix."
@@ -51,7 +51,7 @@ def corpus_command(
     upper_face: Path | None = typer.Option(None, help="Upper-face vertices of FDD, likewise."),
     contacts: bool = typer.Option(False, help="Make rests and closures as `animate` does."),
     limit: int = typer.Option(0, min=0, help="Only so many clips, evenly taken; 0 takes all."),
-    seed: int = typer.Option(0, min=0, help="Of the intervals."),
+    seed: int = typer.Option(0, min=0, help="Seed of the intervals."),
     output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
     table: list[Path] | None = options.Table,
     overwrite: bool = options.Overwrite,

@@ -23,9 +23,9 @@ def features_command(
     corpus: Path = typer.Argument(..., help="A corpus folder."),
     output: Path = typer.Option(..., "-o", "--output", help="Folder for models and the report."),
     encoders: str = typer.Option("phones,fbank", help="Encoders to compare, commas between."),
-    epochs: int = typer.Option(50, help="Of every training."),
-    split: str = typer.Option("default", help="Which split of the corpus."),
-    resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
+    epochs: int = typer.Option(50, help="Epochs of each training."),
+    split: str = options.Split,
+    resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     table: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:

@@ -37,7 +37,7 @@ def noise_command(
     ),
     levels: str = typer.Option(LEVELS, help="dB against the speech, commas between."),
     plot: Path | None = Plot,
-    seed: int = typer.Option(0, min=0, help="Of the noise."),
+    seed: int = typer.Option(0, min=0, help="Seed of the noise."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,

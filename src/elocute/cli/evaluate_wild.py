@@ -27,17 +27,17 @@ def wild_command(
     real: Path | None = typer.Option(None, help="Tracked talker (grid_s1/clips): the mouth."),
     names: Path | None = typer.Option(None, help="A text file of the talker's clips; else all."),
     clips: int = typer.Option(50, min=1, help="Sentences measured, evenly taken."),
-    epochs: int = typer.Option(50, help="Of every training."),
-    learning_rate: float = typer.Option(5e-4, help="Of Adam."),
+    epochs: int = typer.Option(50, help="Epochs of each training."),
+    learning_rate: float = typer.Option(5e-4, help="Adam's learning rate."),
     last_rate: float = typer.Option(1.0, help="Share of it left in the last epoch."),
     weight_power: float = typer.Option(
         1.0, help="Parameters weigh as their variance to this power; 0: all the same."
     ),
     augment: float = typer.Option(0.0, help="Share of clips made worse in training."),
-    highest_hz: float = typer.Option(22050.0, help="Do not hear above: 8000 for 16 kHz sounds."),
+    highest_hz: float = typer.Option(22050.0, help="Ignore higher frequencies: 8000 for 16 kHz."),
     trainings: str = typer.Option("speaker,word,mse", help="Which trainings, for trials."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
-    resume: bool = typer.Option(False, help="Go on with the trainings in the output folder."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of all random numbers."),
+    resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     tables: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:

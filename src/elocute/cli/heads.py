@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from elocute.cli import options
+from elocute.cli import formats, options
 from elocute.cli.commands import Commands
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
@@ -61,8 +61,8 @@ def sample_command(
     seed: int = typer.Option(0, help="The same seed draws the same faces."),
     head: str = typer.Option("builtin", help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
     mesh: str = typer.Option("obj", "--format", help="Mesh files in a folder: obj or ply."),
-    size: str = options.Size,
-    backend: str = options.Backend,
+    size: str = formats.Size,
+    backend: str = formats.Backend,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -71,7 +71,7 @@ def sample_command(
     from elocute.export.face_samples import check_faces, write_faces
     from elocute.head.registry import open_head, sample_identities
 
-    suffix, pixels = f".{mesh.lower().removeprefix('.')}", options.parse_size(size)
+    suffix, pixels = f".{mesh.lower().removeprefix('.')}", formats.parse_size(size)
     plan = OutputPlan()
     plan.add(output, head)
     if settled(plan, overwrite, no_clobber, as_json):

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from elocute.cli.options import writer_options
+from elocute.cli.formats import Drawing, drawing_of
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
@@ -44,18 +44,15 @@ def plan_motion(
     source: Source,
     *,
     sound: Path | None,
-    size: str,
-    backend: str,
-    embed_audio: bool,
+    drawing: Drawing,
     cut: bool = False,
 ) -> None:
     """Plan a motion of `source` as a file, with what is written beside it. Raises InputError."""
     from elocute.export.registry import check_suffix, side_files
 
     check_suffix(target)
-    writer_options(target, size, backend, embed_audio)
     plan.add(target, source)
-    for side in side_files(target, sound, embed_audio=embed_audio, cut=cut):
+    for side in side_files(target, sound, embed_audio=_embeds(drawing), cut=cut):
         plan.add(side, sound or source, beside=target)
 
 
@@ -66,22 +63,27 @@ def write_motion(
     *,
     sound: Any,
     progress: Any,
-    extra: dict[str, Any],
+    drawing: Drawing,
 ) -> None:
     """Write what `plan_motion` planned."""
     from elocute.export.registry import side_files, write
 
-    sides = side_files(target, sound, embed_audio=extra.get("embed_audio", False))
+    sides = side_files(target, sound, embed_audio=_embeds(drawing))
     heard = sound if all(map(plan.wants, sides)) else None
     with plan.writing(target):
-        write(motion, target, sound=heard, overwrite=True, progress=progress, **extra)
+        more = drawing_of(target, drawing)
+        write(motion, target, sound=heard, overwrite=True, progress=progress, **more)
+
+
+def _embeds(drawing: Drawing) -> bool:
+    return drawing.get("embed_audio", False)
 
 
 def tell_silent(targets: Iterable[Path], remedy: str) -> None:
     """One line for outputs that could carry sound and do not, since none was given."""
-    from elocute.export.registry import WITH_SOUND
+    from elocute.export.registry import WRITERS
 
-    silent = [path.name for path in targets if path.suffix.lower() in WITH_SOUND]
+    silent = [path.name for path in targets if WRITERS[path.suffix.lower()].has_sound]
     if silent:
         told = f"{', '.join(silent)}: without sound; {remedy}"
         print(f"elocute: {told}", file=sys.stderr)

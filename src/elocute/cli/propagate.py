@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.flags import in_flags
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.work_folder import prepare_work
 from elocute.errors import CorpusError
@@ -42,12 +43,12 @@ def propagate_command(
     split: str = typer.Option("default", help="Which split of the corpus; train is carried over."),
     fit_pairs: int = typer.Option(50, help="Recordings that a word's network is fitted to."),
     confidence: float = typer.Option(0.3, help="Least confidence of what is kept, 0 to 1."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Of everything random."),
+    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of all random numbers."),
     jobs: int = typer.Option(1, help="Processes; 0 takes all processors."),
     ray: str | None = typer.Option(
         None, "--ray", help="HOST:PORT of a Ray cluster, or local; jobs is its number of actors."
     ),
-    resume: bool = typer.Option(False, help="Go on in the output folder."),
+    resume: bool = typer.Option(False, help="Resume in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
     """Align every recording with the captured speakers and carry their parameters over.
@@ -59,7 +60,8 @@ def propagate_command(
     from elocute.corpus.corpus_store import open_corpus
     from elocute.propagation.captured_words import captured_words
     from elocute.propagation.corpus_propagation import propagate
-    from elocute.propagation.word_job import RECORDS, JobSettings
+    from elocute.propagation.settings import JobSettings
+    from elocute.propagation.word_job import RECORDS
     from elocute.propagation.word_recordings import find_recordings
 
     resolve_method(method)
@@ -141,6 +143,6 @@ def _tell(summary: Summary, output: Path, as_json: bool) -> None:
             print(f"without recordings: {', '.join(summary.unheard)}")
         print(output)
     for word, reason in summary.failed:
-        typer.echo(f"elocute: word {word}: {reason}", err=True)
+        typer.echo(f"elocute: word {word}: {in_flags(reason)}", err=True)
     if summary.failed:
         raise typer.Exit(1)

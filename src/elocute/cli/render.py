@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.formats import Drawing, check_drawing, drawing_options
 from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
@@ -24,9 +25,7 @@ def render_command(
     output: list[Path] = options.Output,
     audio: Path | None = typer.Option(None, help="The sound it belongs to."),
     fps: float | None = typer.Option(None, help="Sample at another frame rate."),
-    size: str = options.Size,
-    backend: str = options.Backend,
-    embed_audio: bool = options.EmbedAudio,
+    drawing: Drawing = drawing_options(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -34,9 +33,9 @@ def render_command(
     """Write a stored motion as video, glTF, HTML, meshes, curves or pictures."""
 
     plan = OutputPlan()
-    drawing = {"size": size, "backend": backend, "embed_audio": embed_audio}
+    check_drawing(output, drawing)
     for target in output:
-        plan_motion(plan, target, motion, sound=audio, **drawing)
+        plan_motion(plan, target, motion, sound=audio, drawing=drawing)
     if settled(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)
@@ -46,9 +45,8 @@ def render_command(
     if fps is not None:
         loaded = loaded.at_fps(fps)
     for target in targets:
-        extra = options.writer_options(target, **drawing)
         with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(plan, loaded, target, sound=audio, progress=progress, extra=extra)
+            write_motion(plan, loaded, target, sound=audio, progress=progress, drawing=drawing)
         if not as_json:
             print(target)
     if as_json:

@@ -24,13 +24,13 @@ def prepare_folder(folder: Path, resume: bool) -> None:
             folder,
             found="a folder with files in it",
             allowed="a new or empty folder",
-            remedy="add --resume to go on in it",
+            remedy="add --resume to continue in it",
         )
     folder.mkdir(exist_ok=True)
 
 
 def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]) -> None:
-    """The same for work whose folders are told by `mark`, the first that it leaves in them.
+    """The same for work whose folders are known by `mark`, the first file written there.
 
     `written` are patterns of names that it writes later: without the mark, they are somebody
     else's. Raises OutputError.
@@ -42,7 +42,7 @@ def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]
         raise OutputError.about(
             path,
             found=f"nothing of Elocute made it: there is no {mark} beside it",
-            allowed="a folder to go on in",
+            allowed="a folder to continue in",
             remedy="choose another folder",
         )
 

@@ -171,7 +171,7 @@ def _wrong_rate(corpus: Corpus, lengths: list[_Length]) -> Finding | None:
     told = (
         f"{LENGTH} in {len(lengths)} of {len(corpus.entries)} clips sound lasts "
         f"{corpus.fps / middle:.2f} times as long as motion at {corpus.fps:g} frames/s; at "
-        f"{rate:.4g} they fit: make the corpus anew, corpus convert --fps {rate:.4g}"
+        f"{rate:.4g} they fit: convert the recordings anew, `fps` {rate:.4g}"
     )
     return Finding(level, "corpus", told)
 

@@ -28,7 +28,7 @@ def frame_rate(
     if told is not None:
         if fitting is not None and abs(told / fitting - 1) > TOLERANCE:
             notes.append(
-                f"frames/s: {told:g} as --fps says, but the lengths of the sounds fit {fitting:g}"
+                f"frames/s: {told:g} as `fps` says, but the lengths of the sounds fit {fitting:g}"
             )
         return told
     usual = topology.rates[0] if topology else USUAL
@@ -38,9 +38,9 @@ def frame_rate(
             if measured is None
             else (f"the lengths of the sounds fit no usual rate ({measured:.4g})")
         )
-        notes.append(f"frames/s: {usual:g} assumed, {why}; --fps sets another")
+        notes.append(f"frames/s: {usual:g} assumed, {why}; `fps` sets another")
         return usual
-    notes.append(f"frames/s: {fitting:g}, by the lengths of the sounds; --fps sets another")
+    notes.append(f"frames/s: {fitting:g}, by the lengths of the sounds; `fps` sets another")
     return fitting
 
 

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from elocute.alignment.aligner import Aligner, PlainConfig
+from elocute.alignment.aligner import Aligner
 from elocute.alignment.alignment import Path as Steps
+from elocute.alignment.config import PlainConfig
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.sound_views import DEFAULT, speech_view
 from elocute.alignment.warping_paths import diagonal_path
@@ -98,7 +99,7 @@ def judge_word(
             paths = [diagonal_path(len(source), len(target)) for source, target in views]
         else:
             if name not in known:
-                config = resolve_method(name).config()(open_source=not pairs[0].whole)
+                config = resolve_method(name).config(open_source=not pairs[0].whole)
                 known[name] = fit_aligner(views, name, config, seed)
             fitted = known[name] if name == method else read_softly(known[name])
             paths = [each.path for each in fitted.align_all(views)]

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.export.render import open_renderer, picture_size, portrait
+from elocute.export.options import PictureOptions
+from elocute.export.render import open_renderer, portrait
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
@@ -22,18 +23,17 @@ def write_png(
     path: str | Path,
     *,
     sound: object = None,
-    size: tuple[int, int] = (800, 800),
-    backend: str = "auto",
-    view: str = "front",
+    options: PictureOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Evenly spaced frames with their times, five in a row.
 
-    The sheet is twice as wide as `size`; its height follows. Raises OutputError.
+    The sheet is twice as wide as `options.size`; its height follows. Raises OutputError.
     """
     frames = np.unique(np.linspace(0, motion.frame_count - 1, TILES).round().astype(int))
-    side = max(32, 2 * picture_size(size)[0] // COLUMNS)
-    camera = portrait(motion.head, view)
+    options = options or PictureOptions()
+    backend, side = options.backend, max(32, 2 * options.size[0] // COLUMNS)
+    camera = portrait(motion.head, options.view)
     pictures = []
     with (
         write_atomically(path) as draft,

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.export.options import GlbOptions
 from elocute.export.take_sound import Sound, pack_sound, sound_source, write_wav
 from elocute.files.atomic import write_atomically
 from elocute.files.outputs import OutputPlan
@@ -47,7 +48,7 @@ def write_glb(
     path: str | Path,
     *,
     sound: Sound | None = None,
-    embed_audio: bool = False,
+    options: GlbOptions | None = None,
     overwrite: bool = False,
     progress: Any = None,
 ) -> None:
@@ -57,7 +58,7 @@ def write_glb(
     nobody changed it since, or with `overwrite`; otherwise it is kept, nothing is written, and
     OutputError says so. A sound that already is NAME.wav there is left alone.
     """
-    path = Path(path)
+    path, embed_audio = Path(path), (options or GlbOptions()).embed_audio
     beside = None if embed_audio or sound is None else wav_beside(path, sound)
     if beside is None or sound is None:
         with write_atomically(path) as draft:

@@ -10,6 +10,7 @@ from typing import Any
 
 from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
+from elocute.export.options import HtmlOptions
 from elocute.export.take_sound import Sound, pack_sound
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
@@ -22,12 +23,13 @@ def write_html(
     path: str | Path,
     *,
     sound: Sound | None = None,
-    title: str | None = None,
+    options: HtmlOptions | None = None,
     progress: Any = None,
 ) -> None:
     """Write the page. Raises OutputError; MachineError where the viewer was not built."""
     path = Path(path)
-    pieces = page_pieces(motion, sound, title or path.stem)
+    title = (options or HtmlOptions()).title or path.stem
+    pieces = page_pieces(motion, sound, title)
     with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
         for piece in pieces:
             file.write(piece)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
-from elocute.export.render import open_renderer, picture_size, portrait
+from elocute.export.options import PictureOptions
+from elocute.export.render import open_renderer, portrait
 from elocute.export.take_sound import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
@@ -28,22 +29,21 @@ def write_mp4(
     path: str | Path,
     *,
     sound: Sound | None = None,
-    size: tuple[int, int] = (800, 800),
-    backend: str = "auto",
-    view: str = "front",
+    options: PictureOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Draw a motion as video with its sound.
 
-    size (width, height) pixels, made even as H.264 wants. Frame i is shown at i / fps, where
+    Its sides are made even, as H.264 wants. Frame i is shown at i / fps, where
     sample i · rate / fps is heard. Raises OutputError, MachineError (no renderer).
     """
-    width, height = picture_size(size)
-    size = (width - width % 2, height - height % 2)
-    camera = portrait(motion.head, view)
+    options = options or PictureOptions()
+    wide, high = options.size
+    size = (wide - wide % 2, high - high % 2)
+    camera = portrait(motion.head, options.view)
     with (
         write_atomically(path) as draft,
-        open_renderer(motion.head, size, backend=backend, camera=camera) as renderer,
+        open_renderer(motion.head, size, backend=options.backend, camera=camera) as renderer,
         _Encoder(draft, motion, size, sound) as encoder,
     ):
         done = 0

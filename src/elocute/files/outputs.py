@@ -20,7 +20,7 @@ from elocute.errors import InputError, OutputError
 from elocute.files.atomic import check_output, moved_aside
 from elocute.files.ledger import Source, fingerprint, recall, remember, source_text
 
-FLAGS = "--overwrite replaces it, --no-clobber keeps it"
+REMEDY = "`overwrite` replaces it, `no_clobber` keeps it"
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Planned:
 class OutputPlan:
     """What a run reads and will write: `add` everything, `check` once, then write."""
 
-    def __init__(self, inputs: Iterable[Source] = (), *, remedy: str = FLAGS) -> None:
+    def __init__(self, inputs: Iterable[Source] = (), *, remedy: str = REMEDY) -> None:
         self._inputs, self._planned = list(inputs), list[Planned]()
         self._remedy, self._folders = remedy, set[Path]()
         self._seen: dict[Path, str | None] = {}
@@ -67,7 +67,7 @@ class OutputPlan:
         no_clobber  outputs that exist are left out and listed in `kept`
         """
         if overwrite and no_clobber:
-            raise InputError.about("--overwrite", found="--no-clobber too", allowed="one of them")
+            raise InputError.about("`overwrite`", found="`no_clobber` too", allowed="one of them")
         for planned in self._planned:
             check_output(self._room(planned.path))
             self._seen[planned.path] = fingerprint(planned.path)

@@ -8,6 +8,9 @@ from typing import Any
 
 from elocute.errors import ElocuteError
 
+JOBS_MAX = 256
+"""Workers beyond which a number is taken for a mistake."""
+
 
 @dataclass(frozen=True)
 class Failed:

@@ -18,11 +18,10 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from elocute.errors import ElocuteError, InputError
-from elocute.jobs.pool import Failed, Pool
+from elocute.jobs.pool import JOBS_MAX, Failed, Pool
 
 TRIES = 3
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-JOBS_MAX = 256
 STOP_S = 5.0
 
 
@@ -43,7 +42,7 @@ def local_pool(jobs: int) -> Pool:
 def checked_jobs(jobs: int) -> int:
     """Raises InputError for a number of workers that no machine has."""
     if not 0 <= jobs <= JOBS_MAX:
-        raise InputError.about("--jobs", found=str(jobs), allowed=f"0 to {JOBS_MAX}")
+        raise InputError.about("`jobs`", found=str(jobs), allowed=f"0 to {JOBS_MAX}")
     return jobs
 
 

@@ -143,7 +143,9 @@ def _prepare(local: bool) -> None:
     os.environ["RAY_AUTH_MODE"] = "token"
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     if importlib.util.find_spec("ray") is None:
-        raise MachineError("--ray needs ray; install it: pip install 'elocute[wild,cluster,train]'")
+        raise MachineError(
+            "a Ray cluster needs ray; install it: pip install 'elocute[wild,cluster,train]'"
+        )
     if _has_token():
         return
     if not local:
@@ -166,7 +168,7 @@ def _host_and_port(address: str) -> tuple[str, int]:
     match = ADDRESS.fullmatch(address)
     if not match or not 0 < int(match[2]) < 65536:
         raise InputError.about(
-            f"--ray {address[:80]}",
+            f"`ray` {address[:80]}",
             found="no address",
             allowed="HOST:PORT of a cluster (6379 by default), or local",
         )

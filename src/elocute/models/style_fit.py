@@ -57,7 +57,7 @@ class StyleFit:
 
     @property
     def text(self) -> str:
-        """As `--style` takes it: NAME:SHARE,…"""
+        """As `style` takes it: NAME:SHARE,…"""
         return ",".join(f"{name}:{share:.3f}" for name, share in self.mix.items())
 
     def record(self) -> dict[str, Any]:

@@ -69,7 +69,7 @@ def captured_words(
         raise CorpusError.about(
             corpus.folder,
             found="no word with its times",
-            allowed="clips of one word each, or --words FOLDER with CLIP.json",
+            allowed="clips of one word each, or `words`, a folder with CLIP.json",
             remedy="make them: elocute words segment",
         )
     return found

@@ -24,9 +24,9 @@ from elocute.files.atomic import write_atomically
 from elocute.jobs.pool import Failed, Pool, one_after_another
 from elocute.motion.store import load_motion
 from elocute.propagation.captured_words import CapturedWord
+from elocute.propagation.settings import JobSettings
 from elocute.propagation.word_job import (
     RECORDS,
-    JobSettings,
     WordRecord,
     WordTask,
     load_record,

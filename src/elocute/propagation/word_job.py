@@ -31,6 +31,7 @@ from elocute.files.json_records import read_record
 from elocute.motion.store import load_motion
 from elocute.one_line_repr import one_line
 from elocute.propagation.captured_words import MARGIN_S, Capture, CapturedWord, cut
+from elocute.propagation.settings import JobSettings
 from elocute.propagation.transfer import carried, resampled
 from elocute.propagation.word_recordings import Recording, word_span
 
@@ -41,43 +42,6 @@ LONGEST_S = 10.0
 SOURCES_MAX = 8  # takes of captured speakers that a recording is compared with
 RECORDS = "records"
 RECORD_MAX_BYTES = 100_000_000
-
-
-@dataclass(frozen=True)
-class JobSettings:
-    """What is the same for all words; paths are absolute, since workers may stand elsewhere.
-
-    corpus, basis   folder of the captured speakers; the blendshapes (.npz)
-    recordings      their folder; root is the folder that sounds are named from
-    folder          where shards go
-    method, encoder, seed   of the alignment
-    fit_pairs       recordings that a word's network is fitted to, drawn by the seed (the paper's
-                    batch size by default)
-    confidence      below which a recording is rejected
-    fps             of the parameters
-    truth           whether captured words become rows too
-    inputs          checksums of corpus and basis, filled in by `propagate`
-    """
-
-    corpus: str
-    basis: str
-    recordings: str
-    root: str
-    folder: str
-    method: str = "dcaw"
-    encoder: str = "fbank"
-    seed: int = 0
-    fit_pairs: int = 50
-    confidence: float = 0.3
-    fps: float = 30.0
-    truth: bool = True
-    inputs: str = ""
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.fit_pairs <= 10_000:
-            raise InputError.about("--fit-pairs", found=str(self.fit_pairs), allowed="1 to 10000")
-        if not 0 <= self.confidence <= 1:
-            raise InputError.about("--confidence", found=str(self.confidence), allowed="0 to 1")
 
 
 @dataclass(frozen=True)

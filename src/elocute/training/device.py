@@ -21,12 +21,12 @@ def resolve_device(name: str = "auto") -> torch.device:
     there = available_devices()
     if not NAMES.fullmatch(name):
         raise ModelError.about(
-            f"--device {name[:40]}", found="no device", allowed="auto, cpu, cuda, cuda:N, mps"
+            f"`device` {name[:40]}", found="no device", allowed="auto, cpu, cuda, cuda:N, mps"
         )
     wanted = {"auto": "cuda:0" if "cuda:0" in there else "cpu", "cuda": "cuda:0"}.get(name, name)
     if wanted not in there:
         raise ModelError.about(
-            f"--device {name}",
+            f"`device` {name}",
             found="no such device here",
             allowed=f"auto, {', '.join(there)}",
             remedy=_remedy(wanted),

@@ -72,9 +72,9 @@ def test_header_that_promises_more_than_the_file_takes_no_memory(tmp_path: Path)
 
 
 def test_wrong_unit_names_the_right_one(scans: list[Scan]):
-    with pytest.raises(CaptureError, match="it looks like mm: say --unit mm"):
+    with pytest.raises(CaptureError, match="it looks like mm: say `unit` mm"):
         checked_scan(replace(scans[0], points=1000 * scans[0].points))
-    with pytest.raises(CaptureError, match="it looks like m: say --unit m"):
+    with pytest.raises(CaptureError, match="it looks like m: say `unit` m"):
         checked_scan(replace(scans[0], points=scans[0].points / 1000, unit_m=0.001))
 
 

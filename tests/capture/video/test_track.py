@@ -77,7 +77,7 @@ def test_a_face_that_hardly_shows_is_refused(video, filmed):
 
 
 def test_two_faces_ask_which(video, filmed):
-    with pytest.raises(CaptureError, match=r"2 faces; allowed: --face left, right, 1, 2"):
+    with pytest.raises(CaptureError, match=r"2 faces; allowed: `face` left, right, 1, 2"):
         track_face(video, Detector(filmed, 0.0, 300.0))
 
 

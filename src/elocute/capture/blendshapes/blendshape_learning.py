@@ -13,40 +13,16 @@ from elocute.capture.blendshapes.principal_components import (
     PrincipalComponents,
     principal_directions,
 )
+from elocute.capture.blendshapes.settings import COMPONENTS, COMPONENTS_MAX, BlendshapeConfig
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.statistics import displacement_blocks
-from elocute.errors import CorpusError, InputError
+from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import one_line
 
 Float32Array = NDArray[np.float32]
-COMPONENTS = 28  # in the wild 2019, section 3.3: 99.9 % of the variance of its four speakers
-COMPONENTS_MAX = 400
-
-
-@dataclass(frozen=True)
-class BlendshapeConfig:
-    """How a basis is learned; the default is the paper's.
-
-    components  how many, or None for as many as `variance` needs
-    variance    share of the squared displacement that must be explained
-    sparsity    0 for principal components; up to 1 for shapes of ever smaller parts of the face
-
-    Raises InputError for a number outside its range.
-    """
-
-    components: int | None = COMPONENTS
-    variance: float = 0.999
-    sparsity: float = 0.0
-
-    def __post_init__(self) -> None:
-        ranges = {"components": (1, COMPONENTS_MAX), "variance": (0.01, 1.0), "sparsity": (0, 0.9)}
-        for name, (low, high) in ranges.items():
-            value = getattr(self, name)
-            if value is not None and not low <= value <= high:
-                raise InputError.about(f"--{name}", found=str(value), allowed=f"{low} to {high}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +78,7 @@ def learn_blendshapes(
     "Speech in the wild" (2019), section 3.3.
     """
     config = config or BlendshapeConfig()
-    wanted = config.components or COMPONENTS_MAX
+    wanted = config.count or COMPONENTS_MAX
     blocks = _with_progress(
         displacement_blocks(corpus, names), sum(corpus.entry(n).frames for n in names), progress
     )
@@ -123,9 +99,9 @@ def learn_blendshapes(
 
 
 def _count(found: PrincipalComponents, config: BlendshapeConfig) -> int:
-    if config.components is not None:
-        return min(config.components, len(found.strengths))
-    enough = np.flatnonzero(found.explained >= config.variance - 1e-9)
+    if config.count is not None:
+        return min(config.count, len(found.strengths))
+    enough = np.flatnonzero(found.explained >= (config.variance or 1.0) - 1e-9)
     return int(enough[0]) + 1 if len(enough) else len(found.strengths)
 
 

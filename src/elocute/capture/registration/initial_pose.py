@@ -80,7 +80,7 @@ def _search_pose(template: Template, samples: ScanSamples) -> HeadPose:
     if best_mm > FAR_MM:
         raise CaptureError(
             f"scan: found no head (the nearest is {best_mm:.1f} mm off); allowed: a head, its "
-            "faces wound outwards; or give --landmarks"
+            "faces wound outwards; or give `landmarks`"
         )
     model = template.vertices
     return align_head(template.head, model, model @ rotation.T + shift)

@@ -148,7 +148,7 @@ def _check_size(scan: Scan) -> None:
         return
     raw = size / scan.unit_m
     unit = "m" if is_head_sized(raw) else fitting_unit(raw)
-    remedy = f"it looks like {unit}: say --unit {unit}" if unit else ""
+    remedy = f"it looks like {unit}: say `unit` {unit}" if unit else ""
     low, high = HEIGHT_RANGE_M
     raise CaptureError.about(
         scan.name, found=f"a size of {size:.4g} m", allowed=f"{low} to {high} m", remedy=remedy

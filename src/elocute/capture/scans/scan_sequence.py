@@ -242,7 +242,7 @@ def _read_metadata(folder: Path, fps: float | None) -> SequenceMetadata:
                 folder,
                 found=f"no {MANIFEST}",
                 allowed='one with "fps" and "unit"',
-                remedy="or say --fps and --unit",
+                remedy="or say `fps` and `unit`",
             )
         plain = re.sub(r"[^A-Za-z0-9_.-]", "-", folder.resolve().name).lstrip("_.-")
         return SequenceMetadata(fps=fps, sentence=plain or "sequence")

@@ -20,6 +20,7 @@ from elocute.audio.waveform import Waveform
 from elocute.capture.scans.landmarks import Landmarks, write_landmarks
 from elocute.capture.scans.scan_file import write_scan
 from elocute.capture.scans.scan_sequence import SequenceMetadata, write_metadata
+from elocute.capture.settings import Scanner
 from elocute.capture.simulation.range_scanner import (
     RangeImage,
     render_range_images,
@@ -46,43 +47,6 @@ BUMPS, BUMP_WIDTH_M = 60, 0.012
 MOUTH_BUMPS, MOUTH_WIDTH_M = 6, 0.008
 WET_MATERIALS = ("mouth", "teeth", "gums", "tongue")  # wet and dark: stereo sees little of it
 UNSCANNED_MATERIALS = ("hair",)
-POINTS_RANGE = (2_000, 1_000_000)
-
-
-@dataclass(frozen=True)
-class Scanner:
-    """How scans are taken.
-
-    points        about how many each has
-    noise_mm      standard deviation along the camera's ray: half of it pixel by pixel, half
-                  spread over neighbours, as stereo matching does
-    landmark_mm   standard deviation of each coordinate of the 68 landmarks
-    bumps_mm      standard deviation of what the model cannot explain, of face and of mouth
-    turn_deg, shift_mm  how far the head turns and moves; the neck turns half as far beside it
-    holes         share of hair and of the inside of the mouth that is missing
-    textured      vertex colours or none
-    seed          the same seed gives the same scans
-    """
-
-    points: int = 120_000
-    noise_mm: float = 0.1
-    landmark_mm: float = 0.7
-    bumps_mm: float = 0.4
-    turn_deg: float = 8.0
-    shift_mm: float = 15.0
-    holes: float = 0.6
-    textured: bool = True
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        low, high = POINTS_RANGE
-        if not low <= self.points <= high:
-            raise CaptureError(f"points: found {self.points}; allowed: {low} to {high}")
-        amounts = (self.noise_mm, self.landmark_mm, self.bumps_mm, self.turn_deg, self.shift_mm)
-        if not all(0 <= amount <= 100 for amount in amounts) or not 0 <= self.holes <= 1:
-            raise CaptureError(f"scanner: found {self}; allowed: amounts 0 to 100, holes 0 to 1")
-        if self.seed < 0:
-            raise CaptureError(f"seed: found {self.seed}; allowed: 0 or more")
 
 
 @dataclass(frozen=True, eq=False)

@@ -111,9 +111,7 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[FaceD
     def detect(picture: NDArray[np.uint8]) -> DetectedFaces:
         nonlocal met
         height, width = picture.shape[:2]
-        with (
-            contextlib.nullcontext() if met else _quiet()
-        ):  # the first face writes notes too
+        with contextlib.nullcontext() if met else _quiet():  # the first face writes notes too
             found = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
         met = met or bool(found)
         if not found:

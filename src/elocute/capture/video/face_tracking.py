@@ -212,7 +212,7 @@ def _choose_face(
             raise CaptureError.about(
                 path,
                 found=f"{len(people)} faces",
-                allowed=f"--face {choice} (from the left)",
+                allowed=f"`face` {choice} (from the left)",
                 remedy="say which",
             )
         chosen = people[0]
@@ -221,7 +221,7 @@ def _choose_face(
         number = named or (int(face) if str(face).isdecimal() else 0)
         if not 1 <= number <= len(people):
             raise CaptureError.about(
-                f"--face {face}", found=f"{len(people)} face(s) in {path.name}", allowed=choice
+                f"`face` {face}", found=f"{len(people)} face(s) in {path.name}", allowed=choice
             )
         chosen = people[number - 1]
     if len(chosen.numbers) < max(2, SEEN_MIN * count):

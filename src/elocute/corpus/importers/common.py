@@ -57,7 +57,7 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str
         lost = "its true size and proportions are" if boxed else "its true size is"
         notes.append(
             f"lengths: {BIWI.title} {what} ({size:.3g} units high): {lost} lost; taken as "
-            f"{TYPICAL_HEIGHT_M:g} m high, {scale:.3g} m a unit; --units sets another (1 keeps "
+            f"{TYPICAL_HEIGHT_M:g} m high, {scale:.3g} m a unit; `units` sets another (1 keeps "
             "the papers' unit)"
         )
         return scale
@@ -65,12 +65,12 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str
     if unit:
         notes.append(
             f"lengths: a head is {size:.4g} units high; taken as {unit}, now metres; "
-            "--units sets another"
+            "`units` sets another"
         )
     elif not is_head_sized(size):
         notes.append(
             f"lengths: a head is {size:.4g} units high; no unit fits, left as it is; "
-            "--units METRES sets one"
+            "`units` sets one, in metres"
         )
     return UNITS.get(unit, 1.0)
 
@@ -84,7 +84,7 @@ def metres_of(units: str) -> float:
         metres = float("nan")
     if not METRES_RANGE[0] <= metres <= METRES_RANGE[1]:
         raise CorpusError.about(
-            f"--units {units}",
+            f"`units` {units}",
             found="no unit of length",
             allowed=f"{', '.join(known)}, or metres a unit, {METRES_RANGE[0]:g} to "
             f"{METRES_RANGE[1]:g}",

@@ -36,7 +36,7 @@ def detect_format(source: Path) -> str:
         source,
         found="no corpus that is known",
         allowed=", ".join(FORMATS),
-        remedy="name it: --format",
+        remedy="name its `format`",
     )
 
 
@@ -64,22 +64,22 @@ def convert(
     Raises InputError; nothing is written then.
     """
     if format is not None and format not in FORMATS:
-        raise CorpusError.about(f"--format {format}", found="unknown", allowed=", ".join(FORMATS))
+        raise CorpusError.about(f"`format` {format}", found="unknown", allowed=", ".join(FORMATS))
     known = detect_format(source) if format is None else format
     if not source.is_dir():
         raise CorpusError.about(source, found="no folder", allowed="a folder of recordings")
     if fps is not None and not 0 < fps <= FPS_MAX:
-        raise CorpusError.about(f"--fps {fps:g}", found="no frame rate", allowed="above 0 to 1000")
+        raise CorpusError.about(f"`fps` {fps:g}", found="no frame rate", allowed="above 0 to 1000")
     if fps not in (None, KEPT.get(known, fps)):
         raise CorpusError.about(
-            f"--fps {fps:g}", found=f"{known} has {KEPT[known]:g}", allowed="folder, grid only"
+            f"`fps` {fps:g}", found=f"{known} has {KEPT[known]:g}", allowed="folder, grid only"
         )
     if texts is not None and known not in ("vocaset", "folder"):
-        raise CorpusError.about("--texts", found=known, allowed="vocaset, folder")
+        raise CorpusError.about("`texts`", found=known, allowed="vocaset, folder")
     if units is not None:
         metres_of(units)
         if known not in ("biwi", "folder"):
-            raise CorpusError.about("--units", found=known, allowed="biwi, folder")
+            raise CorpusError.about("`units`", found=known, allowed="biwi, folder")
     check_choice(split)
     shared: dict[str, Any] = {"leave_out": leave_out, "split": split, "progress": progress}
     if known == "vocaset":

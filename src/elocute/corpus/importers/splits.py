@@ -40,7 +40,7 @@ def check_choice(wanted: str | None) -> None:
     if wanted is None or wanted in NAMED:
         return
     if wanted.count("/") != 1 or not wanted.partition("/")[2].strip(", "):
-        raise CorpusError.about(f"--split {wanted}", found="no split", allowed=ALLOWED)
+        raise CorpusError.about(f"`split` {wanted}", found="no split", allowed=ALLOWED)
 
 
 def chosen_splits(
@@ -62,7 +62,7 @@ def chosen_splits(
             return found
         if wanted:
             raise CorpusError.about(
-                "--split published",
+                "`split` published",
                 found="other subjects, or a part without clips",
                 allowed="VOCASET's twelve subjects, or BIWI's with sentences e01 to e40",
             )
@@ -71,7 +71,7 @@ def chosen_splits(
         return {"default": split_by_sentence(entries)}
     if wanted in (None, "even"):
         split = even_split(entries, notes)
-        notes[-1] += "; --split sets another" if wanted is None else ""
+        notes[-1] += "; `split` sets another" if wanted is None else ""
         return {"default": split}
     return {"default": _by_names(entries, wanted or "", notes)}
 
@@ -92,7 +92,7 @@ def _by_names(entries: Sequence[Entry], wanted: str, notes: list[str]) -> Split:
         split = split_by_both(entries, set(validation), set(test))
     if not split.test or (validation and not split.validation):
         raise CorpusError.about(
-            f"--split {wanted}",
+            f"`split` {wanted}",
             found="no sentence left that others do not train with",
             allowed=ALLOWED,
         )
@@ -144,5 +144,5 @@ def _biwi(entries: Sequence[Entry], numbers: dict[str, str], notes: list[str]) -
     if unseen := part(BIWI_UNSEEN, BIWI_PARTS[2]):
         splits["test-b"] = Split(seen[0], seen[1], unseen)
         said += "; in the split test-b the other subjects judge (Test-B)"
-    notes.append(f"{said}; --split sets another")
+    notes.append(f"{said}; `split` sets another")
     return splits

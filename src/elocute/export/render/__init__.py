@@ -1,13 +1,20 @@
 """Pictures of heads: one interface, two engines, the same shading."""
 
-from elocute.export.render.camera import VIEWS, Camera, portrait
-from elocute.export.render.engine import (
-    BACKENDS,
-    Renderer,
-    available_backends,
-    open_renderer,
-    picture_size,
-)
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from elocute.lazy import lazy
+
+if TYPE_CHECKING:
+    from elocute.export.render.camera import Camera, portrait
+    from elocute.export.render.choices import BACKENDS, VIEWS
+    from elocute.export.render.engine import (
+        Renderer,
+        available_backends,
+        open_renderer,
+        picture_size,
+    )
 
 __all__ = [
     "BACKENDS",
@@ -19,3 +26,11 @@ __all__ = [
     "picture_size",
     "portrait",
 ]
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "camera": ("Camera", "portrait"),
+        "choices": ("BACKENDS", "VIEWS"),
+        "engine": ("Renderer", "available_backends", "open_renderer", "picture_size"),
+    },
+)

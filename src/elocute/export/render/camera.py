@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
+from elocute.export.render.choices import VIEWS
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
 
@@ -15,13 +16,6 @@ Floats = NDArray[np.float32]
 
 FIELD_DEG = 18.0  # vertical field of view: a portrait lens
 MARGIN = 1.06
-# name: (yaw, pitch in degrees, share of the portrait's height that is shown)
-VIEWS: dict[str, tuple[float, float, float]] = {
-    "front": (0.0, 2.0, 1.0),
-    "three-quarter": (32.0, 2.0, 1.0),
-    "side": (85.0, 0.0, 1.0),
-    "mouth": (0.0, 0.0, 0.34),
-}
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from elocute.errors import InputError, MachineError
 from elocute.export.render.camera import Camera, portrait
+from elocute.export.render.choices import BACKENDS
 from elocute.head.model import HeadModel
 from elocute.numerics.given import whole_number
 from elocute.one_line_repr import brief
 
-BACKENDS = ("auto", "moderngl", "embreex")
 SIDE_RANGE = (16, 8192)
 PIXELS_MAX = 7680 * 4320
 REMEDY = "apt-get install libegl1 libgl1-mesa-dri"

@@ -180,7 +180,7 @@ def _epoch(
         raise ModelError.about(
             "training",
             found=f"a loss of {total} in epoch {epoch + 1}",
-            remedy="lower --learning-rate",
+            remedy="lower `learning_rate`",
         )
     return total / count
 

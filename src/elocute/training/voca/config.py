@@ -4,45 +4,52 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
-from elocute.training.ranges import check_ranges
-
-RANGES: dict[str, tuple[float, float]] = {
-    "epochs": (1, 100_000),
-    "batch_pairs": (1, 65_536),
-    "learning_rate": (1e-8, 1.0),
-    "position_weight": (0.0, 1e6),
-    "velocity_weight": (0.0, 1e6),
-    "components": (1, 4096),
-    "seed": (0, 2**31 - 1),
-}
+from elocute.errors import ModelError
+from elocute.settings import SEED_MAX, check_settings, described, setting
 
 
+@described
 @dataclass(frozen=True)
 class TrainConfig:
     """VOCA 2019, section 5 ("Training parameters") unless said otherwise.
 
-    batch_pairs      pairs of neighbouring frames in a batch
-    position_weight  of the squared distance of vertices
-    velocity_weight  of the squared distance of their steps from frame to frame
-    components       size of the embedding, which principal components initialise the decoder of
-    reduced          decode into the span of the motion instead of vertex by vertex: the same
-                     loss, many times faster (docs/decisions/004-reduced-decoder.md)
+    A decoder into the span of the motion (`reduced`) has the same loss as one that decodes vertex
+    by vertex, and is many times faster (docs/decisions/004-reduced-decoder.md).
 
     Raises ModelError for a number outside its range.
     """
 
-    epochs: int = 50
-    batch_pairs: int = 64
-    learning_rate: float = 1e-4
-    position_weight: float = 1.0
-    velocity_weight: float = 10.0
-    components: int = 50
-    seed: int = 0
-    reduced: bool = True
-    encoder: str = "phones"
+    epochs: int = setting(50, low=1, high=100_000, help="Passes over the training part.")
+    batch_pairs: int = setting(
+        64, low=1, high=65_536, help="Pairs of neighbouring frames in a batch."
+    )
+    learning_rate: float = setting(1e-4, low=1e-8, high=1.0, help="Learning rate of Adam.")
+    position_weight: float = setting(
+        1.0, low=0.0, high=1e6, help="Weight of the squared distance of vertices."
+    )
+    velocity_weight: float = setting(
+        10.0,
+        low=0.0,
+        high=1e6,
+        help="Weight of the squared distance of the vertices' steps from frame to frame.",
+    )
+    components: int = setting(
+        50,
+        low=1,
+        high=4096,
+        help="Size of the embedding; as many principal components initialise the decoder.",
+    )
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    reduced: bool = setting(
+        True, help="Decode into the span of the motion; vertex by vertex is far slower."
+    )
+    encoder: str = setting(
+        "phones",
+        help="Speech encoder: phones, fbank, deepspeech:FILE.pb, wav2vec2:FOLDER and the like.",
+    )
 
     def __post_init__(self) -> None:
-        check_ranges(self, RANGES)
+        check_settings(self, ModelError)
 
     def record(self) -> dict[str, object]:
         """For checkpoints."""

@@ -229,7 +229,7 @@ def _epoch(
         raise ModelError.about(
             "training",
             found=f"a loss of {total} in epoch {epoch + 1}",
-            remedy="lower --learning-rate, or look at the corpus: elocute corpus check",
+            remedy="lower `learning_rate`, or look at the corpus: elocute corpus check",
         )
     return total / len(mine)
 

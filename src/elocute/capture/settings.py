@@ -1,0 +1,88 @@
+"""Settings of registration and of the simulated scanner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from elocute.errors import CaptureError
+from elocute.jobs.pool import JOBS_MAX
+from elocute.settings import check_settings, described, setting
+
+
+@described
+@dataclass(frozen=True)
+class BatchSettings:
+    """How folders of scans are registered.
+
+    Raises CaptureError for a number outside its range.
+    """
+
+    head: str = setting(
+        "builtin", help="The topology to register: builtin, a FLAME model or a head file."
+    )
+    fps: float | None = setting(
+        None, unit="frames/s", above=0, high=1000.0, help="Frame rate, before that of capture.json."
+    )
+    unit: str | None = setting(
+        None, help="Unit of the coordinates, before that of capture.json: m, mm, cm, dm or inch."
+    )
+    jobs: int = setting(1, low=0, high=JOBS_MAX, help="Processes; 0 takes all processors.")
+    eyes_ms: float = setting(
+        20.0,
+        unit="ms",
+        low=0.0,
+        high=1000.0,
+        help="Standard deviation of the smoothing around the eyes; 0 for none.",
+    )
+
+    def __post_init__(self) -> None:
+        check_settings(self, CaptureError)
+
+
+@described
+@dataclass(frozen=True)
+class Scanner:
+    """How simulated scans are taken.
+
+    Half of the noise is drawn pixel by pixel, half is spread over neighbours, as stereo matching
+    does. The neck turns half as far as the head beside it.
+
+    Raises CaptureError for a number outside its range.
+    """
+
+    points: int = setting(
+        120_000, low=2_000, high=1_000_000, help="About how many points each scan has."
+    )
+    noise_mm: float = setting(
+        0.1,
+        unit="mm",
+        low=0.0,
+        high=100.0,
+        help="Standard deviation of the noise along the camera's ray.",
+    )
+    landmark_mm: float = setting(
+        0.7,
+        unit="mm",
+        low=0.0,
+        high=100.0,
+        help="Standard deviation of each coordinate of the 68 landmarks.",
+    )
+    bumps_mm: float = setting(
+        0.4,
+        unit="mm",
+        low=0.0,
+        high=100.0,
+        help="Standard deviation of what no model explains, of face and mouth.",
+    )
+    turn_deg: float = setting(
+        8.0, unit="degrees", low=0.0, high=100.0, help="How far the head turns."
+    )
+    shift_mm: float = setting(15.0, unit="mm", low=0.0, high=100.0, help="How far the head moves.")
+    holes: float = setting(
+        0.6, low=0.0, high=1.0, help="Share of hair and of the inside of the mouth that is missing."
+    )
+    textured: bool = setting(True, help="Whether vertices have colours.")
+    seed: int = setting(0, low=0, help="The same seed gives the same scans.")
+
+    def __post_init__(self) -> None:
+        check_settings(self, CaptureError)

@@ -1,0 +1,111 @@
+"""Options of a command made of settings: one for each field of a dataclass.
+
+    def voca_command(corpus: Path = ..., config: TrainConfig = options_of(TrainConfig)) -> None:
+
+The command is called with a `TrainConfig` that was built, and so checked, of what was given.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, get_type_hints
+
+import typer
+
+from elocute.settings import settings_of, types_of
+
+
+class Group(Protocol):
+    """Several options that arrive as one argument."""
+
+    def options(self) -> dict[str, tuple[Any, Any]]:
+        """Type and typer option of each, by the name of its parameter."""
+        ...
+
+    def build(self, given: dict[str, Any]) -> Any:
+        """The argument, of the values given to `options`. Raises InputError."""
+        ...
+
+
+@dataclass(frozen=True)
+class SettingsGroup:
+    """The settings of a dataclass, but for those that the command takes otherwise."""
+
+    cls: type
+    without: frozenset[str]
+    flags: Mapping[str, str]
+    defaults: Mapping[str, Any]
+
+    def options(self) -> dict[str, tuple[Any, Any]]:
+        found: dict[str, tuple[Any, Any]] = {}
+        for each, _ in settings_of(self.cls):
+            if each.name in self.without:
+                continue
+            kind, optional = types_of(self.cls)[each.name]
+            flags, default = self.flags.get(each.name, ""), self.defaults.get(each.name, ...)
+            made = option(self.cls, each.name, *([flags] if flags else []), default=default)
+            found[each.name] = (kind | None if optional else kind, made)
+        return found
+
+    def build(self, given: dict[str, Any]) -> Any:
+        return self.cls(**given)
+
+
+def options_of(
+    cls: type,
+    *,
+    without: Iterable[str] = (),
+    flags: Mapping[str, str] | None = None,
+    defaults: Mapping[str, Any] | None = None,
+) -> Any:
+    """The default of a parameter that stands for the settings of a dataclass.
+
+    without   fields that are no options
+    flags     names of their own, where the field's is not the flag: {"batch_pairs": "--batch"}
+    defaults  where the command's differ from the dataclass's
+    """
+    return SettingsGroup(cls, frozenset(without), flags or {}, defaults or {})
+
+
+def option(cls: type, name: str, *flags: str, default: Any = ...) -> Any:
+    """The typer option of one setting; its range is checked where the settings are built.
+
+    default  where the command's differs from the dataclass's
+    """
+    field, known = next(pair for pair in settings_of(cls) if pair[0].name == name)
+    return typer.Option(field.default if default is ... else default, *flags, help=known.text)
+
+
+def expanded(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function with the options of each Group in the place of its parameter."""
+    signature = inspect.signature(function)
+    groups: dict[str, Group] = {
+        name: each.default
+        for name, each in signature.parameters.items()
+        if hasattr(each.default, "build")
+    }
+    if not groups:
+        return function
+    hints = get_type_hints(function)
+    parameters = []
+    for name, each in signature.parameters.items():
+        made = groups[name].options() if name in groups else {name: (hints[name], each.default)}
+        parameters += [
+            inspect.Parameter(
+                inner, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind
+            )
+            for inner, (kind, default) in made.items()
+        ]
+
+    @functools.wraps(function)
+    def command(**given: Any) -> Any:
+        for name, group in groups.items():
+            given[name] = group.build({inner: given.pop(inner) for inner in group.options()})
+        return function(**given)
+
+    command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {each.name: each.annotation for each in parameters}
+    return command

@@ -1,0 +1,52 @@
+"""What the writers of some formats may be told. Nothing here needs what writers need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from elocute.errors import OutputError
+from elocute.export.render.choices import BACKENDS, VIEWS
+from elocute.settings import check_settings, described, setting
+
+
+@described
+@dataclass(frozen=True)
+class PictureOptions:
+    """Options of .mp4 and .png. Raises OutputError for what cannot be."""
+
+    size: tuple[int, int] = setting(
+        (800, 800),
+        unit="pixels",
+        low=64,
+        high=4096,
+        help="Width and height of a picture; a .png is a sheet twice as wide.",
+    )
+    backend: str = setting("auto", choices=BACKENDS, help="Renderer.")
+    view: str = setting("front", choices=tuple(VIEWS), help="Where the camera stands.")
+
+    def __post_init__(self) -> None:
+        check_settings(self, OutputError)
+
+
+@described
+@dataclass(frozen=True)
+class GlbOptions:
+    """Options of .glb. Raises OutputError for what cannot be."""
+
+    embed_audio: bool = setting(
+        False, help="Put the sound into the .glb instead of beside it as a .wav."
+    )
+
+    def __post_init__(self) -> None:
+        check_settings(self, OutputError)
+
+
+@described
+@dataclass(frozen=True)
+class HtmlOptions:
+    """Options of .html. Raises OutputError for what cannot be."""
+
+    title: str | None = setting(None, help="Title of the page; the file's name by default.")
+
+    def __post_init__(self) -> None:
+        check_settings(self, OutputError)

@@ -1,0 +1,43 @@
+"""Settings of a propagation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from elocute.errors import InputError
+from elocute.settings import SEED_MAX, check_settings, described, setting
+
+
+@described
+@dataclass(frozen=True)
+class JobSettings:
+    """What is the same for all words; paths are absolute, since workers may stand elsewhere.
+
+    Raises InputError for a number outside its range.
+    """
+
+    corpus: str = setting(help="Folder of the captured speakers.")
+    basis: str = setting(help="Speech blendshapes (.npz).")
+    recordings: str = setting(help="Folder of the recordings.")
+    root: str = setting(help="Folder that sounds are named from.")
+    folder: str = setting(help="Where shards go.")
+    method: str = setting("dcaw", help="Alignment: dtw, softdtw, ctw, dctw or dcaw.")
+    encoder: str = setting("fbank", help="Speech encoder that recordings are compared by.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    fit_pairs: int = setting(
+        50,
+        low=1,
+        high=10_000,
+        help="Recordings that a word's network is fitted to; the default is the paper's batch.",
+    )
+    confidence: float = setting(
+        0.3, low=0.0, high=1.0, help="Recordings below this confidence are rejected."
+    )
+    fps: float = setting(
+        30.0, unit="frames/s", low=1.0, high=240.0, help="Frame rate of the parameters."
+    )
+    truth: bool = setting(True, help="Whether captured words become rows too.")
+    inputs: str = setting("", help="Checksums of corpus and basis, filled in by `propagate`.")
+
+    def __post_init__(self) -> None:
+        check_settings(self, InputError)

@@ -1,0 +1,84 @@
+"""The library names settings; only the command line speaks of flags."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.main import get_command
+
+from elocute.cli.app import app
+from elocute.cli.flags import in_flags
+
+SOURCE = Path(__file__).parents[2] / "src" / "elocute"
+LIBRARY = [p for p in sorted(SOURCE.rglob("*.py")) if "cli" not in p.relative_to(SOURCE).parts]
+FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
+OTHERS = ("ray get-auth-token --generate", "ray start --head")
+"""Commands of other programs, which have no other name."""
+
+
+def flags_in(text: str) -> list[str]:
+    """Flags in the texts of a source, docstrings included, `file:line flag` each."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            plain = node.value
+            for other in OTHERS:
+                plain = plain.replace(other, "")
+            found += [f"{node.lineno} {flag}" for flag in FLAG.findall(plain)]
+    return found
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.relative_to(SOURCE).as_posix())
+def test_the_library_never_speaks_of_flags(path: Path) -> None:
+    assert flags_in(path.read_text(encoding="utf-8")) == []
+
+
+def test_a_flag_is_found_where_there_is_one() -> None:
+    assert flags_in('told = f"{rate} as --fit-pairs says"') == ["1 --fit-pairs"]
+    assert flags_in('"ray start --head", "a -- dash", "well--known"') == []
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "told"),
+    [
+        ("corpus convert", "`fps` sets another", "--fps sets another"),
+        ("corpus convert", "`leave_out` and `fps`", "--leave-out and --fps"),
+        ("corpus convert", "`loudness`: none", "`loudness`: none"),
+        (
+            "train voca",
+            "lower `learning_rate`, not `reduced`",
+            "lower --learning-rate, not --reduced",
+        ),
+        ("train voca", "`batch_pairs`: 0", "--batch: 0"),
+        ("edit", "`start` is after `stop`", "--from is after --to"),
+    ],
+)
+def test_names_in_backticks_become_the_flags_of_a_command(
+    command: str, text: str, told: str
+) -> None:
+    found: Any = get_command(app)
+    for name in command.split():
+        found = found.commands[name]
+    assert in_flags(text, found) == told
+
+
+def test_outside_of_any_command_a_text_stays_as_it_is() -> None:
+    assert in_flags("`fps` sets another") == "`fps` sets another"
+
+
+def test_an_error_of_the_library_reaches_the_command_line_with_its_flag(tmp_path: Path) -> None:
+    words = ["train", "crnn", tmp_path, tmp_path, "-o", tmp_path / "out", "--highest-hz", "1"]
+    done = subprocess.run(
+        [sys.executable, "-m", "elocute", *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr == "elocute: --highest-hz: 1; allowed: 1000 to 22050 Hz\n"

@@ -1,0 +1,102 @@
+"""A setting is spelled once: checked, described, tabled and turned into options from there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any
+
+import pytest
+
+from elocute.alignment.config import AlignConfig, CtwConfig, DcawConfig, DctwConfig, SoftConfig
+from elocute.articulation.style import Style
+from elocute.capture.blendshapes.settings import BlendshapeConfig
+from elocute.capture.settings import BatchSettings, Scanner
+from elocute.errors import InputError, ModelError
+from elocute.settings import check_settings, described, setting, settings_of, settings_table
+from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.training.voca.config import TrainConfig
+
+EVERY = [
+    AlignConfig,
+    BatchSettings,
+    BlendshapeConfig,
+    CrnnTrainConfig,
+    CtwConfig,
+    DcawConfig,
+    DctwConfig,
+    Scanner,
+    SoftConfig,
+    Style,
+    TrainConfig,
+]
+
+
+@described
+@dataclass(frozen=True)
+class Oven:
+    """How a cake is baked."""
+
+    minutes: int = setting(40, unit="min", low=1, high=120, help="How long.")
+    share: float | None = setting(None, above=0, high=1, help="How full the tin is.")
+    fan: bool = setting(False, help="Whether air is moved.")
+    heat: str = setting("both", choices=("both", "top"), help="Where it comes from.")
+    tin: tuple[int, int] = setting((20, 30), unit="cm", low=5, high=60, help="Its sides.")
+
+    def __post_init__(self) -> None:
+        check_settings(self, ModelError, "oven")
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"minutes": 0}, "oven `minutes`: 0; allowed: 1 to 120 min"),
+        ({"minutes": 1.5}, "oven `minutes`: 1.5; allowed: 1 to 120 min"),
+        ({"minutes": True}, "oven `minutes`: True; allowed: 1 to 120 min"),
+        ({"minutes": None}, "oven `minutes`: None; allowed: 1 to 120 min"),
+        ({"share": 0}, "oven `share`: 0; allowed: above 0, up to 1"),
+        ({"share": math.nan}, "oven `share`: nan; allowed: above 0, up to 1"),
+        ({"fan": "no"}, "oven `fan`: 'no'; allowed: true or false"),
+        ({"heat": "below"}, "oven `heat`: 'below'; allowed: both, top"),
+        ({"tin": (20, 61)}, "oven `tin`: (20, 61); allowed: 5 to 60 cm"),
+        ({"tin": (20,)}, "oven `tin`: (20,); allowed: 5 to 60 cm"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        Oven(**given)
+    assert str(caught.value) == told
+
+
+def test_what_can_be_is_taken() -> None:
+    assert Oven(minutes=120, share=1, fan=True, heat="top", tin=(5, 60)).share == 1
+
+
+def test_a_table_has_a_row_for_each_setting() -> None:
+    assert settings_table(Oven).splitlines()[2:] == [
+        "| `minutes` | 40 | 1 to 120 min | How long. |",
+        "| `share` | none | above 0, up to 1 | How full the tin is. |",
+        "| `fan` | no | true or false | Whether air is moved. |",
+        "| `heat` | both | both, top | Where it comes from. |",
+        "| `tin` | 20 × 30 | 5 to 60 cm | Its sides. |",
+    ]
+
+
+def test_the_docstring_names_every_setting() -> None:
+    assert "    minutes  How long (1 to 120 min). Default: 40." in (Oven.__doc__ or "").splitlines()
+
+
+@pytest.mark.parametrize("cls", EVERY, ids=lambda cls: cls.__name__)
+def test_every_field_of_a_settings_class_is_a_setting_with_help(cls: type) -> None:
+    known = {each.name: about for each, about in settings_of(cls)}
+    assert list(known) == [each.name for each in fields(cls)]
+    assert all(about.help.endswith(".") for about in known.values())
+
+
+@pytest.mark.parametrize("cls", EVERY, ids=lambda cls: cls.__name__)
+def test_every_number_outside_its_range_is_refused(cls: type) -> None:
+    for each, about in settings_of(cls):
+        for edge, beyond in ((about.low, -1), (about.high, 1), (about.above, 0)):
+            if edge is not None:
+                with pytest.raises(InputError, match=f"`{each.name}`"):
+                    cls(**{each.name: edge + beyond})
