@@ -313,7 +313,7 @@ def _check_place(output: Path) -> None:
         raise OutputError.about(
             path,
             found=f"nothing of Elocute made it: there is no {BEGUN} beside it",
-            allowed="a new folder, or one to go on in",
+            allowed="a new folder, or one that an earlier run filled",
             remedy="choose another folder",
         )
 

@@ -280,7 +280,9 @@ def simulate_scans(
     """
     if not len(motion.head.landmarks) or "scalp" not in motion.head.regions:
         raise CaptureError.about(
-            f"head {motion.head.name!r}", found="names no places", allowed="the built-in head"
+            f"head {motion.head.name!r}",
+            found="names no regions or landmarks",
+            allowed="the built-in head",
         )
     simulator = ScanSimulator(motion, scanner or Scanner())
     metadata = replace(metadata or SequenceMetadata(), fps=motion.fps, unit="m")
