@@ -8,6 +8,7 @@ sequence_tracking   frame after frame, each from the one before; frame_store kee
 cleaning            neck, ears and eyes of the registered motion
 sequence_report     an HTML page per sequence: errors, worst frames, flagged frames
 scans_to_corpus     all of it in one call: folders of scans to a corpus
+settings            of `scans_to_corpus` and of the simulated scanner
 simulation          scans taken in software, whose truth is known
 
 Video:
