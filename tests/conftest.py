@@ -16,6 +16,8 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from tests.support.commands import run_python
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -308,22 +310,12 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
 def wild(tmp_path_factory: pytest.TempPathFactory, need: Callable[[object, str], None]) -> Path:
     """What recipes/build_words.py makes: 4 words, three captured speakers, 24 recordings."""
     import shutil
-    import subprocess
-    import sys
 
     for name in ("flite", "festival", "espeak-ng"):
         need(shutil.which(name), name)
     pytest.importorskip("pocketsphinx", reason="needs the extra `wild`")
     folder = tmp_path_factory.mktemp("wild") / "words"
-    command = [
-        sys.executable,
-        "-m",
-        "recipes.build_words",
-        folder,
-        "--words",
-        "4",
-        "--speakers",
-        "3",
-    ]
-    subprocess.run([str(part) for part in command], check=True, capture_output=True, cwd=ROOT)
+    run_python(
+        "-m", "recipes.build_words", folder, "--words", 4, "--speakers", 3, check=True, cwd=ROOT
+    )
     return folder

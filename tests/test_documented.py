@@ -35,6 +35,7 @@ from typer.main import get_command
 
 from elocute.cli import main
 from elocute.cli.app import app
+from tests.support.commands import run_apart, run_python
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
@@ -307,8 +308,7 @@ def piped(words: list[str]) -> None:
     """A command between pipes, as a shell sets them up: JSON comes out."""
     place = words.index("<")
     with Path(words[place + 1]).open("rb") as given:
-        typed = [sys.executable, "-m", "elocute", *words[:place]]
-        done = subprocess.run(typed, stdin=given, capture_output=True, check=True)
+        done = run_apart(*words[:place], stdin=given, check=True)
     assert json.loads(done.stdout)["frames"]
 
 
@@ -355,9 +355,7 @@ def test_a_script_says_how_it_is_used(line: str) -> None:
     if "argparse" not in script.read_text(encoding="utf-8"):
         compile(script.read_text(encoding="utf-8"), script, "exec")
         return
-    done = subprocess.run(
-        [sys.executable, "-m", module, "--help"], capture_output=True, text=True, cwd=ROOT
-    )
+    done = run_python("-m", module, "--help", cwd=ROOT)
     assert done.returncode == 0 and "usage" in done.stdout, done.stderr
     for option in re.findall(r"--[\w-]+", line):
         assert option in done.stdout

@@ -12,6 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from elocute._version import __version__
+from elocute.notebook_repr import register_view
 
 if TYPE_CHECKING:
     from elocute.animation import Animation, animate
@@ -74,3 +75,12 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+def _motion_view(motion: Motion) -> str:
+    from elocute.export.notebook import viewer_frame
+
+    return viewer_frame(motion, None, repr(motion))
+
+
+register_view("Motion", _motion_view)

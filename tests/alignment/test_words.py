@@ -12,6 +12,7 @@ import pytest
 from elocute.alignment.word_times import Word, Words, read_words, take_edits, write_words
 from elocute.audio.waveform import Waveform
 from elocute.errors import AlignmentError
+from tests.support.commands import refused, succeeds
 
 TEXT = (
     "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "
@@ -168,14 +169,8 @@ def test_damaged_json(tmp_path: Path, text: str):
 
 
 def test_commands(tmp_path: Path, speech_wav: Path, segmented: Words):
-    from typer.testing import CliRunner
-
-    from elocute.cli.app import app
-
     def call(*arguments: object) -> dict[str, object]:
-        result = CliRunner().invoke(app, ["words", *map(str, arguments), "--json"])
-        assert result.exit_code == 0, (result.output, result.exception)
-        return json.loads(result.stdout)
+        return json.loads(succeeds("words", *arguments, "--json").stdout)
 
     words, page, grid = (tmp_path / name for name in ("w.json", "p.html", "w.TextGrid"))
     told = call("segment", speech_wav, "--text", TEXT, "-o", words)
@@ -197,12 +192,7 @@ def test_commands(tmp_path: Path, speech_wav: Path, segmented: Words):
     import soundfile
 
     soundfile.write(other, np.zeros(16000), 16000)
-    result = CliRunner().invoke(
-        app, ["words", "check", str(words), str(other), "-o", str(tmp_path / "q.html")]
-    )
-    assert isinstance(result.exception, AlignmentError) and "as the words say" in str(
-        result.exception
-    )
+    refused("words", "check", words, other, "-o", tmp_path / "q.html", says="as the words say")
 
 
 @pytest.mark.parametrize(

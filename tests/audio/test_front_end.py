@@ -64,7 +64,7 @@ def test_level_does_not_matter_once_something_was_heard():
     loud, quiet = (
         encoder_features(samples),
         encoder_features(samples * np.float32(0.01)),
-    )  # at -60 dBFS
+    )
     settled = slice(1200, None)
     assert np.abs(loud[settled] - quiet[settled]).mean() < 0.05
 

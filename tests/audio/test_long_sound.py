@@ -1,11 +1,12 @@
 """An hour of sound takes no more memory than a minute."""
 
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 import soundfile
+
+from tests.support.commands import run_python
 
 COUNT = """
 import resource, sys
@@ -33,12 +34,7 @@ def write_noise(path, seconds: int) -> None:
 def test_an_hour_is_streamed_in_bounded_memory(tmp_path, name):
     write_noise(tmp_path / f"minute_{name}", 60)
     write_noise(tmp_path / name, 3600)
-    out = subprocess.run(
-        [sys.executable, "-c", COUNT, tmp_path / f"minute_{name}", tmp_path / name],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    out = run_python("-c", COUNT, tmp_path / f"minute_{name}", tmp_path / name, check=True)
     samples, more_mb = out.stdout.split()
     assert int(samples) == 3600 * 16000
     assert float(more_mb) < 20  # the hour itself is 230 MB

@@ -1,7 +1,5 @@
 """A waveform is checked when it is made."""
 
-import subprocess
-import sys
 from typing import Any
 
 import numpy as np
@@ -10,6 +8,7 @@ import pytest
 import elocute.audio
 from elocute.audio import Waveform
 from elocute.errors import AudioError
+from tests.support.commands import run_python
 
 
 def test_it_holds_contiguous_float32_samples_and_knows_its_length():
@@ -77,5 +76,5 @@ def test_importing_needs_neither_decoders_nor_resampler():
         "import elocute.audio.features;"
         "print([m for m in ('soundfile', 'soxr', 'av', 'scipy', 'torch') if m in sys.modules])"
     )
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    out = run_python("-c", code, check=True)
     assert out.stdout.strip() == "[]"

@@ -6,13 +6,12 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from elocute.capture.scans.scan_file import read_scan, write_scan
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
-from elocute.cli.app import app
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
+from tests.support.commands import succeeds
 
 
 @pytest.fixture(scope="session")
@@ -30,9 +29,9 @@ def test_one_scan_in_its_own_unit(scan_folder: Path, tmp_path: Path):
     scan = read_scan(scan_folder / "00000.ply")
     write_scan(tmp_path / "mm.ply", 1000 * scan.points, scan.triangles)
     output = tmp_path / "out.obj"
-    call = ["capture", "scan", str(tmp_path / "mm.ply"), "-o", str(output), "--unit", "mm"]
-    result = CliRunner().invoke(app, [*call, "--json"])
-    assert result.exit_code == 0, result.output
+    result = succeeds(
+        "capture", "scan", tmp_path / "mm.ply", "-o", output, "--unit", "mm", "--json"
+    )
     record = json.loads(result.stdout)
     assert record["surface_mm"]["median"] < 0.09 and record["lost"] == ""
     assert record["landmark_mm"] is None and record["seconds"] > 0
@@ -41,5 +40,5 @@ def test_one_scan_in_its_own_unit(scan_folder: Path, tmp_path: Path):
 
 
 def test_check_of_good_scans(scan_folder: Path):
-    result = CliRunner().invoke(app, ["capture", "check", str(scan_folder)])
-    assert result.exit_code == 0 and "0 errors" in result.stdout and "no sound" in result.stdout
+    shown = succeeds("capture", "check", scan_folder).stdout
+    assert "0 errors" in shown and "no sound" in shown

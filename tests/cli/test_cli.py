@@ -1,13 +1,14 @@
 """The command line as a person meets it: real processes, real files."""
 
 import json
-import subprocess
-import sys
 import time
 
 import numpy as np
 import pytest
 import soundfile
+
+from tests.support.commands import one_line, run_python
+from tests.support.commands import run_apart as run
 
 COMMANDS = (
     "animate",
@@ -27,26 +28,8 @@ COMMANDS = (
 )
 
 
-def run(*arguments, cwd=None):
-    """Run `elocute` in a process of its own."""
-    return subprocess.run(
-        [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        timeout=120,
-    )
-
-
-def refused(*arguments, says=(), code=2, **options):
-    """The command fails with one clear line and no traceback."""
-    result = run(*arguments, **options)
-    assert result.returncode == code, result.stderr
-    lines = result.stderr.strip().splitlines()
-    assert len(lines) == 1 and lines[0].startswith("elocute: "), result.stderr
-    for word in says:
-        assert word in lines[0], lines[0]
-    return lines[0]
+def refused(*arguments, says=()):
+    one_line(run(*arguments), *says)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +61,7 @@ def test_importing_needs_neither_torch_nor_onnxruntime():
         "import sys, elocute, elocute.cli.app; "
         "print([m for m in ('torch', 'onnxruntime', 'scipy', 'av') if m in sys.modules])"
     )
-    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    output = run_python("-c", code)
     assert output.stdout.strip() == "[]", output.stdout + output.stderr
 
 

@@ -1,39 +1,19 @@
 """`elocute corpus` as a person meets it."""
 
-import contextlib
-import io
 import json
-import subprocess
-import sys
-from unittest import mock
 
 import numpy as np
 import pytest
 
-from elocute.cli import main
+from tests.support.commands import one_line, run_here
 
 
 def run(*arguments):
-    """Run `elocute corpus` in this process: dozens of new ones would take their time."""
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["elocute", "corpus", *map(str, arguments)]),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        pytest.raises(SystemExit) as left,
-    ):
-        main()
-    return subprocess.CompletedProcess(arguments, left.value.code, out.getvalue(), err.getvalue())
+    return run_here("corpus", *arguments)
 
 
 def refused(*arguments, says=()):
-    """The command fails with one clear line and no traceback."""
-    result = run(*arguments)
-    assert result.returncode == 2, result.stderr
-    lines = result.stderr.strip().splitlines()
-    assert len(lines) == 1 and lines[0].startswith("elocute: "), result.stderr
-    for word in says:
-        assert word in lines[0], lines[0]
+    one_line(run(*arguments), *says)
 
 
 @pytest.fixture

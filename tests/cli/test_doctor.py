@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import elocute
 from elocute.cli.doctor import _tested
+from tests.support.commands import Result, run_apart
 
 HERE = Path(elocute.__file__).parents[1]
 
 
-def doctor(*also: str, before: Path = HERE) -> subprocess.CompletedProcess[str]:
+def doctor(*also: str, before: Path = HERE) -> Result:
     """Run it in a Python that finds modules in the folder `before` first."""
-    return subprocess.run(
-        [sys.executable, "-c", "from elocute.cli import main; main()", "doctor", *also],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(before), str(HERE)))},
-    )
+    path = os.pathsep.join((str(before), str(HERE)))
+    return run_apart("doctor", *also, env=os.environ | {"PYTHONPATH": path})
 
 
 def test_everything_works_here():

@@ -1,8 +1,6 @@
 """`elocute edit` as a person meets it."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -13,15 +11,7 @@ from elocute.head.identity import resolve_identity
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.edits import with_blinks, with_identity_over_time, with_pose
 from elocute.motion.store import load_motion, save_motion
-
-
-def run(*arguments):
-    return subprocess.run(
-        [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+from tests.support.commands import run_apart as run
 
 
 @pytest.fixture(scope="module")

@@ -18,8 +18,9 @@ import soundfile
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.store import save_motion
+from tests.support.commands import one_line
+from tests.support.commands import run_apart as run
 
-MAIN = [sys.executable, "-c", "from elocute.cli import main; main()"]
 LIMIT = 30_000
 TEXT = (
     "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "
@@ -55,23 +56,6 @@ def small(tmp_path):
 
 def limited():
     resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, LIMIT))
-
-
-def one_line(done, says):
-    lines = done.stderr.strip().splitlines()
-    assert (done.returncode, len(lines)) == (2, 1), done.stderr
-    assert lines[0].startswith("elocute: ") and says in lines[0], lines[0]
-
-
-def run(*arguments, **options):
-    return subprocess.run(
-        [*MAIN, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-        **options,
-    )
 
 
 FORMATS = ("npz", "glb", "html", "csv", "npy", "obj", "ply", "png", "mp4")
@@ -130,11 +114,11 @@ def test_a_full_folder_for_temporary_files_does_not_matter(talk, small, tmp_path
 def test_standard_output_that_is_full_or_closed():
     for command in (["head", "show", "builtin"], ["head", "show", "builtin", "--json"]):
         with Path("/dev/full").open("w") as full:
-            done = subprocess.run([*MAIN, *command], stdout=full, stderr=subprocess.PIPE, text=True)
+            done = run(*command, stdout=full)
         one_line(done, "standard output: cannot be written (No space left on device)")
         reader, writer = os.pipe()
         os.close(reader)
-        done = subprocess.run([*MAIN, *command], stdout=writer, stderr=subprocess.PIPE, text=True)
+        done = run(*command, stdout=writer)
         os.close(writer)
         assert (done.returncode, done.stderr) == (141, "")
 

@@ -1,42 +1,22 @@
 """`elocute head` as a person meets it."""
 
-import contextlib
-import io
 import json
 import os
 import pickle
-import subprocess
-import sys
-from unittest import mock
 
 import numpy as np
 import pytest
 import trimesh
 
-from elocute.cli import main
+from tests.support.commands import one_line, run_apart, run_here
 
 
 def run(*arguments):
-    """Run `elocute head` in this process: dozens of new ones would take their time."""
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["elocute", "head", *map(str, arguments)]),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        pytest.raises(SystemExit) as left,
-    ):
-        main()
-    return subprocess.CompletedProcess(arguments, left.value.code, out.getvalue(), err.getvalue())
+    return run_here("head", *arguments)
 
 
 def refused(*arguments, says=()):
-    """The command fails with one clear line and no traceback."""
-    result = run(*arguments)
-    assert result.returncode == 2, result.stderr
-    lines = result.stderr.strip().splitlines()
-    assert len(lines) == 1 and lines[0].startswith("elocute: "), result.stderr
-    for word in says:
-        assert word in lines[0], lines[0]
+    one_line(run(*arguments), *says)
 
 
 @pytest.fixture(scope="module")
@@ -57,9 +37,7 @@ def test_show_says_what_a_flame_file_holds(flame):
 
 
 def test_a_process_of_its_own_shows_the_same(flame):
-    code = "from elocute.cli import main; main()"
-    command = [sys.executable, "-c", code, "head", "show", str(flame)]
-    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    result = run_apart("head", "show", flame, check=True)
     assert result.stdout == run("show", flame).stdout and result.stderr == ""
 
 

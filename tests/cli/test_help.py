@@ -16,6 +16,7 @@ from typer.main import get_command
 
 from elocute.cli.app import app
 from elocute.cli.examples import EXAMPLES
+from tests.support.commands import run_apart
 
 
 def walk(command: Any, path: tuple[str, ...] = (), above: Any = None) -> Iterator[tuple]:
@@ -29,7 +30,6 @@ def walk(command: Any, path: tuple[str, ...] = (), above: Any = None) -> Iterato
 
 EVERY = list(walk(get_command(app)))
 NAMES = [" ".join(path) for path, _, _ in EVERY]
-SCRIPT = [sys.executable, "-m", "elocute"]
 
 
 @pytest.mark.parametrize("wide", [80, 200])
@@ -86,7 +86,7 @@ def test_a_missing_argument_says_where_help_is(refused: Callable[..., None]) -> 
 
 
 def test_python_m_is_the_same_command() -> None:
-    done = subprocess.run([*SCRIPT, "head"], capture_output=True, text=True, check=True)
+    done = run_apart("head", check=True)
     assert done.stdout.startswith("Usage: elocute head") and not done.stderr
 
 

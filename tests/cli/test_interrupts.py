@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from elocute.motion.store import load_motion
+from tests.support.commands import python
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of Unix")
 # It says when the module of the console script is there: from then on Ctrl-C is ours to mind.
@@ -23,9 +24,12 @@ def interrupted(
     *arguments: object, after_s: float, cwd: Path, by: int = signal.SIGINT
 ) -> tuple[int, str]:
     """Exit code and stderr; the whole group hears it, as from a terminal."""
-    words = [sys.executable, "-c", START, *map(str, arguments)]
     process = subprocess.Popen(
-        words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
+        python("-c", START, *arguments),
+        cwd=cwd,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
     )
     assert process.stdout is not None
     os.read(process.stdout.fileno(), 1)
@@ -123,7 +127,7 @@ def test_a_background_job_of_a_script_goes_on(speech_wav: Path, tmp_path: Path) 
     """Shells start those with Ctrl-C ignored, and so it stays."""
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); " + START
     process = subprocess.Popen(
-        [sys.executable, "-c", code, "animate", speech_wav, "-o", "t.npz"],
+        python("-c", code, "animate", speech_wav, "-o", "t.npz"),
         cwd=tmp_path,
         stdout=subprocess.PIPE,
     )

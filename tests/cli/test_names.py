@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
+
+from tests.support.commands import run_bytes
 
 NAMES = [
     b"\xff\xfe.wav",
@@ -25,15 +27,8 @@ NAMES = [
 ]
 
 
-def run(*arguments: bytes | str, cwd: Path, **environment: str) -> subprocess.CompletedProcess:
-    return subprocess.run(
-        [sys.executable, "-m", "elocute", *arguments],
-        cwd=cwd,
-        capture_output=True,
-        env=os.environ | environment,
-        timeout=120,
-        check=False,
-    )
+def run(*arguments: bytes | str, cwd: Path, **environment: str) -> CompletedProcess[bytes]:
+    return run_bytes(*arguments, cwd=cwd, env=os.environ | environment)
 
 
 @pytest.fixture

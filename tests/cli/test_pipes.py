@@ -16,8 +16,8 @@ import pytest
 import soundfile
 
 from elocute.motion.store import load_motion
+from tests.support.commands import run_bytes as run
 
-SCRIPT = [sys.executable, "-m", "elocute"]
 posix = pytest.mark.skipif(os.name != "posix", reason="shells and devices of Unix")
 
 
@@ -30,20 +30,15 @@ def wav(speech_wav: Path) -> bytes:
     return packed.getvalue()
 
 
-def run(*arguments: object, given: bytes = b"") -> subprocess.CompletedProcess[bytes]:
-    words = [*SCRIPT, *map(str, arguments)]
-    return subprocess.run(words, input=given, capture_output=True, timeout=120, check=False)
-
-
 def test_sound_in_and_curves_out(wav: bytes) -> None:
-    done = run("animate", "-", "-o", "-", "--format", "json", given=wav)
+    done = run("animate", "-", "-o", "-", "--format", "json", input=wav)
     assert (done.returncode, done.stderr) == (0, b"")
     curves = json.loads(done.stdout)
     assert curves["fps"] == 60 and len(curves["frames"]) == 60
     assert len(curves["names"]) == len(curves["frames"][0])
     jaw = curves["names"].index("jawOpen")
     assert max(frame[jaw] for frame in curves["frames"]) > 0.1
-    done = run("animate", "-", "-o", "-", "--format", "csv", given=wav)
+    done = run("animate", "-", "-o", "-", "--format", "csv", input=wav)
     assert done.stdout.startswith(b"Timecode,") and done.stdout.count(b"\n") == 61
 
 
@@ -52,7 +47,7 @@ def test_a_wav_whose_writer_did_not_know_its_length(wav: bytes, tmp_path: Path) 
     unknown = wav[:4] + struct.pack("<I", 0xFFFFFFFF) + wav[8:place]
     unknown += struct.pack("<I", 0xFFFFFFFF) + wav[place + 4 :]
     for name, given in (("known", wav), ("unknown", unknown)):
-        done = run("animate", "-", "-o", tmp_path / f"{name}.npz", given=given)
+        done = run("animate", "-", "-o", tmp_path / f"{name}.npz", input=given)
         assert done.returncode == 0, done.stderr
     known, other = (load_motion(tmp_path / f"{name}.npz") for name in ("known", "unknown"))
     assert (known.weights == other.weights).all()
@@ -60,7 +55,7 @@ def test_a_wav_whose_writer_did_not_know_its_length(wav: bytes, tmp_path: Path) 
 
 def test_bytes_of_other_formats_go_out_too(wav: bytes) -> None:
     for kind, start in (("npz", b"PK"), ("glb", b"glTF"), ("html", b"<!doctype")):
-        done = run("animate", "-", "-o", "-", "--format", kind, given=wav)
+        done = run("animate", "-", "-o", "-", "--format", kind, input=wav)
         assert (done.returncode, done.stderr) == (0, b"") and done.stdout.startswith(start)
 
 
@@ -76,7 +71,7 @@ def test_bytes_of_other_formats_go_out_too(wav: bytes) -> None:
     ],
 )
 def test_what_makes_no_sense_is_one_line(arguments: tuple, says: bytes) -> None:
-    done = run("animate", *arguments, given=b"no sound at all")
+    done = run("animate", *arguments, input=b"no sound at all")
     assert (done.returncode, done.stdout) == (2, b"")
     assert done.stderr.count(b"\n") == 1 and says in done.stderr, done.stderr
 
@@ -88,7 +83,7 @@ def test_nobody_reads_it_and_nothing_is_said(command: str, wav: bytes, tmp_path:
     words = [word.format(wav=tmp_path / "a.wav") for word in command.split()]
     reads, writes = os.pipe()
     os.close(reads)
-    done = subprocess.run([*SCRIPT, *words], stdout=writes, stderr=subprocess.PIPE, check=False)
+    done = run(*words, stdout=writes)
     os.close(writes)
     assert (done.returncode, done.stderr) == (141, b"")
 
@@ -100,7 +95,7 @@ def test_a_full_output_is_one_line(command: str, wav: bytes, tmp_path: Path) -> 
     (tmp_path / "a.wav").write_bytes(wav)
     words = [word.format(wav=tmp_path / "a.wav") for word in command.split()]
     with Path("/dev/full").open("wb") as full:
-        done = subprocess.run([*SCRIPT, *words], stdout=full, stderr=subprocess.PIPE, check=False)
+        done = run(*words, stdout=full)
     assert done.returncode == 2 and done.stderr.count(b"\n") == 1
     assert done.stderr.startswith(b"elocute: standard output: cannot be written")
 

@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.support.commands import run_apart
+
 pytest.importorskip("torch", reason="needs the extra `train`")
-
-
-def elocute(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def test_a_corpus_becomes_a_model_that_animates(
     tmp_path: Path, make_corpus: Callable[..., object], speech_wav: Path
 ) -> None:
     make_corpus(tmp_path / "corpus")
-    done = elocute(
+    done = run_apart(
         "train",
         "voca",
         tmp_path / "corpus",
@@ -42,11 +37,11 @@ def test_a_corpus_becomes_a_model_that_animates(
     assert record["epoch"] == 2
     for name in ("model.onnx", "checkpoint.safetensors", "log.csv", "sample.png"):
         assert (tmp_path / "out" / name).stat().st_size > 0
-    again = elocute(
+    again = run_apart(
         "animate", speech_wav, "--model", tmp_path / "out" / "model.onnx", "-o", tmp_path / "t.npz"
     )
     assert again.returncode == 0, again.stderr
-    full = elocute("train", "voca", tmp_path / "corpus", "-o", tmp_path / "out")
+    full = run_apart("train", "voca", tmp_path / "corpus", "-o", tmp_path / "out")
     assert full.returncode == 2
     assert "--resume" in full.stderr
 
@@ -67,7 +62,7 @@ def test_what_cannot_be_trained_is_one_line(
 ) -> None:
     make_corpus(tmp_path / "corpus")
     given = [word.format(corpus=tmp_path / "corpus") for word in arguments]
-    done = elocute("train", "voca", *given, "-o", tmp_path / "out")
+    done = run_apart("train", "voca", *given, "-o", tmp_path / "out")
     assert done.returncode == 2
     assert told in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
@@ -80,7 +75,7 @@ def test_a_training_goes_on_only_where_one_began(
     make_corpus(tmp_path / "corpus")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "log.csv").write_text("my notes")
-    done = elocute("train", "voca", tmp_path / "corpus", "-o", tmp_path / "mine", "--resume")
+    done = run_apart("train", "voca", tmp_path / "corpus", "-o", tmp_path / "mine", "--resume")
     assert done.returncode == 2 and "no checkpoint.safetensors beside it" in done.stderr
     assert (tmp_path / "mine" / "log.csv").read_text() == "my notes"
 

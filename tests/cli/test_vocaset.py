@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +12,13 @@ import pytest
 
 from elocute.corpus.importers import splits
 from elocute.motion.store import load_motion
+from tests.support.commands import run_apart
 
 pytest.importorskip("torch", reason="needs the extra `train`")
 
 
 def elocute(*arguments: object) -> str:
-    command = [sys.executable, "-c", "from elocute.cli import main; main()", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = run_apart(*arguments)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -1,8 +1,5 @@
 """Every encoder by its name: shapes, rates, and what is refused."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 import python_speech_features as psf
@@ -12,6 +9,7 @@ from elocute.audio.waveform import Waveform
 from elocute.encoders.phone_encoder import PhoneEncoder
 from elocute.encoders.registry import encoder_names, resolve_encoder
 from elocute.errors import InputError
+from tests.support.commands import run_python
 
 
 @pytest.fixture(scope="module")
@@ -86,5 +84,5 @@ def test_resolving_loads_neither_torch_nor_onnxruntime():
         "import elocute.encoders.deepspeech, elocute.encoders.speech_transformer;"
         "print({'torch', 'onnx', 'onnxruntime', 'transformers'} & set(sys.modules))"
     )
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    out = run_python("-c", code, check=True)
     assert out.stdout.strip() == "set()"

@@ -14,6 +14,7 @@ from elocute.files.atomic import (
     write_atomically,
     write_folder_atomically,
 )
+from tests.support.commands import run_python
 
 
 def test_a_file_appears_when_it_is_whole(tmp_path):
@@ -51,7 +52,7 @@ def test_the_next_run_removes_what_a_killed_one_left(tmp_path):
         "with write_atomically(sys.argv[1]) as draft:\n"
         "    draft.write_text('half'); os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    subprocess.run([sys.executable, "-c", killed, str(tmp_path / "talk.mp4")], check=False)
+    run_python("-c", killed, tmp_path / "talk.mp4")
     (left,) = tmp_path.iterdir()
     assert left.name.startswith(".talk.mp4.")
     with write_atomically(tmp_path / "other.glb") as draft:
@@ -77,12 +78,7 @@ def test_a_full_disk_is_one_line(tmp_path):
         "    with write_atomically(sys.argv[1]) as draft: draft.write_bytes(b'x' * 5000)\n"
         "except OutputError as error: print(error)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", full, str(tmp_path / "a.bin")],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = run_python("-c", full, tmp_path / "a.bin", check=True)
     assert "a.bin: cannot be written (File too large)" in done.stdout
     assert list(tmp_path.iterdir()) == []
 
@@ -117,7 +113,7 @@ def test_a_folder_comes_back_with_the_next_run_where_one_was_killed(tmp_path):
     )
     (tmp_path / "frames").mkdir()
     (tmp_path / "frames" / "1").write_text("before")
-    subprocess.run([sys.executable, "-c", killed, str(tmp_path / "frames")], check=False)
+    run_python("-c", killed, tmp_path / "frames")
     assert not (tmp_path / "frames").exists()
     with write_atomically(tmp_path / "other.txt") as draft:
         draft.write_text("whole")

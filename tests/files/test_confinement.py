@@ -7,21 +7,17 @@ onnxruntime by scripts/matrix.py.
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-import elocute
 from elocute.encoders.onnx_graph import step, write_graph
+from tests.support.commands import SAME_ELOCUTE, run_python
 
-HERE = Path(elocute.__file__).parents[1]
 WATCHED = """
 import json, os, sys
-sys.path.insert(0, sys.argv[1])
 import numpy, trimesh, onnxruntime, PIL.Image, PIL.PngImagePlugin, elocute
 from pathlib import Path
 from elocute.capture.scans.scan_file import read_scan
@@ -41,7 +37,7 @@ def watch(event, arguments):
         opened.append(event)
 sys.addaudithook(watch)
 try:
-    readers[sys.argv[2]](Path(sys.argv[3]))
+    readers[sys.argv[1]](Path(sys.argv[2]))
 except InputError:
     pass
 print(json.dumps(opened))
@@ -50,12 +46,7 @@ print(json.dumps(opened))
 
 def opened(reader: str, path: Path) -> set[str]:
     """Real paths below the test's folder that were opened, and events of networks and programs."""
-    result = subprocess.run(
-        [sys.executable, "-c", WATCHED, str(HERE), reader, str(path)],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    result = run_python("-c", WATCHED, reader, path, check=True, env=SAME_ELOCUTE)
     room = str(path.parent.parent.resolve())
     found = json.loads(result.stdout)
     return {name for name in found if name.startswith(room) or ("." in name and "/" not in name)}

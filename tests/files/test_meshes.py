@@ -2,8 +2,6 @@
 
 import os
 import struct
-import subprocess
-import sys
 import zlib
 
 import numpy as np
@@ -12,6 +10,7 @@ from PIL import Image
 
 from elocute.errors import HeadError
 from elocute.files.meshes import check_picture, read_mesh_file
+from tests.support.commands import run_python
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 1 0 0\nvt 0 0\nvt 0 1\nvt 1 0\nusemtl skin\nf 1/1 2/2 3/3\n"
 
@@ -80,7 +79,7 @@ def test_files_elsewhere_are_not_looked_for(mesh):
     assert [200, 10, 10] not in np.asarray(read(inner / "face.obj").colors).tolist()
 
 
-def test_nothing_is_printed_of_a_picture_that_is_not_there(tmp_path, capfd):
+def test_nothing_is_printed_of_a_picture_that_is_not_there(tmp_path):
     (tmp_path / "face.ply").write_text(
         "ply\nformat ascii 1.0\ncomment TextureFile /etc/hostname\nelement vertex 3\n"
         "property float x\nproperty float y\nproperty float z\nelement face 1\n"
@@ -91,8 +90,8 @@ def test_nothing_is_printed_of_a_picture_that_is_not_there(tmp_path, capfd):
         f"read_mesh_file({str(tmp_path / 'face.ply')!r}, max_bytes=9999, error=HeadError, "
         "coloured=True)"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
-    assert capfd.readouterr() == ("", "")
+    done = run_python("-c", code, check=True)
+    assert (done.stdout, done.stderr) == ("", "")
 
 
 def test_materials_that_copy_all_vertices_each_are_refused(tmp_path):

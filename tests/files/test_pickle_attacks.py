@@ -7,6 +7,8 @@ import sys
 import numpy as np
 import pytest
 
+from tests.support.commands import run_python
+
 pytest.importorskip("resource", reason="limits of memory are those of POSIX")
 
 READ = """
@@ -96,9 +98,7 @@ ATTACKS = {
 def test_an_attack_is_refused_in_one_line_and_little_time(name, tmp_path):
     path = tmp_path / "attack.pkl"
     path.write_bytes(ATTACKS[name])
-    done = subprocess.run(
-        [sys.executable, "-c", READ, str(path)], capture_output=True, text=True, timeout=120
-    )
+    done = run_python("-c", READ, path, timeout=120)
     assert done.returncode == 0 and not done.stderr, done.stderr[-500:]
     (line,) = done.stdout.splitlines()
     assert line.startswith(f"{path}: ") and len(line) < 400 + len(str(path))

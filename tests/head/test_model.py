@@ -1,7 +1,5 @@
 """The built-in head as it ships: what it holds, how it loads, how it is stored."""
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +10,7 @@ from elocute.head import load_builtin_head, load_head, save_head
 from elocute.head.builtin import BUILTIN_HEAD_PATH
 from elocute.head.identity import sample_identity
 from elocute.head.store import BASIS_STEP_M
+from tests.support.commands import run_python
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +40,7 @@ def test_loads_in_a_fraction_of_a_second():
         "import time, numpy; from elocute.head import load_builtin_head;"
         "t = time.perf_counter(); load_builtin_head(); print(time.perf_counter() - t)"
     )
-    run = [sys.executable, "-c", code]
-    times = [float(subprocess.run(run, capture_output=True, check=True).stdout) for _ in range(3)]
+    times = [float(run_python("-c", code, check=True).stdout) for _ in range(3)]
     assert min(times) < 0.15
 
 

@@ -18,6 +18,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.commands import python, run_apart, run_python
+
 pytestmark = [
     pytest.mark.cluster,
     pytest.mark.skipif(not importlib.util.find_spec("ray"), reason="needs the extra `cluster`"),
@@ -114,14 +116,7 @@ def end(process: subprocess.Popen[str]) -> None:
 def drive(node: tuple[str, dict[str, str]], name: str, folder: Path, **more: str):
     address, environment = node
     code = DRIVER.format(folder=str(folder), address=address, name=name)
-    return subprocess.run(
-        [sys.executable, "-c", code],
-        env=environment | more,
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
+    return run_python("-c", code, env=environment | more)
 
 
 def outcome(result: subprocess.CompletedProcess[str]) -> dict:
@@ -195,28 +190,18 @@ def test_propagate_on_the_cluster_and_a_killed_driver(node, wild: Path, tmp_path
         "-o",
     ]
 
-    def call(*arguments: object) -> list[str]:
-        code = "from elocute.cli import main; main()"
-        return [sys.executable, "-c", code, *map(str, arguments)]
-
     output, plain = tmp_path / "ray", tmp_path / "plain"
-    with subprocess.Popen(call(*common, output, "--ray", address), env=environment) as driver:
+    start = python("-m", "elocute", *common, output, "--ray", address)
+    with subprocess.Popen(start, env=environment) as driver:
         until = time.monotonic() + 240
         while not list((output / "records").glob("*.json")) and driver.poll() is None:
             assert time.monotonic() < until
             time.sleep(0.02)
         driver.kill()
     assert not (output / "manifest.json").exists()
-    again = subprocess.run(
-        call(*common, output, "--ray", address, "--resume"),
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
+    again = run_apart(*common, output, "--ray", address, "--resume", env=environment)
     assert again.returncode == 0, again.stderr
     assert json.loads(again.stdout)["kept"] >= 1
-    subprocess.run(call(*common, plain), check=True, capture_output=True)
+    run_apart(*common, plain, check=True)
     for path in [*plain.glob("*.parquet"), plain / "manifest.json"]:
         assert (output / path.name).read_bytes() == path.read_bytes(), path.name

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
+
+from tests.support.commands import run_python
 
 pytest.importorskip("hatchling", reason="needs the development environment")
 ROOT = Path(__file__).parents[2]
@@ -22,12 +23,7 @@ LICENCES = [
 
 
 def build(kind: str, source: Path, folder: Path) -> Path:
-    subprocess.run(
-        [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(folder)],
-        cwd=source,
-        check=True,
-        capture_output=True,
-    )
+    run_python("-m", "hatchling", "build", "-t", kind, "-d", folder, cwd=source, check=True)
     (built,) = folder.glob("elocute-*")
     return built
 

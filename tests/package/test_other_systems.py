@@ -6,15 +6,13 @@ has, and in which `os` lacks what it lacks on Windows.
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import elocute
+from tests.support.commands import SAME_ELOCUTE, run_python
 
-HERE = Path(elocute.__file__).parents[1]
 TAKE_AWAY = """
 import builtins, os, shutil, signal, sys, tempfile
 POSIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "termios", "tty"}
@@ -64,12 +62,7 @@ EXTRAS = {
 
 
 def run(program: str, *arguments: object) -> str:
-    path = f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
-    result = subprocess.run(
-        [sys.executable, "-c", path + TAKE_AWAY + program, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-    )
+    result = run_python("-c", TAKE_AWAY + program, *arguments, env=SAME_ELOCUTE)
     assert result.returncode == 0, result.stderr
     return result.stdout
 

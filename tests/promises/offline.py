@@ -1,6 +1,6 @@
 """Runs `elocute` in this process while every step onto a network ends it.
 
-    python offline.py COMMANDS.json
+    python -m tests.promises.offline COMMANDS.json
 
 COMMANDS.json is a list of argument lists. Python reports each use of a socket to an audit hook;
 the hook prints it and leaves at once, so that no code can swallow it.

@@ -7,12 +7,12 @@ import importlib.metadata
 import json
 import re
 import shlex
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+
+from tests.support.commands import run_python
 
 ROOT = Path(__file__).parents[2]
 CARDS = ROOT / "docs" / "cards"
@@ -57,14 +57,8 @@ def commands_of_a_docstring(path: Path) -> list[str]:
 
 def problems_of(asked: list[list[str]]) -> list[str]:
     """What the commands' own parsers say, "" where they take the arguments."""
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.promises.parse_commands"],
-        input=json.dumps(asked),
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=ROOT,
-    )
+    parser = "tests.promises.parse_commands"
+    done = run_python("-m", parser, input=json.dumps(asked), check=True, cwd=ROOT)
     return json.loads(done.stdout)
 
 

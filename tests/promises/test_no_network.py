@@ -6,13 +6,14 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import soundfile
 
-OFFLINE = Path(__file__).with_name("offline.py")
+from tests.support.commands import python, run_python
+
+ROOT = Path(__file__).parents[2]
 FEW = ["--fps", "25"]
 SMALL = [*FEW, "--size", "128"]
 
@@ -47,8 +48,8 @@ def commands(tmp_path_factory, speech_wav) -> Path:
 
 
 def started(commands: Path, *before: str) -> subprocess.CompletedProcess[str]:
-    command = [*before, sys.executable, str(OFFLINE), str(commands)]
-    return subprocess.run(command, capture_output=True, text=True)
+    command = [*before, *python("-m", "tests.promises.offline", commands)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
 
 
 def test_no_command_opens_a_socket(commands):
@@ -87,9 +88,8 @@ def test_no_library_below_python_opens_a_socket_either(commands, tmp_path, need)
     ],
 )
 def test_the_hook_tells_of_any_attempt(reach):
-    start = "import contextlib, offline, sys; sys.addaudithook(offline.refuse)"
+    start = "import contextlib, sys; from tests.promises import offline\n"
+    start += "sys.addaudithook(offline.refuse)"
     code = f"{start}\nwith contextlib.suppress(Exception):\n    {reach}"
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, cwd=OFFLINE.parent
-    )
+    done = run_python("-c", code, cwd=ROOT)
     assert done.returncode == 99 and done.stderr.startswith("network: ")

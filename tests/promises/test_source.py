@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -181,3 +182,58 @@ def test_what_only_looks_alike_is_not(text):
 def test_a_rule_s_own_home_may():
     text = "import onnxruntime\nonnxruntime.InferenceSession(model)"
     assert offences(text, "files/onnx_session.py") == []
+
+
+# The one mechanism by which a package loads its own names when they are first asked for.
+LAZY = re.compile(r"(.+/)?__init__\.py|lazy\.py")
+
+
+def dynamic_imports(text: str, place: str) -> list[str]:
+    """Calls of import_module that hide an arrow between packages from the drawn layers.
+
+    A registry may load a module that lies beside it, by a name that begins with its own package;
+    another's library may be loaded by a name in quotes.
+    """
+    package = ".".join(("elocute", *Path(place).parent.parts))
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if (
+            not isinstance(node, ast.Call)
+            or dotted(node.func, {}).split(".")[-1] != "import_module"
+        ):
+            continue
+        name = node.args[0] if node.args else None
+        if isinstance(name, ast.JoinedStr):
+            name = name.values[0]
+        start = str(name.value) if isinstance(name, ast.Constant) else ""
+        within = start.startswith(f"{package}.") and start.count(".") == package.count(".") + 1
+        foreign = bool(start) and start.split(".")[0] != "elocute"
+        if not (within or foreign or LAZY.fullmatch(place)):
+            found.append(f"{place}:{node.lineno} {ast.unparse(node)}")
+    return found
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_no_import_by_name_hides_an_arrow_between_packages(place):
+    assert dynamic_imports((SOURCE / place).read_text(encoding="utf-8"), place) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "importlib.import_module('elocute.export.notebook')",
+        "import_module(name)",
+        "import_module(f'elocute.{name}')",
+        "import_module(f'elocute.motion.store.{name}')",
+        "import_module(f'{package}.store')",
+    ],
+)
+def test_an_import_by_name_is_found(text):
+    assert len(dynamic_imports(text, "motion/motion.py")) == 1
+
+
+@pytest.mark.parametrize(
+    "text", ["import_module(f'elocute.motion.{name}')", "import_module('mediapipe.python')"]
+)
+def test_an_import_by_name_that_hides_nothing_is_not(text):
+    assert dynamic_imports(text, "motion/motion.py") == []

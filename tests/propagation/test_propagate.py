@@ -8,18 +8,16 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
-from typer.testing import CliRunner
 
-from elocute.cli.app import app
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import Shards, open_shards
+from tests.support.commands import one_line, python, run_here
 
 WORDS = ("one", "three", "two", "zero")
 
@@ -43,8 +41,8 @@ def command(wild: Path, output: Path, *more: str) -> list[str]:
 
 
 def call(wild: Path, output: Path, *more: str, exits: int = 0) -> dict:
-    result = CliRunner().invoke(app, command(wild, output, *more))
-    assert result.exit_code == exits, (result.output, result.exception)
+    result = run_here(*command(wild, output, *more))
+    assert result.returncode == exits, result
     return json.loads(result.stdout.splitlines()[0])
 
 
@@ -121,9 +119,8 @@ def same(one: Path, other: Path) -> None:
 
 
 def start(arguments: list[str]) -> subprocess.Popen[str]:
-    code = "from elocute.cli import main; main()"
     return subprocess.Popen(
-        [sys.executable, "-c", code, *arguments],
+        python("-m", "elocute", *arguments),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -155,8 +152,7 @@ def test_a_killed_driver_goes_on_with_every_clip_once(wild: Path, whole: Path, t
     driver.communicate()
     wait_for(lambda: not any(Path(f"/proc/{worker}/exe").exists() for worker in workers))
     assert not (output / "manifest.json").exists()
-    result = CliRunner().invoke(app, command(wild, output))
-    assert result.exit_code == 2 or "--resume" in str(result.exception)
+    one_line(run_here(*command(wild, output)), "--resume")
     told = call(wild, output, "--resume")
     assert told["kept"] >= 1 and told["words"] == 4
     rows_once(output, wild)
@@ -209,8 +205,7 @@ def test_what_cannot_be_used_is_listed_and_the_rest_goes_on(wild: Path, tmp_path
 
 def test_refusals(wild: Path, whole: Path, tmp_path: Path):
     def refused(*more: str, says: str, output: Path | None = None) -> None:
-        result = CliRunner().invoke(app, command(wild, output or tmp_path / "new", *more))
-        assert says in str(result.exception), (result.output, result.exception)
+        one_line(run_here(*command(wild, output or tmp_path / "new", *more)), says)
         assert not (tmp_path / "new").exists()
 
     refused(output=whole, says="--resume")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from pathlib import Path
-from typing import Any
 
 import typer
 
@@ -44,14 +42,15 @@ def align_command(
     if plot is not None and plot.suffix.lower() != ".png":
         raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
     plan = plan_files([source, target], [plot], overwrite, no_clobber)
-    methods, speech = alignment_module("methods"), alignment_module("sound_views")
+    with needs_extra("alignment", "wild"):
+        from elocute.alignment import methods, sound_views
     chosen = methods.resolve_method(method)
     config = chosen.config(band=band, open_source=find)
     sounds = [read_audio(path) for path in (source, target)]
     views = []
     for path, sound in zip((source, target), sounds, strict=True):
         try:
-            views.append(speech.speech_view(sound, encoder))
+            views.append(sound_views.speech_view(sound, encoder))
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
     with told_progress(f"fitting {method}", as_json) as progress:
@@ -67,7 +66,7 @@ def align_command(
             matrix = -squared_distances(*found.features)
         with plan.writing(plot):
             plot_alignment(sounds, matrix, found.path, plot, title)
-    rate = speech.RATE
+    rate = sound_views.RATE
     if as_json:
         print(
             json.dumps(
@@ -90,9 +89,3 @@ def align_command(
         print(f"found   {start:.2f} to {end:.2f} s of {source.name}")
     else:
         print(f"shift   {shift.min():+.2f} to {shift.max():+.2f} s of {source.name}")
-
-
-def alignment_module(name: str) -> Any:
-    """A module of elocute.alignment. Raises MachineError where its packages are missing."""
-    with needs_extra("alignment", "wild"):
-        return importlib.import_module(f"elocute.alignment.{name}")

@@ -10,14 +10,14 @@ from elocute.errors import InputError
 
 DEFAULT = "phones"
 
-# kind: (module, class, what must follow a colon); modules are imported when first needed.
+# kind: (module beside this one, class, what must follow a colon), imported when first needed.
 ENCODERS: dict[str, tuple[str, str, str]] = {
-    "phones": ("elocute.encoders.builtin_encoders", "Phones", ""),
-    "fbank": ("elocute.encoders.builtin_encoders", "Fbank", ""),
-    "deepspeech": ("elocute.encoders.deepspeech", "DeepSpeech", "PATH.pb"),
-    "wav2vec2": ("elocute.encoders.speech_transformer", "Wav2Vec2", "FOLDER"),
-    "hubert": ("elocute.encoders.speech_transformer", "Hubert", "FOLDER"),
-    "wavlm": ("elocute.encoders.speech_transformer", "WavLM", "FOLDER"),
+    "phones": ("builtin_encoders", "Phones", ""),
+    "fbank": ("builtin_encoders", "Fbank", ""),
+    "deepspeech": ("deepspeech", "DeepSpeech", "PATH.pb"),
+    "wav2vec2": ("speech_transformer", "Wav2Vec2", "FOLDER"),
+    "hubert": ("speech_transformer", "Hubert", "FOLDER"),
+    "wavlm": ("speech_transformer", "WavLM", "FOLDER"),
 }
 
 
@@ -44,5 +44,5 @@ def resolve_encoder(name: str = DEFAULT) -> Encoder:
     if bool(path) != bool(what) or bool(colon) != bool(what):
         wanted = f"{kind}:{what}" if what else kind
         raise InputError.about("encoder", found=f"{name!r}", allowed=wanted)
-    encoder_class = getattr(importlib.import_module(module), class_name)
+    encoder_class = getattr(importlib.import_module(f"elocute.encoders.{module}"), class_name)
     return encoder_class(Path(path)) if what else encoder_class()

@@ -1,14 +1,13 @@
 """wav2vec 2.0, HuBERT and WavLM from a local transformers folder: last hidden states at 50 Hz.
 
 Here stands all that needs no torch: checking the folder, normalising, and cutting long sound. The
-network itself is `elocute.networks.speech_transformers`, which lies in a layer above and needs
-the extra `encoders`; it is reached by name, as writers are, so that nothing here imports torch. (An
-export to ONNX would need the same torch once, and a second file to keep true to the first.)
+network itself is `elocute.encoders.speech_transformer_network`, which needs the extra `encoders`
+and is imported when the first sound comes. (An export to ONNX would need the same torch once, and a
+second file to keep true to the first.)
 """
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -26,7 +25,6 @@ from elocute.files.json_records import read_record
 
 Array = NDArray[np.float32]
 
-NETWORK_MODULE = "elocute.networks.speech_transformers"
 HOP = 320  # samples per frame: 20 ms
 RECEPTIVE = 400  # samples that one frame needs
 BLOCK_FRAMES = 1500
@@ -79,8 +77,9 @@ class SpeechTransformer:
     @cached_property
     def _network(self) -> Callable[[Array], Array]:
         """(sample,) to (frame, feature). Raises MachineError without the extra `encoders`."""
-        load = importlib.import_module(NETWORK_MODULE).load_speech_transformer
-        return load(self.name, self.config, self.folder / "model.safetensors")
+        from elocute.encoders.speech_transformer_network import load_speech_transformer
+
+        return load_speech_transformer(self.name, self.config, self.folder / "model.safetensors")
 
     def __call__(self, waveform: Waveform) -> Features:
         """Raises InputError for weights that do not fit, MachineError without the extra."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
+from elocute.notebook_repr import html_of
 from elocute.numerics.given import NUMBERS_MAX, check_kind, floats_of, real_number, whole_number
 from elocute.one_line_repr import brief
 
@@ -86,9 +86,7 @@ class Motion:
 
     def _repr_html_(self) -> str:
         """The viewer, for notebooks."""
-        # Named and not imported: what exports a motion lies above it.
-        notebook = importlib.import_module("elocute.export.notebook")
-        return notebook.viewer_frame(self, None, repr(self))
+        return html_of(self)
 
     @property
     def frame_count(self) -> int:

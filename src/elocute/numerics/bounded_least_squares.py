@@ -36,13 +36,14 @@ def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
         step[free] = np.linalg.solve(gram[np.ix_(free, free)], -slope[free])
         if np.abs(step).max() < SMALLEST * (1 + np.abs(x).max()):
             break
-        share, better = 1.0, False
-        while share > 1e-6 and not better:
+        share = 1.0
+        while share > 1e-6:
             tried: Floats = np.clip(x + share * step, low, high).astype(np.float64)
             tried_cost = _cost(gram, side, tried)
-            better = tried_cost < cost
+            if tried_cost < cost:
+                break
             share /= 2
-        if not better:
+        else:
             break
         x, cost = tried, tried_cost
     return x

@@ -8,17 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from elocute.capture.scans.landmark_detection import _shares
+from elocute.capture.scans.landmark_detection import _landmark_shares
 from elocute.capture.scans.landmarks import read_landmarks
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.capture.video.face_mesh_points import builtin_face_points
-from elocute.cli.app import app
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel
 from elocute.motion.edits import cut
 from elocute.motion.motion import Motion
+from tests.support.commands import refused, run_here
 
 HAS_MEDIAPIPE = importlib.util.find_spec("mediapipe") is not None
 
@@ -26,7 +25,7 @@ HAS_MEDIAPIPE = importlib.util.find_spec("mediapipe") is not None
 @pytest.mark.parametrize("seed", [3, 7])
 def test_points_of_another_face_give_its_landmarks(head: HeadModel, seed: int):
     person = head.with_identity(sample_identity(seed))
-    shares, confidence = _shares()
+    shares, confidence = _landmark_shares()
     found = shares[:, :468] @ builtin_face_points().on(person.template)[:468]
     apart = 1000 * np.linalg.norm((found - person.template[person.landmarks])[:, :2], axis=1)
     assert np.median(apart[confidence > 0.3]) < 1.0
@@ -40,9 +39,9 @@ def test_landmarks_of_a_sequence(motion: Motion, tmp_path: Path):
     simulate_scans(cut(motion, 0.0, 0.15), folder, scanner=Scanner(points=60_000))
     (folder / "landmarks").rename(tmp_path / "truth")
     (folder / "00001.ply").write_text("junk")
-    result = CliRunner().invoke(app, ["capture", "landmarks", str(folder), "--json"])
+    result = run_here("capture", "landmarks", folder, "--json")
     record = json.loads(result.stdout.splitlines()[-1])
-    assert result.exit_code == 1 and record["found"] == 2
+    assert result.returncode == 1 and record["found"] == 2
     assert "00001.ply" in record["failed"][0]
     for name in ("00000.json", "00002.json"):
         found, truth = (
@@ -51,19 +50,18 @@ def test_landmarks_of_a_sequence(motion: Motion, tmp_path: Path):
         )
         apart = np.linalg.norm(found.points - truth.points, axis=1)
         assert np.median(apart[found.good]) < 0.004
-    again = CliRunner().invoke(app, ["capture", "landmarks", str(folder), "--json"])
+    again = run_here("capture", "landmarks", folder, "--json")
     assert json.loads(again.stdout.splitlines()[-1])["found"] == 0
 
 
 @pytest.mark.skipif(HAS_MEDIAPIPE, reason="the extra `video` is installed")
 def test_without_the_extra_it_says_what_to_install(sequence_folder: Path):
-    result = CliRunner().invoke(app, ["capture", "landmarks", str(sequence_folder)])
-    assert "elocute[video]" in str(result.exception)
+    result = run_here("capture", "landmarks", sequence_folder)
+    assert result.returncode != 0 and "elocute[video]" in result.stderr
 
 
 def test_one_scan_needs_a_place(sequence_folder: Path, tmp_path: Path):
-    scan = str(sequence_folder / "00000.ply")
-    assert "no -o" in str(CliRunner().invoke(app, ["capture", "landmarks", scan]).exception)
-    place = str(tmp_path / "marks.txt")
-    call = CliRunner().invoke(app, ["capture", "landmarks", scan, "-o", place])
-    assert "allowed: .json" in str(call.exception)
+    scan = sequence_folder / "00000.ply"
+    refused("capture", "landmarks", scan, says="no -o")
+    place = tmp_path / "marks.txt"
+    refused("capture", "landmarks", scan, "-o", place, says="allowed: .json")

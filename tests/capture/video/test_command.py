@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +16,7 @@ from elocute.corpus.corpus_store import open_corpus
 from elocute.errors import CaptureError
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion
+from tests.support.commands import one_line, run_apart
 
 HAS_MEDIAPIPE = importlib.util.find_spec("mediapipe") is not None
 needs_mediapipe = pytest.mark.skipif(
@@ -26,19 +25,7 @@ needs_mediapipe = pytest.mark.skipif(
 
 
 def run(*arguments):
-    return subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            "from elocute.cli import main; main()",
-            "capture",
-            "video",
-            *map(str, arguments),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
+    return run_apart("capture", "video", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -53,13 +40,6 @@ def talking(filmed, speech_wav, tmp_path_factory):
     sound = Waveform(speech.samples[:64000], 16000)
     write_mp4(filmed.motion, path, sound=sound, options=PictureOptions(size=(360, 360)))
     return path
-
-
-def one_line(result, *said):
-    assert result.returncode == 2, result.stderr
-    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
-    for words in said:
-        assert words in result.stderr
 
 
 def test_bad_files_and_outputs_are_told_before_anything(tmp_path):

@@ -598,7 +598,7 @@ READERS: tuple[Reader, ...] = (
         seeds.transformer_networks,
         _transformer_network,
         {"*.json": "json", "*.safetensors": "safetensors"},
-        ("elocute.encoders.speech_transformer", "elocute.networks.speech_transformers"),
+        ("elocute.encoders.speech_transformer", "elocute.encoders.speech_transformer_network"),
         needs=("torch", "transformers"),
         short=0,
     ),

@@ -198,7 +198,7 @@ def mediapipe_landmarks() -> Iterator[LandmarkDetector]:
     MachineError
         Where the extra `video` is missing.
     """
-    shares, confidence = _shares()
+    shares, confidence = _landmark_shares()
     with mediapipe_detector(still=True) as see:
 
         def detect(picture: NDArray[np.uint8]) -> tuple[Float64Array, Float64Array] | None:
@@ -211,7 +211,7 @@ def mediapipe_landmarks() -> Iterator[LandmarkDetector]:
 
 
 @cache
-def _shares() -> tuple[Float64Array, Float64Array]:
+def _landmark_shares() -> tuple[Float64Array, Float64Array]:
     """(68, 478) shares of points in each landmark, summing to one, and confidence (68,).
 
     On the built-in head both are known; the shares reproduce a landmark's place there from its
