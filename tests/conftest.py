@@ -268,10 +268,10 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
     from elocute.articulation.driver import articulate
     from elocute.audio.read import read_audio
     from elocute.corpus.shards import WordClip, open_shards, shard_writer
-    from elocute.encoders.phone_encoder import PHONE_RATE
+    from elocute.encoders.protocol import FEATURE_RATE
     from elocute.encoders.registry import resolve_encoder
     from elocute.head.builtin import load_builtin_head
-    from elocute.models.speech_shapes import speech_names
+    from elocute.models.model_shapes import speech_names
     from elocute.motion.motion import Motion
 
     fps, head, names = 30.0, load_builtin_head(), speech_names()
@@ -282,7 +282,7 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
     whole = read_audio(speech_wav)
     soundfile.write(root / "sounds" / "talk.flac", whole.samples, whole.sample_rate)
     heard = resolve_encoder("phones")(whole)
-    curves = articulate(heard.values, PHONE_RATE, fps=fps).select(names).values
+    curves = articulate(heard.values, FEATURE_RATE, fps=fps).select(names).values
     draw, first, number = np.random.default_rng(0), 0, 0
     basis = Motion(shapes, np.eye(len(names), dtype=np.float32), fps)
     with shard_writer(root / "shards", basis, rows=7) as writer:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elocute.errors import AlignmentError
-from elocute.propagation.transfer import carried, resampled
+from elocute.propagation.transfer import carried
 
 VALUES = np.array([[0, 10], [2, 20], [4, 30], [8, 40]], np.float32)
 
@@ -47,9 +47,3 @@ def test_both_in_one_path():
 def test_paths_that_are_none(steps: np.ndarray, targets: int, says: str):
     with pytest.raises(AlignmentError, match=says):
         carried(VALUES, steps, targets)
-
-
-def test_between_frames_and_beyond_the_ends():
-    times = np.array([-1.0, 0.0, 0.05, 0.25, 9.0])
-    found = resampled(VALUES, 10.0, times)
-    assert np.allclose(found[:, 0], [0, 0, 1, 6, 8])

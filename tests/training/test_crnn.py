@@ -12,16 +12,21 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from elocute.animation import animate  # noqa: E402
-from elocute.audio.mel_with_deltas import mel3_columns  # noqa: E402
+from elocute.audio.mel_with_deltas import mel_columns  # noqa: E402
 from elocute.audio.read import read_audio  # noqa: E402
 from elocute.audio.waveform import Waveform  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
 from elocute.evaluation.concordance import figures  # noqa: E402
 from elocute.models.crnn import CrnnModel  # noqa: E402
-from elocute.models.crnn_network import CrnnNetwork  # noqa: E402
-from elocute.models.crnn_stream import JOINS, CrnnStream, stream_weights, whole_level  # noqa: E402
+from elocute.models.crnn_network import (  # noqa: E402
+    JOINS,
+    CrnnNetwork,
+    CrnnStream,
+    samples_level,
+    stream_weights,
+)
+from elocute.models.model_shapes import as_builtin, speech_names, to_shapes  # noqa: E402
 from elocute.models.registry import open_model  # noqa: E402
-from elocute.models.speech_shapes import as_builtin, speech_names, to_shapes  # noqa: E402
 from elocute.models.voca import VocaModel  # noqa: E402
 from elocute.motion.motion import Motion  # noqa: E402
 from elocute.networks.crnn import SharedCrnn  # noqa: E402
@@ -117,7 +122,7 @@ def test_batches_give_what_single_clips_give(shards: Any, tmp_path: Path, basis:
     # And a clip in its context hears what the whole recording is made of.
     clip = next(c for c in shards.clips() if c.clip == rows[0].clip)
     margin = 8 / FPS
-    direct = mel3_columns(shards.sound(clip, margin))
+    direct = mel_columns(shards.sound(clip, margin))
     first = int(heard.starts(rows[0])[0])
     begin = int(direct.starts[8]) - first
     assert np.allclose(
@@ -166,7 +171,7 @@ def test_exported_model_is_the_network(
     )
     trained = fit(lesson, SHORT, model.parent, resume=True)
     sound = read_audio(speech_wav)
-    columns = mel3_columns(sound)
+    columns = mel_columns(sound)
     with torch.no_grad():
         expected, _ = SharedCrnn(trained.network)(
             torch.from_numpy(columns.static)[None], torch.from_numpy(columns.starts)[None]
@@ -182,7 +187,7 @@ def test_streams_give_the_whole(model: Path, speech_wav: Path, joins: str) -> No
     opened, sound = CrnnNetwork(model), read_audio(speech_wav)
     whole = stream_weights(opened, sound, joins)
     assert len(whole) == round(sound.duration_s * FPS)
-    level = whole_level(sound.resample(44100).samples)
+    level = samples_level(sound.resample(44100).samples)
     live = []
     for size in (700, 100_000):
         for known in (level, None):

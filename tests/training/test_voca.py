@@ -20,7 +20,7 @@ from elocute.audio.features import Features  # noqa: E402
 from elocute.corpus.corpus_store import Corpus  # noqa: E402
 from elocute.encoders.registry import resolve_encoder  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
-from elocute.models.protocol import Heard, Span  # noqa: E402
+from elocute.models.protocol import FrameSpan, SpeechFeatures  # noqa: E402
 from elocute.models.voca import VocaModel  # noqa: E402
 from elocute.training.voca.config import TrainConfig  # noqa: E402
 from elocute.training.voca.export import export_onnx  # noqa: E402
@@ -128,7 +128,7 @@ def test_onnx_gives_the_numbers_of_torch(corpus: Corpus, trained: Trained, tmp_p
     model = VocaModel(tmp_path / "model.onnx")
     assert model.record.styles == ("plain",)
     values = np.random.default_rng(0).normal(size=(90, 26)).astype(np.float32)
-    heard, span = Heard(Features(values, 60.0, "fbank")), Span.whole(90, 60.0)
+    heard, span = SpeechFeatures(Features(values, 60.0, "fbank")), FrameSpan.whole(90, 60.0)
     weights = model.weights(heard, model.mix({"plain": 1.0}), span)
     windows = Features(values, 60.0, "fbank").windows(16)
     with torch.no_grad():

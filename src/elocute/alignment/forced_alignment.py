@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.alignment.word_times import Word, Words
-from elocute.audio.phones import PHONES
-from elocute.audio.waveform import Waveform
+from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import AlignmentError, needs_extra
 
 Phones = list[tuple[float, float, str]]
-RATE = 16000
 FRAME_S = 0.01  # of pocketsphinx's times
 PAD_S = 0.15  # of faint noise around clips that begin and end in the middle of a breath
 PAD_LEVEL = 1e-5
@@ -165,7 +164,7 @@ def _checked(waveform: Waveform) -> NDArray[np.float32]:
             allowed=f"0.05 to {LONGEST_S:g} s",
             remedy="cut a long reading into parts",
         )
-    samples = waveform.resample(RATE).samples
+    samples = waveform.resample(SPEECH_RATE).samples
     samples = samples - samples.mean()
     if np.abs(samples).max() < SILENT_PEAK:
         raise AlignmentError.about("sound", found="silence", allowed="speech")
@@ -173,7 +172,7 @@ def _checked(waveform: Waveform) -> NDArray[np.float32]:
 
 
 def _padded(samples: NDArray[np.float32]) -> NDArray[np.float32]:
-    pad = np.random.default_rng(len(samples)).normal(0, PAD_LEVEL, round(PAD_S * RATE))
+    pad = np.random.default_rng(len(samples)).normal(0, PAD_LEVEL, round(PAD_S * SPEECH_RATE))
     return np.concatenate([pad, samples, pad[::-1]]).astype(np.float32)
 
 
@@ -184,7 +183,7 @@ def _with_confidence(samples: NDArray[np.float32], words: list[SpokenWord]) -> l
     phones that look as the aligned one does, in the frame itself or one beside it.
     """
     heard = _viseme_posteriors(samples)
-    seconds = len(samples) / RATE
+    seconds = len(samples) / SPEECH_RATE
     found = []
     for word in words:
         start = min(max(word.start_s - PAD_S, 0.0), seconds - 2 * FRAME_S)
@@ -200,7 +199,7 @@ def _with_confidence(samples: NDArray[np.float32], words: list[SpokenWord]) -> l
 
 def _viseme_posteriors(samples: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
     """Phone to (frame,) at 50 Hz: probability of what looks like it, best of three frames."""
-    from elocute.audio.phones import PHONE_TO_VISEME
+    from elocute.audio.phones_and_visemes import PHONE_TO_VISEME
     from elocute.encoders.phone_encoder import builtin_encoder
 
     posteriors = np.exp(builtin_encoder().encode(samples))

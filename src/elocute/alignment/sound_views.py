@@ -10,7 +10,7 @@ from elocute.audio.waveform import Waveform
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import AlignmentError
 
-DEFAULT, RATE = "fbank", 50.0
+DEFAULT = "fbank"
 SILENT_DEVIATION = 1e-3  # of features in natural logarithms: nothing is said
 FLOOR = -8.0
 """Log-posteriors and log-energies are not told apart below this: the loudest minus 35 dB."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from elocute.alignment.word_times import Word, Words
 from elocute.audio.spectral import log_mel
-from elocute.audio.waveform import Waveform
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
 
@@ -25,7 +25,6 @@ ROW_S = 8.0
 LONGEST_PAGE_S = 1800.0
 WAVE_PIXELS, BANDS_PIXELS = 64, 128
 DURATION_SLACK_S = 0.25
-RATE = 16000
 DB_PER_NEPER = 10 / np.log(10)  # of powers
 PAGE = Path(__file__).with_name("word_page.html")
 
@@ -49,7 +48,7 @@ def write_word_page(words: Words, sound: Waveform, path: str | Path, title: str 
     if path.suffix.lower() != ".html":
         raise AlignmentError.about(path, found=f"suffix {path.suffix!r}", allowed=".html")
     check_length(words, sound)
-    speech = sound.resample(RATE)
+    speech = sound.resample(SPEECH_RATE)
     marked = [doubts(word) for word in words.words]
     rows = [
         _row(speech, words, marked, start)
@@ -98,9 +97,9 @@ def _as_script(words: Words, marked: list[str]) -> str:
 
 
 def _row(speech: Waveform, words: Words, marked: list[str], start_s: float) -> str:
-    first = round(start_s * RATE)
-    samples = speech.samples[first : first + round(ROW_S * RATE)]
-    seconds = len(samples) / RATE
+    first = round(start_s * SPEECH_RATE)
+    samples = speech.samples[first : first + round(ROW_S * SPEECH_RATE)]
+    seconds = len(samples) / SPEECH_RATE
     width = max(2, round(seconds * PIXELS_PER_S))
     inside = [
         (number, word, why)
@@ -147,7 +146,7 @@ def _spectrogram(samples: NDArray[np.float32], width: int) -> NDArray[np.uint8]:
     """(BANDS_PIXELS, width) grey: dark is loud, 60 dB below the loudest is white."""
     from PIL import Image
 
-    bands = log_mel(np.pad(samples, (0, max(0, 800 - len(samples)))), RATE)
+    bands = log_mel(np.pad(samples, (0, max(0, 800 - len(samples)))), SPEECH_RATE)
     shade = np.clip((bands.max() - bands) / (60 / DB_PER_NEPER), 0, 1) * 255
     picture = Image.fromarray(shade.T[::-1].astype(np.uint8))
     return np.asarray(picture.resize((width, BANDS_PIXELS)))

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from elocute.alignment.textgrid import Interval, intervals_of, textgrid_of
+from elocute.audio.read import DURATION_MAX_S
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, parse_json
@@ -17,7 +18,6 @@ FORMAT, VERSION = "elocute-words", 1
 FILE_MAX_BYTES = 32_000_000
 WORDS_MAX = 200_000
 WORD_LONGEST = 120
-DURATION_MAX_S = 24 * 3600.0
 TIER = "words"
 SLACK_S = 1e-3  # by which programs round
 

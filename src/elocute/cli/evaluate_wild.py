@@ -153,8 +153,7 @@ def _continuous(
 ) -> dict[str, Figures]:
     """With the state going on, and in pieces of 15 frames as the paper does."""
     from elocute.evaluation.wild_experiments import judge_sentences
-    from elocute.models.crnn_network import CrnnNetwork
-    from elocute.models.crnn_stream import JOINS, stream_weights
+    from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
 
     opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
     return {

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from elocute.alignment.alignment import Path, check_path
 from elocute.errors import AlignmentError
+from elocute.numerics.resampling import interpolate
 
 Interval = tuple[float, float]
 FINE = 20  # points per frame on a true curve, before it becomes cells
@@ -92,7 +93,7 @@ def true_path(
     lengths = np.abs(np.diff(knots, axis=0)).max(axis=1)
     along = np.concatenate([[0], np.cumsum(np.maximum(lengths, 1e-9))])
     fine = np.linspace(0, along[-1], max(2, int(along[-1] * FINE)))
-    curve = np.stack([np.interp(fine, along, knots[:, view]) for view in (0, 1)], axis=1)
+    curve = interpolate(along, knots, fine)
     cells = np.unique(np.floor(curve + 0.5).astype(np.intp), axis=0)
     # Cells of a curve that rises in both come out in order; sorting by the sum keeps ties so.
     cells = cells[np.argsort(cells.sum(axis=1), kind="stable")]

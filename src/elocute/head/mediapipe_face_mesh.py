@@ -1,13 +1,10 @@
-"""MediaPipe's face mesh: which of its 478 points lie where, and how it sees lips that touch.
+"""MediaPipe's face mesh: which of its 478 points lie where.
 
 Points 0 to 467 are the face mesh's, 468 to 477 the irises' (centre first, then the rim).
 Right and left are the person's own; a picture shows a person's right side on its left.
 """
 
 from __future__ import annotations
-
-import numpy as np
-from numpy.typing import NDArray
 
 POINT_COUNT = 478
 IRIS = 468
@@ -77,27 +74,3 @@ RIM = (
     109,
 )
 CHIN = (152, 175, 199, 200, 148, 377, 171, 396, 208, 428)  # shows how far the jaw drops
-
-# The gap of the inner lips, in distances of the outer eye corners.
-CLOSED_GAP = 0.02  # below it, tracked lips count as closed
-OPEN_GAP = 0.05  # from here on a tracked gap is taken as it is
-RESTING_GAP = 0.01  # what the detector sees between lips that touch
-
-
-def opening_share(gap: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How much of a tracked lip gap is a real opening.
-
-    The detector sees a small gap between lips that touch. It is faded out where lips are nearly
-    closed, so that closed lips are closed on the head as well.
-
-    Parameters
-    ----------
-    gap
-        Any shape; gap of the inner lips in distances of the outer eye corners.
-
-    Returns
-    -------
-    Same shape: 0 up to `CLOSED_GAP`, rising smoothly to 1 at `OPEN_GAP`.
-    """
-    ease = np.clip((gap - CLOSED_GAP) / (OPEN_GAP - CLOSED_GAP), 0, 1)
-    return ease * ease * (3 - 2 * ease)

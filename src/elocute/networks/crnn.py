@@ -152,7 +152,7 @@ class SharedCrnn(nn.Module):
 
 
 def with_slopes(static: Tensor) -> Tensor:
-    """(batch, column + 8, 128) to (batch, column, 128, 3): `audio.mel3.slopes`, twice."""
+    """(batch, column + 8, 128) to (batch, column, 128, 3): `mel_with_deltas.slopes`, twice."""
     first = _slope(static)
     second = _slope(first)
     trimmed = static[:, MARGIN : static.shape[1] - MARGIN]

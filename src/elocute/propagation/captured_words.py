@@ -18,11 +18,11 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.motion.motion import Motion
-from elocute.propagation.transfer import resampled
+from elocute.numerics.resampling import read_rows
+from elocute.numerics.ridge import ridge_projection
 
 Array = NDArray[np.float32]
 MARGIN_S = 0.05  # kept around a word, where its neighbours leave room: lips move before the sound
-RIDGE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -141,9 +141,7 @@ class Capture:
         """(number or component, parameter): least squares, from what the corpus stores."""
         shapes = self.basis.head.expression_basis
         flat = shapes.reshape(len(shapes), -1).astype(np.float64)
-        gram = flat @ flat.T
-        gram += RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
-        inverse = np.linalg.solve(gram, flat).T
+        inverse = ridge_projection(flat)
         if self.corpus.basis is None:
             return inverse.astype(np.float32)
         stored = np.asarray(self.corpus.basis).reshape(len(self.corpus.basis), -1)
@@ -159,7 +157,7 @@ class Capture:
             values = moved.reshape(len(moved), -1) @ self._solver
         else:
             values = np.asarray(self.corpus.frames(word.clip)[first:last]) @ self._solver
-        return resampled(values, fps, times_s - first / fps)
+        return read_rows(values, np.asarray(times_s) * fps - first)
 
     def sound(self, word: CapturedWord) -> Waveform:
         """What is heard while the word is said."""

@@ -36,15 +36,3 @@ def carried(values: Array, path: NDArray[np.intp], targets: int) -> Array:
     sums = np.zeros((targets, values.shape[1]))
     np.add.at(sums, target, values[source])
     return (sums / counts[:, None]).astype(np.float32)
-
-
-def resampled(values: Array, rate: float, times_s: NDArray[np.floating]) -> Array:
-    """(time, n): values (frame, n), frame k at k / rate, between frames at other times.
-
-    Before the first frame and after the last, that frame stands.
-    """
-    place = np.clip(np.asarray(times_s) * rate, 0, len(values) - 1)
-    low = np.floor(place).astype(int)
-    high = np.minimum(low + 1, len(values) - 1)
-    share = (place - low)[:, None]
-    return (values[low] * (1 - share) + values[high] * share).astype(np.float32)

@@ -25,18 +25,19 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import NAME as SHARD_NAME
 from elocute.corpus.shards import ShardEntry, WordClip, write_shard
+from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError, InputError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import read_record
 from elocute.motion.store import load_motion
+from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 from elocute.propagation.captured_words import MARGIN_S, Capture, CapturedWord, cut
 from elocute.propagation.settings import JobSettings
-from elocute.propagation.transfer import carried, resampled
+from elocute.propagation.transfer import carried
 from elocute.propagation.word_recordings import Recording, word_span
 
 Array = NDArray[np.float32]
-VIEW_RATE = 50.0  # Hz, of `speech_view`
 SHORTEST_FRAMES = 4  # of a view: 80 ms; nothing shorter is a word
 LONGEST_S = 10.0
 SOURCES_MAX = 8  # takes of captured speakers that a recording is compared with
@@ -154,7 +155,7 @@ def _sources(task: WordTask, capture: Capture, rejects: list[Reject]) -> list[So
         except InputError as error:
             rejects.append(Reject(task.word, f"captured clip {word.clip}", str(error)))
             continue
-        times = word.start_s + np.arange(len(view)) / VIEW_RATE
+        times = word.start_s + np.arange(len(view)) / FEATURE_RATE
         found.append(Source(word, view, capture.parameters(word, times)))
     return found
 
@@ -213,7 +214,7 @@ def _aligned(
         start_s=start,
         end_s=start + heard.duration_s,
         fps=settings.fps,
-        parameters=resampled(values, VIEW_RATE, np.arange(frames) / settings.fps),
+        parameters=read_rows(values, frame_places(0, frames, FEATURE_RATE, settings.fps)),
         confidence=score,
     )
 
@@ -240,7 +241,7 @@ def _view(sound: Waveform, encoder: str) -> Array:
         raise AlignmentError.about(
             "sound",
             found=f"{sound.duration_s * 1000:.0f} ms",
-            allowed=f"{1000 * SHORTEST_FRAMES / VIEW_RATE:.0f} ms or more",
+            allowed=f"{1000 * SHORTEST_FRAMES / FEATURE_RATE:.0f} ms or more",
         )
     return view
 

@@ -49,7 +49,7 @@ def _style(path: Path) -> None:
 
 
 def _mix(path: Path) -> None:
-    from elocute.models.style_file import read_mix
+    from elocute.models.styles import read_mix
 
     read_mix(path)
 
@@ -371,7 +371,7 @@ READERS: tuple[Reader, ...] = (
     # JSON and text
     Reader("identity", seeds.identities, only(_identity), _JSON, ("elocute.head.identity",)),
     Reader("style", seeds.styles, only(_style), _JSON, ("elocute.articulation.style",)),
-    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.style_file",)),
+    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.styles",)),
     Reader(
         "words",
         seeds.words,

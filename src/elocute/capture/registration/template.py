@@ -16,6 +16,7 @@ from elocute.capture.registration.closest_points import (
 )
 from elocute.capture.scans.landmarks import JAW_LINE, Landmarks
 from elocute.head.model import HeadModel
+from elocute.numerics.ridge import ridge_coefficients
 
 Float64Array = NDArray[np.float64]
 
@@ -201,6 +202,5 @@ def adaptive_template(
     root = np.sqrt(weights / weights.sum())[:, None]
     slopes = (template.basis[:, vertices] * root).reshape(len(template.basis), -1)
     left = ((places - template.vertices[vertices]) * root).ravel()
-    gram = slopes @ slopes.T + regularisation * np.eye(len(slopes))
-    coefficients: Float64Array = np.linalg.solve(gram, slopes @ left).astype(np.float64)
+    coefficients = ridge_coefficients(slopes, left, regularisation)
     return template.vertices + np.tensordot(coefficients, template.basis, 1), coefficients

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.head.skinning import rotation_matrices
-from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply
+from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, to_matrices
+from elocute.numerics.rigid_alignment import nearest_rotation
+from elocute.numerics.rotation_vectors import cross_matrices
+from elocute.numerics.smoothing import gaussian_smoothed
 
 Float64Array = NDArray[np.float64]
 
@@ -78,7 +80,7 @@ class HeadPoses:
 
     def apply(self, points: Float64Array) -> Float64Array:
         """Points (frame, point, 3) or (point, 3) m in the camera's frame: (frame, point, 3) m."""
-        turned = points @ np.swapaxes(rotation_matrices(self.turns), -1, -2)
+        turned = points @ np.swapaxes(to_matrices(self.turns), -1, -2)
         return turned + self.places[:, None]
 
     def pixel_mm(self, camera: PinholeCamera) -> Float64Array:
@@ -99,11 +101,8 @@ def initial_poses(camera: PinholeCamera, model: Float64Array, seen: Float64Array
     given = seen * [1, -1, -1]
     rest = model - model.mean(axis=0)
     there = given - given.mean(axis=1, keepdims=True)
-    left, values, right = np.linalg.svd(np.einsum("fpa,pb->fab", there, rest))
-    signs = np.ones((len(seen), 3))
-    signs[:, 2] = np.sign(np.linalg.det(left @ right))
-    turn = (left * signs[:, None]) @ right
-    scale = (values * signs).sum(axis=1) / (rest**2).sum()  # pixels per metre
+    turn, reach = nearest_rotation(np.einsum("fpa,pb->fab", there, rest))
+    scale = reach / (rest**2).sum()  # pixels per metre
     depth = camera.focal / scale
     middle = seen[:, :, :2].mean(axis=1) - camera.centre
     places = np.concatenate([middle * [1, -1] / scale[:, None], -depth[:, None]], axis=1)
@@ -145,7 +144,7 @@ def fit_poses(
         scale = poses.pixel_mm(camera)[:, None, None]
         weight = trust * _huber_weights(np.linalg.norm(left, axis=2) * scale[:, 0])
         arms = stands - places[:, None]
-        jacobian = np.concatenate([slopes @ _crossing(arms), slopes], axis=-1)
+        jacobian = np.concatenate([slopes @ cross_matrices(-arms), slopes], axis=-1)
         rows = jacobian.reshape(len(turns), -1, 6)
         weighted = np.swapaxes(rows * np.repeat(weight, 2, axis=1)[..., None], 1, 2)
         normal, side = weighted @ rows, weighted @ left.reshape(len(turns), -1, 1)
@@ -161,15 +160,11 @@ def fit_poses(
 
 def smooth_poses(poses: HeadPoses, frames: float) -> HeadPoses:
     """Poses smoothed over time by a Gaussian of `frames` standard deviation; the ends repeat."""
-    reach = max(1, round(3 * frames))
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(frames, 1e-6)) ** 2)
-    kernel /= kernel.sum()
     # Neighbours on the same side of the sphere, so that means are rotations in between.
     steps = np.einsum("fq,fq->f", poses.turns[1:], poses.turns[:-1])
     sign = np.cumprod(np.concatenate([[1.0], np.where(steps < 0, -1.0, 1.0)]))
     both = np.concatenate([poses.turns * sign[:, None], poses.places], axis=1)
-    padded = np.pad(both, ((reach, reach), (0, 0)), mode="edge")
-    calm = np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
+    calm = gaussian_smoothed(both, max(frames, 1e-6))
     turns = calm[:, :4] / np.linalg.norm(calm[:, :4], axis=1, keepdims=True)
     return HeadPoses(turns, calm[:, 4:])
 
@@ -212,17 +207,9 @@ def point_equations(
     weight = (
         np.sqrt(trust * _huber_weights(np.linalg.norm(left, axis=2)) / CORRELATED_POINTS) / SIGMA_MM
     )
-    lens = camera.jacobian(stands) @ rotation_matrices(poses.turns)[:, None]
+    lens = camera.jacobian(stands) @ to_matrices(poses.turns)[:, None]
     lens *= (scale * weight)[..., None, None]
     # (frame, point, 2, 3) @ (point, 3, component): BLAS does it point by point.
     slopes = lens @ np.transpose(basis, (1, 2, 0))
     frames, count = len(seen), len(basis)
     return slopes.reshape(frames, -1, count), (left * weight[..., None]).reshape(frames, -1)
-
-
-def _crossing(arms: Float64Array) -> Float64Array:
-    """(…, 3, 3) matrices that take a small rotation vector ω to ω × arm."""
-    x, y, z = np.moveaxis(arms, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, z, -y], [-z, zero, x], [y, -x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

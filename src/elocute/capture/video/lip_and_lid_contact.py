@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.capture.video.face_tracking import FaceTrack
-from elocute.head.mediapipe_face_mesh import LIDS, RESTING_GAP, opening_share
+from elocute.head.mediapipe_face_mesh import LIDS
 from elocute.head.model import HeadModel
+from elocute.motion.mouth_measures import TRACKED_RESTING, tracked_opening_share
 
 Float64Array = NDArray[np.float64]
 
@@ -76,7 +77,7 @@ def fitted_lip_gaps(head: HeadModel, columns: list[int]) -> LipGaps:
 
 def target_lip_gap(tracked: Float64Array) -> Float64Array:
     """(frame,) the gap that the head's lips are to have, of a tracked one; in eye distances."""
-    return opening_share(tracked) * np.maximum(tracked - RESTING_GAP, 0)
+    return tracked_opening_share(tracked) * np.maximum(tracked - TRACKED_RESTING, 0)
 
 
 def add_lip_equations(

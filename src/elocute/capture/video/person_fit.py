@@ -18,10 +18,11 @@ from elocute.capture.video.camera_fit import (
 from elocute.capture.video.face_mesh_points import FacePoints, point_trust
 from elocute.capture.video.face_tracking import FaceTrack
 from elocute.capture.video.lip_and_lid_contact import shape_lip_gaps
-from elocute.head.mediapipe_face_mesh import CLOSED_GAP, GAP_PAIRS, IRIS, RIM
+from elocute.head.mediapipe_face_mesh import GAP_PAIRS, IRIS, RIM
 from elocute.head.model import HeadModel
-from elocute.head.skinning import rotation_matrices
+from elocute.motion.mouth_measures import TRACKED_CLOSED
 from elocute.numerics.bounded_least_squares import solve_box
+from elocute.numerics.quaternions import to_matrices
 from elocute.one_line_repr import one_line
 
 Float64Array = NDArray[np.float64]
@@ -127,7 +128,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     own = head.with_identity(identity)
     template = own.template + np.tensordot(rest, own.expression_basis, 1)
     own = replace(own, template=template.astype(np.float32))
-    closed = bool(np.median(track.lip_gap[frames]) < CLOSED_GAP)
+    closed = bool(np.median(track.lip_gap[frames]) < TRACKED_CLOSED)
     bias = _bias(best, table.on(own.template), seen[..., :2], closed)
     own, bias = _refine_template(own, table, bias, trust)
     return Person(own, identity, rest, best.camera, bias)
@@ -136,7 +137,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
 def resting_frames(track: FaceTrack) -> NDArray[np.intp]:
     """Frames, spread over the track, in which the lips are closed, or as closed as they get."""
     gap = np.where(track.seen, track.lip_gap, np.inf)
-    closed = np.flatnonzero(gap < CLOSED_GAP)
+    closed = np.flatnonzero(gap < TRACKED_CLOSED)
     if len(closed) < 3:
         closed = np.sort(np.argsort(gap)[: max(3, track.frame_count // 10)])
         closed = closed[closed < track.frame_count]
@@ -197,7 +198,7 @@ def _bias(fit: _Fit, model: Float64Array, seen: Float64Array, closed: bool) -> F
     left = (seen - fit.camera.project(fit.poses.apply(model))) * [1, -1]
     left *= fit.poses.pixel_mm(fit.camera)[:, None, None] / 1000
     flat = np.concatenate([left, np.zeros_like(left[..., :1])], axis=-1)
-    bias = np.median(flat @ rotation_matrices(fit.poses.turns), axis=0)
+    bias = np.median(flat @ to_matrices(fit.poses.turns), axis=0)
     bias[IRIS:] = 0
     if not closed:
         pairs = np.array(GAP_PAIRS)

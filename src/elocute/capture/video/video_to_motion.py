@@ -16,8 +16,9 @@ from elocute.capture.video.frame_fit import FittedFrames, fit_frames
 from elocute.capture.video.person_fit import Person, fit_person
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
-from elocute.motion.resample import between
+from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.quaternions import from_axis_angle, no_turn, to_axis_angle
+from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import one_line
 
 Float64Array = NDArray[np.float64]
@@ -165,8 +166,7 @@ def _joint_rotations(person: Person, turns: Float64Array) -> NDArray[np.float32]
 def _bridged(values: Float64Array, flagged: NDArray[np.bool_]) -> Float64Array:
     """(frame, …) with flagged frames interpolated linearly from their neighbours; ends held."""
     good = np.flatnonzero(~flagged)
-    frames = np.arange(len(values))
-    return np.stack([np.interp(frames, good, column[good]) for column in values.T], axis=1)
+    return interpolate(good, values[good], np.arange(len(values)))
 
 
 def resample_motion(motion: Motion, fps: float) -> Motion:
@@ -185,5 +185,5 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
         For a frame rate that is not allowed.
     """
     other = motion.at_fps(fps)  # turns, and the number of frames
-    weights = between(motion.weights.astype(np.float64), other.times_s * motion.fps)
+    weights = monotone_cubic(motion.times_s, motion.weights.astype(np.float64), other.times_s)
     return replace(other, weights=np.clip(weights, 0, 1).astype(np.float32))

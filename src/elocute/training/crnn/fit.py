@@ -13,9 +13,9 @@ import numpy as np
 import torch
 
 from elocute.audio.mel_with_deltas import BANDS, RATE
-from elocute.audio.spectral import hz_to_mel
 from elocute.errors import CorpusError, ModelError
 from elocute.networks.crnn import Crnn, CrnnConfig, SharedCrnn
+from elocute.numerics.mel import hz_to_mel
 from elocute.training.crnn.batches import answer, random_batch, whole_batch
 from elocute.training.crnn.config import BETAS, CrnnTrainConfig
 from elocute.training.crnn.loss import LOSSES, concordance, explained_shares, tempered

@@ -23,7 +23,7 @@ from elocute.audio.mel_with_deltas import (
     MARGIN,
     RATE,
     column_starts,
-    mel3_columns,
+    mel_columns,
 )
 from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
@@ -32,6 +32,7 @@ from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile, RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.json_records import finite_number, read_record
+from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 
 Array = NDArray[np.float32]
@@ -211,7 +212,7 @@ def hear_clip(
     targets = at_rate(clip.parameters, clip.fps, fps)
     first = math.ceil(AROUND_S * fps)
     sound = shards.sound(clip, first / fps)
-    heard = mel3_columns(change(sound) if change else sound, fps)
+    heard = mel_columns(change(sound) if change else sound, fps)
     frames = min(len(targets), len(heard.starts) - first)
     if frames < 1:
         raise CorpusError.about(f"clip {clip.clip}", found="no sound for its frames")
@@ -237,9 +238,7 @@ def at_rate(values: Array, rate: float, fps: float) -> Array:
     if rate == fps:
         return values
     count = max(1, round(len(values) * fps / rate))
-    places = np.minimum(np.arange(count) * rate / fps, len(values) - 1)
-    columns = [np.interp(places, np.arange(len(values)), column) for column in values.T]
-    return np.stack(columns, axis=1).astype(np.float32)
+    return read_rows(values, frame_places(0, count, rate, fps))
 
 
 def standard(heard: Heard, rows: Sequence[Row], audible: Array) -> tuple[Array, Array]:
