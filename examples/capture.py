@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import elocute
-from elocute.capture.scans.scan_sequence import SequenceFacts
+from elocute.capture.scans.scan_sequence import SequenceMetadata
 from elocute.capture.scans_to_corpus import BatchSettings, capture_scans
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 
@@ -31,9 +31,9 @@ def main() -> None:
     take = elocute.animate(CLIP, fps=30, identity="esi")
     frames = round(given.seconds * take.motion.fps)
     motion = replace(take.motion, weights=take.motion.weights[:frames])
-    facts = SequenceFacts(subject="esi", sentence="hello", neutral=0)
+    metadata = SequenceMetadata(subject="esi", sentence="hello", neutral=0)
     scans = given.output / "scans"
-    simulate_scans(motion, scans, scanner=Scanner(points=given.points), facts=facts)
+    simulate_scans(motion, scans, scanner=Scanner(points=given.points), metadata=metadata)
 
     # The registered frames, in zero pose and in the topology of the built-in head.
     results = capture_scans(scans, given.output / "captured", BatchSettings(jobs=1))

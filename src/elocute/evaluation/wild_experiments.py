@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from elocute.audio.noise import babble, white_noise, with_noise
 from elocute.audio.waveform import Waveform
 from elocute.capture.blendshapes.basis_comparison import (
-    Basis,
-    Projection,
-    project,
+    BasisProjection,
+    ReconstructionErrors,
+    reconstruction_errors,
     strongest_shapes,
 )
 from elocute.corpus.corpus_store import Corpus
@@ -174,13 +174,13 @@ def judge_sentences(
 
 def compare_bases(
     corpus: Corpus, names: Sequence[str], speech: Array, arkit: Array
-) -> list[Projection]:
+) -> list[ReconstructionErrors]:
     """Section 6.3: mean distance left of clips in the speech blendshapes, in all ARKit shapes,
     and in as many ARKit shapes as there are speech blendshapes, the best for these clips."""
     chosen = arkit[strongest_shapes(corpus, names, arkit, len(speech))]
     bases = [
-        Basis("speech", speech),
-        Basis("arkit", arkit),
-        Basis(f"arkit best {len(chosen)}", chosen),
+        BasisProjection("speech", speech),
+        BasisProjection("arkit", arkit),
+        BasisProjection(f"arkit best {len(chosen)}", chosen),
     ]
-    return project(corpus, names, bases)
+    return reconstruction_errors(corpus, names, bases)

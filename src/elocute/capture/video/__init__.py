@@ -1,11 +1,13 @@
 """From a video of somebody talking to Motion of the built-in head.
 
-frames.py     pictures and their times out of a container
-detector.py   a picture to 478 points: MediaPipe's, or any callable like it
-track.py      one face over time, on a constant clock, gaps bridged and flagged
-points.py     where the 478 points lie on the built-in head
-camera.py     projection and head pose
-person.py     whose face: identity, camera and what is left between model and detector
-fit.py        every frame: pose, jaw, ARKit's shapes and gaze; lips that touch are closed
-capture.py    all of it in one call
+`video_to_motion` holds the whole path in one call; a video goes through these in turn:
+
+video_frames          pictures and their times from a video file
+face_detector         a picture to the 478 points of each face: MediaPipe's, or any callable
+face_tracking         one face over time, on a constant clock, gaps bridged and flagged
+face_mesh_points      where the 478 points lie on the built-in head, and how far to trust each
+camera_fit            pinhole camera, head poses and the linear equations of projected points
+person_fit            whose face: identity, camera, and the template refined to what is seen
+frame_fit             every frame: pose, ARKit weights and gaze by least squares
+lip_and_lid_contact   rows for the gaps of lips and lids; what is tracked as closed is closed
 """
