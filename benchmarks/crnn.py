@@ -27,13 +27,13 @@ import numpy as np
 import onnxruntime
 import torch
 
-from elocute.audio.mel_with_deltas import mel3_columns
+from elocute.audio.mel_with_deltas import mel_columns
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.models.crnn_network import CrnnNetwork
-from elocute.models.crnn_stream import stream_weights
+from elocute.models.crnn_network import CrnnNetwork, stream_weights
 from elocute.networks.crnn import COLUMNS, Crnn, SharedCrnn, with_slopes
-from elocute.training.crnn.export import OPSET, _Stream
+from elocute.training.crnn.export import StreamingCrnn
+from elocute.training.onnx_export import OPSET
 
 EXAMPLE = Path(__file__).parents[1] / "src" / "elocute" / "assets" / "example.flac"
 
@@ -99,7 +99,7 @@ def main() -> None:
     torch.manual_seed(0)
     whole = read_audio(EXAMPLE)
     sound = Waveform(whole.samples[: round(choice.seconds * whole.sample_rate)], whole.sample_rate)
-    heard = mel3_columns(sound)
+    heard = mel_columns(sound)
     network, shared = Crnn().eval(), None
     network.shift.fill_(-6.0)
     network.scale.fill_(4.0)
@@ -116,7 +116,7 @@ def main() -> None:
             room,
         )
         stream = session(
-            _Stream(shared).eval(),
+            StreamingCrnn(shared).eval(),
             (static, starts, zero, zero),
             ["columns", "starts", "hidden", "cell"],
             {"columns": {0: "column"}, "starts": {0: "frame"}},

@@ -32,14 +32,14 @@ from elocute.motion.store import save_motion
 from elocute.propagation import word_job
 from elocute.propagation.captured_words import captured_words
 from elocute.propagation.corpus_propagation import all_tasks, propagate
-from elocute.propagation.settings import JobSettings
-from elocute.propagation.word_recordings import Recordings, find_recordings
+from elocute.propagation.settings import PropagationSettings
+from elocute.propagation.word_recordings import WordRecordings, find_recordings
 
 COPIES = (1, 8)
 
 
-def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> JobSettings:
-    return JobSettings(
+def settings_of(folder: Path, recordings: Path, room: Path, method: str) -> PropagationSettings:
+    return PropagationSettings(
         str(folder / "captured"),
         str(room / "basis.npz"),
         str(recordings),
@@ -85,7 +85,7 @@ def speed(folder: Path, room: Path, method: str, words: int) -> dict[str, float]
     }
 
 
-def copied(folder: Path, room: Path, copies: int) -> Recordings:
+def copied(folder: Path, room: Path, copies: int) -> WordRecordings:
     """Every recording so many times, as links, by speakers of other names."""
     for path in sorted((folder / "recordings").glob("*/*/*.wav")):
         place = room / path.parent.relative_to(folder / "recordings")

@@ -13,8 +13,8 @@ import numpy as np
 
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.models.hearing import hear
-from elocute.models.protocol import Span
+from elocute.models.feature_extraction import extract_features
+from elocute.models.protocol import FrameSpan
 from elocute.models.registry import model_names, open_model
 from elocute.models.streaming import CurveStream
 from elocute.numerics.resampling import frames_in
@@ -26,10 +26,10 @@ FPS = 60.0
 def measured(name: str, sound: Waveform, block: int) -> str:
     """One row of the table."""
     model = open_model(name)
-    heard, duration_s = hear(model, sound)
-    span = Span.whole(frames_in(duration_s, FPS), FPS)
+    heard, duration_s = extract_features(model, sound)
+    span = FrameSpan.whole(frames_in(duration_s, FPS), FPS)
     whole = model.curves(heard, model.style("plain"), span).values
-    live = CurveStream(model, sound.sample_rate, fps=FPS, level=model.level_of(sound))
+    live = CurveStream(model, sound.sample_rate, fps=FPS, level=model.sound_level(sound))
     pieces, late_s = [], 0.0
     started = time.process_time()
     for at in range(0, len(sound.samples), block):

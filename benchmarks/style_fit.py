@@ -30,13 +30,13 @@ from elocute.articulation.style import STYLES
 from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.evaluation.model_predictions import true_track
 from elocute.head.builtin import load_builtin_head
-from elocute.models.hearing import hear
-from elocute.models.protocol import Span
+from elocute.models.feature_extraction import extract_features
+from elocute.models.protocol import FrameSpan
 from elocute.models.registry import open_model
-from elocute.models.style_fit import Observed, fit_style
-from elocute.motion.track import Track
+from elocute.models.style_fit import ObservedMotion, fit_style
+from elocute.motion.vertex_motion import VertexMotion
 
-Case = tuple[str, str, Track]
+Case = tuple[str, str, VertexMotion]
 """Clip, the style it was spoken in, its motion."""
 
 
@@ -50,12 +50,16 @@ def held_out(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Itera
 def said_again(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Iterator[Case]:
     driver, head = open_model(), load_builtin_head()
     for name in names:
-        heard, entry = hear(driver, corpus.sound(name))[0], corpus.entry(name)
-        span = Span.whole(entry.frames, corpus.fps)
+        heard, entry = extract_features(driver, corpus.sound(name))[0], corpus.entry(name)
+        span = FrameSpan.whole(entry.frames, corpus.fps)
         for style in styles:
             if style in STYLES:
                 weights = driver.weights(heard, driver.style(style), span)
-                yield name, style, Track(weights, head.template, corpus.fps, head.expression_basis)
+                yield (
+                    name,
+                    style,
+                    VertexMotion(weights, head.template, corpus.fps, head.expression_basis),
+                )
 
 
 def grouped(cases: Iterator[Case], count: int) -> Iterator[tuple[str, list[Case]]]:
@@ -95,11 +99,13 @@ def main() -> None:
     )[: choice.limit]
     styles = model.styles
     cases = (said_again if choice.resay else held_out)(corpus, names, styles)
-    encode = lru_cache(1)(lambda name: hear(model, corpus.sound(name), contacts=False)[0])
+    encode = lru_cache(1)(
+        lambda name: extract_features(model, corpus.sound(name), contacts=False)[0]
+    )
     confusion: Counter[tuple[str, str]] = Counter()
     alone = mixed = 0
     for style, takes in grouped(cases, choice.together):
-        fit = fit_style(model, [Observed(encode(name), motion) for name, _, motion in takes])
+        fit = fit_style(model, [ObservedMotion(encode(name), motion) for name, _, motion in takes])
         found = next(iter(fit.mix))
         confusion[style, found] += 1
         mixed, alone = mixed + (found == style), alone + (fit.best_style == style)

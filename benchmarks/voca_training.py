@@ -20,8 +20,9 @@ import numpy as np
 from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.split import Split
 from elocute.encoders.registry import resolve_encoder
-from elocute.training.voca.config import TrainConfig
-from elocute.training.voca.fit import Trained, fit, prepare
+from elocute.training.voca.config import VocaTrainConfig
+from elocute.training.voca.fit import TrainedVoca, fit
+from elocute.training.voca.training_data import prepare
 
 
 def part_of(corpus: Corpus, clips: int) -> Corpus:
@@ -44,7 +45,7 @@ def random_access(corpus: Corpus, count: int = 20_000) -> float:
     return float(np.median(spent))
 
 
-def epoch_s(trained: Trained) -> float:
+def epoch_s(trained: TrainedVoca) -> float:
     return float(np.median([row["seconds"] for row in trained.log]))
 
 
@@ -60,9 +61,9 @@ def main() -> None:
     few = part_of(corpus, choice.clips)
     results = {}
     for reduced in (True, False):
-        config = TrainConfig(epochs=choice.comparison_epochs, reduced=reduced)
-        material = prepare(few, config, resolve_encoder(config.encoder), "few")
-        trained = results[reduced] = fit(material, config)
+        config = VocaTrainConfig(epochs=choice.comparison_epochs, reduced=reduced)
+        data = prepare(few, config, resolve_encoder(config.encoder), "few")
+        trained = results[reduced] = fit(data, config)
         print(
             f"| {choice.clips} clips, {'reduced' if reduced else 'full'} decoder, "
             f"{config.epochs} epochs | {epoch_s(trained):.2f} s an epoch, "
@@ -73,15 +74,13 @@ def main() -> None:
     ratio = epoch_s(results[False]) / epoch_s(results[True])
     print(f"| full / reduced, time | {ratio:.1f} x | >= 5 |")
     print(f"| reduced / full, validation loss | {one / two:.3f} | within 1 % |")
-    config = TrainConfig(epochs=choice.epochs)
+    config = VocaTrainConfig(epochs=choice.epochs)
     begun = time.perf_counter()
-    material = prepare(corpus, config, resolve_encoder(config.encoder))
+    data = prepare(corpus, config, resolve_encoder(config.encoder))
     heard_s = time.perf_counter() - begun
-    trained = fit(
-        material, config, report=lambda _share, line: print(f"<!-- {line} -->", flush=True)
-    )
+    trained = fit(data, config, report=lambda _share, line: print(f"<!-- {line} -->", flush=True))
     minutes = (time.perf_counter() - begun) / 60
-    clips, pairs = len(corpus.split().train), len(material.train.pairs)
+    clips, pairs = len(corpus.split().train), len(data.train.pairs)
     print(
         f"| {config.epochs} epochs, {clips} clips, {pairs} pairs | {minutes:.1f} min, "
         f"{heard_s:.0f} s of it hearing them | < 25 min for 50 |"

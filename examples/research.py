@@ -20,7 +20,7 @@ from elocute.evaluation.corpus_scores import Measure, rows, score_clips
 from elocute.evaluation.model_predictions import clip_predictor
 from elocute.evaluation.vertex_lists import builtin_list
 from elocute.models.registry import open_model
-from elocute.training.voca.config import TrainConfig
+from elocute.training.voca.config import VocaTrainConfig
 from elocute.training.voca.run import train_voca
 
 CLIP = Path(elocute.__file__).parent / "assets" / "example.flac"
@@ -67,7 +67,9 @@ def main() -> None:
 
     (given.output / "voca").mkdir(parents=True, exist_ok=True)
     corpus = build(given.output / "corpus")
-    train_voca(corpus, TrainConfig(epochs=given.epochs, learning_rate=2e-3), given.output / "voca")
+    train_voca(
+        corpus, VocaTrainConfig(epochs=given.epochs, learning_rate=2e-3), given.output / "voca"
+    )
     model = open_model(given.output / "voca" / "model.onnx")
     measure = Measure(builtin_list("lips"), builtin_list("upper_face"), mouth=True)
     test = corpus.split("default").test

@@ -37,10 +37,9 @@ from recipes.corpus import natural, subjects
 from recipes.corpus.sentences import phonetically_rich
 from recipes.corpus.sharing import share_sentences
 from recipes.corpus.speech import Speaker, voices_missing
-from recipes.encoder.store import RATE
+from recipes.encoder.store import LABEL_RATE, RATE
 
 FPS = 60.0
-PHONE_RATE = 100.0
 NOTE = (
     "Simulated by Elocute: synthetic voices (espeak-ng, flite, festival), faces of the built-in "
     "head, motion of the articulation driver. Subjects are called by their style. CC0 1.0."
@@ -54,8 +53,8 @@ def simulate(
     head = load_builtin_head()
     quiet = replace(STYLES[style], blink_per_min=0.0)  # blinks cannot be heard
     curves = articulate(
-        posteriors_from_phones(phones, duration_s, PHONE_RATE),
-        PHONE_RATE,
+        posteriors_from_phones(phones, duration_s, LABEL_RATE),
+        LABEL_RATE,
         frame_count=round(duration_s * fps),
         fps=fps,
         style=quiet,

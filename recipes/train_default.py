@@ -14,7 +14,7 @@ import shutil
 from pathlib import Path
 
 from elocute.corpus.corpus_store import open_corpus
-from elocute.training.voca.config import TrainConfig
+from elocute.training.voca.config import VocaTrainConfig
 from elocute.training.voca.run import MODEL, train_voca
 
 ASSET = Path(__file__).parents[1] / "src" / "elocute" / "models" / "assets" / "voca.onnx"
@@ -34,7 +34,7 @@ def main() -> None:
     choice = parser.parse_args()
     choice.folder.mkdir(parents=True, exist_ok=True)
     corpus = open_corpus(choice.corpus)
-    config = TrainConfig(epochs=choice.epochs, learning_rate=choice.learning_rate)
+    config = VocaTrainConfig(epochs=choice.epochs, learning_rate=choice.learning_rate)
 
     def report(_share: float, line: str) -> None:
         print(line, flush=True)

@@ -234,9 +234,10 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
     from elocute.corpus.corpus_store import manifest_of, open_corpus, write_manifest
     from elocute.corpus.split import Split
     from elocute.encoders.registry import resolve_encoder
-    from elocute.training.voca.config import TrainConfig
-    from elocute.training.voca.export import export_onnx
-    from elocute.training.voca.fit import fit, prepare
+    from elocute.training.voca.config import VocaTrainConfig
+    from elocute.training.voca.export import export_voca
+    from elocute.training.voca.fit import fit
+    from elocute.training.voca.training_data import prepare
 
     folder = tmp_path_factory.mktemp("learned")
     made = make_corpus(folder / "corpus")
@@ -245,12 +246,12 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
     split = Split(taught, (), own)
     write_manifest(made.folder, manifest_of(replace(made, splits={"default": split})))
     corpus = open_corpus(made.folder)
-    config = TrainConfig(epochs=14, encoder="phones", learning_rate=2e-3)
+    config = VocaTrainConfig(epochs=14, encoder="phones", learning_rate=2e-3)
     threads = torch.get_num_threads()
     torch.set_num_threads(1)  # several would wait for each other beside other tests
     trained = fit(prepare(corpus, config, resolve_encoder(config.encoder)), config)
     torch.set_num_threads(threads)
-    export_onnx(trained, corpus, folder / "model.onnx", "a test")
+    export_voca(trained, corpus, folder / "model.onnx", "a test")
     return Learned(corpus, folder / "model.onnx")
 
 
@@ -268,10 +269,10 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
     from elocute.articulation.driver import articulate
     from elocute.audio.read import read_audio
     from elocute.corpus.shards import WordClip, open_shards, shard_writer
-    from elocute.encoders.phone_encoder import PHONE_RATE
+    from elocute.encoders.protocol import FEATURE_RATE
     from elocute.encoders.registry import resolve_encoder
     from elocute.head.builtin import load_builtin_head
-    from elocute.models.speech_shapes import speech_names
+    from elocute.models.model_shapes import speech_names
     from elocute.motion.motion import Motion
 
     fps, head, names = 30.0, load_builtin_head(), speech_names()
@@ -282,7 +283,7 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
     whole = read_audio(speech_wav)
     soundfile.write(root / "sounds" / "talk.flac", whole.samples, whole.sample_rate)
     heard = resolve_encoder("phones")(whole)
-    curves = articulate(heard.values, PHONE_RATE, fps=fps).select(names).values
+    curves = articulate(heard.values, FEATURE_RATE, fps=fps).select(names).values
     draw, first, number = np.random.default_rng(0), 0, 0
     basis = Motion(shapes, np.eye(len(names), dtype=np.float32), fps)
     with shard_writer(root / "shards", basis, rows=7) as writer:

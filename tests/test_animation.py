@@ -12,7 +12,7 @@ from elocute.articulation.style import Style
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
-from elocute.models.hearing import hear
+from elocute.models.feature_extraction import extract_features
 from elocute.models.registry import open_model
 from elocute.motion.mouth_measures import measure_mouth
 
@@ -53,7 +53,7 @@ def test_thirty_seconds_whole_or_in_pieces(sound, monkeypatch):
     from elocute.encoders.phone_encoder import builtin_encoder
 
     samples = np.tile(sound.samples, 4)[: 30 * 16000]
-    whole = hear(open_model(), Waveform(samples, 16000))[0].features.values
+    whole = extract_features(open_model(), Waveform(samples, 16000))[0].features.values
     stream = builtin_encoder().stream()
     cuts = np.cumsum(np.random.default_rng(0).integers(1, 40_000, 60))
     pieces = [stream.push(part) for part in np.split(samples, cuts[cuts < len(samples)])]

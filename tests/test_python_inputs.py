@@ -17,7 +17,7 @@ from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import open_shards
 from elocute.motion import edits
 from elocute.motion.curves import curves_from_motion
-from elocute.motion.track import Track
+from elocute.motion.vertex_motion import VertexMotion
 
 SILENCE: Any = np.zeros(1600, np.float32)
 TWO: Any = np.array([1, 2])
@@ -70,8 +70,8 @@ GIVEN: dict[str, Callable[[], object]] = {
     "vertices of no frame": lambda: STILL.vertices(5, 5),
     "vertices of no whole frame": lambda: STILL.vertices(WRONG),
     "blocks of no frame": lambda: list(STILL.blocks(0)),
-    "a track of text": lambda: Track(WRONG, HEAD.template, 30),
-    "a track of a huge rate": lambda: Track(ROWS, HEAD.template, HUGE),
+    "a track of text": lambda: VertexMotion(WRONG, HEAD.template, 30),
+    "a track of a huge rate": lambda: VertexMotion(ROWS, HEAD.template, HUGE),
     "a waveform without end": lambda: elocute.Waveform(ENDLESS, 16000),
     "a waveform of a rate too long to print": lambda: elocute.Waveform(SILENCE, LONGEST),
     "features without end": lambda: Features(endless(8), 100.0, "mel"),

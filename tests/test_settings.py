@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from elocute.alignment.config import AlignConfig, CtwConfig, DcawConfig, DctwConfig, SoftConfig
+from elocute.alignment.config import AlignConfig, CtwConfig, DcawConfig, DctwConfig, SoftDtwConfig
 from elocute.articulation.style import Style
 from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.capture.settings import BatchSettings, Scanner
 from elocute.errors import InputError, ModelError
 from elocute.settings import check_settings, described, setting, settings_of, settings_table
 from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.voca.config import TrainConfig
+from elocute.training.voca.config import VocaTrainConfig
 
 EVERY = [
     AlignConfig,
@@ -26,9 +26,9 @@ EVERY = [
     DcawConfig,
     DctwConfig,
     Scanner,
-    SoftConfig,
+    SoftDtwConfig,
     Style,
-    TrainConfig,
+    VocaTrainConfig,
 ]
 
 

@@ -9,19 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter
 from recipes.corpus import subjects
-from recipes.encoder.store import RATE, Item, Shard, load_shard
+from recipes.encoder.store import LABEL_RATE, RATE, Item, Shard, load_shard
 
 Phones = list[tuple[float, float, str]]
 Simulate = Callable[[Phones, float, str], np.ndarray]
 PER_SPEAKER = 6
 PER_LONE_SPEAKER = 60  # of the corpora that have one speaker only
 SHORTEST_S, LONGEST_S = 1.2, 12.0
-LABEL_RATE = 100.0
 
 
 def write_natural(writer: CorpusWriter, work: Path, simulate: Simulate) -> None:

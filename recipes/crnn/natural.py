@@ -12,7 +12,7 @@ import soundfile
 from elocute.corpus.shard_writing import ShardWriter
 from elocute.corpus.word_clip import SENTENCE, WordClip
 from elocute.head.builtin import load_builtin_head
-from elocute.models.speech_shapes import to_shapes
+from elocute.models.model_shapes import to_shapes
 from elocute.motion.motion import Motion
 from recipes.corpus.natural import aligned_phones, chosen_recordings
 from recipes.crnn.simulation import FPS, simulate

@@ -22,7 +22,7 @@ from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.shards import WordClip, shard_writer
 from elocute.corpus.word_clip import SENTENCE
 from elocute.head.builtin import load_builtin_head
-from elocute.models.speech_shapes import to_shapes
+from elocute.models.model_shapes import to_shapes
 from elocute.motion.motion import Motion
 from recipes.corpus import sentences
 from recipes.crnn.natural import add_natural

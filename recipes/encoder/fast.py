@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from elocute.networks.phone_net import Block, PhoneNet
+from elocute.networks.phone_net import PhoneNet, ResidualBlock
 
 
 def fast_logits(net: PhoneNet, features: Tensor) -> Tensor:
@@ -18,7 +18,7 @@ def fast_logits(net: PhoneNet, features: Tensor) -> Tensor:
     )
     x = functional.relu(_normalise(net.norm, x), inplace=True)
     for block in net.blocks:
-        assert isinstance(block, Block)
+        assert isinstance(block, ResidualBlock)
         weight, dilation = block.convolution.weight.unsqueeze(2), block.convolution.dilation[0]
         y = functional.conv2d(functional.pad(x, block.padding), weight, dilation=(1, dilation))
         y = functional.relu(_normalise(block.norm, y), inplace=True)

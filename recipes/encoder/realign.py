@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from elocute.audio.front_end import encoder_features
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from recipes.encoder.natural import (
     EnglishAligner,
     Recording,
@@ -24,7 +24,6 @@ from recipes.encoder.ship import load_net
 from recipes.encoder.store import HOP, ShardWriter
 from recipes.encoder.synthesise import Espeak
 
-SILENCE = PHONES.index("SIL")
 VOICES = {"en": "en-us"}  # espeak-ng's voice where it is not named as the language
 # Speakers of German make their r at the back of the mouth, unlike espeak-ng: the lips stay put.
 UVULAR = {"R": "HH"}

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from recipes.encoder.evaluate import Utterance
 from recipes.encoder.natural import PAD_S
-from recipes.encoder.store import load_shard
+from recipes.encoder.store import RATE, load_shard
 
 
 def write_reference(work: Path, names: list[str], path: Path) -> None:
@@ -43,8 +43,8 @@ def read_reference(path: Path, speech: Path) -> list[Utterance]:
     utterances = []
     for clip in json.loads(path.read_text(encoding="utf-8")):
         samples, rate = soundfile.read(speech / clip["path"], dtype="float32")
-        if rate != 16000:
-            raise ValueError(f"{clip['path']}: {rate} Hz, not 16000")
+        if rate != RATE:
+            raise ValueError(f"{clip['path']}: {rate} Hz, not {RATE}")
         runs = [
             (run.rstrip("0123456789"), run.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"))
             for run in clip["phones"].split()

@@ -11,7 +11,8 @@ import torch
 from torch import Tensor, nn
 
 from elocute.audio import front_end
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.waveform import SPEECH_RATE
 from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
 
 
@@ -57,7 +58,7 @@ def export(net: PhoneNet, path: Path, thresholds: dict[str, float]) -> None:
             "encoder": "phones",
             "phones": PHONES,
             "rate_hz": 50,
-            "sample_rate_hz": front_end.SAMPLE_RATE,
+            "sample_rate_hz": SPEECH_RATE,
             "bands": front_end.BANDS,
             "mean_s": front_end.MEAN_S,
             "history_frames": net.config.history_frames,

@@ -9,18 +9,19 @@ import torch
 from torch import Tensor
 
 from elocute.audio import front_end as fe
+from elocute.audio.waveform import SPEECH_RATE
+from elocute.numerics.mel import mel_points
+from elocute.numerics.windows import hann
 
 WARPS = np.linspace(0.82, 1.22, 17)
 
 
 def warped_mel(warp: float) -> Tensor:
     """(257, 64) filters whose corners are moved as another vocal tract length moves formants."""
-    lowest, highest = (2595 * np.log10(1 + hz / 700) for hz in (fe.LOWEST_HZ, fe.HIGHEST_HZ))
-    mel = np.linspace(lowest, highest, fe.BANDS + 2)
-    hz = 700 * (10 ** (mel / 2595) - 1)
-    knee, top = 4800 * min(warp, 1) / warp, fe.SAMPLE_RATE / 2
+    hz = mel_points(fe.LOWEST_HZ, fe.HIGHEST_HZ, fe.BANDS + 2)
+    knee, top = 4800 * min(warp, 1) / warp, SPEECH_RATE / 2
     bent = top - (top - knee * warp) / (top - knee) * (top - hz)
-    return torch.from_numpy(fe.triangles(np.where(hz <= knee, hz * warp, bent)))
+    return torch.from_numpy(fe.unit_triangles(np.where(hz <= knee, hz * warp, bent)))
 
 
 class BatchFrontEnd:
@@ -28,16 +29,16 @@ class BatchFrontEnd:
 
     def __init__(self, frames: int, seed: int) -> None:
         self.draw = random.Random(seed)
-        self.window = torch.from_numpy(np.hanning(fe.WINDOW + 1)[:-1].astype(np.float32))
+        self.window = torch.from_numpy(hann(fe.WINDOW).astype(np.float32))
         self.plain = torch.from_numpy(fe.mel_weights())
         self.mels = [warped_mel(warp) for warp in WARPS]
-        self.hz = torch.linspace(0, fe.SAMPLE_RATE / 2, fe.FFT // 2 + 1)
-        decay = np.exp(-fe.HOP / fe.SAMPLE_RATE / fe.MEAN_S)
+        self.hz = torch.linspace(0, SPEECH_RATE / 2, fe.FFT // 2 + 1)
+        decay = np.exp(-fe.HOP / SPEECH_RATE / fe.MEAN_S)
         steps = np.arange(frames)
         self.powers = torch.from_numpy((decay ** (steps + 1)).astype(np.float32))
         lower = np.tril(decay ** np.maximum(steps[:, None] - steps, 0)).astype(np.float32)
         self.lower, self.lower_sum = torch.from_numpy(lower), torch.from_numpy(lower.sum(axis=1))
-        self.prior = fe.PRIOR_S * fe.SAMPLE_RATE / fe.HOP
+        self.prior = fe.PRIOR_S * SPEECH_RATE / fe.HOP
         self.full = 1 / (1 - decay)
 
     def __call__(self, waves: Tensor, augment: bool) -> Tensor:

@@ -11,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.audio.phones import PHONES
+from elocute.audio.front_end import HOP
+from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.waveform import SPEECH_RATE
 
-RATE = 16000
-HOP = 160
+RATE = SPEECH_RATE
+LABEL_RATE = RATE / HOP
 UNKNOWN = 255
 
 

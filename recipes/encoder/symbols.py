@@ -6,7 +6,7 @@ rounded vowels are rounded first of all, a uvular r does not show.
 
 from __future__ import annotations
 
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 
 FESTIVAL = {
     "ax": "AH",

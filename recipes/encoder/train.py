@@ -14,7 +14,7 @@ import soundfile
 import torch
 from torch.nn import functional
 
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.networks.phone_net import PhoneNet, PhoneNetConfig
 from recipes.encoder.augment import CHUNK_FRAMES, Augmenter, silence_gap, stretch
 from recipes.encoder.fast import fast_logits

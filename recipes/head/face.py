@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from elocute.numerics.smoothing import smoothstep
 from recipes.head.anatomy import Anatomy
 from recipes.head.assembly import Assembly
 from recipes.head.jaw import jaw_move, jaw_weights
@@ -80,7 +81,7 @@ class NeutralFace:
     def off_the_bust(self, height_m: float) -> np.ndarray:
         """(vertex,) 0 at the cut of the neck, 1 from a height above it, smoothly between."""
         t = np.clip((self.vertices @ self.bust.normal - self.bust.height) / height_m, 0, 1)
-        return t * t * (3 - 2 * t)
+        return smoothstep(t)
 
     @property
     def skin(self) -> np.ndarray:

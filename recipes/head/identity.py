@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elocute.numerics.ridge import ridge_coefficients
 from recipes.head.face import NeutralFace
 from recipes.head.population import random_adult, tone_of
 
@@ -65,8 +66,7 @@ def fitted(face: NeutralFace, identity: IdentityBasis, body: np.ndarray) -> np.n
     offset = person_row(face, body) - person_row(face, face.body)
     whole = np.concatenate([identity.vertices, identity.joints], 1)
     rows = whole.reshape(len(whole), -1)
-    gram = rows @ rows.T
-    return np.linalg.solve(gram + RIDGE * 1e-4 * np.eye(len(gram)), rows @ offset)
+    return ridge_coefficients(rows, offset, RIDGE * 1e-4)
 
 
 def person_row(face: NeutralFace, body: np.ndarray) -> np.ndarray:

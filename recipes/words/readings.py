@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.alignment.word_times import Word, Words, write_words
+from elocute.alignment.word_times import TimedWord, TimedWords, write_words
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from recipes.corpus.subjects import Subject
@@ -35,14 +35,14 @@ def readings(
         samples, phones, words = _read(voices, subject, spoken, (seed, number))
         duration = len(samples) / RATE
         name = f"r{number:03}"
-        write_words(Words(tuple(words), duration), folder / f"{subject.style}.{name}.json")
+        write_words(TimedWords(tuple(words), duration), folder / f"{subject.style}.{name}.json")
         weights = simulate(phones, duration, subject.style, fps)
         yield Clip(subject.style, name, " ".join(spoken), Waveform(samples, RATE), weights)
 
 
 def _read(
     voices: Voices, subject: Subject, texts: Sequence[str], seed: tuple[int, int]
-) -> tuple[np.ndarray, Phones, list[Word]]:
+) -> tuple[np.ndarray, Phones, list[TimedWord]]:
     noise = np.random.default_rng(seed)
 
     def rest(seconds: float) -> np.ndarray:
@@ -54,7 +54,7 @@ def _read(
         samples, said = voices.say_as(subject, text)
         start = at / RATE
         phones += [(a + start, b + start, phone) for a, b, phone in said]
-        words.append(Word(text, start, start + len(samples) / RATE))
+        words.append(TimedWord(text, start, start + len(samples) / RATE))
         parts += [samples, rest(BETWEEN_S)]
         at += len(samples) + len(parts[-1])
     return np.concatenate(parts), phones, words

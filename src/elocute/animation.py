@@ -1,6 +1,6 @@
-"""Speech to motion in one call: read, listen, answer, move.
+"""Speech to motion in one call.
 
-The path of the data: blocks of sound → the model's ears → rows of features → curves → Motion.
+The path of the data: blocks of sound → rows of features → curves → Motion.
 Sound is decoded once, in blocks, so an hour of it needs bounded memory.
 """
 
@@ -19,17 +19,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.style import Style
-from elocute.audio.inputs import Speech, sound_of
+from elocute.audio.speech_input import SpeechInput, resolve_speech
 from elocute.audio.waveform import Waveform
 from elocute.errors import HeadError, InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
-from elocute.models.ears import Phones
-from elocute.models.hearing import Progress, SoundBlocks, blocks_of, hear
-from elocute.models.protocol import Span
-from elocute.models.registry import DEFAULT, open_model
+from elocute.models.feature_extraction import (
+    PhoneTimes,
+    Progress,
+    SoundBlocks,
+    blocks_of,
+    extract_features,
+)
+from elocute.models.protocol import FrameSpan
+from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.streaming import FPS_RANGE, STRENGTH_RANGE, check_range
 from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves, motion_from_curves
@@ -41,7 +46,17 @@ from elocute.one_line_repr import brief
 
 @dataclass(frozen=True)
 class Animation:
-    """What `animate` gives: the motion, the curves behind it, and the sound it belongs to."""
+    """An animated head: the motion, the curves that drive it, and the sound that it belongs to.
+
+    Parameters
+    ----------
+    motion : Motion
+        Weights on the head's shapes, frame by frame.
+    curves : Curves
+        The named curves that the model gave.
+    sound : Path or Waveform
+        The sound that was animated.
+    """
 
     motion: Motion
     curves: Curves
@@ -61,12 +76,28 @@ class Animation:
         return viewer_frame(self.motion, self.sound, repr(self))
 
     def write(self, path: str | Path, **options: Any) -> Animation:
-        """Write to the format that the suffix names; returns itself, so that calls chain.
+        """Write to the format that the suffix names.
 
         A file of that name is replaced. A side file (NAME.wav beside NAME.glb) is replaced only
-        where it was made of this very sound, and a folder of meshes never, but for
-        `overwrite=True`. Raises OutputError for an unknown suffix or a place that cannot be
-        written.
+        where it was made from this very sound, and a folder of meshes never, unless with
+        `overwrite=True`.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; its suffix chooses the format: .glb, .npz, .csv, .json, .mp4, .html, …
+        **options
+            Options of that format.
+
+        Returns
+        -------
+        Animation
+            Itself, so that calls can be chained.
+
+        Raises
+        ------
+        OutputError
+            For an unknown suffix or option, or a place that cannot be written.
         """
         from elocute.export.registry import write
 
@@ -75,7 +106,7 @@ class Animation:
 
 
 def animate(
-    speech: Speech,
+    speech: SpeechInput,
     *,
     rate: int | None = None,
     fps: float = 60.0,
@@ -83,41 +114,66 @@ def animate(
     head: str | Path = "builtin",
     style: str | Style = "plain",
     strength: float = 1.0,
-    model: str | Path = DEFAULT,
+    model: str | Path = DEFAULT_MODEL,
     channel: int | None = None,
-    phones: Phones | None = None,
+    phones: PhoneTimes | None = None,
     progress: Progress | None = None,
 ) -> Animation:
     """Animate a head with speech.
 
-    speech    a sound or video file, or a Waveform; or the bytes of such a file, a binary file
-              object, or an array of samples (see `elocute.audio.inputs`)
-    rate      Hz, of an array
-    fps       frames per second of the motion, 1…240
-    identity  a face of the built-in head: a name, a seed, or a JSON file of 50 coefficients
-    head      "builtin", or a head or mesh file in the topology that the model moves
-    style     a name, a mix (`calm:0.7,broad:0.3`), for "articulation" also a JSON file or a Style
-    strength  how far the mouth moves, 0…2
-    model     "articulation", "voca", "crnn", or a trained model (.onnx)
-    phones    their times, where they are known; the encoder is not asked then
+    Parameters
+    ----------
+    speech : str, Path, Waveform, bytes, binary file or array
+        A sound or video file, a Waveform, the bytes of such a file, an open binary file, or an
+        array of samples (sample,) or (sample, channel): floats within ±1, or integers.
+    rate : int, optional
+        Sample rate of an array, Hz.
+    fps : float
+        Frames per second of the motion, 1 to 240.
+    identity : str, int or Path
+        A face of the built-in head: a name, a seed, or a JSON file of 50 coefficients.
+    head : str or Path
+        "builtin", or a head or mesh file in the topology that the model moves.
+    style : str or Style
+        A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" also a Style.
+    strength : float
+        How far the mouth moves, 0 to 2; 1 is as the model has it.
+    model : str or Path
+        "articulation", "voca", "crnn", or a trained model (.onnx).
+    channel : int, optional
+        The channel to take, from 0; all of them are averaged otherwise.
+    phones : list of (float, float, str), optional
+        Start in s, end in s and ARPAbet phone, where these are known; they replace the phones
+        that the encoder recognises.
+    progress : callable, optional
+        Called with the share of the sound that is done, 0 to 1.
 
-    Raises InputError (AudioError, HeadError, ModelError) for anything that cannot be used.
+    Returns
+    -------
+    Animation
+        The motion, its curves and the sound.
+
+    Raises
+    ------
+    InputError
+        For anything that cannot be used; AudioError for sound, HeadError for heads and identities,
+        ModelError for models and styles.
     """
     check_range("fps", fps, FPS_RANGE)
     check_range("strength", strength, STRENGTH_RANGE)
-    sound = sound_of(speech, rate, channel)
+    sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved, rig = chosen.style(checked_style(style)), chosen.rig(_rig(head, identity))
-    with _opened(sound, channel) as blocks:
-        heard, duration_s = hear(chosen, blocks, phones=phones, progress=progress)
-    span = Span.whole(frames_in(duration_s, fps), fps)
-    curves = chosen.curves(heard, resolved, span, strength)
+    with _sound_blocks(sound, channel) as blocks:
+        features, duration_s = extract_features(chosen, blocks, phones=phones, progress=progress)
+    span = FrameSpan.whole(frames_in(duration_s, fps), fps)
+    curves = chosen.curves(features, resolved, span, strength)
     motion = motion_from_curves(rig, curves)
     return Animation(motion, curves, sound)
 
 
 def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
-    """The head that moves. Raises HeadError."""
+    """The head to animate. Raises HeadError."""
     check_kind("head", head, str | os.PathLike, "builtin, or a path", HeadError)
     if str(head) == "builtin":
         return identity_head(identity)
@@ -131,19 +187,34 @@ def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
 
 
 def identity_head(identity: str | int | Path) -> HeadModel:
-    """The built-in head with somebody's face. Raises HeadError."""
+    """The built-in head with another face.
+
+    Parameters
+    ----------
+    identity : str, int or Path
+        A name, a seed, or a JSON file of 50 coefficients.
+
+    Returns
+    -------
+    HeadModel
+
+    Raises
+    ------
+    HeadError
+        For an unknown name or a file that holds no coefficients.
+    """
     choice = brief(identity) if isinstance(identity, int) else str(identity)
     return _face(resolve_identity(choice).tobytes())
 
 
 @lru_cache(maxsize=4)
 def _face(coefficients: bytes) -> HeadModel:
-    """Making a face takes as long as hearing a second of speech."""
+    """Making a face takes as long as encoding a second of speech."""
     return load_builtin_head().with_identity(np.frombuffer(coefficients, np.float32))
 
 
 @contextmanager
-def _opened(sound: Path | Waveform, channel: int | None) -> Iterator[SoundBlocks]:
+def _sound_blocks(sound: Path | Waveform, channel: int | None) -> Iterator[SoundBlocks]:
     """Blocks of sound, each with the share of the whole it completes."""
     if isinstance(sound, Waveform):
         yield blocks_of(sound)
@@ -152,10 +223,10 @@ def _opened(sound: Path | Waveform, channel: int | None) -> Iterator[SoundBlocks
 
     with open_audio(sound, channel=channel) as stream:
         promised = (stream.duration_s or math.inf) * stream.sample_rate
-        yield SoundBlocks(stream.sample_rate, _shared(stream.blocks(), promised))
+        yield SoundBlocks(stream.sample_rate, _with_progress(stream.blocks(), promised))
 
 
-def _shared(
+def _with_progress(
     blocks: Iterator[NDArray[np.float32]], promised: float
 ) -> Iterator[tuple[NDArray[np.float32], float]]:
     done = 0

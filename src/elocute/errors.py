@@ -10,7 +10,7 @@
     │   ├── CaptureError    a scan, its landmarks or a recording that cannot be registered
     │   ├── ModelError      a trained model or checkpoint that cannot be used
     │   └── OutputError     a place or a format that cannot be written
-    └── MachineError        something this machine lacks (a renderer, say)
+    └── MachineError        something this machine lacks (a renderer, for example)
 
 A message says what was found, what is allowed and what to do, in one line.
 """
@@ -57,22 +57,31 @@ class InputError(ElocuteError, ValueError):
 
     @classmethod
     def about(cls, subject: str | Path, *, found: str, allowed: str = "", remedy: str = "") -> Self:
-        """Compose the one-line message `subject: found; allowed: …; remedy`.
+        """An error with the one-line message `subject: found; allowed: …; remedy`.
 
-        What was found may be anything of a file's, of any length: its start is shown.
+        Parameters
+        ----------
+        subject : str or Path
+            What cannot be used: a file, or the name of a value.
+        found : str
+            What it is, of any length; its start is shown.
+        allowed : str
+            What it may be.
+        remedy : str
+            What to do.
         """
         parts = [_start(printable(" ".join(found.split())))]
         if allowed:
             parts.append(f"allowed: {allowed}")
         if remedy:
             parts.append(remedy)
-        told = " ".join("; ".join(parts).split())
+        message = " ".join("; ".join(parts).split())
         shown = printable(subject)
-        return cls(f"{shown if isinstance(subject, Path) else _start(shown)}: {printable(told)}")
+        return cls(f"{shown if isinstance(subject, Path) else _start(shown)}: {printable(message)}")
 
 
 class AudioError(InputError):
-    """Sound that cannot be read or is not sound."""
+    """A file that cannot be read or is not sound."""
 
 
 class HeadError(InputError):
@@ -88,7 +97,7 @@ class CorpusError(InputError):
 
 
 class AlignmentError(InputError):
-    """Sequences that cannot be warped onto each other, or settings for that which are no use."""
+    """Sequences that cannot be warped onto each other, or unusable settings of their alignment."""
 
 
 class CaptureError(InputError):

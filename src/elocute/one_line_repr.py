@@ -1,4 +1,4 @@
-"""One line for what holds much: arrays by type and shape, long sequences by length."""
+"""One-line reprs of large records: arrays by type and shape, long sequences by length."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 LONGEST = 160
-"""Letters of a line; what is beyond it is an ellipsis."""
+"""Characters of a line; what lies beyond becomes an ellipsis."""
 
 
 def one_line(self: Any) -> str:
-    """The `__repr__` of a dataclass, in one line of at most about `LONGEST` letters."""
+    """The `__repr__` of a dataclass, in one line of about `LONGEST` characters at most."""
     parts, length = [], 0
     for field in fields(self):
         if not field.repr:

@@ -17,7 +17,7 @@ from elocute.alignment.warping_paths import (
     attention_path,
     diagonal_path,
     expected_path,
-    merged,
+    merge_paths,
     path_attention,
 )
 from elocute.errors import AlignmentError
@@ -133,7 +133,7 @@ def test_any_features_can_be_read_along_the_expected_alignment(method: str) -> N
     other, places = warped(view, 60, 1.5)
     fitted = fit_aligner([(view, other)], method, brief(method))
     if method == "softdtw":
-        with pytest.raises(AlignmentError, match="SoftDtwAligner"):
+        with pytest.raises(AlignmentError, match="SoftDtwConfig"):
             read_softly(fitted)
         return
     found = read_softly(fitted).align(view, other)
@@ -210,7 +210,7 @@ def test_attention_and_paths_go_into_each_other() -> None:
     cells = np.zeros((4, 4))
     cells[tuple(path.T)] = 1
     np.testing.assert_array_equal(expected_path(cells), path)
-    both = merged([path, path[:, [1, 0]]], 4)
+    both = merge_paths([path, path[:, [1, 0]]], 4)
     check_path(both, [4, 4, 4])
 
 

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
-from elocute.alignment.correlation_objective import all_pairs, whitened
+from elocute.alignment.correlation_objective import sum_over_pairs, whiten_pair
 from elocute.errors import AlignmentError
 
 
@@ -22,13 +22,13 @@ def views(frames: int = 40, count: int = 2) -> list[np.ndarray]:
 
 def test_the_closed_form_is_the_slope_of_finite_differences() -> None:
     first, second = views()
-    slopes = whitened(first, second).gradients()
+    slopes = whiten_pair(first, second).gradients()
     rng = np.random.default_rng(0)
     for place, slope in enumerate(slopes):
         step = 1e-5 * rng.normal(size=slope.shape)
         moved = [[first, second], [first, second]]
         moved[0][place], moved[1][place] = moved[0][place] + step, moved[1][place] - step
-        up, down = (whitened(one, other).norm for one, other in moved)
+        up, down = (whiten_pair(one, other).norm for one, other in moved)
         assert (up - down) / 2 == pytest.approx(float((slope * step).sum()), rel=1e-6)
 
 
@@ -45,7 +45,7 @@ def test_the_closed_form_is_what_autograd_finds() -> None:
     k = root(a) @ (a.T @ b / (len(a) - 1)) @ root(b)
     norm = torch.linalg.matrix_norm(k, "nuc")
     norm.backward()
-    pair = whitened(first.detach().numpy(), second.detach().numpy())
+    pair = whiten_pair(first.detach().numpy(), second.detach().numpy())
     assert pair.norm == pytest.approx(norm.item())
     for slope, tensor in zip(pair.gradients(), (first, second), strict=True):
         np.testing.assert_allclose(slope, tensor.grad.numpy(), atol=1e-9)
@@ -53,22 +53,22 @@ def test_the_closed_form_is_what_autograd_finds() -> None:
 
 def test_many_views_are_the_sum_over_all_pairs() -> None:
     three = views(count=3)
-    total, slopes = all_pairs(three)
-    norms = [whitened(three[i], three[j]).norm for i, j in ((0, 1), (0, 2), (1, 2))]
+    total, slopes = sum_over_pairs(three)
+    norms = [whiten_pair(three[i], three[j]).norm for i, j in ((0, 1), (0, 2), (1, 2))]
     assert total == pytest.approx(sum(norms))
     step = 1e-5 * np.random.default_rng(1).normal(size=three[1].shape)
-    up, down = (all_pairs([three[0], three[1] + s * step, three[2]])[0] for s in (1, -1))
+    up, down = (sum_over_pairs([three[0], three[1] + s * step, three[2]])[0] for s in (1, -1))
     assert (up - down) / 2 == pytest.approx(float((slopes[1] * step).sum()), rel=1e-6)
 
 
 def test_equal_views_correlate_fully_and_constant_ones_not_at_all() -> None:
     first = views()[0]
-    assert whitened(first, first, 1e-9).norm == pytest.approx(4, abs=1e-5)
-    assert whitened(first, np.ones((40, 2))).norm == pytest.approx(0, abs=1e-9)
+    assert whiten_pair(first, first, 1e-9).norm == pytest.approx(4, abs=1e-5)
+    assert whiten_pair(first, np.ones((40, 2))).norm == pytest.approx(0, abs=1e-9)
     with pytest.raises(AlignmentError, match="equally many"):
-        whitened(first, first[:-1])
+        whiten_pair(first, first[:-1])
     with pytest.raises(AlignmentError, match="ridge"):
-        whitened(first, first, 0)
+        whiten_pair(first, first, 0)
 
 
 @pytest.mark.parametrize("free_start", [False, True])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.alignment.word_times import Word, Words, read_words, take_edits, write_words
+from elocute.alignment.word_times import TimedWord, TimedWords, merge_edits, read_words, write_words
 from elocute.audio.waveform import Waveform
 from elocute.errors import AlignmentError
 from tests.support.commands import refused, succeeds
@@ -31,15 +31,15 @@ TRUE_S = {
 
 
 @pytest.fixture(scope="module")
-def segmented(speech_wav: Path) -> Words:
+def segmented(speech_wav: Path) -> TimedWords:
     pytest.importorskip("pocketsphinx", reason="needs the extra `wild`")
-    from elocute.alignment.forced_alignment import segment
+    from elocute.alignment.forced_alignment import segment_words
     from elocute.audio.read import read_audio
 
-    return segment(read_audio(speech_wav), TEXT)
+    return segment_words(read_audio(speech_wav), TEXT)
 
 
-def test_words_are_found_where_they_are_said(segmented: Words):
+def test_words_are_found_where_they_are_said(segmented: TimedWords):
     assert segmented.text == "hello " + " ".join(re.findall(r"[a-z]+", TEXT.lower())[1:])
     by_text = {word.text: word for word in segmented.words}
     for text, (start, end) in TRUE_S.items():
@@ -50,24 +50,24 @@ def test_words_are_found_where_they_are_said(segmented: Words):
 
 def test_what_cannot_be_aligned_is_refused(speech_wav: Path):
     pytest.importorskip("pocketsphinx", reason="needs the extra `wild`")
-    from elocute.alignment.forced_alignment import segment
+    from elocute.alignment.forced_alignment import segment_words
     from elocute.audio.read import read_audio
 
     speech = read_audio(speech_wav)
     with pytest.raises(AlignmentError, match="no pronunciation of blorfit"):
-        segment(speech, "hello blorfit")
+        segment_words(speech, "hello blorfit")
     strange = "seven elephants crossed an angry river because tomorrow nobody will remember"
-    with pytest.raises(AlignmentError, match="words that are not in the sound"):
-        segment(speech, strange)
+    with pytest.raises(AlignmentError, match="words that do not match the sound"):
+        segment_words(speech, strange)
     with pytest.raises(AlignmentError, match="silence"):
-        segment(Waveform(np.zeros(16000, np.float32), 16000), "hello")
+        segment_words(Waveform(np.zeros(16000, np.float32), 16000), "hello")
     with pytest.raises(AlignmentError, match="do not fit into"):
-        segment(Waveform(speech.samples[16000:20000], speech.sample_rate), TEXT)
+        segment_words(Waveform(speech.samples[16000:20000], speech.sample_rate), TEXT)
     with pytest.raises(AlignmentError, match="0 words"):
-        segment(speech, "... !")
+        segment_words(speech, "... !")
 
 
-ODD = Words((Word('say "ah"', 0.1, 0.5, 0.25), Word("Zoë", 0.5, 0.75)), 1.0)
+ODD = TimedWords((TimedWord('say "ah"', 0.1, 0.5, 0.25), TimedWord("Zoë", 0.5, 0.75)), 1.0)
 SHORT = '''File type = "ooTextFile"
 Object class = "TextGrid"
 
@@ -110,7 +110,7 @@ def test_files_come_back_as_they_were(tmp_path: Path, name: str):
         (w.text, w.start_s, w.end_s) for w in ODD.words
     ]
     assert again.duration_s == 1.0
-    assert take_edits(again, ODD) == ODD
+    assert merge_edits(again, ODD) == ODD
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be"])
@@ -118,12 +118,12 @@ def test_praats_short_form_in_every_encoding(tmp_path: Path, encoding: str):
     mark = "\ufeff" if encoding == "utf-16-be" else ""
     path = tmp_path / "p.TextGrid"
     path.write_bytes((mark + SHORT.replace("\n", "\r\n")).encode(encoding))
-    assert take_edits(read_words(path), ODD) == ODD
+    assert merge_edits(read_words(path), ODD) == ODD
 
 
 def test_what_a_person_moved_is_sure(tmp_path: Path):
-    moved = Words((Word('say "ah"', 0.12, 0.5), Word("Zoë", 0.5, 0.75)), 1.0)
-    assert [w.confidence for w in take_edits(moved, ODD).words] == [1.0, 1.0]
+    moved = TimedWords((TimedWord('say "ah"', 0.12, 0.5), TimedWord("Zoë", 0.5, 0.75)), 1.0)
+    assert [w.confidence for w in merge_edits(moved, ODD).words] == [1.0, 1.0]
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_damaged_json(tmp_path: Path, text: str):
         read_words(path)
 
 
-def test_commands(tmp_path: Path, speech_wav: Path, segmented: Words):
+def test_commands(tmp_path: Path, speech_wav: Path, segmented: TimedWords):
     def call(*arguments: object) -> dict[str, object]:
         return json.loads(succeeds("words", *arguments, "--json").stdout)
 
@@ -185,7 +185,7 @@ def test_commands(tmp_path: Path, speech_wav: Path, segmented: Words):
     edited = grid.read_text(encoding="utf-8").replace('"hello"', '"Hello"')
     grid.write_text(edited, encoding="utf-8")
     call("take", grid, "-o", tmp_path / "edited.json", "--before", words)
-    assert read_words(tmp_path / "edited.json").words[0] == Word(
+    assert read_words(tmp_path / "edited.json").words[0] == TimedWord(
         "Hello", segmented.words[0].start_s, segmented.words[0].end_s, 1.0
     )
     other = tmp_path / "short.wav"
@@ -201,7 +201,7 @@ def test_commands(tmp_path: Path, speech_wav: Path, segmented: Words):
 @pytest.mark.parametrize("field", ["start_s", "end_s", "confidence", "duration_s"])
 def test_times_that_are_no_numbers(tmp_path: Path, field: str, number: str):
     path = tmp_path / "a.json"
-    write_words(Words((Word("one", 0.1, 0.2),), 1.0), path)
+    write_words(TimedWords((TimedWord("one", 0.1, 0.2),), 1.0), path)
     path.write_text(re.sub(rf'"{field}": [0-9.]+', f'"{field}": {number}', path.read_text()))
     with pytest.raises(AlignmentError) as caught:
         read_words(path)

@@ -5,7 +5,7 @@ import pytest
 
 from elocute.articulation.driver import articulate, posteriors_from_phones
 from elocute.articulation.style import STYLES, Style
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity

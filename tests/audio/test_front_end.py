@@ -5,10 +5,11 @@ import pytest
 
 from elocute.audio import front_end
 from elocute.audio.front_end import FrontEnd, encoder_features
+from elocute.audio.waveform import SPEECH_RATE
 
 
 def noise(seconds: float, level: float = 0.1) -> np.ndarray:
-    samples = np.random.default_rng(3).normal(0, level, round(seconds * front_end.SAMPLE_RATE))
+    samples = np.random.default_rng(3).normal(0, level, round(seconds * SPEECH_RATE))
     return samples.astype(np.float32)
 
 

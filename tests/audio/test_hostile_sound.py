@@ -47,7 +47,7 @@ def test_a_list_whose_parts_lead_backwards_ends(tmp_path, size, before):
 @pytest.mark.parametrize("tag", [0x1234, 0xFFFF, 0xABCD])
 def test_a_coding_that_nobody_knows_is_refused(tmp_path, tag):
     (tmp_path / "a.wav").write_bytes(wav(tag=tag))
-    assert "in a coding that FFmpeg does not know" in refusal(tmp_path / "a.wav")
+    assert "in a codec that FFmpeg does not support" in refusal(tmp_path / "a.wav")
 
 
 def test_long_sizes_that_end_early_are_refused(tmp_path):

@@ -21,10 +21,10 @@ from elocute.errors import ModelError
 from elocute.evaluation.model_predictions import clip_predictor, true_track
 from elocute.evaluation.vertex_lists import builtin_list
 from elocute.head.builtin import load_builtin_head
-from elocute.models.hearing import hear
-from elocute.models.protocol import Span
+from elocute.models.feature_extraction import extract_features
+from elocute.models.model_shapes import basis_of
+from elocute.models.protocol import FrameSpan
 from elocute.models.registry import open_model
-from elocute.models.styles import basis_of
 
 Cli = Callable[..., Any]
 SPEAKERS = ("plain", "broad", "tense")
@@ -133,7 +133,7 @@ def test_nobody_blinks(speech_wav: Path) -> None:
     """As blinks cannot be heard, they would only be wrong."""
     driver, sound = open_model(), read_audio(speech_wav)
     blink = driver.components.index("eyeBlinkLeft")
-    heard, span = hear(driver, sound)[0], Span.whole(588, 60.0)
+    heard, span = extract_features(driver, sound)[0], FrameSpan.whole(588, 60.0)
     weights = driver.weights(heard, driver.style("plain"), span)
     assert weights[:, blink].max() == 0 < animate(sound).motion.weights[:, blink].max()
 

@@ -81,7 +81,7 @@ def test_checkpoints_and_corpora_on_a_full_disk(small, speech_wav, make_corpus):
     """SafetensorError and LibsndfileError do not leave as they are."""
     torch = pytest.importorskip("torch", reason="needs the extra `train`")
     from elocute.errors import OutputError
-    from elocute.training.voca.checkpoint import save_checkpoint
+    from elocute.training.checkpoint import save_checkpoint
 
     with pytest.raises(OutputError, match=r"a\.safetensors: cannot be written .*No space left"):
         save_checkpoint(small / "a.safetensors", {"x": torch.zeros(100_000)}, {})
@@ -93,9 +93,9 @@ def test_checkpoints_and_corpora_on_a_full_disk(small, speech_wav, make_corpus):
 def test_the_log_of_a_training_on_a_full_disk(small):
     pytest.importorskip("tensorboard", reason="needs the extra `train`")
     from elocute.errors import OutputError
-    from elocute.training.training_log import Board
+    from elocute.training.training_log import TrainingLog
 
-    board = Board(small, ("epoch", "loss"), 0)
+    board = TrainingLog(small, ("epoch", "loss"), 0)
     (small / "full").write_bytes(b"x" * (os.statvfs(small).f_bavail * 4096 - 4096))
     with pytest.raises(OutputError, match="No space left on device"):
         for epoch in range(1000):

@@ -28,7 +28,7 @@ def talk(template: np.ndarray, frames: int, seed: int = 0) -> np.ndarray:
     return motion
 
 
-def sound_of(frames: int, fps: float, seed: int = 0) -> np.ndarray:
+def resolve_speech(frames: int, fps: float, seed: int = 0) -> np.ndarray:
     """int16 (sample,) noise that lasts as long as the frames."""
     noise = np.random.default_rng(seed).normal(0, 3000, round(frames / fps * RATE))
     return noise.clip(-32768, 32767).astype(np.int16)
@@ -47,7 +47,7 @@ def write_vocaset(
             key = f"sentence{number:02}"
             vertices.append(talk(templates[name].astype(np.float32), 20, number + i))
             rows[name][key] = {frame: at + frame for frame in range(20)}
-            sounds[name][key] = {"audio": sound_of(20, 60, number), "sample_rate": RATE}
+            sounds[name][key] = {"audio": resolve_speech(20, 60, number), "sample_rate": RATE}
             at += 20
     stacked = np.concatenate(vertices)
     np.save(folder / "data_verts.npy", stacked)
@@ -68,7 +68,7 @@ def write_folder(folder: Path, subjects: tuple[str, ...], vertices: int = 60) ->
             stem = f"{name}_e{number:02}"
             frames = talk(template, 15, number).reshape(15, -1)
             np.save(folder / "vertices_npy" / f"{stem}.npy", frames)
-            soundfile.write(folder / "wav" / f"{stem}.wav", sound_of(15, 30, number), RATE)
+            soundfile.write(folder / "wav" / f"{stem}.wav", resolve_speech(15, 30, number), RATE)
 
 
 def write_prepared_biwi(folder: Path, clips: tuple[str, ...], fps: float = 25.0) -> None:
@@ -83,7 +83,7 @@ def write_prepared_biwi(folder: Path, clips: tuple[str, ...], fps: float = 25.0)
     for clip in clips:
         frames = talk(templates[clip.split("_")[0]], 5).reshape(5, -1)
         np.save(folder / "vertices_npy" / f"{clip}.npy", frames)
-        soundfile.write(folder / "wav" / f"{clip}.wav", sound_of(5, fps), RATE)
+        soundfile.write(folder / "wav" / f"{clip}.wav", resolve_speech(5, fps), RATE)
 
 
 def write_biwi(folder: Path, subjects: tuple[str, ...], vertices: int = 50) -> None:
@@ -106,4 +106,4 @@ def write_biwi(folder: Path, subjects: tuple[str, ...], vertices: int = 50) -> N
             for number, frame in enumerate(talk(template, 10), 1):
                 data = np.int32(vertices).tobytes() + frame.astype("<f4").tobytes()
                 (place / f"frame_{number:03}.vl").write_bytes(data)
-            soundfile.write(folder / "wav" / f"{name}_{sentence}.wav", sound_of(10, 25), RATE)
+            soundfile.write(folder / "wav" / f"{name}_{sentence}.wav", resolve_speech(10, 25), RATE)

@@ -31,25 +31,25 @@ from elocute.evaluation.vertex_lists import (
     read_vertex_list,
 )
 from elocute.head.builtin import load_builtin_head
-from elocute.motion import track as track_module
+from elocute.motion import vertex_motion
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.motion.track import Track
+from elocute.motion.vertex_motion import VertexMotion
 
 FPS = 30.0
 LIPS = VertexList("some", np.array([1, 4, 6]))
 
 
-def random_track(seed: int, frames: int = 23, vertices: int = 9) -> Track:
+def random_track(seed: int, frames: int = 23, vertices: int = 9) -> VertexMotion:
     rng = np.random.default_rng(seed)
     face = np.random.default_rng(99).normal(size=(vertices, 3))
-    return Track(face + rng.normal(0, 0.002, (frames, vertices, 3)), face, FPS)
+    return VertexMotion(face + rng.normal(0, 0.002, (frames, vertices, 3)), face, FPS)
 
 
 @pytest.fixture(autouse=True)
 def _small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Several blocks a clip, the last one of one frame, so that every seam is met."""
-    monkeypatch.setattr(track_module, "BLOCK_FRAMES", 11)
+    monkeypatch.setattr(vertex_motion, "BLOCK_FRAMES", 11)
 
 
 def test_every_metric_is_its_definition() -> None:
@@ -98,7 +98,7 @@ def test_a_clip_is_not_away_from_itself() -> None:
 
 def test_a_constant_offset_is_measured_in_millimetres() -> None:
     one = random_track(4)
-    moved = Track(one.values + np.array([0.003, 0, 0.004]), one.template, FPS)
+    moved = VertexMotion(one.values + np.array([0.003, 0, 0.004]), one.template, FPS)
     scores = clip_metrics(moved, one, LIPS)
     assert (scores.lve_mm2, scores.lve_mm, scores.mve_mm) == pytest.approx((25, 5, 5))
     assert scores.velocity_mm == pytest.approx(0, abs=1e-9)
@@ -108,7 +108,7 @@ def test_a_constant_offset_is_measured_in_millimetres() -> None:
 
 def test_a_still_face_has_lost_all_dynamics() -> None:
     one = random_track(5)
-    still = Track(np.repeat(one.template[None], one.frame_count, axis=0), one.template, FPS)
+    still = VertexMotion(np.repeat(one.template[None], one.frame_count, axis=0), one.template, FPS)
     signed, absolute = dynamics_deviation(still, one, LIPS)
     assert signed == absolute > 0
     assert dynamics_deviation(one, still, LIPS)[0] == -signed
@@ -118,11 +118,11 @@ def test_weights_and_the_vertices_they_make_are_one_motion() -> None:
     rng = np.random.default_rng(6)
     face, basis = rng.normal(size=(9, 3)), rng.normal(size=(4, 9, 3)) * 0.01
     weights = rng.random((25, 4))
-    low = Track(weights, face, FPS, basis)
-    high = Track(face + np.tensordot(weights, basis, 1), face, FPS)
+    low = VertexMotion(weights, face, FPS, basis)
+    high = VertexMotion(face + np.tensordot(weights, basis, 1), face, FPS)
     assert mean_vertex_error(low, high) == pytest.approx(0, abs=1e-9)
     other = random_track(7, 25)
-    other = Track(other.values, face, FPS)
+    other = VertexMotion(other.values, face, FPS)
     assert lip_vertex_error(low, other, LIPS) == pytest.approx(lip_vertex_error(high, other, LIPS))
 
 
@@ -132,9 +132,9 @@ def test_what_cannot_be_compared_is_refused() -> None:
         with pytest.raises(CorpusError, match=r"prediction|motion"):
             clip_metrics(one, other)
     with pytest.raises(CorpusError, match="frames per second"):
-        clip_metrics(one, Track(one.values, one.template, 60.0))
+        clip_metrics(one, VertexMotion(one.values, one.template, 60.0))
     with pytest.raises(MotionError, match="allowed"):
-        Track(one.values, one.template[:3], FPS)
+        VertexMotion(one.values, one.template[:3], FPS)
 
 
 def test_short_frames_have_no_steps() -> None:
@@ -159,7 +159,7 @@ class TestClosures:
 
     def test_the_opening_is_that_of_the_mouth_measures(self, corpus: Corpus) -> None:
         head, weights = load_builtin_head(), np.array(corpus.frames("plain.s0"))
-        track = Track(weights, head.template, corpus.fps, head.expression_basis)
+        track = VertexMotion(weights, head.template, corpus.fps, head.expression_basis)
         expected = measure_mouth(Motion(head, weights, corpus.fps))["opening_mm"]
         np.testing.assert_allclose(lip_opening(track), expected, atol=1e-3)
 

@@ -10,7 +10,7 @@ import pytest
 import soundfile
 import soxr
 
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.encoders import phone_encoder
 from elocute.encoders.phone_encoder import PhoneEncoder
 from elocute.errors import InputError

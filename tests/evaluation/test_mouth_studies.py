@@ -16,7 +16,6 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError, HeadError, InputError
 from elocute.evaluation.mouth_studies import (
     NoiseScore,
-    correlation,
     face_scores,
     mean_scores,
     noise_scores,
@@ -74,13 +73,6 @@ def test_a_mouth_that_never_opens_has_nothing_to_lose(words: Waveform) -> None:
 
     scores, _ = noise_scores(words, None, [-6.0], shut)
     assert scores == [NoiseScore(-6.0, 0.0, 1.0, 0.0)]
-
-
-def test_correlation_is_pearsons() -> None:
-    one, two = np.random.default_rng(0).normal(size=(2, 40))
-    assert correlation(one, two) == pytest.approx(np.corrcoef(one, two)[0, 1])
-    assert correlation(one, 5 - 2 * one) == pytest.approx(-1)
-    assert correlation(one, np.ones(40)) == 0
 
 
 def test_scores_are_averaged_level_by_level() -> None:

@@ -9,12 +9,13 @@ from scipy.sparse import csc_matrix
 
 from elocute.errors import HeadError, InputError
 from elocute.export.registry import write
-from elocute.head.flame import flame_vertices, load_flame, rotations_of
+from elocute.head.flame import flame_vertices, load_flame
 from elocute.head.flame_head import flame_head
 from elocute.head.store import load_head, save_head
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion, save_motion
+from elocute.numerics.rotation_vectors import to_matrices
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +120,7 @@ class TestEquations:
 
     @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-5, 1.0, np.pi, 7.0])
     def test_rotations_of_any_size(self, angle):
-        turn = rotations_of(np.array([0.0, 0.0, angle]))
+        turn = to_matrices(np.array([0.0, 0.0, angle]))
         c, s = np.cos(angle), np.sin(angle)
         assert np.allclose(turn, [[c, -s, 0], [s, c, 0], [0, 0, 1]], atol=1e-12)
 

@@ -80,9 +80,9 @@ def with_texts(**given):
         ({"texts": with_texts(joint_parents=["a"])}, "does not follow its parent"),
         ({"texts": with_texts(joint_names=[["a"]])}, "joint_names that are none"),
         ({"texts": with_texts(expression_names=["a", "a"])}, "expression_names that are none"),
-        ({"texts": with_texts(name="x" * 5000)}, "name that is no text"),
+        ({"texts": with_texts(name="x" * 5000)}, "name that is not text"),
         ({"texts": lambda a: a[:9]}, "no JSON"),
-        ({"texts": with_texts(notice=3)}, "notice that is no text"),
+        ({"texts": with_texts(notice=3)}, "notice that is not text"),
     ],
 )
 def test_what_is_no_head_is_refused(stored, changes, found):

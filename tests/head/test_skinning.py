@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from elocute.head import load_builtin_head
-from elocute.head.skinning import rotation_matrices, skin
+from elocute.head.skinning import skin
+from elocute.numerics.quaternions import to_matrices
 
 IDENTITY = np.array([1.0, 0, 0, 0])
 
@@ -15,7 +16,7 @@ def about_x(degrees):
 
 
 def test_a_quarter_turn_about_x_takes_y_to_z():
-    turned = rotation_matrices(about_x(90)) @ [0, 1, 0]
+    turned = to_matrices(about_x(90)) @ [0, 1, 0]
     assert np.allclose(turned, [0, 0, 1])
 
 

@@ -31,7 +31,7 @@ def speech(speech_wav) -> Waveform:
 def streamed(name: str, sound: Waveform, block: int, fps: float = 60.0):
     """Curves of a sound pushed in blocks of so many samples, and how many came before the end."""
     model = open_model(name)
-    live = CurveStream(model, sound.sample_rate, fps=fps, level=model.level_of(sound))
+    live = CurveStream(model, sound.sample_rate, fps=fps, level=model.sound_level(sound))
     pieces = [
         live.push(sound.samples[at : at + block]) for at in range(0, len(sound.samples), block)
     ]

@@ -16,14 +16,14 @@ from elocute.errors import ModelError
 from elocute.evaluation.model_predictions import true_track
 from elocute.head.builtin import load_builtin_head
 from elocute.models import style_fit
-from elocute.models.hearing import hear
-from elocute.models.protocol import Heard, Span
-from elocute.models.style_file import read_mix, write_mix
-from elocute.models.style_fit import Observed, fit_style, search
-from elocute.models.styles import basis_of
+from elocute.models.feature_extraction import extract_features
+from elocute.models.model_shapes import basis_of
+from elocute.models.protocol import FrameSpan, SpeechFeatures
+from elocute.models.style_fit import ObservedMotion, fit_style, search
+from elocute.models.styles import read_mix, write_mix
 from elocute.models.voca import VocaModel
-from elocute.motion import track as track_module
-from elocute.motion.track import Track
+from elocute.motion import vertex_motion
+from elocute.motion.vertex_motion import VertexMotion
 
 MIX = {"broad": 0.6, "tense": 0.4}
 
@@ -34,21 +34,21 @@ def model(learned: Any) -> VocaModel:
 
 
 @pytest.fixture(scope="module")
-def heard(speech_wav: Path) -> Heard:
+def speech(speech_wav: Path) -> SpeechFeatures:
     """Two seconds of speech at 50 Hz."""
-    heard = resolve_encoder("phones")(read_audio(speech_wav))
-    return Heard(Features(heard.values[25:125], heard.rate, heard.encoder))
+    phones = resolve_encoder("phones")(read_audio(speech_wav))
+    return SpeechFeatures(Features(phones.values[25:125], phones.rate, phones.encoder))
 
 
 @pytest.fixture(scope="module")
-def take(model: VocaModel, heard: Heard) -> Observed:
+def take(model: VocaModel, speech: SpeechFeatures) -> ObservedMotion:
     """What the model itself does in a known mix."""
-    weights = model.weights(heard, model.mix(MIX), Span.whole(120, 60.0))
+    weights = model.weights(speech, model.mix(MIX), FrameSpan.whole(120, 60.0))
     basis = basis_of(model.components, model.basis)
-    return Observed(heard, Track(weights, load_builtin_head().template, 60.0, basis))
+    return ObservedMotion(speech, VertexMotion(weights, load_builtin_head().template, 60.0, basis))
 
 
-def test_a_known_mix_is_found_again(model: VocaModel, take: Observed) -> None:
+def test_a_known_mix_is_found_again(model: VocaModel, take: ObservedMotion) -> None:
     fit = fit_style(model, [take])
     assert model.mix(fit.mix) == pytest.approx([0.0, 0.6, 0.4], abs=0.05)
     assert list(fit.mix)[:2] == ["broad", "tense"]
@@ -75,72 +75,72 @@ def test_everybody_is_known_by_a_sentence_nobody_taught(
     learned: Any, model: VocaModel, name: str
 ) -> None:
     assert name in learned.corpus.split().test
-    heard, _ = hear(model, learned.corpus.sound(name))
-    fit = fit_style(model, [Observed(heard, true_track(learned.corpus, name))])
+    speech, _ = extract_features(model, learned.corpus.sound(name))
+    fit = fit_style(model, [ObservedMotion(speech, true_track(learned.corpus, name))])
     assert fit.best_style == next(iter(fit.mix)) == learned.corpus.entry(name).subject
 
 
 def test_the_error_is_the_distance_of_vertices(
-    model: VocaModel, take: Observed, monkeypatch: pytest.MonkeyPatch
+    model: VocaModel, take: ObservedMotion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also of what the model cannot do: here, vertices that shake."""
-    monkeypatch.setattr(track_module, "BLOCK_FRAMES", 37)
+    monkeypatch.setattr(vertex_motion, "BLOCK_FRAMES", 37)
     basis, rest = basis_of(model.components, model.basis), take.motion.template
     shape, flat = basis.shape, basis.reshape(len(basis), -1)
     rng = np.random.default_rng(0)
     observed = rest + (take.motion.values @ flat).reshape(-1, *shape[1:])
     observed += rng.normal(0, 0.001, observed.shape)
-    fit = fit_style(model, [Observed(take.heard, Track(observed, rest, 60.0))])
+    fit = fit_style(model, [ObservedMotion(take.speech, VertexMotion(observed, rest, 60.0))])
     for name, error in fit.styles.items():
-        weights = model.weights(take.heard, model.mix({name: 1.0}), Span.whole(120, 60.0))
+        weights = model.weights(take.speech, model.mix({name: 1.0}), FrameSpan.whole(120, 60.0))
         predicted = rest + (weights @ flat).reshape(observed.shape)
         distance = 1000 * np.linalg.norm(predicted - observed, axis=2)
         assert error == pytest.approx(np.sqrt(np.square(distance).mean()), rel=1e-5)
     assert 1.7 < fit.error_mm < min(fit.styles.values())  # √3 mm of it is the shaking
 
 
-def test_frame_rates_and_lengths_may_differ(model: VocaModel, take: Observed) -> None:
+def test_frame_rates_and_lengths_may_differ(model: VocaModel, take: ObservedMotion) -> None:
     """A camera twice as fast, stopped after a second and a half."""
     values = take.motion.values[:90]
     doubled = np.repeat(values, 2, axis=0)
     doubled[1:-1:2] = (values[:-1] + values[1:]) / 2
-    motion = Track(doubled, take.motion.template, 120.0, take.motion.basis)
-    fit = fit_style(model, [Observed(take.heard, motion)])
+    motion = VertexMotion(doubled, take.motion.template, 120.0, take.motion.basis)
+    fit = fit_style(model, [ObservedMotion(take.speech, motion)])
     assert fit.seconds == pytest.approx(1.5)
-    expected = fit_style(model, [Observed(take.heard, take.motion.cut(90))])
+    expected = fit_style(model, [ObservedMotion(take.speech, take.motion.cut(90))])
     assert fit.styles == pytest.approx(expected.styles, rel=1e-4)
     assert fit.error_mm < 0.01 < min(fit.styles.values())
 
 
 def test_only_the_beginning_of_a_long_take_is_looked_at(
-    model: VocaModel, take: Observed, monkeypatch: pytest.MonkeyPatch
+    model: VocaModel, take: ObservedMotion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = fit_style(model, [Observed(take.heard, take.motion.cut(60))])
+    first = fit_style(model, [ObservedMotion(take.speech, take.motion.cut(60))])
     monkeypatch.setattr(style_fit, "SECONDS_MOST", 1.0)
     assert fit_style(model, [take]) == first
 
 
-def test_takes_add_up(model: VocaModel, take: Observed) -> None:
-    short = Observed(take.heard, take.motion.cut(24))
+def test_takes_add_up(model: VocaModel, take: ObservedMotion) -> None:
+    short = ObservedMotion(take.speech, take.motion.cut(24))
     with pytest.raises(ModelError, match=r"0\.40 s .*allowed: 0\.5 s"):
         fit_style(model, [short])
     assert fit_style(model, [short, take]).seconds == pytest.approx(2.4)
 
 
-def test_what_explains_nothing_is_refused(model: VocaModel, take: Observed) -> None:
+def test_what_explains_nothing_is_refused(model: VocaModel, take: ObservedMotion) -> None:
     with pytest.raises(ModelError, match=r"0\.00 s"):
         fit_style(model, [])
-    other = Track(np.zeros((60, 9, 3)), np.zeros((9, 3)), 60.0)
+    other = VertexMotion(np.zeros((60, 9, 3)), np.zeros((9, 3)), 60.0)
     with pytest.raises(ModelError, match="motion: 9 vertices; allowed: "):
-        fit_style(model, [Observed(take.heard, other)])
+        fit_style(model, [ObservedMotion(take.speech, other)])
     broken = np.array(take.motion.values)
     broken[7, 3] = np.nan
-    motion = Track(broken, take.motion.template, 60.0, take.motion.basis)
+    motion = VertexMotion(broken, take.motion.template, 60.0, take.motion.basis)
     with pytest.raises(ModelError, match="NaN"):
-        fit_style(model, [Observed(take.heard, motion)])
-    deaf = Heard(Features(take.heard.features.values[:, :5], 50.0, "phones"))
+        fit_style(model, [ObservedMotion(take.speech, motion)])
+    deaf = SpeechFeatures(Features(take.speech.features.values[:, :5], 50.0, "phones"))
     with pytest.raises(ModelError, match="5 features"):
-        fit_style(model, [Observed(deaf, take.motion)])
+        fit_style(model, [ObservedMotion(deaf, take.motion)])
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,10 @@ from elocute.motion.edits import (
     with_shape,
     without_pose,
 )
-from elocute.motion.edits.lid_gap import lid_gap
+from elocute.motion.edits.blinks import lid_gap
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion, save_motion
-from elocute.numerics.quaternions import from_axis_angle, from_matrices, to_axis_angle
+from elocute.numerics.quaternions import to_axis_angle
 
 
 @pytest.fixture(scope="module")
@@ -330,14 +330,3 @@ def test_edits_compose_and_are_stored_exactly(talk, tmp_path):
     back = stored(edited, tmp_path)
     assert np.array_equal(back.vertices(), edited.vertices())
     assert np.isfinite(back.at_fps(25).vertices()).all()
-
-
-def test_quaternions_go_to_and_fro():
-    vectors = np.random.default_rng(0).normal(0, 1, (50, 3))
-    vectors[0], vectors[1], vectors[2] = 0, (1e-9, 0, 0), (np.pi, 0, 0)
-    turns = from_axis_angle(vectors)
-    assert np.allclose(to_axis_angle(turns), vectors, atol=1e-9)
-    from elocute.head.skinning import rotation_matrices
-
-    again = from_matrices(rotation_matrices(turns))
-    assert np.allclose(np.abs((again * turns).sum(-1)), 1)

@@ -12,7 +12,6 @@ from elocute.motion.edits import cut, with_pose
 from elocute.motion.joint_jacobians import inverses, joint_slopes, rig_of, vertex_transforms
 from elocute.motion.motion import Motion
 from elocute.motion.solve import solve_weights
-from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, multiply, to_axis_angle
 
 JOINTS = ("neck", "head", "jaw", "eyeLeft", "eyeRight")
@@ -127,18 +126,6 @@ def test_slopes_are_those_of_skinning(head):
             assert np.abs(change / 1e-6 - slopes[:, :, 3 * joint + axis]).max() < 1e-6
     matrices, _ = vertex_transforms(rig, turns)
     assert np.allclose(inverses(matrices), np.linalg.inv(matrices))
-
-
-def test_boxes_match_the_slow_way():
-    rng = np.random.default_rng(7)
-    for size in (1, 3, 30):
-        root = rng.normal(0, 1, (size + 5, size))
-        gram, side = root.T @ root, rng.normal(0, 5, size)
-        low, high = np.zeros(size), np.full(size, 0.7)
-        slow, pace = np.full(size, 0.3), 1 / np.linalg.norm(gram, 2)
-        for _ in range(3000):
-            slow = np.clip(slow - (gram @ slow - side) * pace, low, high)
-        assert np.abs(solve_box(gram, side, low, high) - slow).max() < 1e-6
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 import torch
 
-from elocute.audio.mel_with_deltas import BANDS, CONTEXT, MARGIN, mel3, mel3_columns, mel3_windows
+from elocute.audio.mel_with_deltas import (
+    BANDS,
+    CONTEXT,
+    MARGIN,
+    mel_columns,
+    mel_delta_windows,
+    mel_deltas,
+)
 from elocute.audio.read import read_audio
 from elocute.networks.crnn import COLUMNS, Crnn, CrnnConfig, SharedCrnn, with_slopes
 
@@ -52,7 +59,7 @@ def test_initialisation_is_he_and_glorot() -> None:
 
 @pytest.mark.parametrize("fps", [30.0, 25.0, 29.97, 60.0])
 def test_shared_form_equals_window_by_window(network: Crnn, speech_wav: Path, fps: float) -> None:
-    heard = mel3_columns(read_audio(speech_wav), fps)
+    heard = mel_columns(read_audio(speech_wav), fps)
     starts = torch.from_numpy(heard.starts)[None]
     static = torch.from_numpy(heard.static)[None]
     with torch.no_grad():
@@ -65,12 +72,12 @@ def test_shared_form_equals_window_by_window(network: Crnn, speech_wav: Path, fp
     assert float((after[1] - state[1]).abs().max()) < 1e-5
 
 
-def test_columns_are_those_of_mel3(speech_wav: Path) -> None:
+def test_columns_are_those_of_mel_deltas(speech_wav: Path) -> None:
     sound = read_audio(speech_wav)
-    heard = mel3_columns(sound, 30.0)
+    heard = mel_columns(sound, 30.0)
     values = with_slopes(torch.from_numpy(heard.static)[None])[0].numpy()
-    true = mel3_windows(sound, 30.0)
-    assert len(heard.starts) == len(true) == len(mel3(sound, 30.0))
+    true = mel_delta_windows(sound, 30.0)
+    assert len(heard.starts) == len(true) == len(mel_deltas(sound, 30.0))
     # Each third frame lies on the grid; the others are within 5 ms of it.
     for frame in range(0, len(true), 3):
         first = heard.starts[frame]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elocute.errors import AlignmentError
-from elocute.propagation.transfer import carried, resampled
+from elocute.propagation.transfer import transfer_parameters
 
 VALUES = np.array([[0, 10], [2, 20], [4, 30], [8, 40]], np.float32)
 
@@ -17,22 +17,22 @@ def path(*steps: tuple[int, int]) -> np.ndarray:
 
 def test_identity():
     steps = path((0, 0), (1, 1), (2, 2), (3, 3))
-    assert np.array_equal(carried(VALUES, steps, 4), VALUES)
+    assert np.array_equal(transfer_parameters(VALUES, steps, 4), VALUES)
 
 
 def test_the_mean_over_many_source_frames():
     steps = path((0, 0), (1, 0), (2, 0), (3, 1))
-    assert np.array_equal(carried(VALUES, steps, 2), [[2, 20], [8, 40]])
+    assert np.array_equal(transfer_parameters(VALUES, steps, 2), [[2, 20], [8, 40]])
 
 
 def test_a_copy_to_many_target_frames():
     steps = path((0, 0), (1, 1), (1, 2), (1, 3), (2, 4), (3, 5))
-    assert np.array_equal(carried(VALUES, steps, 6), VALUES[[0, 1, 1, 1, 2, 3]])
+    assert np.array_equal(transfer_parameters(VALUES, steps, 6), VALUES[[0, 1, 1, 1, 2, 3]])
 
 
 def test_both_in_one_path():
     steps = path((0, 0), (1, 0), (2, 1), (2, 2), (3, 2))
-    assert np.array_equal(carried(VALUES, steps, 3), [[1, 15], [4, 30], [6, 35]])
+    assert np.array_equal(transfer_parameters(VALUES, steps, 3), [[1, 15], [4, 30], [6, 35]])
 
 
 @pytest.mark.parametrize(
@@ -46,10 +46,4 @@ def test_both_in_one_path():
 )
 def test_paths_that_are_none(steps: np.ndarray, targets: int, says: str):
     with pytest.raises(AlignmentError, match=says):
-        carried(VALUES, steps, targets)
-
-
-def test_between_frames_and_beyond_the_ends():
-    times = np.array([-1.0, 0.0, 0.05, 0.25, 9.0])
-    found = resampled(VALUES, 10.0, times)
-    assert np.allclose(found[:, 0], [0, 0, 1, 6, 8])
+        transfer_parameters(VALUES, steps, targets)

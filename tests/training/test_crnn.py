@@ -12,30 +12,36 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from elocute.animation import animate  # noqa: E402
-from elocute.audio.mel_with_deltas import mel3_columns  # noqa: E402
+from elocute.audio.mel_with_deltas import mel_columns  # noqa: E402
 from elocute.audio.read import read_audio  # noqa: E402
 from elocute.audio.waveform import Waveform  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
 from elocute.evaluation.concordance import figures  # noqa: E402
 from elocute.models.crnn import CrnnModel  # noqa: E402
-from elocute.models.crnn_network import CrnnNetwork  # noqa: E402
-from elocute.models.crnn_stream import JOINS, CrnnStream, stream_weights, whole_level  # noqa: E402
+from elocute.models.crnn_network import (  # noqa: E402
+    JOINS,
+    CrnnNetwork,
+    CrnnStream,
+    samples_level,
+    stream_weights,
+)
+from elocute.models.model_shapes import as_builtin, speech_names, to_shapes  # noqa: E402
 from elocute.models.registry import open_model  # noqa: E402
-from elocute.models.speech_shapes import as_builtin, speech_names, to_shapes  # noqa: E402
 from elocute.models.voca import VocaModel  # noqa: E402
 from elocute.motion.motion import Motion  # noqa: E402
 from elocute.networks.crnn import SharedCrnn  # noqa: E402
-from elocute.training.crnn.batches import answer, random_batch, segment, whole_batch  # noqa: E402
+from elocute.training.crnn.batches import predict_batch, random_batch, random_segment, whole_batch  # noqa: E402
 from elocute.training.crnn.config import CrnnTrainConfig  # noqa: E402
-from elocute.training.crnn.fit import audible_bands, fit, lesson_of  # noqa: E402
+from elocute.training.crnn.feature_cache import cache_features  # noqa: E402
+from elocute.training.crnn.fit import audible_bands, fit  # noqa: E402
 from elocute.training.crnn.loss import (  # noqa: E402
     concordance,
     concordance_loss,
     explained_shares,
-    tempered,
+    tempered_weights,
 )
 from elocute.training.crnn.run import MODEL, train_crnn  # noqa: E402
-from elocute.training.crnn.training_data import hear_shards  # noqa: E402
+from elocute.training.crnn.training_data import select_training_data  # noqa: E402
 
 FPS = 30.0
 SHORT = CrnnTrainConfig(epochs=2, batch_clips=8, augment=0.5, highest_hz=8000)
@@ -89,49 +95,49 @@ def test_shares_are_those_of_the_variance() -> None:
     shapes[0, 0, 0], shapes[1, 1, 1] = 2.0, 1.0
     shares = explained_shares(shapes)
     assert torch.allclose(shares, torch.tensor([0.8, 0.2, 0.0]))
-    assert torch.allclose(tempered(shares, 1.0), shares, atol=1e-6)
-    half = tempered(shares, 0.5)[:2]
+    assert torch.allclose(tempered_weights(shares, 1.0), shares, atol=1e-6)
+    half = tempered_weights(shares, 0.5)[:2]
     assert half[0] / half[1] == pytest.approx(2.0)
-    assert torch.allclose(tempered(shares, 0.0), torch.full((3,), 1 / 3))
+    assert torch.allclose(tempered_weights(shares, 0.0), torch.full((3,), 1 / 3))
 
 
 def test_segments_keep_half() -> None:
     draw = np.random.default_rng(1)
-    found = [segment(21, CrnnTrainConfig(), draw) for _ in range(500)]
+    found = [random_segment(21, CrnnTrainConfig(), draw) for _ in range(500)]
     assert min(count for _, count in found) == 11 and max(count for _, count in found) == 21
     assert all(first >= 0 and first + count <= 21 for first, count in found)
     assert len({first for first, _ in found}) > 8
 
 
 def test_batches_give_what_single_clips_give(shards: Any, tmp_path: Path, basis: Motion) -> None:
-    heard = hear_shards(shards, tmp_path)
-    rows = heard.chosen("train")
-    lesson = lesson_of(heard, basis.head.expression_basis, rows, [])
-    trained = fit(lesson, replace(SHORT, epochs=1), tmp_path)
+    cache = cache_features(shards, tmp_path)
+    rows = cache.select("train")
+    data = select_training_data(cache, basis.head.expression_basis, rows, [])
+    trained = fit(data, replace(SHORT, epochs=1), tmp_path)
     shared = SharedCrnn(trained.network)
     with torch.no_grad():
-        together = answer(shared, whole_batch(heard, rows[:5]))
+        together = predict_batch(shared, whole_batch(cache, rows[:5]))
         for index, row in enumerate(rows[:5]):
-            alone = answer(shared, whole_batch(heard, [row]))[0]
+            alone = predict_batch(shared, whole_batch(cache, [row]))[0]
             assert float((together[index, : row.frames] - alone).abs().max()) < 1e-5
     # And a clip in its context hears what the whole recording is made of.
     clip = next(c for c in shards.clips() if c.clip == rows[0].clip)
     margin = 8 / FPS
-    direct = mel3_columns(shards.sound(clip, margin))
-    first = int(heard.starts(rows[0])[0])
+    direct = mel_columns(shards.sound(clip, margin))
+    first = int(cache.starts(rows[0])[0])
     begin = int(direct.starts[8]) - first
     assert np.allclose(
-        heard.columns(rows[0])[first:40], direct.static[begin + first : begin + 40], atol=0.01
+        cache.columns(rows[0])[first:40], direct.static[begin + first : begin + 40], atol=0.01
     )
 
 
 def test_cuts_and_effects_leave_frames_and_sound_together(shards: Any, tmp_path: Path) -> None:
-    heard = hear_shards(shards, tmp_path)
-    rows = heard.chosen("train")
+    cache = cache_features(shards, tmp_path)
+    rows = cache.select("train")
     for augment in (0.0, 1.0):
         config = replace(SHORT, augment=augment)
-        batch = random_batch(heard, rows, config, np.random.default_rng(5))
-        again = random_batch(heard, rows, config, np.random.default_rng(5))
+        batch = random_batch(cache, rows, config, np.random.default_rng(5))
+        again = random_batch(cache, rows, config, np.random.default_rng(5))
         for one, other in zip(vars(batch).values(), vars(again).values(), strict=True):
             assert torch.equal(one, other)
         assert int(batch.starts.max()) + 49 <= len(batch.static)
@@ -140,33 +146,33 @@ def test_cuts_and_effects_leave_frames_and_sound_together(shards: Any, tmp_path:
 
 
 def test_resumed_training_is_bit_identical(shards: Any, tmp_path: Path, basis: Motion) -> None:
-    heard = hear_shards(shards, tmp_path)
-    lesson = lesson_of(
-        heard, basis.head.expression_basis, heard.chosen("train"), heard.chosen("validation")
+    cache = cache_features(shards, tmp_path)
+    data = select_training_data(
+        cache, basis.head.expression_basis, cache.select("train"), cache.select("validation")
     )
     for name in ("whole", "parts"):
         (tmp_path / name).mkdir()
-    whole = fit(lesson, replace(SHORT, epochs=3), tmp_path / "whole")
-    fit(lesson, replace(SHORT, epochs=1), tmp_path / "parts")
-    parts = fit(lesson, replace(SHORT, epochs=3), tmp_path / "parts", resume=True)
+    whole = fit(data, replace(SHORT, epochs=3), tmp_path / "whole")
+    fit(data, replace(SHORT, epochs=1), tmp_path / "parts")
+    parts = fit(data, replace(SHORT, epochs=3), tmp_path / "parts", resume=True)
     for name, value in whole.network.state_dict().items():
         assert torch.equal(value, parts.network.state_dict()[name]), name
     assert len(parts.log) == 3
     assert (tmp_path / "parts" / "log.csv").read_text().count("\n") == 4
     with pytest.raises(ModelError, match="other learning_rate"):
-        fit(lesson, replace(SHORT, learning_rate=1e-3), tmp_path / "parts", resume=True)
+        fit(data, replace(SHORT, learning_rate=1e-3), tmp_path / "parts", resume=True)
 
 
 def test_exported_model_is_the_network(
     shards: Any, model: Path, speech_wav: Path, tmp_path: Path, basis: Motion
 ) -> None:
-    heard = hear_shards(shards, model.parent)
-    lesson = lesson_of(
-        heard, basis.head.expression_basis, heard.chosen("train"), heard.chosen("validation")
+    cache = cache_features(shards, model.parent)
+    data = select_training_data(
+        cache, basis.head.expression_basis, cache.select("train"), cache.select("validation")
     )
-    trained = fit(lesson, SHORT, model.parent, resume=True)
+    trained = fit(data, SHORT, model.parent, resume=True)
     sound = read_audio(speech_wav)
-    columns = mel3_columns(sound)
+    columns = mel_columns(sound)
     with torch.no_grad():
         expected, _ = SharedCrnn(trained.network)(
             torch.from_numpy(columns.static)[None], torch.from_numpy(columns.starts)[None]
@@ -182,7 +188,7 @@ def test_streams_give_the_whole(model: Path, speech_wav: Path, joins: str) -> No
     opened, sound = CrnnNetwork(model), read_audio(speech_wav)
     whole = stream_weights(opened, sound, joins)
     assert len(whole) == round(sound.duration_s * FPS)
-    level = whole_level(sound.resample(44100).samples)
+    level = samples_level(sound.resample(44100).samples)
     live = []
     for size in (700, 100_000):
         for known in (level, None):
@@ -196,9 +202,9 @@ def test_streams_give_the_whole(model: Path, speech_wav: Path, joins: str) -> No
             else:
                 live.append(found)
             if size == 700:  # frames come as soon as their 0.25 s of future are there
-                heard = np.cumsum([len(piece) for piece in pieces]) / sound.sample_rate
+                cache = np.cumsum([len(piece) for piece in pieces]) / sound.sample_rate
                 ready = np.cumsum([len(part) for part in given]) / FPS
-                assert (heard - ready)[20:].max() < 0.25 + 0.1
+                assert (cache - ready)[20:].max() < 0.25 + 0.1
     assert np.abs(live[0] - live[1]).max() < 1e-5
 
 
@@ -222,7 +228,7 @@ def test_it_animates_the_built_in_head(model: Path, speech_wav: Path) -> None:
     made = animate(speech_wav, model=model)
     curves = made.curves
     assert curves["jawOpen"].max() > 0.01 and curves.values.min() >= 0
-    # Contacts are the driver's, as with VOCA: the lips close where p, b or m is heard.
+    # Contacts are the driver's, as with VOCA: the lips close where p, b or m is cache.
     assert curves["mouthClose"].max() > 0.01
     rest = np.abs(curves.select(speech_names()).values[:10]).max()
     assert rest < 0.05
@@ -260,8 +266,8 @@ def test_bands_above_what_is_heard_are_muted(model: Path) -> None:
 
 def test_sounds_that_are_missing_are_named(shards: Any, tmp_path: Path) -> None:
     (tmp_path / "none").mkdir()
-    with pytest.raises(CorpusError, match="no sound that can be heard"):
-        hear_shards(replace(shards, sound_root=tmp_path / "none"), tmp_path)
+    with pytest.raises(CorpusError, match="no sound that can be read"):
+        cache_features(replace(shards, sound_root=tmp_path / "none"), tmp_path)
 
 
 @pytest.mark.parametrize(

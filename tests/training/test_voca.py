@@ -20,14 +20,15 @@ from elocute.audio.features import Features  # noqa: E402
 from elocute.corpus.corpus_store import Corpus  # noqa: E402
 from elocute.encoders.registry import resolve_encoder  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
-from elocute.models.protocol import Heard, Span  # noqa: E402
+from elocute.models.protocol import FrameSpan, SpeechFeatures  # noqa: E402
 from elocute.models.voca import VocaModel  # noqa: E402
-from elocute.training.voca.config import TrainConfig  # noqa: E402
-from elocute.training.voca.export import export_onnx  # noqa: E402
-from elocute.training.voca.fit import Material, Trained, fit, pair_loss, prepare  # noqa: E402
+from elocute.training.voca.config import VocaTrainConfig  # noqa: E402
+from elocute.training.voca.export import export_voca  # noqa: E402
+from elocute.training.voca.fit import TrainedVoca, fit, pair_loss  # noqa: E402
+from elocute.training.voca.training_data import VocaTrainingData, prepare  # noqa: E402
 
 Make = Callable[..., Corpus]
-CONFIG = TrainConfig(epochs=4, encoder="fbank", learning_rate=1e-3)
+CONFIG = VocaTrainConfig(epochs=4, encoder="fbank", learning_rate=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -36,32 +37,34 @@ def corpus(tmp_path_factory: pytest.TempPathFactory, make_corpus: Make) -> Corpu
 
 
 @pytest.fixture(scope="module")
-def material(corpus: Corpus) -> Material:
+def data(corpus: Corpus) -> VocaTrainingData:
     return prepare(corpus, CONFIG, resolve_encoder("fbank"))
 
 
 @pytest.fixture(scope="module")
-def trained(material: Material) -> Trained:
-    return fit(material, CONFIG)
+def trained(data: VocaTrainingData) -> TrainedVoca:
+    return fit(data, CONFIG)
 
 
-def test_the_loss_falls(trained: Trained) -> None:
+def test_the_loss_falls(trained: TrainedVoca) -> None:
     losses = [row["train_mm2"] for row in trained.log]
     assert losses[-1] < 0.7 * losses[0]
     assert all(np.isfinite(row["validation_mm2"]) for row in trained.log)
 
 
-def test_coordinates_keep_the_distances_of_vertices(corpus: Corpus, material: Material) -> None:
-    assert material.space is not None
-    one, two = (material.space.coordinates(corpus, name)[5] for name in ("plain.s0", "plain.s1"))
+def test_coordinates_keep_the_distances_of_vertices(corpus: Corpus, data: VocaTrainingData) -> None:
+    assert data.space is not None
+    one, two = (data.space.coordinates(corpus, name)[5] for name in ("plain.s0", "plain.s1"))
     vertices = corpus.displacements("plain.s0")[5] - corpus.displacements("plain.s1")[5]
     expected = np.square(vertices.astype(np.float64) * 1000).sum()
     assert np.square((one - two).astype(np.float64)).sum() == pytest.approx(expected, rel=1e-4)
-    back = material.space.displacements(one[None])[0]
+    back = data.space.displacements(one[None])[0]
     np.testing.assert_allclose(back, corpus.displacements("plain.s0")[5], atol=1e-6)
 
 
-def test_the_reduced_decoder_has_the_loss_of_the_full_one(corpus: Corpus, trained: Trained) -> None:
+def test_the_reduced_decoder_has_the_loss_of_the_full_one(
+    corpus: Corpus, trained: TrainedVoca
+) -> None:
     """The same network, its decoder expanded to vertices, loses the same on the same pairs."""
     full = prepare(corpus, dataclasses.replace(CONFIG, reduced=False), resolve_encoder("fbank"))
     assert trained.space is not None
@@ -84,11 +87,11 @@ def test_the_reduced_decoder_has_the_loss_of_the_full_one(corpus: Corpus, traine
     assert float(small) == pytest.approx(float(large), rel=1e-3)
 
 
-def test_a_resumed_training_goes_on_bit_for_bit(material: Material, tmp_path: Path) -> None:
-    whole = fit(material, CONFIG)
+def test_a_resumed_training_goes_on_bit_for_bit(data: VocaTrainingData, tmp_path: Path) -> None:
+    whole = fit(data, CONFIG)
     half = dataclasses.replace(CONFIG, epochs=2)
-    fit(material, half, tmp_path)
-    resumed = fit(material, CONFIG, tmp_path, resume=True)
+    fit(data, half, tmp_path)
+    resumed = fit(data, CONFIG, tmp_path, resume=True)
     for name, value in whole.network.state_dict().items():
         assert torch.equal(value, resumed.network.state_dict()[name]), name
     rows = (tmp_path / "log.csv").read_text().splitlines()
@@ -96,20 +99,20 @@ def test_a_resumed_training_goes_on_bit_for_bit(material: Material, tmp_path: Pa
     assert list((tmp_path / "events").iterdir())
 
 
-def test_other_settings_do_not_resume(material: Material, tmp_path: Path) -> None:
-    fit(material, dataclasses.replace(CONFIG, epochs=1), tmp_path)
+def test_other_settings_do_not_resume(data: VocaTrainingData, tmp_path: Path) -> None:
+    fit(data, dataclasses.replace(CONFIG, epochs=1), tmp_path)
     with pytest.raises(ModelError, match="velocity_weight"):
-        fit(material, dataclasses.replace(CONFIG, velocity_weight=1.0), tmp_path, resume=True)
+        fit(data, dataclasses.replace(CONFIG, velocity_weight=1.0), tmp_path, resume=True)
     (tmp_path / "checkpoint.safetensors").write_bytes(b"rubbish")
     with pytest.raises(ModelError, match="no checkpoint"):
-        fit(material, CONFIG, tmp_path, resume=True)
+        fit(data, CONFIG, tmp_path, resume=True)
 
 
 @pytest.mark.parametrize("field", ["epochs", "batch_pairs", "learning_rate"])
 def test_settings_out_of_range_are_refused(field: str) -> None:
     wrong: dict[str, Any] = {field: -1}
     with pytest.raises(ModelError, match=field):
-        TrainConfig(**wrong)
+        VocaTrainConfig(**wrong)
 
 
 def test_clips_with_nan_are_refused_before_the_first_epoch(
@@ -123,12 +126,14 @@ def test_clips_with_nan_are_refused_before_the_first_epoch(
         prepare(broken, CONFIG, resolve_encoder("fbank"))
 
 
-def test_onnx_gives_the_numbers_of_torch(corpus: Corpus, trained: Trained, tmp_path: Path) -> None:
-    export_onnx(trained, corpus, tmp_path / "model.onnx", "a test")
+def test_onnx_gives_the_numbers_of_torch(
+    corpus: Corpus, trained: TrainedVoca, tmp_path: Path
+) -> None:
+    export_voca(trained, corpus, tmp_path / "model.onnx", "a test")
     model = VocaModel(tmp_path / "model.onnx")
     assert model.record.styles == ("plain",)
     values = np.random.default_rng(0).normal(size=(90, 26)).astype(np.float32)
-    heard, span = Heard(Features(values, 60.0, "fbank")), Span.whole(90, 60.0)
+    heard, span = SpeechFeatures(Features(values, 60.0, "fbank")), FrameSpan.whole(90, 60.0)
     weights = model.weights(heard, model.mix({"plain": 1.0}), span)
     windows = Features(values, 60.0, "fbank").windows(16)
     with torch.no_grad():
@@ -141,9 +146,9 @@ def test_a_model_of_vertices_carries_its_own_basis(
     tmp_path: Path, make_corpus: Make, speech_wav: Path
 ) -> None:
     corpus = make_corpus(tmp_path / "c", vertices=True, fps=30.0)
-    material = prepare(corpus, CONFIG, resolve_encoder("fbank"))
-    trained = fit(material, CONFIG)
-    export_onnx(trained, corpus, tmp_path / "model.onnx")
+    data = prepare(corpus, CONFIG, resolve_encoder("fbank"))
+    trained = fit(data, CONFIG)
+    export_voca(trained, corpus, tmp_path / "model.onnx")
     animation = elocute.animate(speech_wav, model=tmp_path / "model.onnx", fps=30)
     motion = animation.motion
     assert motion.names[-1] == "vocaMean"
@@ -157,9 +162,9 @@ def test_a_model_of_vertices_carries_its_own_basis(
 
 
 def test_a_learned_model_animates_and_closes_lips(
-    corpus: Corpus, trained: Trained, tmp_path: Path, speech_wav: Path
+    corpus: Corpus, trained: TrainedVoca, tmp_path: Path, speech_wav: Path
 ) -> None:
-    export_onnx(trained, corpus, tmp_path / "model.onnx")
+    export_voca(trained, corpus, tmp_path / "model.onnx")
     talk = elocute.animate(speech_wav, model=tmp_path / "model.onnx", identity="ada")
     plain = elocute.animate(speech_wav, identity="ada")
     assert talk.motion.weights.shape == plain.motion.weights.shape
@@ -169,9 +174,9 @@ def test_a_learned_model_animates_and_closes_lips(
 
 
 def test_styles_and_models_that_are_not_there_are_named(
-    corpus: Corpus, trained: Trained, tmp_path: Path, speech_wav: Path
+    corpus: Corpus, trained: TrainedVoca, tmp_path: Path, speech_wav: Path
 ) -> None:
-    export_onnx(trained, corpus, tmp_path / "model.onnx")
+    export_voca(trained, corpus, tmp_path / "model.onnx")
     with pytest.raises(ModelError, match="plain"):
         elocute.animate(speech_wav, model=tmp_path / "model.onnx", style="nobody")
     with pytest.raises(ModelError, match="no such file"):

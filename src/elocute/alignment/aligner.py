@@ -1,110 +1,152 @@
-"""What every fitted method is: features of each view, costs of pairs, one path."""
+"""A fitted method of alignment: features of each view, costs of pairs of frames, one path.
+
+A method is put together from three functions, so that methods share whatever they have in common:
+
+    features    a view and its place among the views to what is compared
+    pair_cost   the features of two views to a matrix of costs
+    find_path   such a matrix to a monotone path, with attention where there is one
+"""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from functools import partial
 
 import numpy as np
 
-from elocute.alignment.alignment import Alignment, Array, Group, Path, checked_group
-from elocute.alignment.cca import correlation
-from elocute.alignment.config import AlignConfig, PlainConfig, SoftConfig
-from elocute.alignment.dtw import Matrix, dtw, squared_distances
+from elocute.alignment.alignment import (
+    Alignment,
+    FloatArray,
+    Views,
+    WarpingPath,
+    check_views,
+)
+from elocute.alignment.cca import LinearProjection, overall_correlation
+from elocute.alignment.config import AlignConfig, DtwPathConfig, SoftDtwConfig
+from elocute.alignment.dtw import CostMatrix, dtw, squared_distances
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
-from elocute.alignment.warping_paths import expected_path, merged
+from elocute.alignment.warping_paths import expected_path, merge_paths
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
-Config = TypeVar("Config", bound=AlignConfig)
-Plain = TypeVar("Plain", bound=PlainConfig)
-
 
 @dataclass(frozen=True, eq=False)
-class Embedded:
-    """What a method makes of a view: features that are compared, and what attention looks at."""
+class ViewFeatures:
+    """What a method makes of a view (frame, feature).
 
-    features: Array
-    hidden: Array | None = None
+    compared  (frame, dimension) of which costs and score are made
+    hidden    (frame, unit) that attention looks at, where the method has attention
+    """
+
+    compared: FloatArray
+    hidden: FloatArray | None = None
 
     __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)
-class Match:
-    """A pair of views: the path, and the attention where the method has one."""
+class PairPath:
+    """The path of two views, and the attention where the method has one."""
 
-    path: Path
-    attention: Array | None = None
+    path: WarpingPath
+    attention: FloatArray | None = None
 
     __repr__ = one_line
 
 
-class Aligner(ABC, Generic[Config]):
-    """A method fitted to its data; `align` changes nothing in it."""
+FeatureMap = Callable[[FloatArray, int], ViewFeatures]
+PairCost = Callable[[ViewFeatures, ViewFeatures], CostMatrix]
+PathFinder = Callable[[CostMatrix], PairPath]
 
-    config: Config
+
+def raw_features(view: FloatArray, _place: int) -> ViewFeatures:
+    """Features as they are given: nothing is fitted."""
+    return ViewFeatures(view)
+
+
+def projected_features(
+    projections: Sequence[LinearProjection], view: FloatArray, place: int
+) -> ViewFeatures:
+    """Each view by its own projection."""
+    return ViewFeatures(projections[place](view))
+
+
+def mean_squared_differences(source: ViewFeatures, target: ViewFeatures) -> CostMatrix:
+    """(source frame, target frame) mean squared difference of the compared features."""
+    return squared_distances(source.compared, target.compared) / source.compared.shape[1]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Aligner:
+    """A method fitted to its data; aligning changes nothing in it.
+
+    config: the settings it was fitted with. widths: how many features each view had that it was
+    fitted to; None where views may have any number, all the same.
+    """
+
+    config: AlignConfig
+    find_path: PathFinder
+    features: FeatureMap = raw_features
+    pair_cost: PairCost = mean_squared_differences
     widths: tuple[int, ...] | None = None
-    """Features of each view that it was fitted to; None for any, all alike."""
 
-    def embed(self, view: Array, side: int) -> Embedded:
-        """side says which view it is. As given, by default."""
-        return Embedded(view)
+    __repr__ = one_line
 
-    @abstractmethod
-    def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
-        """The path of two views."""
+    def align(self, source: FloatArray, target: FloatArray, *more: FloatArray) -> Alignment:
+        """Align views of the kinds that the method was fitted to.
 
-    def cost(self, source: Array, target: Array) -> Matrix:
-        """(source frame, target frame) mean squared difference of embedded views."""
-        return squared_distances(source, target) / source.shape[1]
+        Of three or more views, the one of middle length is the reference to which the others are
+        aligned.
 
-    def align(self, source: Array, target: Array, *more: Array) -> Alignment:
-        """Align views of the kinds it was fitted to. Raises AlignmentError.
+        Parameters
+        ----------
+        source, target, *more
+            Sequences (frame, feature), finite.
 
-        Of three or more, the one of middle length is the reference to which each is aligned.
+        Raises
+        ------
+        AlignmentError
+            For views that cannot be aligned, that have other numbers of features than those the
+            method was fitted to, or more than two views with open ends.
         """
-        views = checked_group((source, target, *more), self.widths is None)
+        views = check_views((source, target, *more), self.widths is None)
         self._check_widths(views)
-        return self._aligned(tuple(self.embed(view, side) for side, view in enumerate(views)))
+        return self._aligned(tuple(self.features(view, place) for place, view in enumerate(views)))
 
-    def align_all(self, groups: Sequence[Group]) -> list[Alignment]:
-        """The same of many groups that share views: each view is embedded once."""
-        known: dict[tuple[int, int], Embedded] = {}
+    def align_all(self, groups: Sequence[Views]) -> list[Alignment]:
+        """Align many groups of views; a view that several groups share is encoded once."""
+        known: dict[tuple[int, int], ViewFeatures] = {}
         for group in groups:
-            for side, view in enumerate(group):
-                if (id(view), side) not in known:
-                    known[id(view), side] = self.embed(view, side)
+            for place, view in enumerate(group):
+                if (id(view), place) not in known:
+                    known[id(view), place] = self.features(view, place)
         return [
-            self._aligned(tuple(known[id(view), side] for side, view in enumerate(group)))
+            self._aligned(tuple(known[id(view), place] for place, view in enumerate(group)))
             for group in groups
         ]
 
-    def _aligned(self, known: tuple[Embedded, ...]) -> Alignment:
-        features = tuple(each.features for each in known)
-        if len(known) == 2:
-            match = self.match(known[0], known[1], (0, 1))
-            return self._alignment(features, match.path, match.attention)
-        if self.config.open_source:
-            raise AlignmentError.about("open ends", found=f"{len(known)} views", allowed="two")
-        path = self._many(known)
-        return self._alignment(features, path, None)
+    def _aligned(self, views: tuple[ViewFeatures, ...]) -> Alignment:
+        if len(views) == 2:
+            found = self.find_path(self.pair_cost(*views))
+        elif self.config.open_source:
+            raise AlignmentError.about("open ends", found=f"{len(views)} views", allowed="two")
+        else:
+            found = PairPath(self._path_of_many(views))
+        compared = tuple(view.compared for view in views)
+        whole = not self.config.open_source
+        score = path_score(compared, found.path)
+        return Alignment(compared, found.path, score, found.attention, whole)
 
-    def _many(self, views: tuple[Embedded, ...]) -> Path:
-        lengths = [len(view.features) for view in views]
+    def _path_of_many(self, views: tuple[ViewFeatures, ...]) -> WarpingPath:
+        lengths = [len(view.compared) for view in views]
         middle = int(np.argsort(lengths, kind="stable")[len(lengths) // 2])
-        others = [side for side in range(len(views)) if side != middle]
-        paths = [self.match(views[s], views[middle], (s, middle)).path for s in others]
-        columns = merged(paths, lengths[middle])
+        others = [place for place in range(len(views)) if place != middle]
+        paths = [self.find_path(self.pair_cost(views[k], views[middle])).path for k in others]
+        columns = merge_paths(paths, lengths[middle])
         return columns[:, np.argsort([*others, middle])]
 
-    def _alignment(self, features: Group, path: Path, attention: Array | None) -> Alignment:
-        whole = not self.config.open_source
-        return Alignment(features, path, score(features, path), attention, whole)
-
-    def _check_widths(self, views: Group) -> None:
+    def _check_widths(self, views: Views) -> None:
         found = tuple(view.shape[1] for view in views)
         known = self.widths
         if known is not None and found[: len(known)] != known[: len(found)]:
@@ -113,50 +155,56 @@ class Aligner(ABC, Generic[Config]):
             )
 
 
-def score(features: Sequence[Array], path: Path) -> float:
+def path_score(compared: Sequence[FloatArray], path: WarpingPath) -> float:
     """Mean correlation of the compared features along the path, over all pairs of views: 0 to 1.
 
-    High where one view, warped, moves as the other does.
+    It is high where one view, warped, moves as the other does.
     """
-    along = [view[path[:, side]] for side, view in enumerate(features)]
-    pairs = [correlation(along[i], along[j]) for j in range(len(along)) for i in range(j)]
+    along = [view[path[:, place]] for place, view in enumerate(compared)]
+    pairs = [overall_correlation(along[i], along[j]) for j in range(len(along)) for i in range(j)]
     return float(np.mean(pairs))
 
 
-class DtwAligner(Aligner[Plain]):
-    """Nothing is fitted: features as they are."""
-
-    def __init__(self, config: Plain) -> None:
-        self.config = config
-
-    def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
-        return self.read(self.cost(source.features, target.features))
-
-    def read(self, cost: Matrix) -> Match:
-        """The path through costs (source frame, target frame), as the settings say."""
-        settings = self.config
-        if settings.softness is None:
-            return Match(dtw(cost, settings.band, settings.open_source)[0])
-        gamma = settings.softness * max(float(cost.mean()), 1e-9)
-        expected = soft_dtw(cost, gamma, settings.open_source)[1]
-        path = expected_path(expected, settings.band, settings.open_source)
-        return Match(path, attention_of(expected))
+def dtw_aligner(config: DtwPathConfig) -> Aligner:
+    """Dynamic time warping of features as they are."""
+    return Aligner(config=config, find_path=partial(find_dtw_path, config))
 
 
-def attention_of(expected: Matrix) -> Array:
+def projected_aligner(
+    config: DtwPathConfig, projections: Sequence[LinearProjection], widths: Sequence[int]
+) -> Aligner:
+    """Dynamic time warping of projected views."""
+    return Aligner(
+        config=config,
+        find_path=partial(find_dtw_path, config),
+        features=partial(projected_features, tuple(projections)),
+        widths=tuple(widths),
+    )
+
+
+def soft_dtw_aligner(config: SoftDtwConfig) -> Aligner:
+    """Soft-DTW of features as they are."""
+    return Aligner(config=config, find_path=partial(find_soft_dtw_path, config))
+
+
+def find_dtw_path(config: DtwPathConfig, cost: CostMatrix) -> PairPath:
+    """The cheapest path or, with `softness`, the one along the alignment expected at it."""
+    if config.softness is None:
+        return PairPath(dtw(cost, config.band, config.open_source)[0])
+    gamma = config.softness * max(float(cost.mean()), 1e-9)
+    expected = soft_dtw(cost, gamma, config.open_source)[1]
+    path = expected_path(expected, config.band, config.open_source)
+    return PairPath(path, expected_attention(expected))
+
+
+def find_soft_dtw_path(config: SoftDtwConfig, cost: CostMatrix) -> PairPath:
+    """The path that follows soft-DTW's expected alignment."""
+    gamma = config.gamma * max(float(cost.mean()), 1e-9)
+    expected = soft_dtw(cost, gamma, config.open_source)[1]
+    path = soft_path(expected, config.band, config.open_source)
+    return PairPath(path, expected_attention(expected))
+
+
+def expected_attention(expected: CostMatrix) -> FloatArray:
     """(source, target) expected alignment with columns over the source that sum to one."""
     return (expected / np.maximum(expected.sum(axis=0), 1e-30)).astype(np.float32)
-
-
-class SoftDtwAligner(Aligner[SoftConfig]):
-    """Soft-DTW: the path that follows the expected alignment."""
-
-    def __init__(self, config: SoftConfig) -> None:
-        self.config = config
-
-    def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
-        cost, settings = self.cost(source.features, target.features), self.config
-        gamma = settings.gamma * max(float(cost.mean()), 1e-9)
-        _, expected = soft_dtw(cost, gamma, settings.open_source)
-        path = soft_path(expected, settings.band, settings.open_source)
-        return Match(path, attention_of(expected))

@@ -1,4 +1,4 @@
-"""What an alignment is, and what may be aligned."""
+"""The result of an alignment, and checks of what can be aligned."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
-Array = NDArray[np.float32]
-Path = NDArray[np.intp]
-Group = tuple[Array, ...]
-"""Sequences of one thing, to be aligned with each other: a pair, or more."""
+FloatArray = NDArray[np.float32]
+WarpingPath = NDArray[np.intp]
+Views = tuple[FloatArray, ...]
+"""Sequences (frame, feature) of the same thing, to be aligned with each other: two or more."""
 
 CELLS_MAX = 64_000_000
-"""Of one matrix of all frames against all frames: 8,000 against 8,000, half a gigabyte."""
+"""Cells of one matrix of costs: 8,000 against 8,000 frames take half a gigabyte."""
 COLUMN_TOLERANCE = 1e-3
 
 
@@ -26,19 +26,31 @@ COLUMN_TOLERANCE = 1e-3
 class Alignment:
     """Sequences warped onto each other.
 
-    features: of each view, (frame, feature), as the method compared them.
-    path: (step, view): frames that belong together; no column ever decreases. Where `whole`, all
-        go from the first frame to the last; else the first view, in which the others were to be
-        found, may begin and end anywhere.
-    score: higher is better, 0 to 1: the mean correlation of the compared features along the path.
-    attention: (source frame, target frame), columns sum to one; None where a method has none.
-    Raises AlignmentError where these do not fit together.
+    Parameters
+    ----------
+    features
+        Of each view, (frame, feature), as the method compared them.
+    path
+        (step, view): frames that belong together; no column ever decreases. Where `whole`, every
+        column goes from the first frame to the last; otherwise the first view, in which the others
+        were to be found, may begin and end anywhere.
+    score
+        0 to 1, higher is better: mean correlation of the compared features along the path.
+    attention
+        (source frame, target frame), columns sum to one; None where a method has none.
+    whole
+        False where the ends of the first view are free.
+
+    Raises
+    ------
+    AlignmentError
+        Where these do not fit together.
     """
 
-    features: Group
-    path: Path
+    features: Views
+    path: WarpingPath
     score: float
-    attention: Array | None = None
+    attention: FloatArray | None = None
     whole: bool = True
 
     __repr__ = one_line
@@ -53,17 +65,14 @@ class Alignment:
         object.__setattr__(self, "path", path)
 
     def source_frames(self) -> NDArray[np.float64]:
-        """(target frame,): where in the first view each frame of the second is, the mean of many.
-
-        That is what carrying values over takes: mean over many-to-one, copy over one-to-many.
-        """
+        """(target frame,): the source frame of each target frame, the mean where there are many."""
         targets = self.path[:, 1]
         sums = np.bincount(targets, self.path[:, 0], minlength=targets.max() + 1)
         return sums / np.maximum(np.bincount(targets, minlength=len(sums)), 1)
 
 
-def check_path(path: Path, lengths: Sequence[int], whole: bool = True) -> None:
-    """Raise AlignmentError for a path that is none of views so long."""
+def check_path(path: WarpingPath, lengths: Sequence[int], whole: bool = True) -> None:
+    """Raise AlignmentError for an array that is not a path of views of these lengths."""
     fault = ""
     if path.ndim != 2 or not len(path) or path.shape[1] != len(lengths):
         fault = f"shape {path.shape}"
@@ -80,7 +89,7 @@ def check_path(path: Path, lengths: Sequence[int], whole: bool = True) -> None:
         )
 
 
-def _check_attention(attention: Array, lengths: Sequence[int]) -> None:
+def _check_attention(attention: FloatArray, lengths: Sequence[int]) -> None:
     sums = attention.sum(axis=0, dtype=np.float64) if attention.ndim == 2 else np.zeros(1)
     if attention.shape != tuple(lengths) or np.abs(sums - 1).max() > COLUMN_TOLERANCE:
         raise AlignmentError.about(
@@ -90,8 +99,8 @@ def _check_attention(attention: Array, lengths: Sequence[int]) -> None:
         )
 
 
-def checked_group(views: Sequence[object], same_width: bool, subject: str = "views") -> Group:
-    """Views as float32 arrays. Raises AlignmentError for what no method can align."""
+def check_views(views: Sequence[object], same_width: bool, subject: str = "views") -> Views:
+    """Views as float32 arrays. Raises AlignmentError for views that no method can align."""
     if len(views) < 2:
         raise AlignmentError.about(subject, found=f"{len(views)}", allowed="two or more sequences")
     group = tuple(_checked(view, f"{subject}[{place}]") for place, view in enumerate(views))
@@ -114,11 +123,11 @@ def checked_group(views: Sequence[object], same_width: bool, subject: str = "vie
     return group
 
 
-def _checked(view: object, subject: str) -> Array:
+def _checked(view: object, subject: str) -> FloatArray:
     try:
         values = np.ascontiguousarray(view, np.float32)  # pyright: ignore[reportCallIssue, reportArgumentType]
     except (TypeError, ValueError) as error:
-        raise AlignmentError.about(subject, found="no array of numbers") from error
+        raise AlignmentError.about(subject, found="not an array of numbers") from error
     allowed = "(frame, feature), at least one of each, finite"
     if values.ndim != 2 or not values.size:
         raise AlignmentError.about(subject, found=f"shape {values.shape}", allowed=allowed)

@@ -1,4 +1,4 @@
-"""Canonical correlation analysis: directions in which two views go together."""
+"""Canonical correlation analysis: directions in which views correlate."""
 
 from __future__ import annotations
 
@@ -12,26 +12,36 @@ from numpy.typing import NDArray
 from elocute.alignment.correlation_objective import inverse_root
 from elocute.one_line_repr import one_line
 
-Array = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 CORRELATION_MIN, CORRELATION_MAX = 1e-3, 0.98
-"""Of few frames any correlation may be one; beyond this no direction outweighs all others."""
+"""With few frames any correlation may reach one; the limit keeps one direction from outweighing
+all others."""
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
-    """x → (x - mean) @ directions, of one view."""
+class LinearProjection:
+    """x → (x - mean) @ directions: an affine map of one view."""
 
-    mean: Array
-    directions: Array
+    mean: Float64Array
+    directions: Float64Array
 
     __repr__ = one_line
 
     def __call__(self, view: NDArray[np.floating]) -> NDArray[np.float32]:
         return ((view - self.mean) @ self.directions).astype(np.float32)
 
+    def then(self, second: LinearProjection) -> LinearProjection:
+        """One projection that does this one, then the second."""
+        return LinearProjection(
+            self.mean + second.mean @ np.linalg.pinv(self.directions),
+            self.directions @ second.directions,
+        )
 
-def canonical(views: Sequence[Array], dimensions: int, ridge: float) -> tuple[Projection, ...]:
-    """Projections of views, frame matched with frame, onto their common directions.
+
+def canonical_projections(
+    views: Sequence[Float64Array], dimensions: int, ridge: float
+) -> tuple[LinearProjection, ...]:
+    """Projections of views, which match frame by frame, onto their common directions.
 
     Of two views classical CCA, of more its multi-set form (the sum of all correlations, views
     whitened one by one). Each direction is weighted so that squared distances between projections
@@ -50,13 +60,13 @@ def canonical(views: Sequence[Array], dimensions: int, ridge: float) -> tuple[Pr
     scale = np.sqrt(len(views) * s / (1 - s**2))
     top = vectors[:, ::-1][:, :count] * scale
     return tuple(
-        Projection(view.mean(axis=0, dtype=np.float64), root @ top[start:end])
+        LinearProjection(view.mean(axis=0, dtype=np.float64), root @ top[start:end])
         for view, root, (start, end) in zip(views, roots, pairwise(edges), strict=True)
     )
 
 
-def principal(views: Sequence[NDArray[np.floating]], share: float) -> Projection:
-    """Principal components that hold so much of the variance of all views, each of variance one.
+def principal_projection(views: Sequence[NDArray[np.floating]], share: float) -> LinearProjection:
+    """Principal components that hold this share of the variance of all views, each of variance one.
 
     Components below a thousandth of the largest are left out, whatever the share.
     """
@@ -66,10 +76,10 @@ def principal(views: Sequence[NDArray[np.floating]], share: float) -> Projection
     held = np.cumsum(s**2) / max(float((s**2).sum()), 1e-30)
     count = max(1, min(int(np.searchsorted(held, share) + 1), int((s > 1e-3 * s[0]).sum())))
     deviation = np.maximum(s[:count] / np.sqrt(max(len(stacked) - 1, 1)), 1e-9)
-    return Projection(mean, vt[:count].T / deviation)
+    return LinearProjection(mean, vt[:count].T / deviation)
 
 
-def correlation(first: NDArray[np.floating], second: NDArray[np.floating]) -> float:
+def overall_correlation(first: NDArray[np.floating], second: NDArray[np.floating]) -> float:
     """Correlation of two (frame, feature) arrays, all features together, 0 to 1.
 
     Each feature is taken about its own mean, and counts by how much it moves. Where one of them

@@ -1,4 +1,4 @@
-"""Settings of every method of alignment. Nothing here needs what the methods need."""
+"""Settings of every method of alignment; needs neither torch nor numba."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class AlignConfig:
         help="How far from the diagonal a path may go: frames (1 or more) or a share (below 1).",
     )
     open_source: bool = setting(
-        False, help="The target is to be found in the source, whose ends are free."
+        False,
+        help="Find the target within the source: the ends of the path are free in the source.",
     )
 
     def __post_init__(self) -> None:
@@ -28,52 +29,24 @@ class AlignConfig:
             raise AlignmentError.about("`band`", found="open ends", allowed="one of the two")
 
 
-@described
 @dataclass(frozen=True, kw_only=True)
-class PlainConfig(AlignConfig):
-    """Settings of DTW, and of methods that differ from it in what they compare."""
+class PathSettings:
+    """How methods that end in DTW read their path; part of their settings."""
 
     softness: float | None = setting(
         None,
         above=0,
-        help="None reads the cheapest path; a number reads along the alignment expected at that "
-        "softness, a share of the mean cost of a pair of frames.",
+        help="Softness of the alignment along which the path is read, as a share of the mean cost "
+        "of a pair of frames; none: the cheapest path.",
     )
 
 
-@described
 @dataclass(frozen=True, kw_only=True)
-class SoftConfig(AlignConfig):
-    """Settings of soft-DTW."""
+class NetworkSettings:
+    """What both deep methods train; part of their settings.
 
-    gamma: float = setting(
-        0.05, above=0, help="Softness, as a share of the mean cost of a pair of frames."
-    )
-
-
-@described
-@dataclass(frozen=True, kw_only=True)
-class CtwConfig(PlainConfig):
-    """Settings of canonical time warping."""
-
-    dimensions: int = setting(10, low=1, help="How many canonical dimensions are compared.")
-    energy: float = setting(
-        0.95, above=0, high=1, help="Share of the variance that is kept before CCA."
-    )
-    ridge: float = setting(0.05, above=0, help="Regularisation of the covariances.")
-    rounds: int = setting(10, low=1, help="How often projections and paths are found anew.")
-    shared: bool | None = setting(
-        None, help="One projection for all views; none: where their feature counts are equal."
-    )
-
-
-@described
-@dataclass(frozen=True, kw_only=True)
-class DeepConfig(PlainConfig):
-    """What both deep methods share.
-
-    Adam's first rate is the paper's ten times (a word has few steps to learn in), its betas the
-    paper's (section 6.1).
+    Adam's learning rate is ten times that of the paper, as a word has few steps to learn in; its
+    betas are the paper's (section 6.1).
     """
 
     dimensions: int = setting(10, low=1, help="How many canonical dimensions are compared.")
@@ -91,33 +64,65 @@ class DeepConfig(PlainConfig):
 
 @described
 @dataclass(frozen=True, kw_only=True)
-class DctwConfig(DeepConfig):
+class DtwConfig(PathSettings, AlignConfig):
+    """Settings of DTW."""
+
+
+@described
+@dataclass(frozen=True, kw_only=True)
+class SoftDtwConfig(AlignConfig):
+    """Settings of soft-DTW."""
+
+    gamma: float = setting(
+        0.05, above=0, help="Softness, as a share of the mean cost of a pair of frames."
+    )
+
+
+@described
+@dataclass(frozen=True, kw_only=True)
+class CtwConfig(PathSettings, AlignConfig):
+    """Settings of canonical time warping."""
+
+    dimensions: int = setting(10, low=1, help="How many canonical dimensions are compared.")
+    energy: float = setting(
+        0.95, above=0, high=1, help="Share of the variance that is kept before CCA."
+    )
+    ridge: float = setting(0.05, above=0, help="Regularisation of the covariances.")
+    rounds: int = setting(10, low=1, help="Most iterations of paths and projections.")
+    shared: bool | None = setting(
+        None, help="One projection for all views; none: where their feature counts are equal."
+    )
+
+
+@described
+@dataclass(frozen=True, kw_only=True)
+class DctwConfig(NetworkSettings, PathSettings, AlignConfig):
     """Settings of deep canonical time warping.
 
-    With DCAW's rate it learns the noise of single pairs: the rate is the best of those tried on the
-    tuning words.
+    With DCAW's learning rate it overfits to single pairs: the default is the best of those tried on
+    the validation words.
     """
 
     rounds: int = setting(
-        4, low=1, help="How often paths are found anew; `steps` are divided among them."
+        4, low=1, help="Iterations of network and paths; `steps` are divided among them."
     )
     learning_rate: float = setting(1e-3, above=0, help="Learning rate of Adam.")
 
 
 @described
 @dataclass(frozen=True, kw_only=True)
-class DcawConfig(DeepConfig):
+class DcawConfig(NetworkSettings, PathSettings, AlignConfig):
     """Settings of deep canonical attentional warping."""
 
     prior: float = setting(
         20.0,
         low=0,
-        help="How strongly the score favours the diagonal, which two readings of a word keep near.",
+        help="How strongly the score favours the diagonal, near which two readings of a word stay.",
     )
     guide: float = setting(
         1.0,
         low=0,
-        help="Weight of following CTW's paths while training, which falls to nought halfway.",
+        help="Weight of following CTW's paths while training, which falls to zero halfway.",
     )
     sharpness: float = setting(
         0.3,
@@ -127,3 +132,8 @@ class DcawConfig(DeepConfig):
     softness: float | None = setting(
         0.1, above=0, help="Softness of the monotone reading of both; none: the cheapest path."
     )
+
+
+DeepConfig = DctwConfig | DcawConfig
+DtwPathConfig = DtwConfig | CtwConfig | DctwConfig | DcawConfig
+"""Settings of the methods whose path is DTW's, so that it can be read softly."""

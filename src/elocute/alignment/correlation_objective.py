@@ -15,19 +15,19 @@ from numpy.typing import NDArray
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
-Array = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 RIDGE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Whitened:
-    """K = Σ11^-½ Σ12 Σ22^-½ = U S Vᵀ of two views of equally many frames, and what made it."""
+class WhitenedPair:
+    """K = Σ11^-½ Σ12 Σ22^-½ = U S Vᵀ of two views of equally many frames, and its factors."""
 
-    views: tuple[Array, Array]  # centred
-    roots: tuple[Array, Array]  # Σ11^-½, Σ22^-½
-    u: Array
-    s: Array
-    v: Array
+    views: tuple[Float64Array, Float64Array]  # centred
+    roots: tuple[Float64Array, Float64Array]  # Σ11^-½, Σ22^-½
+    u: Float64Array
+    s: Float64Array
+    v: Float64Array
 
     __repr__ = one_line
 
@@ -36,7 +36,7 @@ class Whitened:
         """The nuclear norm, Eq. 5: at most the smaller number of features."""
         return float(self.s.sum())
 
-    def gradients(self) -> tuple[Array, Array]:
+    def gradients(self) -> tuple[Float64Array, Float64Array]:
         """The sub-gradient of the norm by each view (frame, feature), Eqs. 6 to 8."""
         (first, second), (one, other) = self.views, self.roots
         across = one @ self.u @ self.v.T @ other
@@ -48,8 +48,8 @@ class Whitened:
         )
 
 
-def whitened(first: Array, second: Array, ridge: float = RIDGE) -> Whitened:
-    """ridge is added to the diagonals of Σ11 and Σ22, so that a constant feature is no fault.
+def whiten_pair(first: Float64Array, second: Float64Array, ridge: float = RIDGE) -> WhitenedPair:
+    """Whiten two views; `ridge` on the diagonals of Σ11 and Σ22 allows for constant features.
 
     Raises AlignmentError where the views do not have equally many frames, two at least.
     """
@@ -65,21 +65,23 @@ def whitened(first: Array, second: Array, ridge: float = RIDGE) -> Whitened:
     roots = tuple(inverse_root(view.T @ view / (len(view) - 1), ridge) for view in views)
     cross = views[0].T @ views[1] / (len(first) - 1)
     u, s, vt = np.linalg.svd(roots[0] @ cross @ roots[1], full_matrices=False)
-    return Whitened((views[0], views[1]), (roots[0], roots[1]), u, s, vt.T)
+    return WhitenedPair((views[0], views[1]), (roots[0], roots[1]), u, s, vt.T)
 
 
-def all_pairs(views: Sequence[Array], ridge: float = RIDGE) -> tuple[float, list[Array]]:
+def sum_over_pairs(
+    views: Sequence[Float64Array], ridge: float = RIDGE
+) -> tuple[float, list[Float64Array]]:
     """Eq. 9: the sum of the norms over all pairs of views, and its sub-gradient by each."""
     total, gradients = 0.0, [np.zeros(view.shape) for view in views]
     for i, j in combinations(range(len(views)), 2):
-        pair = whitened(views[i], views[j], ridge)
+        pair = whiten_pair(views[i], views[j], ridge)
         total += pair.norm
         for place, slope in zip((i, j), pair.gradients(), strict=True):
             gradients[place] += slope
     return total, gradients
 
 
-def inverse_root(covariance: Array, ridge: float) -> Array:
+def inverse_root(covariance: Float64Array, ridge: float) -> Float64Array:
     """(covariance + ridge)^-½, symmetric."""
     values, vectors = np.linalg.eigh(covariance + ridge * np.eye(len(covariance)))
     return (vectors / np.sqrt(np.maximum(values, ridge))) @ vectors.T

@@ -8,49 +8,49 @@ Eq. 9, and `fbank` in place of 41 x 128 x 3.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from elocute.alignment.aligner import Embedded, Match
-from elocute.alignment.alignment import Array, Group, Path
+from elocute.alignment.aligner import Aligner, ViewFeatures, mean_squared_differences
+from elocute.alignment.alignment import FloatArray, Views, WarpingPath
 from elocute.alignment.config import DcawConfig
 from elocute.alignment.ctw import is_shared
-from elocute.alignment.deep_aligner import (
-    Clips,
-    DeepAligner,
+from elocute.alignment.deep_fitting import (
+    ClipTensors,
     NuclearNorm,
-    drawn,
-    optimiser_of,
-    projected,
-    start,
+    draw_pairs,
+    fit_output_projections,
+    initialise,
+    make_optimiser,
+    network_aligner,
 )
+from elocute.alignment.dtw import CostMatrix
 from elocute.networks.dcaw import DcawNetwork, frame_mask, monotonic_attention, soft_attention
 
 
-class DcawAligner(DeepAligner[DcawConfig]):
-    """Distances of canonical features and -log attention, read monotonically.
+def attention_cost(
+    network: DcawNetwork, config: DcawConfig, source: ViewFeatures, target: ViewFeatures
+) -> CostMatrix:
+    """(source, target) mean squared differences of canonical features, and -log attention."""
+    assert source.hidden is not None and target.hidden is not None
+    scores = attention_scores(network, config, source.hidden, target.hidden)
+    surprise = -torch.log_softmax(scores, dim=0).numpy().astype(np.float64)
+    return mean_squared_differences(source, target) + config.sharpness * surprise
 
-    The attention that it gives is the expected one over all monotone paths, columns over the
-    source divided by their sums; the path runs along its middle.
-    """
 
-    def scores(self, source: Array, target: Array) -> Tensor:
-        """(source, target) of the attention, the prior in it."""
-        with torch.no_grad():
-            one, other = torch.from_numpy(source)[None], torch.from_numpy(target)[None]
-            scores = self.network.attention(one, other)[0]
-        if not self.config.open_source:
-            scores = scores + self.config.prior * diagonal_prior(len(source), len(target))
-        return scores
-
-    def match(self, source: Embedded, target: Embedded, sides: tuple[int, int]) -> Match:
-        assert source.hidden is not None and target.hidden is not None
-        scores = self.scores(source.hidden, target.hidden)
-        surprise = -torch.log_softmax(scores, dim=0).numpy().astype(np.float64)
-        cost = self.cost(source.features, target.features) + self.config.sharpness * surprise
-        return self.read(cost)
+def attention_scores(
+    network: DcawNetwork, config: DcawConfig, source: FloatArray, target: FloatArray
+) -> Tensor:
+    """(source, target) scores of the attention between outputs of the network, with the prior."""
+    with torch.no_grad():
+        one, other = torch.from_numpy(source)[None], torch.from_numpy(target)[None]
+        scores = network.attention(one, other)[0]
+    if not config.open_source:
+        scores = scores + config.prior * diagonal_prior(len(source), len(target))
+    return scores
 
 
 def diagonal_prior(sources: int, targets: int) -> Tensor:
@@ -60,24 +60,24 @@ def diagonal_prior(sources: int, targets: int) -> Tensor:
 
 
 def fit_dcaw(
-    groups: Sequence[Group],
+    groups: Sequence[Views],
     config: DcawConfig,
     seed: int,
     done: Callable[[float], None] | None = None,
-) -> DcawAligner:
+) -> Aligner:
     """Gradient ascent on the correlation of the target with the source, warped by attention.
 
-    `done` is told the share of the steps that is done.
+    `done` is called with the share of the steps that is done.
     """
     widths = tuple(view.shape[1] for view in groups[0])
     shared = is_shared(config.shared, widths)
-    network, linear = start(groups, config, shared, seed)
+    network, linear = initialise(groups, config, shared, seed)
     paths = [each.path for each in linear.align_all(groups)]
-    clips, rng = Clips(groups, shared), np.random.default_rng(seed)
-    optimiser = optimiser_of(network, config)
+    clips, rng = ClipTensors(groups, shared), np.random.default_rng(seed)
+    optimiser = make_optimiser(network, config)
     network.train()
     for step in range(config.steps):
-        chosen = [clips.pairs[n] for n in drawn(len(clips.pairs), config.pairs, rng)]
+        chosen = [clips.pairs[n] for n in draw_pairs(len(clips.pairs), config.pairs, rng)]
         early = max(0.0, 1 - 2 * step / config.steps)
         loss = _loss(network, clips, chosen, paths, config, early, shared)
         optimiser.zero_grad()
@@ -85,18 +85,19 @@ def fit_dcaw(
         optimiser.step()
         if done:
             done((step + 1) / config.steps)
-    aligner = DcawAligner(config, network, widths)
-    aligner.projections = projected(aligner, groups, paths, shared)
+    cost = partial(attention_cost, network, config)
+    projections = fit_output_projections(network, config, groups, paths, shared)
+    aligner = network_aligner(config, network, projections, widths, cost)
     paths = [each.path for each in aligner.align_all(groups)]
-    aligner.projections = projected(aligner, groups, paths, shared)
-    return aligner
+    projections = fit_output_projections(network, config, groups, paths, shared)
+    return network_aligner(config, network, projections, widths, cost)
 
 
 def _loss(
     network: DcawNetwork,
-    clips: Clips,
+    clips: ClipTensors,
     chosen: Sequence[tuple[int, int, int, int, int]],
-    paths: Sequence[Path],
+    paths: Sequence[WarpingPath],
     config: DcawConfig,
     early: float,
     shared: bool,

@@ -7,35 +7,36 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import torch
 
-from elocute.alignment.alignment import Group
+from elocute.alignment.aligner import Aligner
+from elocute.alignment.alignment import Views
 from elocute.alignment.config import DctwConfig
 from elocute.alignment.ctw import is_shared
-from elocute.alignment.deep_aligner import (
-    Clips,
-    DeepAligner,
+from elocute.alignment.deep_fitting import (
+    ClipTensors,
     NuclearNorm,
-    drawn,
-    optimiser_of,
-    projected,
-    start,
+    draw_pairs,
+    fit_output_projections,
+    initialise,
+    make_optimiser,
+    network_aligner,
 )
 
 
 def fit_dctw(
-    groups: Sequence[Group],
+    groups: Sequence[Views],
     config: DctwConfig,
     seed: int,
     done: Callable[[float], None] | None = None,
-) -> DeepAligner:
+) -> Aligner:
     """Steps of gradient ascent on the correlation along paths, then paths by DTW, and again.
 
-    `done` is told the share of the steps that is done.
+    `done` is called with the share of the steps that is done.
     """
     widths = tuple(view.shape[1] for view in groups[0])
     shared = is_shared(config.shared, widths)
-    network, linear = start(groups, config, shared, seed)
-    clips, rng = Clips(groups, shared), np.random.default_rng(seed)
-    optimiser, aligner = optimiser_of(network, config), linear
+    network, linear = initialise(groups, config, shared, seed)
+    clips, rng = ClipTensors(groups, shared), np.random.default_rng(seed)
+    optimiser, aligner = make_optimiser(network, config), linear
     for turn in range(config.rounds):
         paths = [each.path for each in aligner.align_all(groups)]
         network.train()
@@ -43,7 +44,7 @@ def fit_dctw(
         for step in range(first_step, config.steps * (turn + 1) // config.rounds):
             encoded = clips.encode(network)
             first, second = [], []
-            for number in drawn(len(clips.pairs), config.pairs, rng):
+            for number in draw_pairs(len(clips.pairs), config.pairs, rng):
                 i, source, j, target, group = clips.pairs[number]
                 one, other = encoded[0 if shared else i], encoded[0 if shared else j]
                 first.append(one[source][torch.from_numpy(paths[group][:, i].copy())])
@@ -54,6 +55,6 @@ def fit_dctw(
             optimiser.step()
             if done:
                 done((step + 1) / config.steps)
-        aligner = DeepAligner(config, network, widths)
-        aligner.projections = projected(aligner, groups, paths, shared)
-    return aligner  # pyright: ignore[reportReturnType]
+        projections = fit_output_projections(network, config, groups, paths, shared)
+        aligner = network_aligner(config, network, projections, widths)
+    return aligner

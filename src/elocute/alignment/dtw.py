@@ -10,24 +10,26 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import Path
+from elocute.alignment.alignment import WarpingPath
 from elocute.errors import AlignmentError
 
-Matrix = NDArray[np.floating]
+CostMatrix = NDArray[np.floating]
 ROUNDING = {np.dtype(np.float32): 2e-6, np.dtype(np.float64): 1e-13}
-"""A squared distance below this share of the squared lengths is rounding, and is nought."""
+"""A squared distance below this share of the squared lengths is rounding, and set to zero."""
 
 
-def squared_distances(source: Matrix, target: Matrix) -> Matrix:
+def squared_distances(source: CostMatrix, target: CostMatrix) -> CostMatrix:
     """(source frame, target frame) squared Euclidean distances, by one matrix product."""
     products = source @ target.T
     tiny = ROUNDING[products.dtype]
     lengths = np.einsum("ij,ij->i", source, source), np.einsum("ij,ij->i", target, target)
-    _finish(products, *lengths, tiny)
+    _distances_of(products, *lengths, tiny)
     return products
 
 
-def dtw(cost: Matrix, band: float | None = None, open_source: bool = False) -> tuple[Path, float]:
+def dtw(
+    cost: CostMatrix, band: float | None = None, open_source: bool = False
+) -> tuple[WarpingPath, float]:
     """The cheapest path (step, 2) through cost (source frame, target frame), and what it costs.
 
     band: how far from the diagonal it may go, in frames of the longer view (1 or more), or as a
@@ -72,7 +74,7 @@ def _limits(
 
 
 @njit(cache=True)
-def _finish(products, source, target, tiny):
+def _distances_of(products, source, target, tiny):
     for i in range(products.shape[0]):
         for j in range(products.shape[1]):
             both = source[i] + target[j]

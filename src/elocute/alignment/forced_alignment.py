@@ -1,7 +1,7 @@
 """Forced alignment: from a text and its sound to the times of words and phones (English).
 
-pocketsphinx with wide beams finds when each phone is said, whatever the text; how well the sound
-bears out that text is judged by the phone encoder, which has not seen it.
+pocketsphinx with wide beams finds when each phone is said, whatever the text; the confidence that
+the text is what was said comes from the phone encoder, which does not know the text.
 """
 
 from __future__ import annotations
@@ -12,25 +12,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.word_times import Word, Words
-from elocute.audio.phones import PHONES
-from elocute.audio.waveform import Waveform
+from elocute.alignment.word_times import TimedWord, TimedWords
+from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import AlignmentError, needs_extra
 
-Phones = list[tuple[float, float, str]]
-RATE = 16000
+PhoneIntervals = list[tuple[float, float, str]]
 FRAME_S = 0.01  # of pocketsphinx's times
 PAD_S = 0.15  # of faint noise around clips that begin and end in the middle of a breath
 PAD_LEVEL = 1e-5
 LONGEST_S = 1800.0
 SILENT_PEAK = 1e-4  # full scale is 1: 80 dB below it nothing is said
 TEXT_MAX = 100_000
-FITS_LEAST = 0.15  # mean confidence of all words below which text and sound are not of one another
+CONFIDENCE_MIN = 0.15  # mean of all words, below which the text is not what was said
 
 
 @dataclass(frozen=True)
 class SpokenWord:
-    """A word as it was aligned, times in s of the samples that were given."""
+    """A word as it was aligned; times in s of the given samples."""
 
     text: str
     start_s: float
@@ -45,7 +44,7 @@ def words_in(text: str) -> list[str]:
 
 
 class EnglishAligner:
-    """pocketsphinx with wide beams; words it does not know are refused, never guessed.
+    """pocketsphinx with wide beams; words that its dictionary lacks are refused, never guessed.
 
     Raises MachineError where pocketsphinx is not installed.
     """
@@ -63,10 +62,10 @@ class EnglishAligner:
         return [word for word in words if self.decoder.lookup_word(word) is None]
 
     def knows(self, text: str) -> bool:
-        """Whether every word is in the dictionary, and there is one."""
+        """Whether the text has words, all of them in the dictionary."""
         return bool(words_in(text)) and not self.unknown(text)
 
-    def align(self, samples: NDArray[np.float32], text: str) -> Phones | None:
+    def align(self, samples: NDArray[np.float32], text: str) -> PhoneIntervals | None:
         """Phones with times, rests among them; None where the text does not fit the sound."""
         spoken = self.spoken(samples, text)
         return None if spoken is None else [phone for word in spoken for phone in word.phones]
@@ -110,11 +109,32 @@ def _spoken_word(word: object) -> SpokenWord:
     return SpokenWord(name, phones[0][0], phones[-1][1], phones)
 
 
-def segment(waveform: Waveform, text: str, aligner: EnglishAligner | None = None) -> Words:
-    """When each word of a text is said in a sound, with how sure that is.
+def segment_words(
+    waveform: Waveform, text: str, aligner: EnglishAligner | None = None
+) -> TimedWords:
+    """Find when each word of an English text is said.
 
-    Raises AlignmentError for a text without words, words that the dictionary lacks, silence, a
-    sound that is too short or too long, and a text that is not what is said.
+    Parameters
+    ----------
+    waveform
+        Speech, at any rate, up to half an hour.
+    text
+        The words that are said, in order.
+    aligner
+        One that was made before, to save loading it again.
+
+    Returns
+    -------
+    TimedWords
+        Times in s and a confidence from 0 to 1 for each word.
+
+    Raises
+    ------
+    AlignmentError
+        For a text without words, words that the dictionary lacks, silence, sound that is too short
+        or too long, or a text that does not fit the sound.
+    MachineError
+        Where pocketsphinx is not installed.
     """
     _check_text(text)
     samples = _checked(waveform)
@@ -125,7 +145,7 @@ def segment(waveform: Waveform, text: str, aligner: EnglishAligner | None = None
             "text",
             found=f"no pronunciation of {', '.join(unknown[:10])}",
             allowed="words of pocketsphinx's English dictionary",
-            remedy="spell them as they are said",
+            remedy="spell them as they are pronounced",
         )
     spoken = aligner.spoken(_padded(samples), text)
     count = len(words_in(text))
@@ -138,13 +158,13 @@ def segment(waveform: Waveform, text: str, aligner: EnglishAligner | None = None
         )
     found = _with_confidence(samples, words)
     sure = float(np.mean([word.confidence for word in found]))
-    if sure < FITS_LEAST:
+    if sure < CONFIDENCE_MIN:
         raise AlignmentError.about(
             "text",
-            found=f"words that are not in the sound (confidence {sure:.2f})",
-            allowed=f"the text that is said, {FITS_LEAST:g} or more",
+            found=f"words that do not match the sound (confidence {sure:.2f})",
+            allowed=f"the text that is said: confidence {CONFIDENCE_MIN:g} or more",
         )
-    return Words(tuple(found), waveform.duration_s)
+    return TimedWords(tuple(found), waveform.duration_s)
 
 
 def _check_text(text: str) -> None:
@@ -163,9 +183,9 @@ def _checked(waveform: Waveform) -> NDArray[np.float32]:
             "sound",
             found=f"{seconds:.2f} s",
             allowed=f"0.05 to {LONGEST_S:g} s",
-            remedy="cut a long reading into parts",
+            remedy="cut a long recording into parts",
         )
-    samples = waveform.resample(RATE).samples
+    samples = waveform.resample(SPEECH_RATE).samples
     samples = samples - samples.mean()
     if np.abs(samples).max() < SILENT_PEAK:
         raise AlignmentError.about("sound", found="silence", allowed="speech")
@@ -173,34 +193,34 @@ def _checked(waveform: Waveform) -> NDArray[np.float32]:
 
 
 def _padded(samples: NDArray[np.float32]) -> NDArray[np.float32]:
-    pad = np.random.default_rng(len(samples)).normal(0, PAD_LEVEL, round(PAD_S * RATE))
+    pad = np.random.default_rng(len(samples)).normal(0, PAD_LEVEL, round(PAD_S * SPEECH_RATE))
     return np.concatenate([pad, samples, pad[::-1]]).astype(np.float32)
 
 
-def _with_confidence(samples: NDArray[np.float32], words: list[SpokenWord]) -> list[Word]:
-    """Words in s of the samples without padding; confidence: how probable their visemes were.
+def _with_confidence(samples: NDArray[np.float32], words: list[SpokenWord]) -> list[TimedWord]:
+    """Words with times in s of the samples without padding, and confidence.
 
-    The geometric mean, over a word's frames, of the posterior that the encoder gives to all
-    phones that look as the aligned one does, in the frame itself or one beside it.
+    The confidence is the geometric mean, over a word's frames, of the encoder's posterior of all
+    phones with the viseme of the aligned one, in the frame itself or a neighbour.
     """
-    heard = _viseme_posteriors(samples)
-    seconds = len(samples) / RATE
+    posteriors = _viseme_posteriors(samples)
+    seconds = len(samples) / SPEECH_RATE
     found = []
     for word in words:
         start = min(max(word.start_s - PAD_S, 0.0), seconds - 2 * FRAME_S)
         end = min(max(word.end_s - PAD_S, start + FRAME_S), seconds)
         logs = [
-            _log_heard(heard, name, begin - PAD_S, finish - PAD_S)
+            _log_posteriors(posteriors, name, begin - PAD_S, finish - PAD_S)
             for begin, finish, name in word.phones
         ]
         sure = float(np.exp(np.mean(np.concatenate(logs))))
-        found.append(Word(word.text, round(start, 4), round(end, 4), round(min(sure, 1.0), 4)))
+        found.append(TimedWord(word.text, round(start, 4), round(end, 4), round(min(sure, 1.0), 4)))
     return found
 
 
 def _viseme_posteriors(samples: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
-    """Phone to (frame,) at 50 Hz: probability of what looks like it, best of three frames."""
-    from elocute.audio.phones import PHONE_TO_VISEME
+    """From phone to (frame,) at 50 Hz: posterior of its viseme, the best of three frames."""
+    from elocute.audio.phones_and_visemes import PHONE_TO_VISEME
     from elocute.encoders.phone_encoder import builtin_encoder
 
     posteriors = np.exp(builtin_encoder().encode(samples))
@@ -208,14 +228,14 @@ def _viseme_posteriors(samples: NDArray[np.float32]) -> dict[str, NDArray[np.flo
     found = {}
     for phone, viseme in zip(PHONES, visemes, strict=True):
         alike = [index for index, other in enumerate(visemes) if other == viseme]
-        heard = np.pad(posteriors[:, alike].sum(axis=1), 1, "edge")
-        found[phone] = np.maximum(np.maximum(heard[:-2], heard[1:-1]), heard[2:])
+        padded = np.pad(posteriors[:, alike].sum(axis=1), 1, "edge")
+        found[phone] = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     return found
 
 
-def _log_heard(
-    heard: dict[str, NDArray[np.float32]], phone: str, start_s: float, end_s: float
+def _log_posteriors(
+    posteriors: dict[str, NDArray[np.float32]], phone: str, start_s: float, end_s: float
 ) -> NDArray[np.float32]:
-    posterior = heard[phone]
+    posterior = posteriors[phone]
     first = min(max(round(start_s * 50), 0), len(posterior) - 1)
     return np.log(np.maximum(posterior[first : max(first + 1, round(end_s * 50))], 1e-4))

@@ -7,30 +7,32 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from elocute.alignment.aligner import Aligner, DtwAligner, SoftDtwAligner
-from elocute.alignment.alignment import Alignment, Array, Group, checked_group
+from elocute.alignment.aligner import Aligner, dtw_aligner, soft_dtw_aligner
+from elocute.alignment.alignment import Alignment, FloatArray, Views, check_views
 from elocute.alignment.config import (
     AlignConfig,
     CtwConfig,
     DcawConfig,
     DctwConfig,
-    PlainConfig,
-    SoftConfig,
+    DtwConfig,
+    SoftDtwConfig,
 )
 from elocute.alignment.ctw import fit_ctw
 from elocute.errors import AlignmentError, needs_extra
 
-Done = Callable[[float], None] | None
-"""Told the share of a fitting that is done, by methods that take long."""
-Fit = Callable[[Sequence[Group], Any, int, Done], Aligner]
+Progress = Callable[[float], None] | None
+"""Called with the share of a fitting that is done, by methods that take long."""
+Fit = Callable[[Sequence[Views], Any, int, Progress], Aligner]
 DEFAULT = "softdtw"
 """Of two recordings alone: as fast as DTW, and a little better (docs/measurements/alignment.md)."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """How a method is fitted to groups of views, and its settings; `any_width` where views may
-    differ in their feature counts."""
+    """How a method is fitted to groups of views, and its settings.
+
+    any_width: views may differ in their number of features.
+    """
 
     config: type[AlignConfig]
     fit: Fit
@@ -43,8 +45,8 @@ def _deep(module: str, name: str) -> Any:
 
 
 METHODS: dict[str, Method] = {
-    "dtw": Method(PlainConfig, lambda _g, config, _s, _d: DtwAligner(config), False),
-    "softdtw": Method(SoftConfig, lambda _g, config, _s, _d: SoftDtwAligner(config), False),
+    "dtw": Method(DtwConfig, lambda _g, config, _s, _d: dtw_aligner(config), False),
+    "softdtw": Method(SoftDtwConfig, lambda _g, config, _s, _d: soft_dtw_aligner(config), False),
     "ctw": Method(CtwConfig, lambda groups, config, _s, _d: fit_ctw(groups, config), True),
     "dctw": Method(
         DctwConfig,
@@ -60,25 +62,54 @@ METHODS: dict[str, Method] = {
 
 
 def resolve_method(name: str) -> Method:
-    """The method of that name. Raises AlignmentError for one that there is not."""
+    """The method of that name. Raises AlignmentError for an unknown one."""
     if name not in METHODS:
         raise AlignmentError.about("method", found=f"{name!r}", allowed=", ".join(METHODS))
     return METHODS[name]
 
 
 def fit_aligner(
-    pairs: Sequence[Sequence[Array]],
+    pairs: Sequence[Sequence[FloatArray]],
     method: str = "dcaw",
     config: AlignConfig | None = None,
     seed: int = 0,
-    done: Done = None,
+    done: Progress = None,
 ) -> Aligner:
-    """Fit a method to pairs (source, target), or larger groups, of (frame, feature) arrays.
+    """Fit a method of alignment to many pairs, or larger groups, of sequences.
 
-    What is learned, is learned over all of them without any truth: a word's network from many
-    recordings of it. Groups are equally large, and view k has one feature count in all. Equal
-    seeds give equal bits on one thread. `done` is told how far deep methods are. Raises
-    AlignmentError, MachineError without torch.
+    Whatever is learned is learned over all of them without ground truth: a word's network from
+    many recordings of it.
+
+    Parameters
+    ----------
+    pairs
+        Groups of (frame, feature) arrays: (source, target) or more views, equally many in each
+        group; view k has the same number of features in all groups.
+    method
+        One of `METHODS`: dtw, softdtw, ctw, dctw, dcaw.
+    config
+        Settings of that method; its defaults where None.
+    seed
+        Of everything random. Equal seeds give equal bits on one thread.
+    done
+        Called with the share of the fitting that is done, by methods that take long.
+
+    Returns
+    -------
+    Aligner
+        Fitted; `align` gives the alignment of views such as these.
+
+    Raises
+    ------
+    AlignmentError
+        For an unknown method, settings of another method, or sequences that cannot be aligned.
+    MachineError
+        For a deep method where torch is not installed.
+
+    References
+    ----------
+    DTW: Sakoe & Chiba 1978. Soft-DTW: Cuturi & Blondel 2017. CTW: Zhou & de la Torre 2009. DCTW:
+    Trigeorgis et al. 2016. DCAW: after Tzirakis et al. 2019, section 4.1.
     """
     chosen = resolve_method(method)
     config = chosen.config() if config is None else config
@@ -89,7 +120,7 @@ def fit_aligner(
     if not pairs:
         raise AlignmentError.about("pairs", found="none", allowed="one at least")
     groups = [
-        checked_group(pair, not chosen.any_width, f"pairs[{place}]")
+        check_views(pair, not chosen.any_width, f"pairs[{place}]")
         for place, pair in enumerate(pairs)
     ]
     kinds = {tuple(view.shape[1] for view in group) for group in groups}
@@ -101,11 +132,29 @@ def fit_aligner(
 
 
 def align(
-    views: Sequence[Array],
+    views: Sequence[FloatArray],
     method: str = DEFAULT,
     config: AlignConfig | None = None,
     seed: int = 0,
-    done: Done = None,
+    done: Progress = None,
 ) -> Alignment:
-    """Align two or more sequences (frame, feature) by a method fitted to them alone."""
+    """Align two or more sequences by a method fitted to them alone.
+
+    Parameters
+    ----------
+    views
+        Arrays (frame, feature); all with the same number of features for dtw and softdtw.
+    method, config, seed, done
+        As for `fit_aligner`.
+
+    Returns
+    -------
+    Alignment
+        The path, a score from 0 to 1, the compared features, and attention where there is one.
+
+    Raises
+    ------
+    AlignmentError, MachineError
+        As for `fit_aligner`.
+    """
     return fit_aligner([views], method, config, seed, done).align(*views)

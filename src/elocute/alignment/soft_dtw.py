@@ -10,14 +10,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import Path
-from elocute.alignment.dtw import Matrix, dtw
+from elocute.alignment.alignment import WarpingPath
+from elocute.alignment.dtw import CostMatrix, dtw
 from elocute.errors import AlignmentError
 
-Array = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 
-def soft_dtw(cost: Matrix, gamma: float, open_source: bool = False) -> tuple[float, Array]:
+def soft_dtw(
+    cost: CostMatrix, gamma: float, open_source: bool = False
+) -> tuple[float, Float64Array]:
     """The soft minimum and the expected alignment (source frame, target frame).
 
     gamma is in the unit of the costs; towards 0 it is DTW. Raises AlignmentError.
@@ -33,10 +35,12 @@ def soft_dtw(cost: Matrix, gamma: float, open_source: bool = False) -> tuple[flo
     return gamma * float(value), _expected(scaled, forward, value, open_source)
 
 
-def soft_path(expected: Array, band: float | None = None, open_source: bool = False) -> Path:
-    """The path that a drawn one is expected to share most with, cells weighed by how rare.
+def soft_path(
+    expected: Float64Array, band: float | None = None, open_source: bool = False
+) -> WarpingPath:
+    """The most probable path, each cell taken by itself.
 
-    Cells cost the logarithm of their expectation, so that an improbable step is never made for
+    A cell costs minus the logarithm of its expectation, so an improbable step is never made for
     the sake of a longer path.
     """
     return dtw(-np.log(np.clip(expected, 1e-12, 1.0)), band, open_source)[0]

@@ -1,4 +1,4 @@
-"""Sound as a view to be aligned: an encoder's features and how they change."""
+"""Speech as a view to be aligned: an encoder's features and their slopes."""
 
 from __future__ import annotations
 
@@ -10,17 +10,33 @@ from elocute.audio.waveform import Waveform
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import AlignmentError
 
-DEFAULT, RATE = "fbank", 50.0
+DEFAULT = "fbank"
 SILENT_DEVIATION = 1e-3  # of features in natural logarithms: nothing is said
 FLOOR = -8.0
-"""Log-posteriors and log-energies are not told apart below this: the loudest minus 35 dB."""
+"""Natural logarithm below the maximum at which features are clipped: 35 dB of power."""
 
 
 def speech_view(waveform: Waveform, encoder: str = DEFAULT) -> NDArray[np.float32]:
-    """(frame, 2 · feature) at 50 Hz: features and their slopes, each of mean 0 and deviation 1.
+    """Features of speech to be aligned, normalised so that voice and microphone count for little.
 
-    Normalised per clip, so that voice, microphone and loudness count for little. Raises
-    AlignmentError for silence, InputError for an encoder that there is not.
+    Parameters
+    ----------
+    waveform
+        The sound, at any rate.
+    encoder
+        Name of a speech encoder: fbank, phones, or one with a file or folder.
+
+    Returns
+    -------
+    ndarray
+        (frame, 2 · feature) at 50 Hz: features and their slopes, each of mean 0 and deviation 1.
+
+    Raises
+    ------
+    AlignmentError
+        For silence.
+    InputError
+        For an unknown encoder.
     """
     values = resolve_encoder(encoder)(waveform).values
     values = np.maximum(values, values.max() + FLOOR)

@@ -1,7 +1,7 @@
 """Praat's TextGrid: one tier of intervals, long and short text form, UTF-8 and UTF-16.
 
-Both forms hold the same numbers, quoted texts and flags in the same order; the long one has words
-for people between them, which are passed over here.
+Both forms hold the same numbers, quoted texts and flags in the same order; the long one has labels
+between them, which are skipped here.
 """
 
 from __future__ import annotations
@@ -23,13 +23,15 @@ TOKEN = re.compile(
 
 
 @dataclass(frozen=True)
-class Interval:
+class TextGridInterval:
+    """A labelled stretch of a tier; times in s."""
+
     start_s: float
     end_s: float
     text: str
 
 
-def textgrid_of(spoken: Sequence[Interval], duration_s: float, tier: str) -> str:
+def format_textgrid(spoken: Sequence[TextGridInterval], duration_s: float, tier: str) -> str:
     """The long form; rests between intervals are empty intervals, as Praat wants them."""
     rows = _gapless(spoken, duration_s)
     lines = [
@@ -59,24 +61,24 @@ def textgrid_of(spoken: Sequence[Interval], duration_s: float, tier: str) -> str
     return "\n".join(lines) + "\n"
 
 
-def _gapless(spoken: Sequence[Interval], duration_s: float) -> list[Interval]:
-    rows: list[Interval] = []
+def _gapless(spoken: Sequence[TextGridInterval], duration_s: float) -> list[TextGridInterval]:
+    rows: list[TextGridInterval] = []
     at = 0.0
     for each in spoken:
         start = max(each.start_s, at)
         if start > at:
-            rows.append(Interval(at, start, ""))
-        rows.append(Interval(start, min(each.end_s, duration_s), each.text))
+            rows.append(TextGridInterval(at, start, ""))
+        rows.append(TextGridInterval(start, min(each.end_s, duration_s), each.text))
         at = rows[-1].end_s
     if at < duration_s:
-        rows.append(Interval(at, duration_s, ""))
+        rows.append(TextGridInterval(at, duration_s, ""))
     return rows
 
 
-def intervals_of(data: bytes, tier: str) -> tuple[list[Interval], float]:
-    """Intervals that have a text, of the tier of that name or the only one; and the duration in s.
+def parse_textgrid(data: bytes, tier: str) -> tuple[list[TextGridInterval], float]:
+    """Labelled intervals of the tier of that name, or of the only one, and the duration in s.
 
-    Raises AlignmentError for anything else.
+    Raises AlignmentError for any other file.
     """
     tokens = _Tokens(_decoded(data))
     if tokens.text() != "ooTextFile" or tokens.text() != "TextGrid":
@@ -96,16 +98,16 @@ def intervals_of(data: bytes, tier: str) -> tuple[list[Interval], float]:
     return [row for row in chosen[0] if row.text.strip()], duration
 
 
-def _tier(tokens: _Tokens) -> tuple[str, list[Interval] | None]:
+def _tier(tokens: _Tokens) -> tuple[str, list[TextGridInterval] | None]:
     kind, name = tokens.text(), tokens.text()
     tokens.skip_numbers(2)
     if kind == "IntervalTier":
         rows = [
-            Interval(tokens.number(), tokens.number(), tokens.text().strip())
+            TextGridInterval(tokens.number(), tokens.number(), tokens.text().strip())
             for _ in range(tokens.count())
         ]
         return name, rows
-    if kind == "TextTier":  # points: passed over
+    if kind == "TextTier":  # points are skipped
         for _ in range(tokens.count()):
             tokens.skip_numbers(1)
             tokens.text()
@@ -158,7 +160,7 @@ def _decoded(data: bytes) -> str:
     try:
         return data.decode(encoding)
     except UnicodeDecodeError as error:
-        raise _fault("bytes that are no text", "UTF-8 or UTF-16") from error
+        raise _fault("bytes that are not text", "UTF-8 or UTF-16") from error
 
 
 def _fault(found: str, allowed: str = "a TextGrid as Praat saves it as text") -> AlignmentError:

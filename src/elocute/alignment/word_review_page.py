@@ -1,4 +1,4 @@
-"""A page to look words through: waveform, spectrogram, boundaries and sound in one HTML file."""
+"""A page to review words on: waveform, spectrogram, boundaries and sound in one HTML file."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.word_times import Word, Words
+from elocute.alignment.word_times import TimedWord, TimedWords
 from elocute.audio.spectral import log_mel
-from elocute.audio.waveform import Waveform
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
 
@@ -25,13 +25,12 @@ ROW_S = 8.0
 LONGEST_PAGE_S = 1800.0
 WAVE_PIXELS, BANDS_PIXELS = 64, 128
 DURATION_SLACK_S = 0.25
-RATE = 16000
 DB_PER_NEPER = 10 / np.log(10)  # of powers
 PAGE = Path(__file__).with_name("word_page.html")
 
 
-def doubts(word: Word) -> str:
-    """Why a person should look at a word, or ""."""
+def review_reason(word: TimedWord) -> str:
+    """Why a person should review a word, or ""."""
     seconds = word.end_s - word.start_s
     if word.confidence < DOUBTFUL:
         return f"confidence {word.confidence:.2f}"
@@ -40,17 +39,18 @@ def doubts(word: Word) -> str:
     return ""
 
 
-def write_word_page(words: Words, sound: Waveform, path: str | Path, title: str = "") -> int:
-    """Write the page and say how many words are marked.
+def write_word_page(words: TimedWords, sound: Waveform, path: str | Path, title: str = "") -> int:
+    """Write the page and return how many words are marked for review.
 
-    Raises AlignmentError where words and sound are not as long as each other, OutputError.
+    Raises AlignmentError where words and sound differ in length, OutputError where the page cannot
+    be written.
     """
     path = Path(path)
     if path.suffix.lower() != ".html":
         raise AlignmentError.about(path, found=f"suffix {path.suffix!r}", allowed=".html")
     check_length(words, sound)
-    speech = sound.resample(RATE)
-    marked = [doubts(word) for word in words.words]
+    speech = sound.resample(SPEECH_RATE)
+    marked = [review_reason(word) for word in words.words]
     rows = [
         _row(speech, words, marked, start)
         for start in np.arange(0, speech.duration_s, ROW_S).tolist()
@@ -68,8 +68,8 @@ def write_word_page(words: Words, sound: Waveform, path: str | Path, title: str 
     return sum(map(bool, marked))
 
 
-def check_length(words: Words, sound: Waveform) -> None:
-    """Raise AlignmentError where the words are of another sound, or it is too long for a page."""
+def check_length(words: TimedWords, sound: Waveform) -> None:
+    """Raise AlignmentError where words and sound differ in length, or are too long for a page."""
     if abs(words.duration_s - sound.duration_s) > DURATION_SLACK_S:
         raise AlignmentError.about(
             "sound",
@@ -83,12 +83,12 @@ def check_length(words: Words, sound: Waveform) -> None:
 
 
 def _filled(page: str, parts: dict[str, str]) -> str:
-    """The page with its marks replaced in one pass: what is put in is never searched itself."""
+    """The page with its placeholders replaced in one pass: what is inserted is not searched."""
     marks = re.compile("|".join(map(re.escape, parts)))
     return marks.sub(lambda match: parts[match.group(0)], page)
 
 
-def _as_script(words: Words, marked: list[str]) -> str:
+def _as_script(words: TimedWords, marked: list[str]) -> str:
     rows = [
         [w.text, w.start_s, w.end_s, w.confidence, why]
         for w, why in zip(words.words, marked, strict=True)
@@ -97,10 +97,10 @@ def _as_script(words: Words, marked: list[str]) -> str:
     return json.dumps(rows).replace("<", "\\u003c")
 
 
-def _row(speech: Waveform, words: Words, marked: list[str], start_s: float) -> str:
-    first = round(start_s * RATE)
-    samples = speech.samples[first : first + round(ROW_S * RATE)]
-    seconds = len(samples) / RATE
+def _row(speech: Waveform, words: TimedWords, marked: list[str], start_s: float) -> str:
+    first = round(start_s * SPEECH_RATE)
+    samples = speech.samples[first : first + round(ROW_S * SPEECH_RATE)]
+    seconds = len(samples) / SPEECH_RATE
     width = max(2, round(seconds * PIXELS_PER_S))
     inside = [
         (number, word, why)
@@ -116,12 +116,12 @@ def _row(speech: Waveform, words: Words, marked: list[str], start_s: float) -> s
     )
 
 
-def _box(number: int, word: Word, why: str, start_s: float, width: int) -> str:
+def _box(number: int, word: TimedWord, why: str, start_s: float, width: int) -> str:
     left = max((word.start_s - start_s) * PIXELS_PER_S, 0.0)
     right = min((word.end_s - start_s) * PIXELS_PER_S, float(width))
-    told = html.escape(f"{word.start_s:.3f} to {word.end_s:.3f} s, {why or 'sure'}", quote=True)
+    tooltip = html.escape(f"{word.start_s:.3f} to {word.end_s:.3f} s, {why or 'sure'}", quote=True)
     return (
-        f'<button class="word{" doubtful" if why else ""}" data-word="{number}" title="{told}"'
+        f'<button class="word{" doubtful" if why else ""}" data-word="{number}" title="{tooltip}"'
         f' style="left:{left:.1f}px;width:{max(right - left, 1):.1f}px">'
         f"{html.escape(word.text)}</button>"
     )
@@ -147,7 +147,7 @@ def _spectrogram(samples: NDArray[np.float32], width: int) -> NDArray[np.uint8]:
     """(BANDS_PIXELS, width) grey: dark is loud, 60 dB below the loudest is white."""
     from PIL import Image
 
-    bands = log_mel(np.pad(samples, (0, max(0, 800 - len(samples)))), RATE)
+    bands = log_mel(np.pad(samples, (0, max(0, 800 - len(samples)))), SPEECH_RATE)
     shade = np.clip((bands.max() - bands) / (60 / DB_PER_NEPER), 0, 1) * 255
     picture = Image.fromarray(shade.T[::-1].astype(np.uint8))
     return np.asarray(picture.resize((width, BANDS_PIXELS)))

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from elocute.alignment.textgrid import Interval, intervals_of, textgrid_of
+from elocute.alignment.textgrid import TextGridInterval, format_textgrid, parse_textgrid
+from elocute.audio.read import DURATION_MAX_S
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, parse_json
@@ -17,16 +18,16 @@ FORMAT, VERSION = "elocute-words", 1
 FILE_MAX_BYTES = 32_000_000
 WORDS_MAX = 200_000
 WORD_LONGEST = 120
-DURATION_MAX_S = 24 * 3600.0
 TIER = "words"
-SLACK_S = 1e-3  # by which programs round
+SLACK_S = 1e-3  # programs round times
 
 
 @dataclass(frozen=True)
-class Word:
-    """One word; confidence 0…1 says how well the sound bears it out, 1 where a person says so.
+class TimedWord:
+    """One word with its times in s.
 
-    Raises AlignmentError for times or a text that no word has.
+    confidence: 0 to 1, how well the sound matches the word; 1 where a person set it. Raises
+    AlignmentError for impossible times or an unprintable text.
     """
 
     text: str
@@ -37,13 +38,13 @@ class Word:
     def __post_init__(self) -> None:
         text = self.text
         if not isinstance(text, str) or not (text.strip() and text.isprintable()):
-            self._refuse("no printable text", "one word")
+            self._refuse("unprintable text", "one word")
         if len(text) > WORD_LONGEST:
             self._refuse(f"{len(text)} letters", f"up to {WORD_LONGEST}")
         numbers = (self.start_s, self.end_s, self.confidence)
         if any(finite_number(number) is None for number in numbers):
-            told = ", ".join(repr(number)[:40] for number in numbers)
-            self._refuse(f"times and confidence {told}", "finite numbers")
+            shown = ", ".join(repr(number)[:40] for number in numbers)
+            self._refuse(f"times and confidence {shown}", "finite numbers")
         if not 0 <= self.start_s < self.end_s:
             self._refuse(f"{self.start_s:g} to {self.end_s:g} s", "0 <= start < end")
         if not 0 <= self.confidence <= 1:
@@ -54,13 +55,13 @@ class Word:
 
 
 @dataclass(frozen=True)
-class Words:
-    """The words of a sound in order, none reaching into the next; duration_s of the sound.
+class TimedWords:
+    """The words of a sound, in order and without overlap; duration_s is that of the sound.
 
     Raises AlignmentError where they overlap or end after the sound.
     """
 
-    words: tuple[Word, ...]
+    words: tuple[TimedWord, ...]
     duration_s: float
 
     def __post_init__(self) -> None:
@@ -74,7 +75,7 @@ class Words:
             raise AlignmentError.about(
                 "words", found=f"{len(self.words)}", allowed=f"1 to {WORDS_MAX}"
             )
-        before: Word | None = None
+        before: TimedWord | None = None
         for word in self.words:
             if before is not None and word.start_s < before.end_s - SLACK_S:
                 raise AlignmentError.about(
@@ -96,8 +97,11 @@ class Words:
         return " ".join(word.text for word in self.words)
 
 
-def read_words(path: str | Path) -> Words:
-    """A .json of ours or a .TextGrid in any form that Praat writes. Raises AlignmentError."""
+def read_words(path: str | Path) -> TimedWords:
+    """Read a .json that `write_words` wrote, or a .TextGrid as Praat saves it as text.
+
+    Raises AlignmentError for any other file.
+    """
     path = Path(path)
     if path.suffix.lower() not in READERS:
         raise AlignmentError.about(path, found=f"suffix {path.suffix!r}", allowed=" ".join(READERS))
@@ -110,7 +114,7 @@ def read_words(path: str | Path) -> Words:
         raise AlignmentError.about(path, found=str(error)) from error
 
 
-def write_words(words: Words, path: str | Path) -> None:
+def write_words(words: TimedWords, path: str | Path) -> None:
     """Write .json, or .TextGrid (long form, UTF-8). Raises AlignmentError, OutputError."""
     path = Path(path)
     suffix = path.suffix.lower()
@@ -121,8 +125,8 @@ def write_words(words: Words, path: str | Path) -> None:
         draft.write_text(text, encoding="utf-8")
 
 
-def take_edits(edited: Words, before: Words | None) -> Words:
-    """Words that a person has looked through: what was changed is sure, the rest as it was."""
+def merge_edits(edited: TimedWords, before: TimedWords | None) -> TimedWords:
+    """Words after a person's review: confidence 1 for what was changed, else what it was before."""
     if before is None:
         return edited
     known = {(w.text, round(w.start_s, 3), round(w.end_s, 3)): w.confidence for w in before.words}
@@ -136,7 +140,7 @@ def take_edits(edited: Words, before: Words | None) -> Words:
     return replace(edited, words=kept)
 
 
-def _json_of(words: Words) -> str:
+def _json_of(words: TimedWords) -> str:
     rows = ",\n".join(
         "  "
         + json.dumps(
@@ -149,7 +153,7 @@ def _json_of(words: Words) -> str:
     return f'{head[:-1]}, "words": [\n{rows}\n]}}\n'
 
 
-def _from_json(data: bytes) -> Words:
+def _from_json(data: bytes) -> TimedWords:
     allowed = f"format {FORMAT}, version {VERSION}"
     record: Any = parse_json(data, "words", allowed=allowed, error=AlignmentError)
     try:
@@ -159,19 +163,21 @@ def _from_json(data: bytes) -> Words:
         duration = record["duration_s"]
     except (ValueError, KeyError, TypeError) as error:
         raise AlignmentError.about(
-            "words", found=f"none that can be read ({str(error)[:120]})", allowed=allowed
+            "words", found=f"words that cannot be read ({str(error)[:120]})", allowed=allowed
         ) from error
-    return Words(tuple(Word(*row) for row in rows), duration)
+    return TimedWords(tuple(TimedWord(*row) for row in rows), duration)
 
 
-def _textgrid_of(words: Words) -> str:
-    spoken = [Interval(w.start_s, w.end_s, w.text) for w in words.words]
-    return textgrid_of(spoken, words.duration_s, TIER)
+def _textgrid_of(words: TimedWords) -> str:
+    spoken = [TextGridInterval(w.start_s, w.end_s, w.text) for w in words.words]
+    return format_textgrid(spoken, words.duration_s, TIER)
 
 
-def _from_textgrid(data: bytes) -> Words:
-    spoken, duration = intervals_of(data, TIER)
-    return Words(tuple(Word(each.text, each.start_s, each.end_s) for each in spoken), duration)
+def _from_textgrid(data: bytes) -> TimedWords:
+    spoken, duration = parse_textgrid(data, TIER)
+    return TimedWords(
+        tuple(TimedWord(each.text, each.start_s, each.end_s) for each in spoken), duration
+    )
 
 
 READERS = {".json": _from_json, ".textgrid": _from_textgrid}

@@ -12,12 +12,11 @@ from elocute.articulation.phone_targets import (
     phone_dominances,
     phone_targets,
 )
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
 
 REACH_S = 0.30  # the kernel is below 1 % beyond this
 DIPHTHONG_S = 0.5  # a longer diphthong is looked at no further than this on both sides
 BLOCK = 2048  # output frames at a time: memory stays bounded for an hour of speech
-SILENCE = PHONES.index("SIL")
 
 
 def split_diphthongs(posteriors: NDArray[np.float32], rate: float) -> NDArray[np.float32]:

@@ -1,11 +1,13 @@
-"""Gates over time: lips that must close, teeth that must meet the lip, silence that must rest."""
+"""Contacts and rest over time: closed lips, teeth on the lip, and a mouth at rest in silence."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from elocute.numerics.smoothing import smoothstep
+
+FloatArray = NDArray[np.floating]
 
 HYSTERESIS = 0.7
 SPEECH_FLOOR = 0.15
@@ -14,7 +16,7 @@ CLOSING_S = 0.050  # lips take this long to meet, and to part again
 CONTACT_S = 0.5  # of a longer contact, evidence no further than this away counts
 HOLD_MAX_S = 0.3  # the longest that a style holds a contact at least
 REST_AFTER_S = 0.28  # a pause this long is a rest: the mouth closes
-SPEECH_AT_LEAST_S = 0.08  # a blip shorter than this inside a rest is no speech
+SPEECH_AT_LEAST_S = 0.08  # anything shorter than this inside a rest is not speech
 WAKE_S = 0.32  # the mouth opens to breathe and prepares before the first sound
 SETTLE_S = 0.16  # and settles after the last
 
@@ -26,8 +28,8 @@ def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(starts, stops, strict=True))
 
 
-def contact_evidence(posterior: Array, silence: Array) -> Array:
-    """(frame,) how likely a contact is, given that somebody speaks.
+def contact_evidence(posterior: FloatArray, silence: FloatArray) -> FloatArray:
+    """(frame,) how likely a contact is, given that there is speech.
 
     The closure of a first p or b is silent, so its posterior alone stays low until the burst;
     relative to what is not silence it does not. Three frames are averaged: a contact lasts.
@@ -39,13 +41,13 @@ def contact_evidence(posterior: Array, silence: Array) -> Array:
 
 
 def contact_gate(
-    evidence: Array,
-    silence: Array,
+    evidence: FloatArray,
+    silence: FloatArray,
     rate: float,
-    times_s: Array,
+    times_s: FloatArray,
     threshold: float,
     hold_s: float,
-) -> Array:
+) -> FloatArray:
     """(frame,) 0…1: full contact wherever `evidence` passes `threshold`, held and ramped.
 
     A contact lasts while the evidence stays above HYSTERESIS of the threshold, and reaches back
@@ -66,12 +68,12 @@ def contact_gate(
         now = times_s[first:last]
         distance = np.abs(now - middle) - half
         depth = _depth(evidence[start:stop] / threshold, reach, now * rate - start)
-        ramp = _smooth(1 - np.clip(distance / CLOSING_S, 0, 1)) * depth
+        ramp = smoothstep(1 - np.clip(distance / CLOSING_S, 0, 1)) * depth
         gate[first:last] = np.maximum(gate[first:last], ramp)
     return gate
 
 
-def _depth(peaks: Array, reach: int, places: Array) -> Array | float:
+def _depth(peaks: FloatArray, reach: int, places: FloatArray) -> FloatArray | float:
     """How far the lips come, 0…1: at `places` (rows of a run, fractions between) or throughout.
 
     peaks (row,) evidence as multiples of the threshold.
@@ -84,11 +86,11 @@ def _depth(peaks: Array, reach: int, places: Array) -> Array | float:
     return np.interp(places, np.arange(len(depths)), depths)
 
 
-def speech_gate(silence: Array, rate: float, times_s: Array) -> Array:
-    """(frame,) 1 while somebody speaks, exactly 0 at rest, eased in between.
+def speech_gate(silence: FloatArray, rate: float, times_s: FloatArray) -> FloatArray:
+    """(frame,) 1 in speech, exactly 0 at rest, eased in between.
 
     silence (frame,) is the posterior of silence at `rate` Hz. Pauses shorter than
-    REST_AFTER_S belong to the speech around them; blips in a rest do not wake the mouth.
+    REST_AFTER_S belong to the speech around them; short noises in a rest do not open the mouth.
     """
     speaking = silence < 0.5
     for start, stop in runs(~speaking):
@@ -102,11 +104,7 @@ def speech_gate(silence: Array, rate: float, times_s: Array) -> Array:
         begin_s, end_s = start / rate, (stop - 1) / rate
         first, last = np.searchsorted(times_s, [begin_s - WAKE_S, end_s + SETTLE_S])
         now = times_s[first:last]
-        rise = _smooth(np.clip((now - begin_s + WAKE_S) / WAKE_S, 0, 1))
-        fall = _smooth(np.clip((end_s + SETTLE_S - now) / SETTLE_S, 0, 1))
+        rise = smoothstep(np.clip((now - begin_s + WAKE_S) / WAKE_S, 0, 1))
+        fall = smoothstep(np.clip((end_s + SETTLE_S - now) / SETTLE_S, 0, 1))
         gate[first:last] = np.maximum(gate[first:last], np.minimum(rise, fall))
     return gate
-
-
-def _smooth(share: Array) -> Array:
-    return share * share * (3 - 2 * share)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.articulation.blinks import blink_curve
 from elocute.articulation.coarticulation import DIPHTHONG_S, REACH_S, coarticulate
 from elocute.articulation.contacts_and_rest import (
     CLOSING_S,
@@ -27,15 +26,16 @@ from elocute.articulation.contacts_and_rest import (
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import InputError
+from elocute.motion.blink_timing import blink_curve
 from elocute.motion.curves import Curves
 from elocute.numerics.given import check_kind, real_number
 from elocute.one_line_repr import brief
 
-Array = NDArray[np.floating]
+FloatArray = NDArray[np.floating]
 
-SILENCE = PHONES.index("SIL")
 BILABIALS = ("P", "B", "M")
 LABIODENTALS = ("F", "V")
 # Curves that part the lips: a closure takes them away altogether.
@@ -64,7 +64,7 @@ HISTORY_S = 2.0
 
 
 def articulate(
-    log_posteriors: Array,
+    log_posteriors: FloatArray,
     rate: float,
     *,
     frame_count: int | None = None,
@@ -77,12 +77,33 @@ def articulate(
 ) -> Curves:
     """Curves of a face that says the phones in `log_posteriors`.
 
-    log_posteriors (row, 40) natural logarithms in the order of PHONES, row k at
-    (first_row + k) / rate seconds. frame_count defaults to the whole length. `strength` scales
-    how far the mouth moves, not whether it closes. A stretch of a longer take is asked for by
-    its first frame, with rows from HISTORY_S before it to LOOKAHEAD_S after it, and
-    the take's `total_frames`. Raises InputError for a strength outside 0…2 or posteriors of
-    another shape.
+    Parameters
+    ----------
+    log_posteriors : (row, 40)
+        Natural logarithms in the order of PHONES; row k is at (first_row + k) / rate.
+    rate : float
+        Rows per second.
+    frame_count : int, optional
+        Frames of the result; the whole length by default.
+    fps : float
+        Frames per second.
+    style : Style, optional
+        How the person articulates; plain by default.
+    strength : float
+        How far the mouth moves, 0 to 2; it does not change whether the lips close.
+    first_frame, first_row, total_frames : int
+        For a stretch of a longer take: its first frame, with rows from HISTORY_S before it to
+        LOOKAHEAD_S after it, and the frames of the whole take.
+
+    Returns
+    -------
+    Curves
+        0 to 1, named after ARKit and three shapes for speech.
+
+    Raises
+    ------
+    InputError
+        For a strength out of range, and posteriors of another shape.
     """
     style = style or Style()
     if not 0 <= strength <= 2:
@@ -106,13 +127,13 @@ def articulate(
     )
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
-    place = _Place(first_frame, first_row, total_frames)
-    return _finished(curves, posteriors, rate, fps, style, style.asymmetry, place)
+    position = _TakePosition(first_frame, first_row, total_frames)
+    return _finished(curves, posteriors, rate, fps, style, style.asymmetry, position)
 
 
 def make_contacts(
     curves: Curves,
-    log_posteriors: Array,
+    log_posteriors: FloatArray,
     rate: float,
     style: Style | None = None,
     *,
@@ -120,22 +141,32 @@ def make_contacts(
     first_row: int = 0,
     total_frames: int | None = None,
 ) -> Curves:
-    """Curves from elsewhere (a trained decoder, say) with the driver's rests, contacts and blinks.
+    """Add the driver's rests, contacts and blinks to the curves of another model.
 
-    log_posteriors and the places of a stretch as `articulate` takes them. Regression averages
-    over what it is unsure of, so the lips of a learned model nearly meet where they should: here
-    they do.
+    Regression averages over what it is unsure of, so the lips of a trained model nearly meet where
+    they should; after this they do.
+
+    Parameters
+    ----------
+    curves : Curves
+        Of the built-in head.
+    log_posteriors, rate, style, first_frame, first_row, total_frames
+        As `articulate` takes them.
+
+    Returns
+    -------
+    Curves
     """
     posteriors = np.exp(log_posteriors).astype(np.float32)
     wanted = dict.fromkeys((*curves.names, *curve_names()))
     table = curves.select(tuple(wanted)).values.T.copy()
     columns = dict(zip(wanted, table, strict=True))
-    place = _Place(first_frame, first_row, total_frames)
-    return _finished(columns, posteriors, rate, curves.fps, style or Style(), 0.0, place)
+    position = _TakePosition(first_frame, first_row, total_frames)
+    return _finished(columns, posteriors, rate, curves.fps, style or Style(), 0.0, position)
 
 
 @dataclass(frozen=True)
-class _Place:
+class _TakePosition:
     """Where a stretch of frames and its rows of posteriors lie in the whole take."""
 
     first_frame: int
@@ -144,18 +175,18 @@ class _Place:
 
 
 def _finished(
-    curves: dict[str, Array],
-    posteriors: Array,
+    curves: dict[str, FloatArray],
+    posteriors: FloatArray,
     rate: float,
     fps: float,
     style: Style,
     asymmetry: float,
-    place: _Place,
+    position: _TakePosition,
 ) -> Curves:
     """Rest, contacts, asymmetry and blinks, in this order."""
     frame_count = len(curves["jawOpen"])
-    frames = np.arange(place.first_frame, place.first_frame + frame_count)
-    times_s = frames / fps - place.first_row / rate  # since the first row
+    frames = np.arange(position.first_frame, position.first_frame + frame_count)
+    times_s = frames / fps - position.first_row / rate  # since the first row
     speech = speech_gate(posteriors[:, SILENCE], rate, times_s)
     for name in curves:
         curves[name] = curves[name] * speech
@@ -166,8 +197,8 @@ def _finished(
         frame_count,
         fps,
         style.blink_per_min,
-        first_frame=place.first_frame,
-        total_frames=place.total_frames,
+        first_frame=position.first_frame,
+        total_frames=position.total_frames,
     )
     curves["eyeBlinkLeft"] = curves["eyeBlinkRight"] = blink
     table = np.stack(list(curves.values()), axis=1)
@@ -175,24 +206,40 @@ def _finished(
 
 
 def posteriors_from_phones(
-    phones: list[tuple[float, float, str]], duration_s: float, rate: float = 50.0
-) -> Array:
-    """Log-posteriors (frame, 40) for phones whose times are known.
+    phones: list[tuple[float, float, str]], duration_s: float, rate: float = FEATURE_RATE
+) -> FloatArray:
+    """Log-posteriors of phones whose times are known.
 
-    phones is a list of (start s, end s, ARPAbet phone without stress); what nothing covers is
-    silence. A frame that two phones share is split between them. Raises InputError for an
-    unknown phone or times that run backwards.
+    Parameters
+    ----------
+    phones : list of (float, float, str)
+        Start in s, end in s, ARPAbet phone without stress. What nothing covers is silence; a row
+        that two phones share is split between them.
+    duration_s : float
+        Of the sound.
+    rate : float
+        Rows per second.
+
+    Returns
+    -------
+    (row, 40) float32
+        Natural logarithms.
+
+    Raises
+    ------
+    InputError
+        For an unknown phone, or times that run backwards.
     """
     count = max(1, int(np.ceil(duration_s * rate)))
     shares = np.zeros((count, len(PHONES)))
     centres = np.arange(count) / rate
     check_kind("phones", phones, list | tuple, "a list of (start s, end s, phone)")
-    for told in phones:
+    for given in phones:
         try:
-            start_s, end_s, phone = told
+            start_s, end_s, phone = given
         except (TypeError, ValueError):
             raise InputError.about(
-                "phones", found=brief(told), allowed="(start s, end s, phone)"
+                "phones", found=brief(given), allowed="(start s, end s, phone)"
             ) from None
         if not isinstance(phone, str) or phone not in PHONES:
             raise InputError.about(
@@ -214,8 +261,8 @@ def posteriors_from_phones(
 
 
 def _contact(
-    posteriors: Array, phones: tuple[str, ...], rate: float, times_s: Array, style: Style
-) -> Array:
+    posteriors: FloatArray, phones: tuple[str, ...], rate: float, times_s: FloatArray, style: Style
+) -> FloatArray:
     silence = posteriors[:, SILENCE]
     posterior = posteriors[:, [PHONES.index(phone) for phone in phones]].sum(axis=1)
     threshold = style.closure if phones is BILABIALS else style.labiodental
@@ -223,7 +270,7 @@ def _contact(
     return contact_gate(evidence, silence, rate, times_s, threshold, style.hold_s)
 
 
-def _apply_style(curves: dict[str, Array], style: Style, strength: float) -> None:
+def _apply_style(curves: dict[str, FloatArray], style: Style, strength: float) -> None:
     for name in curves:
         factor = strength
         if name == "jawOpen" or name.startswith("mouthLowerDown"):
@@ -237,12 +284,12 @@ def _apply_style(curves: dict[str, Array], style: Style, strength: float) -> Non
         curves[name] = np.clip(curves[name] * factor, 0, 1)
 
 
-def _meet_teeth(curves: dict[str, Array], gate: Array) -> None:
+def _meet_teeth(curves: dict[str, FloatArray], gate: FloatArray) -> None:
     """Replace what the lips do by the labiodental shape, as far as the gate is open."""
     _replace(curves, VISEME_SHAPES["FF"], gate)
 
 
-def _close_lips(curves: dict[str, Array], gate: Array) -> None:
+def _close_lips(curves: dict[str, FloatArray], gate: FloatArray) -> None:
     """Seal the lips: parting curves go, the jaw rises, mouthClose takes up what it leaves."""
     for name in PARTING:
         if name in curves:
@@ -257,12 +304,12 @@ def _close_lips(curves: dict[str, Array], gate: Array) -> None:
     curves["mouthClose"] = gate * curves["jawOpen"]
 
 
-def _replace(curves: dict[str, Array], shape: dict[str, float], gate: Array) -> None:
+def _replace(curves: dict[str, FloatArray], shape: dict[str, float], gate: FloatArray) -> None:
     for name in curves:
         curves[name] = curves[name] * (1 - gate) + gate * shape.get(name, 0.0)
 
 
-def _lean(curves: dict[str, Array], asymmetry: float) -> None:
+def _lean(curves: dict[str, FloatArray], asymmetry: float) -> None:
     """Take from the side that the style does not favour."""
     weak = "Left" if asymmetry > 0 else "Right"
     for name in curves:

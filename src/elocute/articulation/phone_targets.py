@@ -1,8 +1,8 @@
-"""Articulatory targets: what the mouth wants for each phone, and how much it insists.
+"""Articulatory targets: the mouth's target shape for each phone, and its dominance.
 
 Targets are mixtures of the viseme shapes that the head was sculpted for; dominances follow
-Cohen and Massaro (1993): a sibilant insists on its jaw, a rounded vowel on its lips, k on
-nearly nothing. Numbers were set by hand from phonetics, then checked by looking; no recording
+Cohen and Massaro (1993): high for the jaw of a sibilant and the lips of a rounded vowel, low for
+all of k. Numbers were set by hand from phonetics, then checked by looking; no recording
 was fitted.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 
 # Curves move in four groups, each with its own dominance.
 GROUPS = ("jaw", "lips", "rounding", "tongue")
@@ -47,8 +47,8 @@ DIPHTHONGS = {
 }
 
 # phone: (viseme mixture, dominance of jaw, lips, rounding, tongue)
-_Row = tuple[dict[str, float], tuple[float, float, float, float]]
-_TARGETS: dict[str, _Row] = {
+_Target = tuple[dict[str, float], tuple[float, float, float, float]]
+_TARGETS: dict[str, _Target] = {
     "SIL": ({"sil": 1.0}, (0.02, 0.02, 0.02, 0.1)),
     "AA": ({"aa": 1.0}, (1.0, 1.0, 0.7, 0.3)),
     "AE": ({"aa": 0.70, "E": 0.35}, (1.0, 1.0, 0.7, 0.3)),
@@ -79,7 +79,7 @@ _TARGETS: dict[str, _Row] = {
     "K": ({"kk": 1.0}, (0.3, 0.25, 0.1, 0.2)),
     "G": ({"kk": 1.0}, (0.3, 0.25, 0.1, 0.2)),
     "NG": ({"kk": 0.9}, (0.3, 0.25, 0.1, 0.2)),
-    # Closures and labiodentals are laid over everything else afterwards; here they only
+    # Closures and labiodentals are made after everything else; here they only
     # keep their neighbours' jaw low.
     "P": ({"sil": 1.0}, (1.5, 1.5, 0.05, 0.1)),
     "B": ({"sil": 1.0}, (1.5, 1.5, 0.05, 0.1)),
@@ -120,7 +120,7 @@ def phone_targets() -> NDArray[np.float32]:
 
 @cache
 def phone_dominances() -> NDArray[np.float32]:
-    """(phone, group) how strongly each phone pulls each group of curves to its target."""
+    """(phone, group) dominance of each phone over each group of curves."""
     table = np.zeros((len(PHONES), len(GROUPS)), np.float32)
     for phone, (_, dominance) in _TARGETS.items():
         table[PHONES.index(phone)] = dominance

@@ -7,7 +7,7 @@ import io
 from collections.abc import Iterator
 from pathlib import Path
 
-from elocute.audio.phones import PHONES
+from elocute.audio.phones_and_visemes import PHONES
 from elocute.errors import InputError
 from elocute.files.reading import read_text
 
@@ -16,9 +16,22 @@ COLUMNS = ["start_s", "end_s", "phone"]
 
 
 def read_phone_times(path: str | Path) -> list[tuple[float, float, str]]:
-    """(start s, end s, ARPAbet phone) of each row of a CSV `start_s,end_s,phone`.
+    """Read phones and their times from a CSV with the columns start_s, end_s and phone.
 
-    Stress digits are dropped. Raises InputError naming the row.
+    Parameters
+    ----------
+    path : str or Path
+        The file. Stress digits are dropped.
+
+    Returns
+    -------
+    list of (float, float, str)
+        Start in s, end in s, ARPAbet phone.
+
+    Raises
+    ------
+    InputError
+        Naming the row.
     """
     path = Path(path)
     text = read_text(path, max_bytes=BYTES_MAX, allowed=f"a CSV of {','.join(COLUMNS)}")

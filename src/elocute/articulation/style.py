@@ -15,7 +15,7 @@ from elocute.settings import check_settings, described, setting
 @described
 @dataclass(frozen=True)
 class Style:
-    """How broadly, tightly and evenly the face speaks. All defaults are a plain speaker's.
+    """How a person articulates; the defaults are a plain speaker's.
 
     Raises InputError where a number lies outside its range.
     """
@@ -77,7 +77,7 @@ STYLES: dict[str, Style] = {
 def parse_mix(text: str) -> dict[str, float]:
     """`calm:0.7,broad:0.3` as shares that sum to one; a lone name is all of it.
 
-    Raises InputError for shares that are no numbers, negative, or all zero.
+    Raises InputError for shares that are not numbers, negative, or all zero.
     """
     shares: dict[str, float] = {}
     for part in text.split(","):
@@ -107,7 +107,7 @@ def mix_styles(shares: dict[str, float]) -> Style:
         if name not in STYLES:
             raise InputError.about(
                 f"style {name[:60]!r}",
-                found="no such style",
+                found="unknown",
                 allowed=", ".join(STYLES) + ", a mix of these (calm:0.7,broad:0.3), or a .json "
                 "file of style numbers",
             )
@@ -122,10 +122,22 @@ def mix_styles(shares: dict[str, float]) -> Style:
 
 
 def resolve_style(given: str | Style) -> Style:
-    """A Style from a name of STYLES, a mix of them (`calm:0.7,broad:0.3`), a JSON file of its
-    fields, or a Style as it is.
+    """The Style that a caller names.
 
-    Raises InputError naming what is allowed.
+    Parameters
+    ----------
+    given : str or Style
+        A name of STYLES, a mix of them ("calm:0.7,broad:0.3"), a JSON file of a Style's fields, or
+        a Style, which is returned as it is.
+
+    Returns
+    -------
+    Style
+
+    Raises
+    ------
+    InputError
+        Naming what is allowed.
     """
     if isinstance(given, Style):
         return given

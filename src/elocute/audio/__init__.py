@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from elocute.audio.features import Features
-    from elocute.audio.mel_with_deltas import Mel3, mel3_windows
+    from elocute.audio.mel_with_deltas import MelDeltas, mel_delta_windows
     from elocute.audio.read import (
         AudioInfo,
         AudioStream,
@@ -26,11 +26,11 @@ _HOMES = {
     "AudioInfo": "read",
     "AudioStream": "read",
     "Features": "features",
-    "Mel3": "mel_with_deltas",
+    "MelDeltas": "mel_with_deltas",
     "Waveform": "waveform",
     "fbank": "spectral",
     "log_mel": "spectral",
-    "mel3_windows": "mel_with_deltas",
+    "mel_delta_windows": "mel_with_deltas",
     "mel_filterbank": "spectral",
     "mfcc": "spectral",
     "open_audio": "read",
@@ -44,11 +44,11 @@ __all__ = [
     "AudioInfo",
     "AudioStream",
     "Features",
-    "Mel3",
+    "MelDeltas",
     "Waveform",
     "fbank",
     "log_mel",
-    "mel3_windows",
+    "mel_delta_windows",
     "mel_filterbank",
     "mfcc",
     "open_audio",

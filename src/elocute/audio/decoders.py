@@ -17,7 +17,7 @@ from elocute.audio.waveform import check_rate
 from elocute.errors import AudioError
 from elocute.files.media import open_media
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 
 FORMATS = "wav, flac, mp3, ogg, opus, m4a, mp4, mkv, webm"
 AGAIN = "copy or export it again"
@@ -25,20 +25,20 @@ CHANNELS_MAX = 1024
 BLOCK_VALUES_MAX = 20_000_000  # samples times channels held at once: 80 MB
 # Lossy streams count whole packets; one that ends earlier than this was cut off.
 SHORTFALL_S = 0.1
-# Only these come here. libsndfile would search anything named .mp3 for MPEG frames, and its MP3
-# decoder prints its doubts to stderr.
+# Only these go to libsndfile. It would search anything named .mp3 for MPEG frames, and its MP3
+# decoder prints warnings to stderr.
 HEADS = (b"RIFF", b"RF64", b"riff", b"FORM", b"fLaC", b"OggS", b"caff", b".snd")
 LOSSLESS = ("WAV", "WAVEX", "RF64", "W64", "FLAC", "AIFF", "CAF", "AU")
 # FFmpeg decodes a picture or two to find where they start; 8K is 33 million.
 PIXELS_MAX = 40_000_000
-# Silence before the first sample: a few bytes can promise a day of it.
+# Silence before the first sample: a few bytes can declare a day of it.
 SILENCE_MAX_S = 600.0
 SILENCE_VALUES_MAX = 200_000_000
 
 
 @dataclass(frozen=True)
 class AudioInfo:
-    """What a header says. duration_s is None where it does not."""
+    """What the header of a sound file declares; duration_s is None where it does not."""
 
     format: str
     codec: str
@@ -54,7 +54,7 @@ class Decoder(Protocol):
     promised: int | None
     slack: int
 
-    def blocks(self, size: int) -> Iterator[Array]:
+    def blocks(self, size: int) -> Iterator[Float32Array]:
         """(sample, channel) blocks of about `size` samples."""
         ...
 
@@ -62,7 +62,7 @@ class Decoder(Protocol):
 
 
 def system_name(path: Path) -> Any:
-    """A path as libsndfile's binding takes every name, those too that are no UTF-8."""
+    """A path as libsndfile's binding takes it, also where the name is not UTF-8."""
     return str(path) if os.name == "nt" else os.fsencode(path)
 
 
@@ -91,7 +91,7 @@ def damaged(path: Path, reason: object) -> AudioError:
 
 
 class SoundFileDecoder:
-    """Raises soundfile.LibsndfileError for a format that libsndfile does not know."""
+    """A decoder of libsndfile; LibsndfileError where it does not support the format."""
 
     def __init__(self, path: Path) -> None:
         import soundfile
@@ -103,14 +103,14 @@ class SoundFileDecoder:
         self.promised = frames if known else None
         self.slack = 0 if self._file.format in LOSSLESS else round(SHORTFALL_S * rate)
         self.info = AudioInfo(
-            self._file.format,
-            self._file.subtype,
-            rate,
-            self._file.channels,
-            frames / rate if known else None,
+            format=self._file.format,
+            codec=self._file.subtype,
+            sample_rate=rate,
+            channels=self._file.channels,
+            duration_s=frames / rate if known else None,
         )
 
-    def blocks(self, size: int) -> Iterator[Array]:
+    def blocks(self, size: int) -> Iterator[Float32Array]:
         import soundfile
 
         size = max(1, min(size, BLOCK_VALUES_MAX // self.info.channels))
@@ -121,7 +121,7 @@ class SoundFileDecoder:
                 raise damaged(self._path, error.error_string) from error
             if not len(block):
                 return
-            yield cast(Array, block)
+            yield cast(Float32Array, block)
 
     def close(self) -> None:
         self._file.close()
@@ -149,7 +149,7 @@ class ContainerDecoder:
             raise
 
     def _look(self) -> None:
-        """Find the track and what it says of itself. Raises AudioError."""
+        """Find the audio track and read what it declares. Raises AudioError."""
         path = self._path
         streams = self._file.streams.audio
         if not streams:
@@ -164,14 +164,18 @@ class ContainerDecoder:
         if context is None:
             raise AudioError.about(
                 path,
-                found="sound in a coding that FFmpeg does not know",
+                found="sound in a codec that FFmpeg does not support",
                 allowed=FORMATS,
                 remedy="convert it to .wav",
             )
         rate, seconds = context.sample_rate or 0, self._seconds()
         self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
         self.info = AudioInfo(
-            self._file.format.name, context.name, rate, context.channels or 0, seconds
+            format=self._file.format.name,
+            codec=context.name,
+            sample_rate=rate,
+            channels=context.channels or 0,
+            duration_s=seconds,
         )
         promised_s = self._promised_s(seconds)
         self.promised = round(promised_s * rate) if promised_s else None
@@ -183,7 +187,7 @@ class ContainerDecoder:
         return self._file.duration / 1e6 if self._file.duration else None
 
     def _promised_s(self, seconds: float | None) -> float | None:
-        """How long the audio track says it is; elsewhere FFmpeg guesses from the bit rate."""
+        """The length that the track declares; elsewhere FFmpeg guesses it from the bit rate."""
         kind = self._file.format.name
         if kind.startswith("mov") or (kind == "mp3" and _has_frame_count(self._path)):
             return seconds
@@ -191,14 +195,14 @@ class ContainerDecoder:
             return None
         with contextlib.suppress(KeyError, ValueError):
             hours, minutes, rest = self._stream.metadata["DURATION"].split(":")
-            told = float(hours) * 3600 + float(minutes) * 60 + float(rest)
-            if 0 <= told < 1e9:
-                return told
+            stated = float(hours) * 3600 + float(minutes) * 60 + float(rest)
+            if 0 <= stated < 1e9:
+                return stated
         return seconds if len(self._file.streams) == 1 else None
 
-    def blocks(self, size: int) -> Iterator[Array]:
+    def blocks(self, size: int) -> Iterator[Float32Array]:
         size = max(1, min(size, BLOCK_VALUES_MAX // self.info.channels))
-        waiting: list[Array] = []
+        waiting: list[Float32Array] = []
         count = 0
         for piece in self._pieces(size):
             waiting.append(piece)
@@ -209,7 +213,7 @@ class ContainerDecoder:
         if count:
             yield np.concatenate(waiting)
 
-    def _pieces(self, size: int) -> Iterator[Array]:
+    def _pieces(self, size: int) -> Iterator[Float32Array]:
         """Decoded frames as (sample, channel), placed so that the first sample is at time zero."""
         import av
 
@@ -242,7 +246,7 @@ class ContainerDecoder:
         ends_at_zero = abs(early - frame.samples) <= tick < frame.samples / 2
         return frame.samples if ends_at_zero else early
 
-    def _silence(self, count: int, channels: int, size: int) -> Iterator[Array]:
+    def _silence(self, count: int, channels: int, size: int) -> Iterator[Float32Array]:
         seconds = count / self.info.sample_rate
         if seconds > SILENCE_MAX_S or count * channels > SILENCE_VALUES_MAX:
             raise AudioError.about(

@@ -1,4 +1,4 @@
-"""Features over time, and the windows that VOCA looks through."""
+"""Features over time, and the overlapping windows that VOCA takes."""
 
 from __future__ import annotations
 
@@ -17,11 +17,23 @@ WINDOW_MAX = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """values (frame, feature) float32 at `rate` Hz, row k at (first + k) / rate; who made them.
+    """Features over time; row k is at (first + k) / rate seconds.
 
-    first  rows of a longer sound that lie before these
+    Parameters
+    ----------
+    values : (row, feature) float32
+        At least one row.
+    rate : float
+        Rows per second.
+    encoder : str
+        The name of the encoder that made them.
+    first : int
+        How many rows of a longer sound lie before these.
 
-    Raises InputError where shape, rate or numbers are wrong.
+    Raises
+    ------
+    InputError
+        Where shape, rate or numbers are wrong.
     """
 
     values: NDArray[np.float32]
@@ -47,9 +59,23 @@ class Features:
         object.__setattr__(self, "values", values)
 
     def resample(self, rate: float) -> Features:
-        """Linear interpolation to another rate: frame k of the result is the value at k / rate.
+        """Linear interpolation to another rate.
 
-        The duration stays, rounded to a frame; the last value holds where nothing follows it.
+        The duration stays, rounded to a row; the last value holds where nothing follows it.
+
+        Parameters
+        ----------
+        rate : float
+            Rows per second of the result; its row k is the value at k / rate.
+
+        Returns
+        -------
+        Features
+
+        Raises
+        ------
+        InputError
+            For a rate that is not above zero, or more rows than fit in memory.
         """
         _check_rate(rate)
         count = max(1, round(min(len(self.values) * rate / self.rate, 2.0**62)))
@@ -66,10 +92,26 @@ class Features:
         return read_rows(self.values, frame_places(first, count, self.rate, rate) - self.first)
 
     def windows(self, size: int = 16) -> NDArray[np.float32]:
-        """(frame, size, feature): window i covers frames i - size/2 … i + size/2 - 1.
+        """Overlapping windows, one per row: window i covers rows i - size/2 to i + size/2 - 1.
 
-        A read-only view, so that overlapping windows take no memory. Zeros stand beyond both
-        ends, as in the code released with the paper (VOCA 2019, section 4: 60T x W x D, W = 16).
+        Parameters
+        ----------
+        size : int
+            Rows per window, 1 to 10000.
+
+        Returns
+        -------
+        (row, size, feature) float32
+            A read-only view that takes no memory; zeros stand beyond both ends.
+
+        Raises
+        ------
+        InputError
+            For a size out of range.
+
+        References
+        ----------
+        VOCA 2019, section 4 (60T × W × D, W = 16), padded as in the code released with the paper.
         """
         if not 1 <= (whole_number(size) or 0) <= WINDOW_MAX:
             raise InputError.about(

@@ -11,49 +11,43 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-SAMPLE_RATE = 16000
+from elocute.audio.waveform import SPEECH_RATE
+from elocute.numerics.mel import mel_points, triangles
+from elocute.numerics.windows import hann
+
 HOP = 160  # 10 ms
 WINDOW = 400  # 25 ms
 FFT = 512
 BANDS = 64
 LOWEST_HZ, HIGHEST_HZ = 40.0, 7800.0
-FLOOR = 1e-11  # mean power of a band below which nothing is heard: -110 dB of full scale
+FLOOR = 1e-11  # mean power of a band that counts as silence: -110 dB of full scale
 MEAN_S = 6.0  # time constant of the running mean
-PRIOR = 1e-6  # mean power expected before anything was heard
-PRIOR_S = 0.1  # and how long a stretch that expectation counts for
+PRIOR = 1e-6  # mean power expected before the sound begins
+PRIOR_S = 0.1  # and how much sound that expectation counts for
 SCALE = 1 / 3.0
 LIMIT = 3.0  # features lie within ±LIMIT
 BLOCK = 64  # frames for which the recursion is one matrix product
 
-LOOKAHEAD_S = WINDOW / 2 / SAMPLE_RATE
+LOOKAHEAD_S = WINDOW / 2 / SPEECH_RATE
 """Frame t is centred on t·10 ms and sees half a window further."""
 
 
 def mel_weights() -> NDArray[np.float32]:
     """(257, 64) triangular HTK-mel filters, each of area one."""
-
-    def mel(hz: float) -> float:
-        return 2595 * np.log10(1 + hz / 700)
-
-    edges_hz = 700 * (10 ** (np.linspace(mel(LOWEST_HZ), mel(HIGHEST_HZ), BANDS + 2) / 2595) - 1)
-    return triangles(edges_hz)
+    return unit_triangles(mel_points(LOWEST_HZ, HIGHEST_HZ, BANDS + 2))
 
 
-def triangles(edges_hz: NDArray[np.float64]) -> NDArray[np.float32]:
+def unit_triangles(edges_hz: NDArray[np.float64]) -> NDArray[np.float32]:
     """(257, band) filters with corners at `edges_hz` (band + 2,), each of area one."""
-    bins = np.arange(FFT // 2 + 1)[:, None]
-    edges = edges_hz * FFT / SAMPLE_RATE
-    low, middle, high = edges[:-2], edges[1:-1], edges[2:]
-    rising = (bins - low) / np.maximum(middle - low, 1e-3)
-    falling = (high - bins) / np.maximum(high - middle, 1e-3)
-    filters = np.maximum(0, np.minimum(rising, falling))
+    filters = np.ascontiguousarray(
+        triangles(edges_hz * FFT / SPEECH_RATE, np.arange(FFT // 2 + 1)).T
+    )
     return (filters / (filters.sum(axis=0) + 1e-6)).astype(np.float32)
 
 
 def power_scale() -> float:
     """Brings |FFT|² to mean power, so that a full-scale sine is near 0 dB in its band."""
-    window = np.hanning(WINDOW + 1)[:-1]
-    return 1.0 / float(window.sum() ** 2 / 4)
+    return 1.0 / float(hann(WINDOW).sum() ** 2 / 4)
 
 
 @dataclass
@@ -70,15 +64,15 @@ class FrontEnd:
     """
 
     def __init__(self) -> None:
-        self._window = np.hanning(WINDOW + 1)[:-1].astype(np.float32)
+        self._window = hann(WINDOW).astype(np.float32)
         self._mel = mel_weights() * np.float32(power_scale())
         self._pending = np.zeros(WINDOW // 2, np.float32)
         self._samples = self._frames = 0
-        decay = float(np.exp(-HOP / SAMPLE_RATE / MEAN_S))
+        decay = float(np.exp(-HOP / SPEECH_RATE / MEAN_S))
         steps = np.arange(BLOCK)
         self._powers = decay ** (steps + 1)
         self._lower = np.tril(decay ** np.maximum(steps[:, None] - steps, 0))
-        prior = PRIOR_S * SAMPLE_RATE / HOP
+        prior = PRIOR_S * SPEECH_RATE / HOP
         self._state = _State(np.full(BANDS, PRIOR * prior), prior)
 
     def push(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""The input of the second paper: 41 x 128 x 3 per video frame.
+"""Log-mel windows with derivatives, the second paper's input: 41 x 128 x 3 per video frame.
 
 128 log-mel bands of 20 ms windows every 10 ms, over 400 ms around each video frame, with their
 first and second time derivatives (Tzirakis et al. 2019, section 5). Sound is taken at 44.1 kHz,
@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.spectral import hann, mel_filterbank
+from elocute.audio.spectral import mel_filterbank
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
+from elocute.numerics.windows import hann
 from elocute.one_line_repr import one_line
 
 RATE = 44100
@@ -29,14 +30,19 @@ FLOOR = 1e-6  # mel power, about 107 dB below a sine of the peak that the sound 
 REACH = 2  # windows on each side that a derivative is fitted to
 MARGIN = 2 * REACH  # columns beyond a window that derivatives of derivatives look at
 BLOCK = 500  # windows whose spectra are held at once
+SILENT_PEAK = 1e-6  # what rounding leaves of a constant is no sound
 
 
 @dataclass(frozen=True, eq=False)
-class Mel3:
+class MelDeltas:
     """The windows of all video frames, each computed once.
 
-    values: (window, 128, 3) float32: static, first and second derivative.
-    index: (frame, 41) which of them each video frame sees.
+    Parameters
+    ----------
+    values : (window, 128, 3) float32
+        Log-mel bands with their first and second derivative.
+    index : (frame, 41)
+        The windows that each video frame sees.
     """
 
     values: NDArray[np.float32]
@@ -52,11 +58,31 @@ class Mel3:
         return self.values[self.index[first:last]]
 
 
-def mel3(waveform: Waveform, fps: float = 30.0) -> Mel3:
-    """Windows for video frame i centred on i / fps, exact to the sample. Raises InputError.
+def mel_deltas(waveform: Waveform, fps: float = 30.0) -> MelDeltas:
+    """Log-mel windows with derivatives around each video frame, exact to the sample.
 
-    Video frames whose windows fall on the same samples share them: at 30 frames a second that is
+    Video frames whose windows fall on the same samples share them: at 30 frames per second that is
     300 windows a second instead of 1230.
+
+    Parameters
+    ----------
+    waveform : Waveform
+        Resampled to 44.1 kHz, its mean removed and its peak set to one.
+    fps : float
+        Video frames per second, up to 100; frame i is centred on i / fps.
+
+    Returns
+    -------
+    MelDeltas
+
+    Raises
+    ------
+    InputError
+        For a frame rate out of range.
+
+    References
+    ----------
+    Tzirakis et al. 2019, section 5.
     """
     _check_fps(fps)
     samples = _normalised(waveform)
@@ -64,15 +90,19 @@ def mel3(waveform: Waveform, fps: float = 30.0) -> Mel3:
     middles = np.round(np.arange(count) * RATE / fps).astype(np.intp)
     taps = middles[:, None] + HOP * np.arange(-CONTEXT, CONTEXT + 1)
     places, index = np.unique(taps, return_inverse=True)
-    return Mel3(_with_slopes(samples, places), index.reshape(taps.shape))
+    return MelDeltas(_with_slopes(samples, places), index.reshape(taps.shape))
 
 
 @dataclass(frozen=True, eq=False)
 class MelColumns:
-    """Log-mel bands on one grid of 10 ms, and where each video frame's window begins in it.
+    """Log-mel bands on a grid of 10 ms, and where the window of each video frame begins in it.
 
-    static: (column, 128) float32; windows of 41 columns with MARGIN more on both sides.
-    starts: (frame,) the first of the 41 + 2 · MARGIN columns that a video frame needs.
+    Parameters
+    ----------
+    static : (column, 128) float32
+        Windows of 41 columns, with MARGIN more on both sides.
+    starts : (frame,) int64
+        The first of the 41 + 2 · MARGIN columns that a video frame needs.
     """
 
     static: NDArray[np.float32]
@@ -86,12 +116,12 @@ def column_starts(count: int, fps: float, first: int = 0) -> NDArray[np.int64]:
     return np.floor(np.arange(first, first + count) * (RATE / HOP / fps) + 0.5).astype(np.int64)
 
 
-def mel3_columns(waveform: Waveform, fps: float = 30.0) -> MelColumns:
-    """What `mel3` computes before its derivatives, every video frame on the nearest 10 ms.
+def mel_columns(waveform: Waveform, fps: float = 30.0) -> MelColumns:
+    """What `mel_deltas` computes before its derivatives, every video frame on the nearest 10 ms.
 
     Windows of neighbouring frames then share all their columns: 100 a second instead of 300, for
     5 ms at most between a frame and the middle of its window. Frames on the grid (each third one
-    at 30 a second) see exactly what `mel3` gives. Raises InputError.
+    at 30 a second) see exactly what `mel_deltas` gives. Raises InputError.
     """
     _check_fps(fps)
     count = max(1, round(waveform.duration_s * fps))
@@ -100,9 +130,9 @@ def mel3_columns(waveform: Waveform, fps: float = 30.0) -> MelColumns:
     return MelColumns(log_mel_at(_normalised(waveform), middles), starts)
 
 
-def mel3_windows(waveform: Waveform, fps: float = 30.0) -> NDArray[np.float32]:
+def mel_delta_windows(waveform: Waveform, fps: float = 30.0) -> NDArray[np.float32]:
     """(frame, 41, 128, 3) of a whole sound: 1.9 MB for each second of it at 30 frames a second."""
-    return mel3(waveform, fps).windows()
+    return mel_deltas(waveform, fps).windows()
 
 
 def slopes(values: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -130,8 +160,7 @@ def _normalised(waveform: Waveform) -> NDArray[np.float32]:
     samples = waveform.resample(RATE).samples
     samples = samples - np.float32(samples.mean(dtype=np.float64))
     peak = float(np.abs(samples).max())
-    # What rounding leaves of a constant is no sound.
-    return samples / np.float32(peak) if peak > 1e-6 else np.zeros_like(samples)
+    return samples / np.float32(peak) if peak > SILENT_PEAK else np.zeros_like(samples)
 
 
 def _with_slopes(samples: NDArray[np.float32], places: NDArray[np.intp]) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""Sound made worse on purpose: noise under speech, and speech that is too quiet."""
+"""Degraded speech: added noise, and gain."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 
-Array = NDArray[np.float32]
-SILENT = 1e-6  # a root mean square below this holds no sound
+Float32Array = NDArray[np.float32]
+SILENT = 1e-6  # a root mean square below this is silence
 BABBLE_VOICES = 8
 
 
@@ -19,11 +19,27 @@ def with_gain(sound: Waveform, gain_db: float) -> Waveform:
     return Waveform(sound.samples * factor, sound.sample_rate)
 
 
-def with_noise(speech: Waveform, noise: Array, gain_db: float) -> Waveform:
-    """Speech with noise under it, `gain_db` against the speech (root mean squares).
+def with_noise(speech: Waveform, noise: Float32Array, gain_db: float) -> Waveform:
+    """Add noise to speech.
 
-    noise (sample,) at the speech's rate, repeated or cut to its length; -36 dB of it is a
-    signal-to-noise ratio of 36 dB. Raises AudioError for silent noise.
+    Parameters
+    ----------
+    speech : Waveform
+        The speech.
+    noise : (sample,) float32
+        At the speech's rate; repeated or cut to its length.
+    gain_db : float
+        Level of the noise relative to the speech (root mean squares), dB: -36 is a signal-to-noise
+        ratio of 36 dB.
+
+    Returns
+    -------
+    Waveform
+
+    Raises
+    ------
+    AudioError
+        For silent noise.
     """
     fitted = np.resize(noise, len(speech.samples))
     level = _level(fitted)
@@ -34,13 +50,13 @@ def with_noise(speech: Waveform, noise: Array, gain_db: float) -> Waveform:
     return Waveform(mixed.astype(np.float32), speech.sample_rate)
 
 
-def white_noise(samples: int, seed: int) -> Array:
-    """(sample,) all frequencies alike."""
+def white_noise(samples: int, seed: int) -> Float32Array:
+    """(sample,) with a flat spectrum."""
     return np.random.default_rng(seed).normal(0, 0.1, samples).astype(np.float32)
 
 
-def babble(speech: Waveform, seed: int) -> Array:
-    """(sample,) many voices at once: the speech itself backwards, eight times, apart in time.
+def babble(speech: Waveform, seed: int) -> Float32Array:
+    """(sample,) many voices at once: the speech itself backwards, eight times, shifted in time.
 
     It has a voice's spectrum and rhythm and no word of the original.
     """
@@ -49,5 +65,5 @@ def babble(speech: Waveform, seed: int) -> Array:
     return np.mean([np.roll(backwards, shift) for shift in shifts], axis=0).astype(np.float32)
 
 
-def _level(samples: Array) -> float:
+def _level(samples: Float32Array) -> float:
     return float(np.sqrt(np.square(samples.astype(np.float64)).mean()))

@@ -1,7 +1,7 @@
-"""Reading sound from files: libsndfile first, PyAV for what it does not know.
+"""Reading sound from files: libsndfile first, PyAV for formats that it cannot read.
 
-There is one way through, the stream of blocks; `read_audio` is a stream read to its end. All that
-a header can tell is checked before anything is decoded.
+There is one way through, the stream of blocks; `read_audio` is a stream read to its end. What
+a header says is checked before anything is decoded.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from elocute.audio.decoders import (
     AGAIN,
     FORMATS,
     HEADS,
-    Array,
     AudioInfo,
     ContainerDecoder,
     Decoder,
+    Float32Array,
     SoundFileDecoder,
     check_format,
     cut_off,
@@ -40,6 +40,7 @@ __all__ = [
 ]
 
 DURATION_MAX_S = 24 * 3600.0
+DURATIONS_ALLOWED = f"{DURATION_MAX_S / 3600:g} hours"
 BLOCK_S = 10.0
 WHOLE_MAX_BYTES = 400_000_000
 WHOLE_TIMES = 100
@@ -49,7 +50,20 @@ OGG_PAGE_MAX = 27 + 255 + 255 * 255
 
 
 class AudioStream:
-    """An open sound; iterate `blocks()` once. Use as a context manager."""
+    """An open sound file; iterate `blocks()` once. Use it as a context manager.
+
+    Parameters
+    ----------
+    path : str or Path
+        A sound or video file.
+    channel : int, optional
+        The channel to take, from 0; all of them are averaged otherwise.
+
+    Raises
+    ------
+    AudioError
+        For a file that is missing, damaged, cut off, too long or no sound.
+    """
 
     def __init__(self, path: str | Path, channel: int | None = None) -> None:
         self.path = Path(path)
@@ -72,7 +86,7 @@ class AudioStream:
 
     @property
     def duration_s(self) -> float | None:
-        """As the header says; None where it does not."""
+        """As the header declares; None where it does not."""
         return self.info.duration_s
 
     def __enter__(self) -> AudioStream:
@@ -99,21 +113,34 @@ class AudioStream:
         if self._decoder.promised is not None:
             _check_length(self.path, self._decoder.promised)
 
-    def blocks(self, block_s: float = BLOCK_S) -> Iterator[Array]:
-        """Mono float32 blocks of about `block_s`: the mean of all channels, or the one chosen.
+    def blocks(self, block_s: float = BLOCK_S) -> Iterator[Float32Array]:
+        """Decode the sound block by block.
 
-        Raises AudioError for samples that are no sound, an early end, or more than a day.
+        Parameters
+        ----------
+        block_s : float
+            About how long a block is, s.
+
+        Yields
+        ------
+        (sample,) float32
+            Mono: the mean of all channels, or the one chosen.
+
+        Raises
+        ------
+        AudioError
+            For samples that are not finite or beyond ±100, an early end, or more than 24 hours.
         """
         done = 0
         for block in self._decoder.blocks(max(1, round(block_s * self.sample_rate))):
             if (self._channel or 0) >= block.shape[1]:
                 raise damaged(self.path, f"{block.shape[1]} channels of {self.channels}")
-            heard = block if self._channel is None else block[:, self._channel, None]
-            check_samples(self.path, heard, self.sample_rate, done)
-            done += len(heard)
+            chosen = block if self._channel is None else block[:, self._channel, None]
+            check_samples(self.path, chosen, self.sample_rate, done)
+            done += len(chosen)
             if done > DURATION_MAX_S * self.sample_rate:
                 raise _too_long(self.path, done / self.sample_rate)
-            mono = heard[:, 0] if heard.shape[1] == 1 else heard.mean(axis=1)
+            mono = chosen[:, 0] if chosen.shape[1] == 1 else chosen.mean(axis=1)
             yield np.ascontiguousarray(mono, np.float32)
         promised = self._decoder.promised
         if promised is not None and done < promised - self._decoder.slack:
@@ -122,22 +149,57 @@ class AudioStream:
 
 
 def open_audio(path: str | Path, channel: int | None = None) -> AudioStream:
-    """Open a sound for reading in blocks. Raises AudioError."""
+    """Open a sound file for reading in blocks; parameters and errors as `AudioStream`."""
     return AudioStream(path, channel)
 
 
 def probe_audio(path: str | Path) -> AudioInfo:
-    """What the header says, nothing decoded. Raises AudioError."""
+    """What the header of a sound file says; nothing is decoded.
+
+    Parameters
+    ----------
+    path : str or Path
+        A sound or video file.
+
+    Returns
+    -------
+    AudioInfo
+        Format, codec, sample rate, channels and duration.
+
+    Raises
+    ------
+    AudioError
+        For a file that is missing or no sound.
+    """
     with open_audio(path) as stream:
         return stream.info
 
 
 def resampled_blocks(
     path: str | Path, rate: int, channel: int | None = None, block_s: float = BLOCK_S
-) -> Iterator[Array]:
-    """Mono blocks at `rate` Hz; bit for bit the same samples however long the blocks are.
+) -> Iterator[Float32Array]:
+    """A sound file as mono blocks at another rate.
 
-    Raises AudioError as `AudioStream.blocks`.
+    Parameters
+    ----------
+    path : str or Path
+        A sound or video file.
+    rate : int
+        Of the result, Hz.
+    channel : int, optional
+        The channel to take, from 0; all of them are averaged otherwise.
+    block_s : float
+        About how long a block is, s. The samples are the same bit for bit however long it is.
+
+    Yields
+    ------
+    (sample,) float32
+        Mono.
+
+    Raises
+    ------
+    AudioError
+        As `AudioStream.blocks`.
     """
     import soxr
 
@@ -155,10 +217,28 @@ def resampled_blocks(
 def read_audio(
     path: str | Path, *, channel: int | None = None, sample_rate: int | None = None
 ) -> Waveform:
-    """A whole sound, mixed down or one channel of it, at its own rate or another.
+    """Read a whole sound file.
 
-    It is held in memory whole, up to 400 MB or a hundred times its file; read hours with
-    `resampled_blocks`. Raises AudioError with what was found, what is allowed and what to do.
+    It is held in memory whole, up to 400 MB or a hundred times the size of its file; read hours
+    with `resampled_blocks`.
+
+    Parameters
+    ----------
+    path : str or Path
+        A sound or video file.
+    channel : int, optional
+        The channel to take, from 0; all of them are averaged otherwise.
+    sample_rate : int, optional
+        Resample to this rate, Hz; None keeps the file's own.
+
+    Returns
+    -------
+    Waveform
+
+    Raises
+    ------
+    AudioError
+        For a file that is missing, damaged, cut off, too long or no sound.
     """
     if sample_rate is None:
         sample_rate = probe_audio(path).sample_rate
@@ -167,7 +247,7 @@ def read_audio(
     return Waveform(samples, sample_rate)
 
 
-def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator[Array]:
+def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator[Float32Array]:
     taken, budget = 0, None
     for block in resampled_blocks(path, rate, channel):
         taken += block.nbytes
@@ -194,19 +274,22 @@ def _check_length(path: Path, count: int) -> None:
 
 def _too_long(path: Path, seconds: float) -> AudioError:
     return AudioError.about(
-        path, found=f"{seconds / 3600:.1f} hours", allowed="24 hours", remedy="cut it into parts"
+        path,
+        found=f"{seconds / 3600:.1f} hours",
+        allowed=DURATIONS_ALLOWED,
+        remedy="cut it into parts",
     )
 
 
 def open_decoder(path: Path) -> Decoder:
-    """Check the header of `path` and open it; nothing is decoded. Raises AudioError."""
+    """Check the header of a file and open it; nothing is decoded. Raises AudioError."""
     _check_file(path)
     header = read_wav_header(path)
     if header:
         _check_wav(path, header)
         if header.promised_bytes is None or not header.orderly:
-            # libsndfile would take a size of 0 at its word, and runs in circles in lists whose
-            # parts lead backwards.
+            # libsndfile would believe a size of 0, and loops forever in lists whose parts point
+            # backwards.
             return ContainerDecoder(path)
     with path.open("rb") as file:
         head = file.read(24)
@@ -222,7 +305,7 @@ def open_decoder(path: Path) -> Decoder:
 
 
 def _check_file(path: Path) -> None:
-    """No pipe, which would be waited for, no folder, nothing empty."""
+    """Refuse pipes (reading would block), folders and empty files."""
     allowed = f"a file: {FORMATS}"
     with open_regular(
         path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AudioError, remedy="check the name"
@@ -233,7 +316,7 @@ def _check_file(path: Path) -> None:
 
 
 def _check_wav(path: Path, header: WavHeader) -> None:
-    """What libsndfile would guess about, or take memory for."""
+    """Refuse what libsndfile would guess, or allocate memory for."""
     check_format(path, header.sample_rate, header.channels)
     if header.promised_bytes is not None and header.promised_bytes > header.present_bytes:
         raise cut_off(
@@ -242,7 +325,7 @@ def _check_wav(path: Path, header: WavHeader) -> None:
 
 
 def _check_outer_size(path: Path, head: bytes) -> None:
-    """AIFF, Wave64 and Ogg: what libsndfile would read silently although its end is missing."""
+    """Refuse AIFF, Wave64 and Ogg files cut short, which libsndfile would read without an error."""
     present = path.stat().st_size
     if head.startswith(b"FORM") and head[8:11] == b"AIF":
         promised = int.from_bytes(head[4:8], "big") + 8
@@ -259,7 +342,7 @@ def _check_outer_size(path: Path, head: bytes) -> None:
 
 
 def _missing_of_last_page(path: Path) -> int:
-    """Bytes that the last Ogg page lacks: each page says how long it is."""
+    """Bytes missing from the last Ogg page; each page states its length."""
     with path.open("rb") as file:
         file.seek(0, os.SEEK_END)
         file.seek(-min(file.tell(), OGG_PAGE_MAX), os.SEEK_END)

@@ -14,7 +14,7 @@ UNKNOWN_SIZES = (0xFFFFFFFF, 0x7FFFFFFF, 0x7FFFF000)
 
 @dataclass(frozen=True)
 class WavHeader:
-    """promised_bytes of sound is None where the writer did not know.
+    """What the header declares; promised_bytes is None where the writer did not know.
 
     orderly: every chunk lies within the file, and every part of a list within its list.
     """
@@ -27,7 +27,7 @@ class WavHeader:
 
 
 def read_wav_header(path: Path) -> WavHeader | None:
-    """Format and size of the sound; None for what is no WAVE file or ends before its sound."""
+    """Format and size of the sound; None for a file that is not WAVE or ends before its sound."""
     total = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(12)
@@ -71,7 +71,7 @@ def _list_is_orderly(file: BinaryIO, end: int) -> bool:
 
 
 def _chunks(file: BinaryIO):
-    """Name and size of each chunk, the file placed at its content."""
+    """Name and size of each chunk, with the file positioned at its content."""
     for _ in range(CHUNKS_MAX):
         head = file.read(8)
         if len(head) < 8:

@@ -1,4 +1,4 @@
-"""Sound as numbers."""
+"""Mono sound in memory."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
 from elocute.one_line_repr import brief
 
 RATE_RANGE = (4000, 768_000)
+SPEECH_RATE = 16000
+"""Hz at which speech encoders and aligners hear, and corpora of speech are kept."""
 LOUDEST = 100.0
 """1.0 is full scale. Float files may go over it (nothing is clipped), but not by 40 dB: such
 numbers are 16-bit integers written as floats, or damage."""
@@ -19,10 +21,20 @@ numbers are 16-bit integers written as floats, or damage."""
 
 @dataclass(frozen=True, eq=False)
 class Waveform:
-    """samples (sample,) float32, full scale ±1; sample_rate in Hz.
+    """Mono sound in memory.
 
-    Raises AudioError where the samples are not floats, not one-dimensional, fewer than two, not
-    finite or beyond ±100, or the rate is absurd.
+    Parameters
+    ----------
+    samples : (sample,) float32
+        Full scale is ±1.
+    sample_rate : int
+        Hz, 4000 to 768000.
+
+    Raises
+    ------
+    AudioError
+        Where the samples are not floats, not one-dimensional, fewer than two, not finite or beyond
+        ±100, or the rate is out of range.
     """
 
     samples: NDArray[np.float32]
@@ -58,7 +70,22 @@ class Waveform:
         return len(self.samples) / self.sample_rate
 
     def resample(self, sample_rate: int) -> Waveform:
-        """The same sound at another rate (soxr, high quality). Raises AudioError."""
+        """The same sound at another rate (soxr, high quality).
+
+        Parameters
+        ----------
+        sample_rate : int
+            Hz, 4000 to 768000.
+
+        Returns
+        -------
+        Waveform
+
+        Raises
+        ------
+        AudioError
+            For a rate out of range, or more samples than fit in memory.
+        """
         sample_rate = check_rate("waveform", sample_rate)
         if sample_rate == self.sample_rate:
             return self
@@ -93,7 +120,7 @@ def check_rate(subject: object, rate: float) -> int:
 def check_samples(
     subject: object, samples: NDArray[np.float32], rate: float, offset: int = 0
 ) -> None:
-    """Raise AudioError at the first sample that is no sound; `offset` samples came before.
+    """Raise AudioError for the first sample out of range; `offset` samples came before.
 
     samples: (sample,) or (sample, channel).
     """

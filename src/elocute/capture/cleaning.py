@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.head.model import HeadModel
+from elocute.numerics.smoothing import smoothstep
 
 Floats = NDArray[np.float64]
 
@@ -139,4 +140,4 @@ def _faded(head: HeadModel, where: NDArray[np.integer], over_m: float) -> Floats
 
     far, _ = KDTree(head.template[where]).query(head.template, distance_upper_bound=over_m)
     share = np.clip(1 - far / over_m, 0, 1)
-    return share * share * (3 - 2 * share)
+    return smoothstep(share)

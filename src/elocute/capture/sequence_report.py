@@ -23,7 +23,7 @@ from elocute.export.render import Camera, open_renderer, portrait
 from elocute.files.atomic import write_atomically
 from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
-from elocute.head.skinning import rotation_matrices
+from elocute.numerics.quaternions import to_matrices
 
 Picture = NDArray[np.uint8]
 
@@ -181,7 +181,7 @@ def frame_pictures(track: Track, record: FrameRecord) -> list[Picture]:
 def _levelled(head: HeadModel, points: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
     """Points (point, 3) m as if the head stood upright at its place."""
     pivot = head.joint_positions[0].astype(np.float64)
-    rotation = rotation_matrices(pose.turns[0])
+    rotation = to_matrices(pose.turns[0])
     return (points - pose.translation - pivot) @ rotation + pivot
 
 

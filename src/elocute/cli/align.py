@@ -38,6 +38,7 @@ def align_command(
     alone; over many recordings of a word they are better (`elocute.alignment.fit_aligner`).
     """
     from elocute.audio.read import read_audio
+    from elocute.encoders.protocol import FEATURE_RATE
 
     if plot is not None and plot.suffix.lower() != ".png":
         raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
@@ -66,7 +67,7 @@ def align_command(
             matrix = -squared_distances(*found.features)
         with plan.writing(plot):
             plot_alignment(sounds, matrix, found.path, plot, title)
-    rate = sound_views.RATE
+    rate = FEATURE_RATE
     if as_json:
         print(
             json.dumps(

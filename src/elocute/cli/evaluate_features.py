@@ -87,9 +87,9 @@ def _train(
     from elocute.encoders.registry import resolve_encoder
 
     with needs_extra("training", "train"):
-        from elocute.training.voca.config import TrainConfig
+        from elocute.training.voca.config import VocaTrainConfig
         from elocute.training.voca.run import MODEL, train_voca
-    configs = {name: TrainConfig(epochs=epochs, encoder=name) for name in encoders}
+    configs = {name: VocaTrainConfig(epochs=epochs, encoder=name) for name in encoders}
     for name in encoders:
         resolve_encoder(name)
     folders = {name: output / re.sub(r"\W+", "_", name) for name in encoders}

@@ -56,7 +56,7 @@ def wild_command(
     with needs_extra("training", "train"):
         from elocute.evaluation import wild_experiments
         from elocute.training.crnn.config import CrnnTrainConfig
-        from elocute.training.crnn.training_data import hear_shards
+        from elocute.training.crnn.feature_cache import cache_features
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
     if "speaker" not in chosen or not set(chosen) <= set(wild_experiments.TRAININGS):
         raise InputError.about(
@@ -78,7 +78,7 @@ def wild_command(
     opened = open_shards(shards, sounds)
     corpus, taken = _sentences(sentences, opened, subject, clips)
     prepare_trainings(output, chosen, resume)
-    heard = hear_shards(opened, output, config.fps)
+    heard = cache_features(opened, output, config.fps)
     for name in chosen:
         wild_experiments.rows_of(heard, name)
     table, shares = {}, wild_experiments.shares_of(opened)
@@ -153,8 +153,7 @@ def _continuous(
 ) -> dict[str, Figures]:
     """With the state going on, and in pieces of 15 frames as the paper does."""
     from elocute.evaluation.wild_experiments import judge_sentences
-    from elocute.models.crnn_network import CrnnNetwork
-    from elocute.models.crnn_stream import JOINS, stream_weights
+    from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
 
     opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
     return {

@@ -69,7 +69,8 @@ def sample_command(
 ) -> None:
     """Draw random faces of a head, as meshes or as one picture."""
     from elocute.export.face_samples import check_faces, write_faces
-    from elocute.head.registry import open_head, sample_identities
+    from elocute.head.identity import sample_identities
+    from elocute.head.registry import open_head
 
     suffix, pixels = f".{mesh.lower().removeprefix('.')}", formats.parse_size(size)
     plan = OutputPlan()

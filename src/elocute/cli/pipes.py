@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from elocute.errors import InputError, OutputError
 
 if TYPE_CHECKING:
-    from elocute.audio.inputs import BinaryFile
+    from elocute.audio.speech_input import BinaryFile
 
 PIPE = Path("-")
 STDIN, STDOUT = "standard input", "standard output"

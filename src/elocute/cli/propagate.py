@@ -16,9 +16,8 @@ from elocute.cli.work_folder import prepare_work
 from elocute.errors import CorpusError
 
 if TYPE_CHECKING:
-    from elocute.corpus.corpus_store import Corpus
     from elocute.jobs.pool import Pool
-    from elocute.propagation.corpus_propagation import Summary
+    from elocute.propagation.corpus_propagation import PropagationSummary
 
 WRITTEN = ("basis.npz", "manifest.json", "rejects.csv", "*.parquet")
 DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
@@ -58,9 +57,10 @@ def propagate_command(
     """
     from elocute.alignment.methods import resolve_method
     from elocute.corpus.corpus_store import open_corpus
+    from elocute.propagation.blendshape_basis import provide_basis
     from elocute.propagation.captured_words import captured_words
     from elocute.propagation.corpus_propagation import propagate
-    from elocute.propagation.settings import JobSettings
+    from elocute.propagation.settings import PropagationSettings
     from elocute.propagation.word_job import RECORDS
     from elocute.propagation.word_recordings import find_recordings
 
@@ -73,13 +73,13 @@ def propagate_command(
     pool = _pool(jobs, ray, method)
     prepare_work(output, resume, RECORDS, WRITTEN)
     (output / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
-    settings = JobSettings(
-        str(corpus.resolve()),
-        str(_basis(opened, basis, split, output)),
-        str(recordings.resolve()),
-        str(top),
-        str(output.resolve()),
-        method,
+    settings = PropagationSettings(
+        corpus=str(corpus.resolve()),
+        basis=str(provide_basis(opened, output, basis, split)),
+        recordings=str(recordings.resolve()),
+        root=str(top),
+        folder=str(output.resolve()),
+        method=method,
         seed=seed,
         fit_pairs=fit_pairs,
         confidence=confidence,
@@ -107,29 +107,7 @@ def _pool(jobs: int, address: str | None, method: str) -> Pool:
     return local_pool(jobs)
 
 
-def _basis(corpus: Corpus, given: Path | None, split: str, output: Path) -> Path:
-    """The basis as it lies in the output folder: copied, learned, or from an earlier run."""
-    from elocute.capture.blendshapes.basis_motion import sweep
-    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
-    from elocute.corpus.shard_writing import BASIS
-    from elocute.motion.store import load_motion, save_motion
-    from elocute.propagation.captured_words import Capture
-
-    path = (output / BASIS).resolve()
-    if given is not None:
-        motion = load_motion(given)
-        Capture(corpus, motion)
-        save_motion(motion, path)
-    elif not path.is_file():
-        parts = corpus.splits
-        names = corpus.split(split).train if split in parts else tuple(corpus.by_name)
-        if not names:
-            raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
-        save_motion(sweep(learn_blendshapes(corpus, names).head), path)
-    return path
-
-
-def _tell(summary: Summary, output: Path, as_json: bool) -> None:
+def _tell(summary: PropagationSummary, output: Path, as_json: bool) -> None:
     if as_json:
         print(json.dumps({"output": str(output), **asdict(summary)}))
     else:

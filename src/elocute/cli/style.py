@@ -15,7 +15,7 @@ from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.models.protocol import SpeechModel
-    from elocute.models.style_fit import Observed, StyleFit
+    from elocute.models.style_fit import ObservedMotion, StyleFit
 
 app = Commands("Find speaking styles.")
 
@@ -38,8 +38,8 @@ def fit_command(
 ) -> None:
     """Find the mix of a model's styles that best explains a few seconds of motion."""
     from elocute.models.registry import open_model
-    from elocute.models.style_file import write_mix
     from elocute.models.style_fit import fit_style
+    from elocute.models.styles import write_mix
 
     if output is not None and output.suffix.lower() != ".json":
         raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
@@ -63,7 +63,7 @@ def _show(fit: StyleFit) -> None:
     print(fit.text)
 
 
-def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[Observed]:
+def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[ObservedMotion]:
     """Every take with what the model hears of it."""
     stored = [path for path in motions if path.suffix.lower() == ".npz"]
     if len(stored) != len(sounds):
@@ -79,25 +79,25 @@ def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[
     ]
 
 
-def _of_motion(path: Path, sound: Path, model: SpeechModel) -> Observed:
+def _of_motion(path: Path, sound: Path, model: SpeechModel) -> ObservedMotion:
     """Joint rotations are left out, as measures do: a nod is no style."""
     from elocute.audio.read import read_audio
-    from elocute.models.hearing import hear
-    from elocute.models.style_fit import Observed
+    from elocute.models.feature_extraction import extract_features
+    from elocute.models.style_fit import ObservedMotion
     from elocute.motion.store import load_motion
-    from elocute.motion.track import Track
+    from elocute.motion.vertex_motion import VertexMotion
 
     motion = load_motion(path)
     head = motion.head
-    track = Track(motion.weights, head.template, motion.fps, head.expression_basis)
-    return Observed(hear(model, read_audio(sound), contacts=False)[0], track)
+    track = VertexMotion(motion.weights, head.template, motion.fps, head.expression_basis)
+    return ObservedMotion(extract_features(model, read_audio(sound), contacts=False)[0], track)
 
 
-def _of_clip(path: Path, model: SpeechModel) -> Observed:
+def _of_clip(path: Path, model: SpeechModel) -> ObservedMotion:
     from elocute.corpus.corpus_store import open_corpus
     from elocute.evaluation.model_predictions import true_track
-    from elocute.models.hearing import hear
-    from elocute.models.style_fit import Observed
+    from elocute.models.feature_extraction import extract_features
+    from elocute.models.style_fit import ObservedMotion
 
     if not (path.parent / "corpus.json").is_file():
         raise InputError.about(
@@ -107,4 +107,6 @@ def _of_clip(path: Path, model: SpeechModel) -> Observed:
         )
     corpus = open_corpus(path.parent)
     track = true_track(corpus, path.name)
-    return Observed(hear(model, corpus.sound(path.name), contacts=False)[0], track)
+    return ObservedMotion(
+        extract_features(model, corpus.sound(path.name), contacts=False)[0], track
+    )

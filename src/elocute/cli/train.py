@@ -15,7 +15,7 @@ from elocute.cli.settings_options import options_of
 from elocute.cli.work_folder import prepare_training
 from elocute.errors import needs_extra
 from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.voca.config import TrainConfig
+from elocute.training.voca.config import VocaTrainConfig
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
@@ -32,8 +32,8 @@ def voca_command(
     corpus: Path = typer.Argument(..., help="A corpus folder (elocute corpus convert makes one)."),
     output: Path = Output,
     split: str = options.Split,
-    config: TrainConfig = options_of(
-        TrainConfig,
+    config: VocaTrainConfig = options_of(
+        VocaTrainConfig,
         flags={
             "batch_pairs": "--batch",
             "velocity_weight": "--velocity",

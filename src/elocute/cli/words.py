@@ -15,7 +15,7 @@ from elocute.errors import AlignmentError, InputError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.alignment.word_times import Words
+    from elocute.alignment.word_times import TimedWords
 
 app = Commands("Find the words of a reading, and check them.")
 
@@ -34,7 +34,7 @@ def segment_command(
     as_json: bool = options.Json,
 ) -> None:
     """Find when each word of a text is said, by forced alignment."""
-    from elocute.alignment.forced_alignment import segment
+    from elocute.alignment.forced_alignment import segment_words
     from elocute.alignment.word_times import write_words
     from elocute.audio.read import read_audio
 
@@ -43,7 +43,7 @@ def segment_command(
     plan.add(output, sound)
     if settled(plan, overwrite, no_clobber, as_json):
         return
-    words = segment(read_audio(sound), spoken)
+    words = segment_words(read_audio(sound), spoken)
     with plan.writing(output):
         write_words(words, output)
     _tell(words, output, as_json)
@@ -60,7 +60,7 @@ def check_command(
     as_json: bool = options.Json,
 ) -> None:
     """Draw waveform, spectrogram and boundaries as one page, doubtful words marked."""
-    from elocute.alignment.word_review_page import check_length, doubts, write_word_page
+    from elocute.alignment.word_review_page import check_length, review_reason, write_word_page
     from elocute.alignment.word_times import read_words, write_words
     from elocute.audio.read import read_audio
 
@@ -77,7 +77,7 @@ def check_command(
     if textgrid is not None and plan.wants(textgrid):
         with plan.writing(textgrid):
             write_words(found, textgrid)
-    marked = sum(bool(doubts(word)) for word in found.words)
+    marked = sum(bool(review_reason(word)) for word in found.words)
     if plan.wants(output):
         with plan.writing(output):
             marked = write_word_page(found, heard, output, title=f"{words.name}, {sound.name}")
@@ -97,13 +97,13 @@ def take_command(
     as_json: bool = options.Json,
 ) -> None:
     """Take back words that a person edited, checked."""
-    from elocute.alignment.word_times import read_words, take_edits, write_words
+    from elocute.alignment.word_times import merge_edits, read_words, write_words
 
     plan = OutputPlan([before] if before else [])
     plan.add(output, edited)
     if settled(plan, overwrite, no_clobber, as_json):
         return
-    words = take_edits(read_words(edited), None if before is None else read_words(before))
+    words = merge_edits(read_words(edited), None if before is None else read_words(before))
     with plan.writing(output):
         write_words(words, output)
     _tell(words, output, as_json)
@@ -122,16 +122,16 @@ def _text(text: str | None, file: Path | None) -> str:
     )
 
 
-def _tell(words: Words, output: Path, as_json: bool) -> None:
-    from elocute.alignment.word_review_page import doubts
+def _tell(words: TimedWords, output: Path, as_json: bool) -> None:
+    from elocute.alignment.word_review_page import review_reason
 
-    doubtful = [w.text for w in words.words if doubts(w)]
+    doubtful = [w.text for w in words.words if review_reason(w)]
     if as_json:
         record = {"output": str(output), "words": len(words.words), "doubtful": doubtful}
         print(json.dumps(record))
         return
     for word in words.words:
-        why = doubts(word)
+        why = review_reason(word)
         told = f"  look at it: {why}" if why else ""
         print(f"{word.start_s:8.3f} {word.end_s:8.3f}  {word.text}{told}")
     print(output)

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.phones import PHONE_TO_VISEME, PHONES
-from elocute.audio.waveform import Waveform
-from elocute.encoders.phone_encoder import PHONE_RATE, SAMPLE_RATE, builtin_encoder
+from elocute.audio.phones_and_visemes import PHONE_TO_VISEME, PHONES
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.protocol import FEATURE_RATE
+from elocute.numerics.smoothing import gaussian_smoothed
 
 Floats = NDArray[np.float64]
 
@@ -75,10 +77,10 @@ class Offset:
 def openness(sound: Waveform) -> Floats:
     """(value,) at RATE: how far the mouth should be open by what the speech encoder hears."""
     encoder = builtin_encoder()
-    heard = np.exp(encoder.encode(sound.resample(SAMPLE_RATE).samples))
+    heard = np.exp(encoder.encode(sound.resample(SPEECH_RATE).samples))
     opened = heard @ np.array([OPENNESS[PHONE_TO_VISEME[phone]] for phone in PHONES])
     times = np.arange(int(sound.duration_s * RATE)) / RATE
-    return _blurred(np.interp(times, np.arange(len(opened)) / PHONE_RATE, opened))
+    return _smoothed(np.interp(times, np.arange(len(opened)) / FEATURE_RATE, opened))
 
 
 def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
@@ -87,7 +89,7 @@ def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
         return None
     voice = openness(sound)
     times = np.arange(int(len(activity) / fps * RATE)) / RATE
-    mouth = _blurred(np.interp(times, np.arange(len(activity)) / fps, activity))
+    mouth = _smoothed(np.interp(times, np.arange(len(activity)) / fps, activity))
     count = min(len(voice), len(mouth))
     voice, mouth = voice[:count] - voice[:count].mean(), mouth[:count] - mouth[:count].mean()
     if voice.std() < 1e-6 or mouth.std() < 1e-6:
@@ -117,9 +119,5 @@ def estimate_offset(sums: LagSums) -> Offset:
     return Offset(seconds, float(r[best]), float(r[best] - r[zero]))
 
 
-def _blurred(values: Floats) -> Floats:
-    width = BLUR_S * RATE
-    reach = round(3 * width)
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
-    blurred = np.convolve(np.pad(values, reach, mode="edge"), kernel / kernel.sum(), "valid")
-    return blurred.astype(np.float64)
+def _smoothed(values: Floats) -> Floats:
+    return gaussian_smoothed(values, BLUR_S * RATE)

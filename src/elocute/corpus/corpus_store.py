@@ -30,6 +30,7 @@ from elocute.errors import CorpusError
 from elocute.files.arrays import ArrayFile, read_npy
 from elocute.files.json_records import finite_number, read_record
 from elocute.files.reading import is_file
+from elocute.motion.motion import FPS_MAX
 from elocute.one_line_repr import one_line
 
 FORMAT, VERSION = "elocute-corpus", 1
@@ -38,7 +39,6 @@ ARRAY_MAX_BYTES = 2_000_000_000
 """Of templates, basis and faces, which are held in memory."""
 TEXT_MAX, COUNT_MAX = 10_000, 10**12
 ALLOWED = "what CorpusWriter wrote"
-FPS_MAX = 1000.0
 Array = NDArray[np.float32]
 
 

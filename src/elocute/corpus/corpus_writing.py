@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.flac import write_flac
+from elocute.audio.write import write_flac
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.corpus_store import Corpus, manifest_of, open_corpus, write_manifest
 from elocute.corpus.split import Entry, Split

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.corpus.corpus_store import Corpus
+from elocute.numerics.rigid_alignment import rigid_alignment, turned_degrees
 from elocute.one_line_repr import one_line
 
 Floats = NDArray[np.float64]
@@ -95,13 +96,10 @@ def examine(corpus: Corpus, name: str, places: Places) -> MotionFacts:
 
 
 def rigid_motion(points: Floats, template: Floats) -> tuple[float, float]:
-    """Degrees and metres by which points (vertex, 3) are turned and shifted (Kabsch 1976)."""
-    middle, rest = points.mean(axis=0), template.mean(axis=0)
-    left, _, right = np.linalg.svd((points - middle).T @ (template - rest))
-    mirrored = np.sign(np.linalg.det(left @ right))
-    rotation = left @ np.diag([1, 1, mirrored]) @ right
-    turn = np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))
-    return float(np.degrees(turn)), float(np.linalg.norm(middle - rest))
+    """Degrees and metres by which points (vertex, 3) are turned and shifted."""
+    rotation, _ = rigid_alignment(template, points)
+    shift = points.mean(axis=0) - template.mean(axis=0)
+    return turned_degrees(rotation), float(np.linalg.norm(shift))
 
 
 def _blocks(corpus: Corpus, name: str) -> Iterator[NDArray[np.float32]]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
+from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES
 from elocute.files.atomic import write_atomically
 from elocute.files.parquet import unpacked_bytes
 from elocute.files.reading import bytes_text, open_regular
@@ -20,9 +21,6 @@ from elocute.files.reading import bytes_text, open_regular
 FILE_MAX_BYTES = 4_000_000_000
 BATCH_ROWS = 64  # rows in memory at once while reading
 TEXT_MAX = 10_000
-# A shard may unpack to this many times its own size, or to this much, whichever is more.
-UNPACKED_TIMES = 100
-UNPACKED_FREE_BYTES = 64_000_000
 TEXTS = ("clip", "word", "speaker", "source", "split", "audio")
 NUMBERS = ("start_s", "end_s", "fps", "confidence")
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from elocute.corpus.clip import check_name
 from elocute.errors import CorpusError
+from elocute.motion.motion import FPS_MAX
 from elocute.one_line_repr import one_line
 
 SENTENCE = "sentence"  # the word of a clip that holds several
 SPLITS = ("train", "validation", "test")
 FRAMES_MAX = 100_000
 COMPONENTS_MAX = 400
-FPS_MAX = 1000.0
 AUDIO_MAX = 1000  # characters of a sound's name
 
 

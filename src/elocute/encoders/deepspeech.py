@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from elocute.audio.features import Features
 from elocute.audio.spectral import mfcc
-from elocute.audio.waveform import Waveform
-from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.frozen_graph import FrozenGraph, read_frozen_graph
 from elocute.encoders.onnx_graph import Network, Step, step, write_graph
+from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 Weights = dict[str, NDArray[Any]]
 
 CHARACTERS = 29  # a to z, space, apostrophe, blank
@@ -60,7 +60,7 @@ class DeepSpeech:
         return Network(write_network(weights), weights, threads=2)
 
     def __call__(self, waveform: Waveform) -> Features:
-        """Raises InputError for sound of more than five minutes or a file that is no DeepSpeech."""
+        """Raises InputError for sound of over five minutes or a file that is not DeepSpeech."""
         if waveform.duration_s > LONGEST_S:
             raise InputError.about(
                 "deepspeech",
@@ -68,11 +68,11 @@ class DeepSpeech:
                 allowed=f"{LONGEST_S:.0f} s",
                 remedy="cut it into utterances",
             )
-        logits = self._network.run("logits", input_node=input_vectors(heard(waveform)))
-        return features_of(waveform, logits, self.name)
+        logits = self._network.run("logits", input_node=input_vectors(encoder_samples(waveform)))
+        return as_features(waveform, logits, self.name)
 
 
-def input_vectors(samples: Array) -> Array:
+def input_vectors(samples: Float32Array) -> Float32Array:
     """(sample,) at 16 kHz, full scale ±1, to the (frame, 494) that the network reads at 50 Hz.
 
     MFCCs of every second 10 ms frame with nine frames before and after, zeros beyond the ends,
@@ -81,7 +81,7 @@ def input_vectors(samples: Array) -> Array:
     at 16 kHz goes in as it is. (VOCA's own code casts without scaling, which needs such files.)
     """
     sixteen_bit = np.clip(np.rint(samples * FULL_SCALE), -FULL_SCALE, FULL_SCALE - 1)
-    frames = mfcc(sixteen_bit, SAMPLE_RATE, COEFFICIENTS)[::2]
+    frames = mfcc(sixteen_bit, SPEECH_RATE, COEFFICIENTS)[::2]
     padded = np.pad(frames, ((CONTEXT, CONTEXT), (0, 0)))
     views = np.lib.stride_tricks.sliding_window_view(padded, 2 * CONTEXT + 1, axis=0)
     vectors = views.swapaxes(1, 2).reshape(len(frames), INPUTS)
@@ -117,7 +117,7 @@ def read_weights(path: str | Path) -> Weights:
 
 
 def _check_ends(graph: FrozenGraph) -> None:
-    """Other releases of DeepSpeech share some names; say early that the file is another."""
+    """Refuse other releases of DeepSpeech early; they share some names."""
     missing = [name for name in (*ENDS, "h1", "h6") if name not in graph.nodes]
     if missing:
         raise InputError.about(graph.path, found=f"no node {', '.join(missing)}", allowed=RELEASE)
@@ -140,7 +140,7 @@ def _read_dense(graph: FrozenGraph, layer: str, width: int, weights: Weights) ->
     return matrix.shape[1]
 
 
-def _read_cell(graph: FrozenGraph, cell: str, width: int) -> tuple[Array, Array]:
+def _read_cell(graph: FrozenGraph, cell: str, width: int) -> tuple[Float32Array, Float32Array]:
     """Kernel (input + unit, 4 unit) and bias (4 unit,) of one direction, gates i j f o."""
     kernel = _floats(graph, _either(graph, f"{cell}/kernel", f"{cell}/weights"))
     units = kernel.shape[-1] // 4 if kernel.ndim == 2 else 0
@@ -157,7 +157,7 @@ def _either(graph: FrozenGraph, name: str, older: str) -> str:
     return older if older in graph.nodes and name not in graph.nodes else name
 
 
-def _floats(graph: FrozenGraph, name: str) -> Array:
+def _floats(graph: FrozenGraph, name: str) -> Float32Array:
     array = graph.constant(name)
     if array.dtype != np.float32 or not np.isfinite(array).all():
         fault = "NaN or infinity" if array.dtype == np.float32 else str(array.dtype)
@@ -172,7 +172,7 @@ def _misshapen(graph: FrozenGraph, name: str, shape: tuple[int, ...], allowed: s
     )
 
 
-def _lstm(kernels: Array, biases: Array, width: int) -> Weights:
+def _lstm(kernels: Float32Array, biases: Float32Array, width: int) -> Weights:
     """TensorFlow's BasicLSTMCell as ONNX's LSTM: gates i j f o become i o f j, rows columns.
 
     kernels (direction, input + unit, 4 unit), biases (direction, 4 unit).

@@ -56,7 +56,7 @@ class FrozenGraph:
 
 
 def read_frozen_graph(path: str | Path) -> FrozenGraph:
-    """Read a `.pb` file's nodes. Raises InputError for a file that is no GraphDef."""
+    """Read a `.pb` file's nodes. Raises InputError for a file that is not a GraphDef."""
     path = Path(path)
     data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed="a frozen graph (.pb)")
     try:

@@ -15,17 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio import front_end
-from elocute.audio.phones import PHONES
+from elocute.audio.features import Features
+from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 from elocute.files.json_records import as_record, parse_json
 from elocute.files.onnx_session import open_session
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 
-SAMPLE_RATE = front_end.SAMPLE_RATE
-PHONE_RATE = 50.0
 STRIDE = 2  # feature frames per output frame
-SAMPLES_PER_OUTPUT = round(SAMPLE_RATE / PHONE_RATE)
+SAMPLES_PER_OUTPUT = round(SPEECH_RATE / FEATURE_RATE)
 BUILTIN_PATH = Path(__file__).parent / "assets" / "phones.onnx"
 BLOCK_FRAMES = 3000  # feature frames in one run of the network: 30 s, so memory stays bounded
 REST_FRAMES = 8  # outputs of silence put before and after: speech is never cut so hard in training
@@ -44,7 +45,7 @@ class Reach:
 class PhoneEncoder:
     """An ONNX phone network and its front end.
 
-    Raises InputError where the file is missing or is no phone encoder.
+    Raises InputError where the file is missing or not a phone encoder.
     """
 
     def __init__(self, path: str | Path = BUILTIN_PATH) -> None:
@@ -62,7 +63,7 @@ class PhoneEncoder:
 
     @cached_property
     def config(self) -> dict[str, Any]:
-        """What the recipe wrote into the file: phones, rates, reach, thresholds, version."""
+        """What training wrote into the file: phones, rates, reach, thresholds, version."""
         try:
             entry = self._session.get_modelmeta().custom_metadata_map.get("elocute", "{}")
         except UnicodeDecodeError:
@@ -90,7 +91,7 @@ class PhoneEncoder:
         """How much later than an output's own time the sound must be known."""
         return front_end.LOOKAHEAD_S + self.reach.lookahead / 100
 
-    def encode(self, samples: Array) -> Array:
+    def encode(self, samples: Float32Array) -> Float32Array:
         """(sample,) at 16 kHz to (ceil(sample / 320), 40) log-posteriors at 50 Hz."""
         stream = self.stream()
         return np.concatenate([stream.push(samples), stream.flush()])
@@ -99,7 +100,7 @@ class PhoneEncoder:
         """The same in pieces."""
         return PhoneStream(self)
 
-    def run(self, features: Array) -> Array:
+    def run(self, features: Float32Array) -> Float32Array:
         """(frame, 64) features to (ceil(frame / 2), 40) log-posteriors."""
         try:
             outputs = np.asarray(self._session.run(None, {"features": features[None]})[0])
@@ -120,7 +121,19 @@ def builtin_encoder() -> PhoneEncoder:
     return PhoneEncoder()
 
 
-def _rest() -> Array:
+@dataclass(frozen=True)
+class PhonePosteriors:
+    """Log-posteriors of forty phones, from the network that ships."""
+
+    name: str = "phones"
+    feature_count: int = len(PHONES)
+    rate: float = FEATURE_RATE
+
+    def __call__(self, waveform: Waveform) -> Features:
+        return as_features(waveform, builtin_encoder().encode(encoder_samples(waveform)), self.name)
+
+
+def _rest() -> Float32Array:
     return np.zeros(REST_FRAMES * SAMPLES_PER_OUTPUT, np.float32)
 
 
@@ -139,23 +152,23 @@ class PhoneStream:
         self._samples = 0
         self._extend(self._front_end.push(_rest()))
 
-    def push(self, samples: Array) -> Array:
+    def push(self, samples: Float32Array) -> Float32Array:
         """(sample,) at 16 kHz; returns the (frame, 40) that are now certain."""
         self._samples += len(samples)
         self._extend(self._front_end.push(samples))
         known = self._origin + len(self._features) - self._reach.lookahead
         return self._advance(max(0, -(-known // STRIDE)))
 
-    def flush(self) -> Array:
+    def flush(self) -> Float32Array:
         """The remaining frames."""
         self._extend(self._front_end.push(_rest()))
         self._extend(self._front_end.flush())
         return self._advance(REST_FRAMES + -(-self._samples // SAMPLES_PER_OUTPUT))
 
-    def _extend(self, features: Array) -> None:
+    def _extend(self, features: Float32Array) -> None:
         self._features = np.concatenate([self._features, features])
 
-    def _advance(self, until: int) -> Array:
+    def _advance(self, until: int) -> Float32Array:
         pieces = [np.zeros((0, len(PHONES)), np.float32)]
         while self._done < until:
             stop = min(until, self._done + BLOCK_FRAMES // STRIDE)

@@ -1,19 +1,19 @@
-"""Which name is which speech encoder."""
+"""Any speech encoder by its name."""
 
 from __future__ import annotations
 
 import importlib
 from pathlib import Path
 
-from elocute.encoders.encoder import Encoder
+from elocute.encoders.protocol import Encoder
 from elocute.errors import InputError
 
-DEFAULT = "phones"
+DEFAULT_ENCODER = "phones"
 
 # kind: (module beside this one, class, what must follow a colon), imported when first needed.
 ENCODERS: dict[str, tuple[str, str, str]] = {
-    "phones": ("builtin_encoders", "Phones", ""),
-    "fbank": ("builtin_encoders", "Fbank", ""),
+    "phones": ("phone_encoder", "PhonePosteriors", ""),
+    "fbank": ("filterbank_encoder", "FilterbankEnergies", ""),
     "deepspeech": ("deepspeech", "DeepSpeech", "PATH.pb"),
     "wav2vec2": ("speech_transformer", "Wav2Vec2", "FOLDER"),
     "hubert": ("speech_transformer", "Hubert", "FOLDER"),
@@ -26,11 +26,25 @@ def encoder_names() -> tuple[str, ...]:
     return tuple(f"{kind}:{what}" if what else kind for kind, (_, _, what) in ENCODERS.items())
 
 
-def resolve_encoder(name: str = DEFAULT) -> Encoder:
-    """The encoder of that name. Its network is loaded when it is first called.
+def resolve_encoder(name: str = DEFAULT_ENCODER) -> Encoder:
+    """The speech encoder of that name; its network is loaded when it is first called.
 
-    Raises InputError for a name that nothing has, a path that is missing or uncalled for, and
-    files that are plainly not what the name says.
+    Parameters
+    ----------
+    name : str
+        "phones", "fbank", "deepspeech:PATH.pb", "wav2vec2:FOLDER", "hubert:FOLDER" or
+        "wavlm:FOLDER".
+
+    Returns
+    -------
+    Encoder
+        A callable from Waveform to Features at 50 Hz.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, a path that is missing or not expected, and files that are plainly not
+        what the name says.
     """
     kind, colon, path = name.partition(":")
     if kind not in ENCODERS:

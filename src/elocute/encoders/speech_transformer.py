@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.features import Features
-from elocute.audio.waveform import Waveform
-from elocute.encoders.encoder import FEATURE_RATE, SAMPLE_RATE, features_of, heard
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 from elocute.files.json_records import read_record
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 
 HOP = 320  # samples per frame: 20 ms
 RECEPTIVE = 400  # samples that one frame needs
@@ -75,7 +75,7 @@ class SpeechTransformer:
         return self.config["hidden_size"]
 
     @cached_property
-    def _network(self) -> Callable[[Array], Array]:
+    def _network(self) -> Callable[[Float32Array], Float32Array]:
         """(sample,) to (frame, feature). Raises MachineError without the extra `encoders`."""
         from elocute.encoders.speech_transformer_network import load_speech_transformer
 
@@ -83,13 +83,13 @@ class SpeechTransformer:
 
     def __call__(self, waveform: Waveform) -> Features:
         """Raises InputError for weights that do not fit, MachineError without the extra."""
-        samples = heard(waveform)
+        samples = encoder_samples(waveform)
         if self.normalises:
             samples = (samples - samples.mean()) / np.sqrt(samples.var() + 1e-7)
         values = np.concatenate(
             [self._network(sound)[first:stop] for sound, first, stop in blocks(samples)]
         )
-        return features_of(waveform, values, self.name)
+        return as_features(waveform, values, self.name)
 
 
 class Wav2Vec2(SpeechTransformer):
@@ -110,7 +110,7 @@ class WavLM(SpeechTransformer):
     name = "wavlm"
 
 
-def blocks(samples: Array) -> Iterator[tuple[Array, int, int | None]]:
+def blocks(samples: Float32Array) -> Iterator[tuple[Float32Array, int, int | None]]:
     """Sound for one run of the network each, and which of its frames to keep (first, stop)."""
     total = len(samples) // HOP
     if total <= BLOCK_FRAMES:
@@ -195,10 +195,10 @@ def _normalises(folder: Path) -> bool:
     if not path.exists():
         return True
     settings = _read_json(path)
-    rate = settings.get("sampling_rate", SAMPLE_RATE)
-    if rate != SAMPLE_RATE:
+    rate = settings.get("sampling_rate", SPEECH_RATE)
+    if rate != SPEECH_RATE:
         raise InputError.about(
-            path, found=f"sampling_rate {repr(rate)[:40]}", allowed=str(SAMPLE_RATE)
+            path, found=f"sampling_rate {repr(rate)[:40]}", allowed=str(SPEECH_RATE)
         )
     return bool(settings.get("do_normalize", True))
 

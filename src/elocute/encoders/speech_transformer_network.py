@@ -18,7 +18,7 @@ from elocute.encoders.speech_transformer import WEIGHTS_MAX_BYTES
 from elocute.errors import InputError, MachineError
 from elocute.files.safetensors_header import read_tensor_header
 
-Array = NDArray[np.float32]
+FloatArray = NDArray[np.float32]
 
 # kind: transformers' names of the configuration and of the network.
 CLASSES = {
@@ -38,7 +38,7 @@ RENAMED = {
 
 def load_speech_transformer(
     kind: str, config: Mapping[str, Any], weights: Path
-) -> Callable[[Array], Array]:
+) -> Callable[[FloatArray], FloatArray]:
     """A function from (sample,) at 16 kHz to (frame, hidden) of the last layer, float32.
 
     Raises MachineError where torch or transformers is missing, InputError where the weights are
@@ -52,7 +52,7 @@ def load_speech_transformer(
         network = _build(getattr(transformers, network_name), settings, state, weights)
     network = network.float().eval()
 
-    def run(samples: Array) -> Array:
+    def run(samples: FloatArray) -> FloatArray:
         sound = torch.from_numpy(np.ascontiguousarray(samples, np.float32))[None]
         with torch.inference_mode():
             return network(sound).last_hidden_state[0].numpy()
@@ -74,7 +74,7 @@ def _packages(kind: str) -> tuple[Any, Any]:
 
 
 def _settings(transformers: Any, config_class: Any, config: Mapping[str, Any]) -> Any:
-    """What the architecture's own settings say, and nothing that all models share: those name
+    """The settings of the architecture itself. Those that all models share are left out: they name
     code to load, kernels to fetch and numbers to quantise with."""
     shared = transformers.PretrainedConfig().to_dict().keys()
     own = config_class().to_dict().keys() - shared
@@ -101,7 +101,7 @@ def _read_weights(path: Path) -> dict[str, Any]:
     except (safetensors.SafetensorError, OSError, ValueError, KeyError) as error:
         raise InputError.about(
             path,
-            found=f"no whole safetensors file: {_first_line(error)}",
+            found=f"not a whole safetensors file: {_first_line(error)}",
             remedy="download or copy it again",
         ) from error
 

@@ -7,16 +7,16 @@ each of them. Words are what the paired test counts, since pairs of one word sha
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from elocute.alignment.aligner import Aligner
-from elocute.alignment.alignment import Path as Steps
-from elocute.alignment.config import PlainConfig
+from elocute.alignment.aligner import Aligner, find_dtw_path
+from elocute.alignment.alignment import WarpingPath as Steps
+from elocute.alignment.config import DtwPathConfig
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.sound_views import DEFAULT, speech_view
 from elocute.alignment.warping_paths import diagonal_path
@@ -112,13 +112,14 @@ def judge_word(
 def read_softly(fitted: Aligner) -> Aligner:
     """The same features, paths read along the expected alignment. Raises AlignmentError for a
     method that reads its paths in its own way."""
-    if not isinstance(fitted.config, PlainConfig):
+    if not isinstance(fitted.config, DtwPathConfig):
         raise AlignmentError.about(
-            f"method {EXPECTED}", found=type(fitted).__name__, allowed="dtw, ctw, dctw, dcaw"
+            f"method {EXPECTED}",
+            found=type(fitted.config).__name__,
+            allowed="dtw, ctw, dctw, dcaw",
         )
-    changed = copy(fitted)
-    changed.config = replace(fitted.config, softness=SOFTNESS)
-    return changed
+    config = replace(fitted.config, softness=SOFTNESS)
+    return replace(fitted, config=config, find_path=partial(find_dtw_path, config))
 
 
 def _scores(pair: Pair, path: Steps) -> tuple[float, float, float]:

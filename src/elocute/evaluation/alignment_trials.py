@@ -15,14 +15,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import Array
-from elocute.alignment.alignment import Path as Steps
+from elocute.alignment.alignment import FloatArray
+from elocute.alignment.alignment import WarpingPath as Steps
+from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError
 from elocute.evaluation.path_errors import Interval, true_path
 from elocute.files.json_records import read_record
 from elocute.one_line_repr import one_line
 
-RATE = 50.0  # Hz, of every encoder's features
 ALIKE = 0.7  # of two recordings' phones that must be the same for a truth between them
 PARTS_MAX = 1000  # comparing two takes grows with the square of it
 FILE_MAX_BYTES = 4_000_000
@@ -34,10 +34,10 @@ class Take:
     word stands in it where it is a sentence. rate: frames per second of the view."""
 
     name: str
-    view: Array
+    view: FloatArray
     parts: tuple[tuple[float, float, str], ...]
     word: Interval | None = None
-    rate: float = RATE
+    rate: float = FEATURE_RATE
 
     __repr__ = one_line
 

@@ -15,9 +15,9 @@ from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.evaluation.metrics import ClipMetrics, clip_metrics
 from elocute.evaluation.model_predictions import true_track
 from elocute.evaluation.vertex_lists import VertexList
-from elocute.motion.track import Track
+from elocute.motion.vertex_motion import VertexMotion
 
-Predict = Callable[[str, str], Track]
+Predict = Callable[[str, str], VertexMotion]
 """(clip, style) to a motion of the clip's length."""
 EVERYBODY = "all"
 

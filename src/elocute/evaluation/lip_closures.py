@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.articulation.contacts_and_rest import REST_AFTER_S
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
-from elocute.motion.track import Track
+from elocute.motion.vertex_motion import VertexMotion
 
 CLOSED_MM = 0.5  # inner-lip gap below which nobody sees an opening
-REST_S = 0.28  # as the driver: a mouth shut for longer rests
 NEAR_S = 0.040  # a closure this early or late is still met
 Doubles = NDArray[np.float64]
 Run = tuple[int, int]
@@ -32,7 +32,7 @@ class Closures:
     right: int
 
 
-def lip_opening(track: Track) -> Doubles:
+def lip_opening(track: VertexMotion) -> Doubles:
     """(frame,) mm between the inner lips, middle third, as `measure_mouth` gives it.
 
     Raises CorpusError for another topology than the built-in head's.
@@ -84,4 +84,4 @@ def short_runs(closed: NDArray[np.bool_], fps: float) -> list[Run]:
     if len(stops) and closed[0]:
         stops = stops[1:]  # shut from the first frame on: a rest
     pairs = zip(starts.tolist(), stops.tolist(), strict=False)
-    return [(start, stop) for start, stop in pairs if (stop - start) / fps < REST_S]
+    return [(start, stop) for start, stop in pairs if (stop - start) / fps < REST_AFTER_S]

@@ -17,7 +17,7 @@ from elocute.corpus.statistics import moments
 from elocute.errors import CorpusError
 from elocute.evaluation.lip_closures import CLOSED_MM, Closures, closures, lip_opening
 from elocute.evaluation.vertex_lists import VertexList
-from elocute.motion.track import Track
+from elocute.motion.vertex_motion import VertexMotion
 
 Doubles = NDArray[np.float64]
 NAN = float("nan")
@@ -58,8 +58,8 @@ MEANS = tuple(field.name for field in fields(ClipMetrics) if field.name != "clos
 
 
 def clip_metrics(
-    predicted: Track,
-    true: Track,
+    predicted: VertexMotion,
+    true: VertexMotion,
     lips: VertexList | None = None,
     upper_face: VertexList | None = None,
     *,
@@ -82,7 +82,7 @@ def clip_metrics(
     )
 
 
-def check_alike(predicted: Track, true: Track) -> None:
+def check_alike(predicted: VertexMotion, true: VertexMotion) -> None:
     """Raise CorpusError where two motions cannot be compared frame by frame."""
     facts = {
         "vertices": (predicted.vertex_count, true.vertex_count),
@@ -96,7 +96,9 @@ def check_alike(predicted: Track, true: Track) -> None:
             )
 
 
-def lip_vertex_error(predicted: Track, true: Track, lips: VertexList) -> tuple[float, float]:
+def lip_vertex_error(
+    predicted: VertexMotion, true: VertexMotion, lips: VertexList
+) -> tuple[float, float]:
     """(mm², mm): in each frame the lip vertex that is furthest off, its distance squared and as
     it is, each averaged over frames (Richard et al. 2021, MeshTalk, section 4)."""
     worst = [
@@ -106,13 +108,13 @@ def lip_vertex_error(predicted: Track, true: Track, lips: VertexList) -> tuple[f
     return float(squared.mean()), float(np.sqrt(squared).mean())
 
 
-def mean_vertex_error(predicted: Track, true: Track) -> float:
+def mean_vertex_error(predicted: VertexMotion, true: VertexMotion) -> float:
     """mm: distance of vertices, averaged over all of them and over frames."""
     return _mean(np.linalg.norm(p - t, axis=2).mean(axis=1) for p, t in _pairs(predicted, true))
 
 
 def dynamics_deviation(
-    predicted: Track, true: Track, upper_face: VertexList
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
 ) -> tuple[float, float]:
     """(mm signed, mm absolute): how much livelier the true upper face is than the predicted.
 
@@ -123,13 +125,17 @@ def dynamics_deviation(
     return _dynamics(predicted, true, upper_face)[:2]
 
 
-def dynamics_deviation_of_squares(predicted: Track, true: Track, upper_face: VertexList) -> float:
+def dynamics_deviation_of_squares(
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
+) -> float:
     """mm²: the same of squared distances, signed, as the code that published figures come from
     computes it (CodeTalker's, and those of later work that took it over)."""
     return _dynamics(predicted, true, upper_face)[2]
 
 
-def _dynamics(predicted: Track, true: Track, upper_face: VertexList) -> tuple[float, float, float]:
+def _dynamics(
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
+) -> tuple[float, float, float]:
     """FDD of distances, signed and absolute, and of their squares, signed."""
     plain, squared = (
         a - b for a, b in zip(*(_liveliness(t, upper_face) for t in (true, predicted)), strict=True)
@@ -137,7 +143,7 @@ def _dynamics(predicted: Track, true: Track, upper_face: VertexList) -> tuple[fl
     return float(plain.mean()), float(np.abs(plain).mean()), float(squared.mean())
 
 
-def velocity_error(predicted: Track, true: Track) -> float:
+def velocity_error(predicted: VertexMotion, true: VertexMotion) -> float:
     """mm a frame: how far the steps of vertices differ; 0 for a single frame."""
     return _mean(
         np.linalg.norm(np.diff(p - t, axis=0), axis=2).mean(axis=1)
@@ -145,7 +151,7 @@ def velocity_error(predicted: Track, true: Track) -> float:
     )
 
 
-def mean_jerk(track: Track, lips: VertexList) -> float:
+def mean_jerk(track: VertexMotion, lips: VertexList) -> float:
     """mm/s³: length of the third difference of lip vertices; 0 for fewer than four frames."""
     steps = (
         np.linalg.norm(np.diff(block, 3, axis=0), axis=2).mean(axis=1)
@@ -155,7 +161,7 @@ def mean_jerk(track: Track, lips: VertexList) -> float:
     return _mean(steps) * track.fps**3
 
 
-def _liveliness(track: Track, places: VertexList) -> tuple[Doubles, Doubles]:
+def _liveliness(track: VertexMotion, places: VertexList) -> tuple[Doubles, Doubles]:
     """(vertex,) mm and mm²: deviations over time of distances from rest, and of their squares."""
     rest = np.asarray(track.template, np.float64)[places.indices] * 1000
     distances = (np.linalg.norm(b - rest, axis=2) for b in track.blocks(places.indices))
@@ -165,7 +171,10 @@ def _liveliness(track: Track, places: VertexList) -> tuple[Doubles, Doubles]:
 
 
 def _pairs(
-    predicted: Track, true: Track, vertices: NDArray[np.integer] | None = None, overlap: int = 0
+    predicted: VertexMotion,
+    true: VertexMotion,
+    vertices: NDArray[np.integer] | None = None,
+    overlap: int = 0,
 ) -> Iterator[tuple[Doubles, Doubles]]:
     both = (track.blocks(vertices, overlap) for track in (predicted, true))
     return zip(*both, strict=True)

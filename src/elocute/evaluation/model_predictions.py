@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
-from elocute.models.hearing import hear
-from elocute.models.protocol import Heard, Span, SpeechModel
-from elocute.models.styles import basis_of
-from elocute.motion.track import Track
+from elocute.models.feature_extraction import extract_features
+from elocute.models.model_shapes import basis_of
+from elocute.models.protocol import FrameSpan, SpeechFeatures, SpeechModel
+from elocute.motion.vertex_motion import VertexMotion
 
 Array = NDArray[np.float32]
-HEARD_CLIPS = 2  # kept, so that many styles of one clip are heard once
+CACHED_CLIPS = 2  # so that the features of a clip are computed once for all styles
 
 
 def clip_predictor(
     model: SpeechModel, corpus: Corpus, *, contacts: bool = False
-) -> Callable[[str, str], Track]:
+) -> Callable[[str, str], VertexMotion]:
     """(clip, style) to a motion of the clip's length over its subject's neutral face.
 
     contacts  rests and closures made as `animate` makes them, instead of the bare model; for
               models that move the built-in head
 
-    Nobody blinks, as blinks cannot be heard. Raises ModelError, before anything is heard, where
+    Nobody blinks, as blinks cannot be heard. Raises ModelError, before any sound is read, where
     the corpus has another topology or the model makes no contacts.
     """
     if contacts and not model.makes_contacts:
@@ -41,26 +41,26 @@ def clip_predictor(
     names = load_builtin_head().expression_names if finished else model.components
     basis = _basis_for(names, None if finished else model.basis, corpus)
 
-    @lru_cache(HEARD_CLIPS)
-    def heard(name: str) -> Heard:
-        return hear(model, corpus.sound(name), contacts=contacts)[0]
+    @lru_cache(CACHED_CLIPS)
+    def features(name: str) -> SpeechFeatures:
+        return extract_features(model, corpus.sound(name), contacts=contacts)[0]
 
-    def predict(name: str, style: str) -> Track:
+    def predict(name: str, style: str) -> VertexMotion:
         entry = corpus.entry(name)
-        span, chosen = Span.whole(entry.frames, corpus.fps), model.style(style)
+        span, chosen = FrameSpan.whole(entry.frames, corpus.fps), model.style(style)
         if contacts:
-            weights = model.curves(heard(name), chosen, span, blinks=False).select(names).values
+            weights = model.curves(features(name), chosen, span, blinks=False).select(names).values
         else:
-            weights = model.weights(heard(name), chosen, span)
-        return Track(weights, corpus.template(entry.subject), corpus.fps, basis)
+            weights = model.weights(features(name), chosen, span)
+        return VertexMotion(weights, corpus.template(entry.subject), corpus.fps, basis)
 
     return predict
 
 
-def true_track(corpus: Corpus, name: str) -> Track:
+def true_track(corpus: Corpus, name: str) -> VertexMotion:
     """A clip as it was recorded. Raises CorpusError for a clip that is not there."""
     subject = corpus.entry(name).subject
-    return Track(corpus.frames(name), corpus.template(subject), corpus.fps, corpus.basis)
+    return VertexMotion(corpus.frames(name), corpus.template(subject), corpus.fps, corpus.basis)
 
 
 def _basis_for(names: tuple[str, ...], basis: Array | None, corpus: Corpus) -> Array:

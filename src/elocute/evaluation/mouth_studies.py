@@ -13,11 +13,12 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.head.builtin import load_builtin_head
+from elocute.head.identity import sample_identities
 from elocute.head.model import HeadModel
-from elocute.head.registry import sample_identities
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
+from elocute.numerics.correlation import pearson
 
 Doubles = NDArray[np.float64]
 Opening = Callable[[Waveform], Doubles]
@@ -57,7 +58,7 @@ def noise_scores(
     ]
     openings = [opening(sound) for sound in heard]
     scores = [
-        NoiseScore(level, float(o.mean()), _share(o, clean), correlation(o, clean))
+        NoiseScore(level, float(o.mean()), _share(o, clean), pearson(o, clean))
         for level, o in zip(levels_db, openings, strict=True)
     ]
     return scores, [clean, *openings]
@@ -69,13 +70,6 @@ def mean_scores(clips: Sequence[Sequence[NoiseScore]]) -> list[NoiseScore]:
         NoiseScore(*(float(mean) for mean in np.mean([list(vars(s).values()) for s in level], 0)))
         for level in zip(*clips, strict=True)
     ]
-
-
-def correlation(one: Doubles, two: Doubles) -> float:
-    """Pearson's r; 0 where one of them does not move."""
-    a, b = one - one.mean(), two - two.mean()
-    norm = float(np.sqrt((a * a).sum() * (b * b).sum()))
-    return float((a * b).sum()) / norm if norm > 1e-9 else 0.0
 
 
 def _share(opening: Doubles, clean: Doubles) -> float:

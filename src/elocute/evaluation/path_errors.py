@@ -7,14 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import Path, check_path
+from elocute.alignment.alignment import WarpingPath, check_path
 from elocute.errors import AlignmentError
+from elocute.numerics.resampling import interpolate
 
 Interval = tuple[float, float]
 FINE = 20  # points per frame on a true curve, before it becomes cells
 
 
-def path_error(found: Path, true: Path) -> float:
+def path_error(found: WarpingPath, true: WarpingPath) -> float:
     """Eq. 11 of Tzirakis et al. 2019, in frames: lower is better, 0 is the true path.
 
     The mean distance of each path's points from the nearest point of the other.
@@ -37,7 +38,7 @@ def intersection_over_union(first: Interval, second: Interval) -> float:
 
 
 def carried_overlap(
-    found: Path, source: Sequence[Interval], target: Sequence[Interval], rate: float
+    found: WarpingPath, source: Sequence[Interval], target: Sequence[Interval], rate: float
 ) -> float:
     """Mean intersection-over-union of parts carried over: higher is better, 1 is perfect.
 
@@ -55,7 +56,7 @@ def carried_overlap(
     return float(np.mean(overlaps))
 
 
-def _carried(path: Path, part: Interval, rate: float) -> Interval:
+def _carried(path: WarpingPath, part: Interval, rate: float) -> Interval:
     """Where a span of the target goes: edges between frames, interpolated along the path."""
     places = np.array(part) * rate
     targets, first = np.unique(path[:, 1], return_index=True)
@@ -70,7 +71,7 @@ def true_path(
     rate: float,
     frames: tuple[int, int],
     whole: bool = True,
-) -> Path:
+) -> WarpingPath:
     """The path (step, 2) whose curve is piecewise linear between corresponding times.
 
     source, target: (boundary,) seconds, none going back, that mean the same in both; frames: of
@@ -92,7 +93,7 @@ def true_path(
     lengths = np.abs(np.diff(knots, axis=0)).max(axis=1)
     along = np.concatenate([[0], np.cumsum(np.maximum(lengths, 1e-9))])
     fine = np.linspace(0, along[-1], max(2, int(along[-1] * FINE)))
-    curve = np.stack([np.interp(fine, along, knots[:, view]) for view in (0, 1)], axis=1)
+    curve = interpolate(along, knots, fine)
     cells = np.unique(np.floor(curve + 0.5).astype(np.intp), axis=0)
     # Cells of a curve that rises in both come out in order; sorting by the sum keeps ties so.
     cells = cells[np.argsort(cells.sum(axis=1), kind="stable")]

@@ -14,10 +14,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.corpus.importers.grid import FIELDS_MAX_BYTES
 from elocute.errors import InputError
 from elocute.files.arrays import read_npz
 from elocute.files.json_records import parse_json
 from elocute.motion.curves import Curves
+from elocute.motion.mouth_measures import TRACKED_CLOSED
+from elocute.numerics.correlation import pearson
 from elocute.one_line_repr import one_line
 
 Array = NDArray[np.float64]
@@ -27,13 +30,11 @@ Predictor = Callable[[Path], Curves]
 SOUNDS = (".ogg", ".wav", ".flac", ".mp3", ".m4a", ".opus")
 LAG_MAX_S = 0.120
 LAG_STEP_S = 0.020
-CLOSED = 0.02  # inner-lip gap in eye distances: below it, tracked lips count as closed
 # Around a word's start. With this window the tracked talker himself closes at 0.99 of his b/p
 # words and 0.46 of the others.
 CLOSURE_WINDOW_S = 0.080
 TRACKS = ("t", "inner_opening_mean", "lip_width", "valid")
 FIELDS = frozenset((*TRACKS, "words"))
-FIELDS_MAX_BYTES = 16_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,16 +178,9 @@ def _correlate(
     times, real = take.times_s[take.valid], tracked[take.valid]
     steps = round(LAG_MAX_S / LAG_STEP_S)
     lags = np.arange(-steps, steps + 1) * LAG_STEP_S
-    rs = [_pearson(real, np.interp(times + lag, predicted_times, predicted)) for lag in lags]
+    rs = [pearson(real, np.interp(times + lag, predicted_times, predicted)) for lag in lags]
     best = int(np.argmax(rs))
     return rs[steps], rs[best], float(lags[best])
-
-
-def _pearson(a: Array, b: Array) -> float:
-    """Pearson's r; 0 for a mouth that does not move."""
-    a, b = a - a.mean(), b - b.mean()
-    norm = np.sqrt((a * a).sum() * (b * b).sum())
-    return float((a * b).sum() / norm) if norm > 1e-12 else 0.0
 
 
 def _closures(
@@ -200,7 +194,7 @@ def _closures(
         near = np.abs(times_s - start_s) <= CLOSURE_WINDOW_S
         if not near.any():
             continue
-        closed = bool(opening[near].min() < CLOSED)
+        closed = bool(opening[near].min() < TRACKED_CLOSED)
         if word[0] in "bp":
             wanted, met = wanted + 1, met + closed
         else:

@@ -27,9 +27,11 @@ from elocute.evaluation.concordance import Figures, figures
 from elocute.networks.crnn import Crnn, SharedCrnn
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.export import export_crnn
-from elocute.training.crnn.fit import Report, TrainedCrnn, fit, lesson_of, predict_rows
+from elocute.training.crnn.feature_cache import CachedClip, FeatureCache, at_rate, clip_features
+from elocute.training.crnn.fit import TrainedCrnn, fit, predict_clips
 from elocute.training.crnn.loss import explained_shares
-from elocute.training.crnn.training_data import Heard, Row, at_rate, hear_clip
+from elocute.training.crnn.training_data import select_training_data
+from elocute.training.training_log import Report
 
 Array = NDArray[np.float32]
 MODEL = "model.onnx"
@@ -57,15 +59,15 @@ def _hash(word: str) -> str:
     return hashlib.sha256(word.encode()).hexdigest()
 
 
-def rows_of(heard: Heard, training: str) -> dict[str, list[Row]]:
+def rows_of(heard: FeatureCache, training: str) -> dict[str, list[CachedClip]]:
     """Rows of each split for one of TRAININGS. Raises CorpusError where a split is empty.
 
     "word" learns from words that are judged by nobody, and is judged on the others; clips of
     whole sentences are left out of it, as they hold words of both.
     """
-    parts = {part: heard.chosen(part) for part in ("train", "validation", "test")}
+    parts = {part: heard.select(part) for part in ("train", "validation", "test")}
     if training == "word":
-        held = set(held_out_words([row.word for row in heard.rows]))
+        held = set(held_out_words([row.word for row in heard.clips]))
         parts = {
             part: [r for r in rows if r.word != SENTENCE and (r.word in held) != (part == "train")]
             for part, rows in parts.items()
@@ -80,7 +82,7 @@ def rows_of(heard: Heard, training: str) -> dict[str, list[Row]]:
 
 def train_one(
     shards: Shards,
-    heard: Heard,
+    heard: FeatureCache,
     training: str,
     config: CrnnTrainConfig,
     folder: Path,
@@ -90,23 +92,27 @@ def train_one(
     folder.mkdir(exist_ok=True)
     rows = rows_of(heard, training)
     loss = "mse" if training == "mse" else config.loss
-    lesson = lesson_of(heard, shards.basis.head.expression_basis, rows["train"], rows["validation"])
-    trained = fit(lesson, replace(config, loss=loss), folder, resume=True, report=report)
+    data = select_training_data(
+        heard, shards.basis.head.expression_basis, rows["train"], rows["validation"]
+    )
+    trained = fit(data, replace(config, loss=loss), folder, resume=True, report=report)
     export_crnn(trained, shards.basis, folder / MODEL, shards.note)
     return trained
 
 
-def judge(trained: TrainedCrnn, heard: Heard, training: str, shares: Array) -> dict[str, Figures]:
+def judge(
+    trained: TrainedCrnn, heard: FeatureCache, training: str, shares: Array
+) -> dict[str, Figures]:
     """Validation beside test."""
     rows = rows_of(heard, training)
     return {
-        part: figures(*predict_rows(trained.network, heard, rows[part]), shares)
+        part: figures(*predict_clips(trained.network, heard, rows[part]), shares)
         for part in ("validation", "test")
     }
 
 
 def judge_noise(
-    network: Crnn, shards: Shards, heard: Heard, kind: str, snr_db: float, shares: Array
+    network: Crnn, shards: Shards, heard: FeatureCache, kind: str, snr_db: float, shares: Array
 ) -> Figures:
     """The test clips with white noise or babble under them."""
 
@@ -118,14 +124,14 @@ def judge_noise(
         except AudioError:  # digital silence has no level to set noise against
             return sound
 
-    wanted = {row.clip for row in heard.chosen("test")}
+    wanted = {row.clip for row in heard.select("test")}
     predicted, true = [], []
     shared = SharedCrnn(network)
     for clip in shards.clips("test"):
         if clip.clip not in wanted:
             continue
-        values, first, targets = hear_clip(shards, clip, heard.fps, noisy)
-        row = Row(
+        values, first, targets = clip_features(shards, clip, heard.fps, noisy)
+        row = CachedClip(
             clip.clip, clip.word, clip.speaker, "test", 0, len(values), 0, len(targets), first
         )
         with torch.no_grad():

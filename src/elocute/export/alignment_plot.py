@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.spectral import log_mel
-from elocute.audio.waveform import Waveform
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.files.atomic import write_atomically
 
 SIDE, STRIP, GAP, MARGIN, TOP = 720, 170, 12, 64, 56
 SCALE = 2  # drawn larger, then reduced: smooth lines
 PATH_INK, GRID_INK, TEXT_INK = "#e4572e", "#c8c8c8", "#333333"
-RATE = 16000
 DEPTH = 9.0  # of spectrograms, in natural logarithms below the loudest
 DARK, LIGHT = np.array([16, 38, 77.0]), np.array([250, 251, 253.0])
 
@@ -99,7 +98,7 @@ def _marks(seconds: float) -> list[float]:
 
 def _spectrum(sound: Waveform) -> NDArray[np.float64]:
     """(frame, band), 0 to 1."""
-    values = log_mel(sound.resample(RATE).samples, RATE, bands=80, fft=1024)
+    values = log_mel(sound.resample(SPEECH_RATE).samples, SPEECH_RATE, bands=80, fft=1024)
     return np.clip((values - values.max()) / DEPTH + 1, 0, 1)
 
 

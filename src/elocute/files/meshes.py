@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
+from elocute.files.arrays import UNPACKED_TIMES
 from elocute.files.reading import bytes_text, read_bytes
 
 SUFFIXES = (".obj", ".ply")
@@ -25,7 +26,6 @@ MATERIAL_MAX_BYTES = 1_000_000
 PICTURE_MAX_BYTES = 200_000_000
 PICTURES_MAX = 16
 PICTURE_FORMATS = ("PNG", "JPEG", "BMP", "TIFF", "WEBP", "TGA")
-UNPACKED_TIMES = 100
 UNPACKED_FREE_BYTES = 4 * 4096 * 4096
 """A picture may unpack to this much, or to a hundred times its file."""
 VERTEX_BYTES = 24

@@ -13,5 +13,11 @@ BUILTIN_HEAD_PATH = Path(__file__).parent / "assets" / "head.npz"
 
 @cache
 def load_builtin_head() -> HeadModel:
-    """The built-in head, read once per process."""
+    """The head that ships with Elocute, read once per process.
+
+    Returns
+    -------
+    HeadModel
+        With ARKit's 52 shapes and three for speech, 50 identity components and five joints.
+    """
     return load_head(BUILTIN_HEAD_PATH)

@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import HeadError
 from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
 from elocute.head.skinning import blended, chained
+from elocute.numerics.rotation_vectors import to_matrices
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 IDENTITY_COUNT = 300  # of the 400 components; the rest are expressions
 VERTICES_MAX, COMPONENTS_MAX, JOINTS_MAX = 200_000, 1000, 64
@@ -29,20 +30,43 @@ _KEYS = ("v_template", "shapedirs", "posedirs", "J_regressor", "weights", "kintr
 
 @dataclass(frozen=True, eq=False)
 class FlameModel:
-    """A model as its file holds it; lengths in metres, +Y up, +Z out of the face.
+    """A FLAME model as its file holds it; +Y up, +Z out of the face.
 
     Coefficients of identity and expression are standard deviations of either sign.
-    Raises HeadError where parts do not fit each other or are not finite.
+
+    Parameters
+    ----------
+    template : (vertex, 3) float64
+        Metres.
+    identity_basis : (vertex, 3, identity) float64
+        Metres per standard deviation.
+    expression_basis : (vertex, 3, expression) float64
+        Metres per standard deviation.
+    pose_basis : (vertex, 3, 9 · (joints - 1)) float64
+        Metres per entry of R - I.
+    joint_regressor : (joint, vertex) float64
+        Joint positions are this times the vertices.
+    skin_weights : (vertex, joint) float64
+        Rows sum to one.
+    parents : tuple of int
+        The index of each joint's parent, which comes before it; -1 for none.
+    triangles : (face, 3) int32
+        Vertex indices.
+
+    Raises
+    ------
+    HeadError
+        Where parts do not fit each other or are not finite.
     """
 
-    template: Floats  # (vertex, 3) m
-    identity_basis: Floats  # (vertex, 3, identity) m per standard deviation
-    expression_basis: Floats  # (vertex, 3, expression) m per standard deviation
-    pose_basis: Floats  # (vertex, 3, 9 · (joints - 1)) m per entry of R - I
-    joint_regressor: Floats  # (joint, vertex)
-    skin_weights: Floats  # (vertex, joint), rows sum to one
-    parents: tuple[int, ...]  # -1 = no parent; parents come first
-    triangles: NDArray[np.int32]  # (face, 3)
+    template: Float64Array
+    identity_basis: Float64Array
+    expression_basis: Float64Array
+    pose_basis: Float64Array
+    joint_regressor: Float64Array
+    skin_weights: Float64Array
+    parents: tuple[int, ...]
+    triangles: NDArray[np.int32]
 
     __repr__ = one_line
 
@@ -69,19 +93,37 @@ def flame_vertices(
     expression: ArrayLike = (),
     pose: ArrayLike = (),
     translation: ArrayLike = (0.0, 0.0, 0.0),
-) -> Floats:
-    """(frame, vertex, 3) m: FLAME's equations (section 4 of the paper), in double precision.
+) -> Float64Array:
+    """FLAME's equations, in double precision.
 
-    T_S = T + Σ β S + Σ ψ E, joints J = 𝒥 · T_S, T_P = T_S + Σ (R(θ) - I) P over all joints but
-    the root, then linear blend skinning W(T_P, J, θ), and the translation.
+    Parameters
+    ----------
+    model : FlameModel
+        The model.
+    shape : (identity,) or (frame, identity)
+        Standard deviations, at most as many as the model has.
+    expression : (expression,) or (frame, expression)
+        Standard deviations, at most as many as the model has.
+    pose : (3 · joint,) or (frame, 3 · joint)
+        Rotation vectors in radians: root, neck, jaw, left eye, right eye; () for the zero pose.
+    translation : (3,) or (frame, 3)
+        Metres.
 
-    shape        (identity,) or (frame, identity), at most as many as the model has
-    expression   (expression,) or (frame, expression), likewise
-    pose         (3 · joints,) or (frame, 3 · joints) rotation vectors in radians: root, neck,
-                 jaw, left eye, right eye; () for the zero pose
-    translation  (3,) or (frame, 3) m
+    Returns
+    -------
+    (frame, vertex, 3) float64
+        Metres. An argument without frames holds for all of them.
 
-    One of each serves all frames. Raises HeadError where sizes do not fit.
+    Raises
+    ------
+    HeadError
+        Where sizes do not fit.
+
+    References
+    ----------
+    Li et al. 2017, section 4: T_S = T + Σ β S + Σ ψ E, joints J = 𝒥 · T_S,
+    T_P = T_S + Σ (R(θ) - I) P over all joints but the root, then linear blend skinning
+    W(T_P, J, θ), and the translation.
     """
     joints = len(model.parents)
     given = {
@@ -106,24 +148,27 @@ def flame_vertices(
     return result
 
 
-def rotations_of(vectors: Floats) -> Floats:
-    """(..., 3, 3) of rotation vectors (..., 3) in radians: Rodrigues, exact down to zero."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = ((zero, -z, y), (z, zero, -x), (-y, x, zero))
-    cross = np.stack([np.stack(row, -1) for row in rows], -2)
-    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
-    # sin(θ)/θ and (1 - cos θ)/θ², both written as sinc, which knows its limit at zero.
-    first, second = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
-    return np.eye(3) + first * cross + second * (cross @ cross)
-
-
 def load_flame(path: str | Path, *, identity_count: int = IDENTITY_COUNT) -> FlameModel:
-    """Read a FLAME `.pkl` (2017, 2019, 2020, 2023) without running anything in it.
+    """Read a FLAME `.pkl` (2017, 2019, 2020 or 2023) without running anything in it.
 
-    The first `identity_count` of its components are identity, the rest expression; a file with
-    fewer has no expressions. Raises InputError for what is no such file, HeadError for parts
-    that are missing or do not fit.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    identity_count : int
+        The first so many of its components are identity, the rest expression; a file with fewer has
+        no expressions.
+
+    Returns
+    -------
+    FlameModel
+
+    Raises
+    ------
+    InputError
+        For a file that is not such a pickle.
+    HeadError
+        For parts that are missing or do not fit.
     """
     if identity_count < 0:
         raise HeadError.about("identity_count", found=str(identity_count), allowed="0 or more")
@@ -171,7 +216,7 @@ def _model_of(stored: dict[Any, Any], identity_count: int) -> FlameModel:
     )
 
 
-def _numbers(stored: dict[Any, Any], key: str, axes: int) -> Floats:
+def _numbers(stored: dict[Any, Any], key: str, axes: int) -> Float64Array:
     values = stored[key]
     if not isinstance(values, np.ndarray) or values.ndim != axes or values.dtype.kind not in "iuf":
         raise HeadError(f"{key} is {_told(values)}; allowed: numbers with {axes} axes")
@@ -185,7 +230,7 @@ def _whole(stored: dict[Any, Any], key: str) -> NDArray[np.int64]:
     return values.astype(np.int64)
 
 
-def _regressor(values: Any, shape: tuple[int, int]) -> Floats:
+def _regressor(values: Any, shape: tuple[int, int]) -> Float64Array:
     """The joint regressor, dense: its size is known to be small before it is unfolded."""
     if isinstance(values, SparseMatrix | np.ndarray) and values.shape == shape:
         if isinstance(values, SparseMatrix):
@@ -250,12 +295,12 @@ def _check_values(model: FlameModel) -> None:
         raise HeadError(f"faces that point past {len(model.template)} vertices, or none")
 
 
-def _rows(values: ArrayLike, name: str, most: int, exactly: bool = False) -> Floats:
+def _rows(values: ArrayLike, name: str, most: int, exactly: bool = False) -> Float64Array:
     """(1 or frame, number): one row per frame, or one for all."""
     try:
         rows = np.atleast_2d(np.asarray(values, np.float64))
     except (TypeError, ValueError) as error:
-        raise HeadError.about("FLAME", found=f"{name} that is no array of numbers") from error
+        raise HeadError.about("FLAME", found=f"{name} that is not an array of numbers") from error
     fits = rows.shape[-1] == most if exactly else rows.shape[-1] <= most
     if rows.ndim != 2 or not len(rows) or not fits or not np.isfinite(rows).all():
         allowed = f"(frames, {'' if exactly else 'up to '}{most}), finite"
@@ -263,7 +308,9 @@ def _rows(values: ArrayLike, name: str, most: int, exactly: bool = False) -> Flo
     return rows
 
 
-def _posed(model: FlameModel, shape: Floats, expression: Floats, pose: Floats) -> Floats:
+def _posed(
+    model: FlameModel, shape: Float64Array, expression: Float64Array, pose: Float64Array
+) -> Float64Array:
     """(frame, vertex, 3) before the translation; all arguments (frame, …)."""
     joints = len(model.parents)
     if not pose.shape[1]:
@@ -271,14 +318,14 @@ def _posed(model: FlameModel, shape: Floats, expression: Floats, pose: Floats) -
     shaped = model.template + _sum(model.identity_basis, shape)
     shaped += _sum(model.expression_basis, expression)
     centres = model.joint_regressor @ shaped
-    local = rotations_of(pose.reshape(-1, joints, 3))
+    local = to_matrices(pose.reshape(-1, joints, 3))
     bent = (local[:, 1:] - np.eye(3)).reshape(len(pose), -1)
     shaped += _sum(model.pose_basis, bent)
     posed = blended(shaped, *chained(local, centres, model.parents), model.skin_weights)
     return np.asarray(posed, np.float64)
 
 
-def _sum(basis: Floats, coefficients: Floats) -> Floats:
+def _sum(basis: Float64Array, coefficients: Float64Array) -> Float64Array:
     """(frame, vertex, 3): Σ_k coefficients[frame, k] · basis[vertex, axis, k]."""
     count = coefficients.shape[1]
     used = basis[:, :, :count].reshape(basis.shape[0] * basis.shape[1], count)

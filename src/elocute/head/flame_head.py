@@ -18,12 +18,26 @@ MATERIALS = ("skin", "eyeball")
 
 
 def flame_head(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
-    """The mean face in zero pose with FLAME's bases: `flameExpression000`, … and all identities.
+    """A FLAME model as a head: the mean face in zero pose, for every writer and renderer.
 
-    Weights of its expressions are standard deviations of either sign. FLAME names no places:
-    landmarks, lips and regions are empty, and what measures a mouth refuses this head. Two
-    things that FLAME does and a HeadModel does not: pose correctives, and joints that move with
-    expressions; where they matter, `flame_vertices` has them.
+    Parameters
+    ----------
+    model : FlameModel
+        The model.
+    name : str
+        Of the head.
+
+    Returns
+    -------
+    HeadModel
+        With all identities and the expressions `flameExpression000`, …, whose weights are standard
+        deviations of either sign. FLAME names no places, so landmarks, lips and regions are empty
+        and mouth measures refuse this head.
+
+    Notes
+    -----
+    A HeadModel has no pose correctives, and its joints do not move with expressions; where these
+    matter, use `flame_vertices`.
     """
     identity = np.moveaxis(model.identity_basis, 2, 0)
     expression = np.moveaxis(model.expression_basis, 2, 0)

@@ -1,4 +1,4 @@
-"""Whose face: a name, a seed or a file of coefficients."""
+"""Identities: faces by name, seed or a file of coefficients."""
 
 from __future__ import annotations
 
@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 
 from elocute.errors import HeadError
 from elocute.files.json_records import finite_number, read_record
+from elocute.head.model import HeadModel
 
 IDENTITY_COUNT = 50
 COEFFICIENT_MAX = 5.0
 SAMPLE_SPREAD = 0.85
 """Standard deviation of a random face: a little under one, so that few look odd."""
+COEFFICIENT_LIMIT = 2.5
+SEED_MAX = 999_999_999
+COUNT_MAX = 100_000
 FILE_MAX_BYTES = 100_000
 
 NAMED_PATH = Path(__file__).parent / "assets" / "identities.json"
@@ -38,9 +42,23 @@ def _named() -> dict[str, list[float]]:
 
 
 def resolve_identity(choice: str) -> NDArray[np.float32]:
-    """(50,) coefficients of "mean", a name, a whole number (seed) or a JSON file.
+    """The coefficients of a face.
 
-    A file holds {"identity": [50 numbers from -5 to 5]}. Raises HeadError.
+    Parameters
+    ----------
+    choice : str
+        "mean", a name, a whole number (the seed of a random face), or a JSON file that holds
+        {"identity": [50 numbers from -5 to 5]}.
+
+    Returns
+    -------
+    (50,) float32
+        Standard deviations.
+
+    Raises
+    ------
+    HeadError
+        For an unknown name, or a file that holds no coefficients.
     """
     if choice == "mean":
         return np.zeros(IDENTITY_COUNT, np.float32)
@@ -52,7 +70,7 @@ def resolve_identity(choice: str) -> NDArray[np.float32]:
         return read_identity(Path(choice))
     raise HeadError.about(
         f"identity {choice[:60]!r}",
-        found="no such face",
+        found="unknown",
         allowed=f"{', '.join(identity_names())}, a whole number from 0 to 999999999, a .json file",
     )
 
@@ -76,3 +94,44 @@ def read_identity(path: Path) -> NDArray[np.float32]:
             path, found=f"identity[{place}] is {numbers[place]:g}", allowed=allowed
         )
     return numbers.astype(np.float32)
+
+
+def sample_identities(head: HeadModel, count: int, seed: int) -> NDArray[np.float32]:
+    """Coefficients of random faces: normal, standard deviation 0.85, drawn again beyond ±2.5.
+
+    Parameters
+    ----------
+    head : HeadModel
+        With an identity space.
+    count : int
+        How many faces, 1 to 100000.
+    seed : int
+        0 to 999999999. The first faces of a seed stay the same when more are asked for.
+
+    Returns
+    -------
+    (count, identity) float32
+        Standard deviations.
+
+    Raises
+    ------
+    HeadError
+        For a head without an identity space, and for a count or seed out of range.
+    """
+    components = len(head.identity_basis)
+    if not components:
+        raise HeadError.about(
+            f"head {head.name!r}", found="has no identity space", allowed="a head with one"
+        )
+    for name, value, low, high in (("count", count, 1, COUNT_MAX), ("seed", seed, 0, SEED_MAX)):
+        if not low <= value <= high:
+            raise HeadError.about(name, found=str(value), allowed=f"{low} to {high}")
+    return np.stack([_drawn(components, seed, number) for number in range(count)])
+
+
+def _drawn(components: int, seed: int, number: int) -> NDArray[np.float32]:
+    rng = np.random.default_rng([seed, number])
+    values = rng.normal(0.0, SAMPLE_SPREAD, components)
+    while (wild := np.abs(values) > COEFFICIENT_LIMIT).any():
+        values[wild] = rng.normal(0.0, SAMPLE_SPREAD, int(wild.sum()))
+    return values.astype(np.float32)

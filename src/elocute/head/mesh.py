@@ -1,4 +1,4 @@
-"""Heads out of little: a mesh file or arrays, which name no places."""
+"""Heads made from a mesh file or arrays, without named places."""
 
 from __future__ import annotations
 
@@ -21,10 +21,25 @@ UNITS_M = {"millimetres": 1e-3, "centimetres": 1e-2, "decimetres": 0.1, "inches"
 
 
 def read_mesh(path: str | Path) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """(vertex, 3) m and (triangle, 3) of an .obj or .ply, vertices in the order of the file.
+    """Read a mesh, its vertices in the order of the file.
 
-    Raises HeadError for a file that is no mesh, and one whose size is no head's in metres,
-    naming the unit that would fit.
+    Parameters
+    ----------
+    path : str or Path
+        An .obj or .ply file.
+
+    Returns
+    -------
+    points : (vertex, 3) float32
+        Metres.
+    triangles : (triangle, 3) int32
+        Vertex indices.
+
+    Raises
+    ------
+    HeadError
+        For a file that is not a mesh, and one whose height in metres does not suit a head; the
+        message names the unit that would fit.
     """
     path = Path(path)
     if path.suffix.lower() not in MESHES:
@@ -32,7 +47,7 @@ def read_mesh(path: str | Path) -> tuple[NDArray[np.float32], NDArray[np.int32]]
             path, found=f"suffix {path.suffix!r}", allowed=f"{' or '.join(MESHES)} up to 500 MB"
         )
     parts = read_mesh_file(path, max_bytes=FILE_MAX_BYTES, error=HeadError)
-    # Beyond what single precision holds is infinite, and told below.
+    # What single precision cannot hold becomes infinite, and is refused below.
     with np.errstate(over="ignore"):
         points, faces = parts.vertices.astype(np.float32), parts.triangles.astype(np.int32)
     if len(points) < 4 or not len(faces) or not np.isfinite(points).all():
@@ -44,8 +59,24 @@ def read_mesh(path: str | Path) -> tuple[NDArray[np.float32], NDArray[np.int32]]
 
 
 def head_from_mesh(path: str | Path) -> HeadModel:
-    """A mesh as a head: the built-in head with that neutral face where the topology is its own,
-    one that names no places where it is not. Raises HeadError."""
+    """A mesh file as a head.
+
+    Parameters
+    ----------
+    path : str or Path
+        An .obj or .ply file.
+
+    Returns
+    -------
+    HeadModel
+        The built-in head with that neutral face where the topology is the same; otherwise a head
+        that names no places.
+
+    Raises
+    ------
+    HeadError
+        As `read_mesh`.
+    """
     points, faces = read_mesh(path)
     builtin = load_builtin_head()
     if len(points) == builtin.vertex_count:
@@ -62,11 +93,32 @@ def head_from_arrays(
     expression_basis: NDArray[np.floating] | None = None,
     notice: str = "",
 ) -> HeadModel:
-    """A head with one colour and one joint.
+    """A head with one colour, one joint and no named places.
 
-    template (vertex, 3) m, faces (face, 3 or 4), expression_basis (component, vertex, 3) m.
-    Landmarks, lips and regions are empty: what measures a mouth refuses this head. Raises
-    HeadError for faces that point past the vertices and numbers that are not finite.
+    Parameters
+    ----------
+    name : str
+        Of the head.
+    template : (vertex, 3)
+        Metres.
+    faces : (face, 3 or 4)
+        Vertex indices.
+    expression_names : tuple of str
+        One per expression.
+    expression_basis : (expression, vertex, 3), optional
+        Metres.
+    notice : str
+        Licence and origin.
+
+    Returns
+    -------
+    HeadModel
+        Its landmarks, lips and regions are empty, so mouth measures refuse it.
+
+    Raises
+    ------
+    HeadError
+        For indices out of range and numbers that are not finite.
     """
     vertices, nothing = len(template), np.zeros(0, np.int32)
     if expression_basis is None:
@@ -105,9 +157,26 @@ def head_from_arrays(
 
 
 def with_template(head: HeadModel, template: NDArray[np.float32], name: str) -> HeadModel:
-    """The same rig with another neutral face (vertex, 3) m; joints move with their surroundings.
+    """The same rig with another neutral face; joints move with the vertices around them.
 
-    Raises HeadError for another number of vertices.
+    Parameters
+    ----------
+    head : HeadModel
+        The rig.
+    template : (vertex, 3) float32
+        Metres.
+    name : str
+        What messages call the face.
+
+    Returns
+    -------
+    HeadModel
+        Without an identity space.
+
+    Raises
+    ------
+    HeadError
+        For another number of vertices.
     """
     if template.shape != head.template.shape:
         raise HeadError.about(

@@ -1,4 +1,4 @@
-"""What every picture of a head needs besides positions: normals and colours."""
+"""Vertex normals, and linear vertex colours, for renderers and exporters."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.floating]
+FloatArray = NDArray[np.floating]
 
 
-def vertex_normals(points: Floats, triangles: NDArray[np.integer]) -> Floats:
+def vertex_normals(points: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
     """(vertex, 3) unit normals, triangles weighted by area."""
     return _unit(_gather(_face_normals(points, triangles), triangles, len(points)))
 
 
 def morphed_normals(
-    points: Floats, triangles: NDArray[np.integer], shapes: Floats
-) -> Iterator[tuple[NDArray[np.intp], Floats]]:
+    points: FloatArray, triangles: NDArray[np.integer], shapes: FloatArray
+) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:
     """For each shape (vertex, 3) added to `points`: vertices whose normals turn, and by how much.
 
     Only triangles that a shape moves are looked at.
@@ -40,12 +40,12 @@ def morphed_normals(
         yield vertices, _unit(total) - normals[vertices]
 
 
-def moved_vertices(shape: Floats) -> NDArray[np.bool_]:
+def moved_vertices(shape: FloatArray) -> NDArray[np.bool_]:
     """(vertex,) whether a shape (vertex, 3) moves it; faster than `any` over short rows."""
     return (shape[:, 0] != 0) | (shape[:, 1] != 0) | (shape[:, 2] != 0)
 
 
-def _face_normals(points: Floats, triangles: NDArray[np.integer]) -> Floats:
+def _face_normals(points: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
     a, b, c = points[triangles[:, 0]], points[triangles[:, 1]], points[triangles[:, 2]]
     u, v = b - a, c - a
     return np.stack(
@@ -58,19 +58,19 @@ def _face_normals(points: Floats, triangles: NDArray[np.integer]) -> Floats:
     )
 
 
-def _gather(faces: Floats, triangles: NDArray[np.integer], count: int) -> NDArray[np.float64]:
+def _gather(faces: FloatArray, triangles: NDArray[np.integer], count: int) -> NDArray[np.float64]:
     """Sum what faces give to each of their three vertices."""
     corners = triangles.ravel()
     parts = [np.bincount(corners, np.repeat(faces[:, axis], 3), count) for axis in range(3)]
     return np.stack(parts, axis=1).astype(np.float64, copy=False)
 
 
-def _unit(sums: NDArray[np.float64]) -> Floats:
+def _unit(sums: NDArray[np.float64]) -> FloatArray:
     lengths = np.sqrt((sums * sums).sum(axis=1, keepdims=True))
     return (sums / np.maximum(lengths, 1e-20)).astype(np.float32)
 
 
-def linear_colors(head: HeadModel) -> Floats:
+def linear_colors(head: HeadModel) -> FloatArray:
     """(vertex, 3) linear colours with the baked occlusion in them."""
     srgb = head.vertex_color.astype(np.float32) / 255
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

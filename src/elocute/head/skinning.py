@@ -5,31 +5,24 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from elocute.numerics.quaternions import to_matrices
 
-
-def rotation_matrices(quaternions: Array) -> Array:
-    """(..., 3, 3) of unit quaternions (..., 4) in the order w, x, y, z."""
-    w, x, y, z = np.moveaxis(np.asarray(quaternions), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, -1) for row in rows], -2)
+FloatArray = NDArray[np.floating]
 
 
 def joint_transforms(
-    quaternions: Array, joint_positions: Array, parents: tuple[int, ...]
-) -> tuple[Array, Array]:
+    quaternions: FloatArray, joint_positions: FloatArray, parents: tuple[int, ...]
+) -> tuple[FloatArray, FloatArray]:
     """World rotation (..., joint, 3, 3) and translation (..., joint, 3) from rest.
 
     Quaternions (..., joint, 4), positions (joint, 3) or (..., joint, 3).
     """
-    return chained(rotation_matrices(quaternions), joint_positions, parents)
+    return chained(to_matrices(quaternions), joint_positions, parents)
 
 
-def chained(local: Array, joint_positions: Array, parents: tuple[int, ...]) -> tuple[Array, Array]:
+def chained(
+    local: FloatArray, joint_positions: FloatArray, parents: tuple[int, ...]
+) -> tuple[FloatArray, FloatArray]:
     """World rotation (..., joint, 3, 3) and translation (..., joint, 3) from rest.
 
     A joint turns by its `local` rotation (..., joint, 3, 3) about its rest position inside its
@@ -52,12 +45,12 @@ def chained(local: Array, joint_positions: Array, parents: tuple[int, ...]) -> t
 
 
 def skin(
-    vertices: Array,
-    quaternions: Array,
-    joint_positions: Array,
+    vertices: FloatArray,
+    quaternions: FloatArray,
+    joint_positions: FloatArray,
     parents: tuple[int, ...],
-    weights: Array,
-) -> Array:
+    weights: FloatArray,
+) -> FloatArray:
     """(..., vertex, 3) m: v' = Σ_j w_j (R_j v + t_j).
 
     vertices (..., vertex, 3), quaternions (..., joint, 4), weights (vertex, joint).
@@ -65,7 +58,9 @@ def skin(
     return blended(vertices, *joint_transforms(quaternions, joint_positions, parents), weights)
 
 
-def blended(vertices: Array, rotations: Array, translations: Array, weights: Array) -> Array:
+def blended(
+    vertices: FloatArray, rotations: FloatArray, translations: FloatArray, weights: FloatArray
+) -> FloatArray:
     """(..., vertex, 3) m: vertices (..., vertex, 3) carried by world transforms of joints."""
     mixed = np.einsum("vj,...jab->...vab", weights, rotations)
     moved = np.einsum("...vab,...vb->...va", mixed, vertices)

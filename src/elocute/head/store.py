@@ -46,7 +46,22 @@ _TUPLES = ("expression_names", "joint_names", "joint_parents", "material_names")
 
 
 def save_head(path: Path, head: HeadModel) -> None:
-    """Write `head` as .npz; `path` appears only when it is whole. Raises OutputError."""
+    """Write a head as .npz; the file appears only when it is complete.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    head : HeadModel
+        What to write. Bases are rounded to 5 µm.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    HeadError
+        For a basis that moves a vertex by more than 163 mm.
+    """
     arrays: dict[str, NDArray[Any]] = {}
     for name in _FLOATS:
         arrays[name] = getattr(head, name).astype(np.float32)
@@ -65,7 +80,22 @@ def save_head(path: Path, head: HeadModel) -> None:
 
 
 def load_head(path: Path) -> HeadModel:
-    """Read what `save_head` wrote; HeadError if the file is not a head."""
+    """Read a head that `save_head` wrote.
+
+    Parameters
+    ----------
+    path : Path
+        The .npz file.
+
+    Returns
+    -------
+    HeadModel
+
+    Raises
+    ------
+    HeadError
+        For a file that is missing, damaged or no head.
+    """
     stored = read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=HeadError)
     try:
         return _head_of(stored)

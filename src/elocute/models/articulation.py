@@ -14,12 +14,12 @@ from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
-from elocute.models.ears import RESAMPLING_S, PhoneEar, phone_lookahead_s
-from elocute.models.protocol import Ears, Heard, Level, Span
+from elocute.models.feature_extraction import RESAMPLING_S, PhonePosteriorStream, phone_lookahead_s
+from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
 from elocute.models.styles import EVEN
 from elocute.motion.curves import Curves
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 NAME = "articulation"
 
 
@@ -27,10 +27,10 @@ class ArticulationModel:
     """The rules as a SpeechModel; its styles are those of `elocute.articulation.style`."""
 
     name, encoder, fps = NAME, "phones", 60.0
-    basis: Array | None = None
-    needs_whole, makes_contacts = False, True
+    basis: Float32Array | None = None
+    needs_sound_level, makes_contacts = False, True
     styles = tuple(STYLES)
-    answer_lookahead_s = LOOKAHEAD_S
+    decoder_lookahead_s = LOOKAHEAD_S
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -58,28 +58,36 @@ class ArticulationModel:
         """The convex mix of named styles, number by number. Raises InputError."""
         return mix_styles(dict(shares))
 
-    def ears(self, sample_rate: int, *, contacts: bool = True, level: Level | None = None) -> Ears:
-        return Ears(PhoneEar(sample_rate))
+    def feature_streams(
+        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+    ) -> FeatureStreams:
+        return FeatureStreams(PhonePosteriorStream(sample_rate))
 
-    def level_of(self, sound: Waveform) -> None:
-        """It hears no level: its front end goes by a running mean."""
+    def sound_level(self, sound: Waveform) -> None:
+        """None: its front end normalises by a running mean."""
 
-    def weights(self, heard: Heard, style: Style, span: Span) -> Array:
-        """(frame, component) of every shape of the built-in head; nobody blinks."""
-        return self.curves(heard, style, span, blinks=False).select(self.components).values
+    def weights(self, speech: SpeechFeatures, style: Style, span: FrameSpan) -> Float32Array:
+        """(frame, component) of every shape of the built-in head; without blinks."""
+        return self.curves(speech, style, span, blinks=False).select(self.components).values
 
     def curves(
-        self, heard: Heard, style: Style, span: Span, strength: float = 1.0, *, blinks: bool = True
+        self,
+        speech: SpeechFeatures,
+        style: Style,
+        span: FrameSpan,
+        strength: float = 1.0,
+        *,
+        blinks: bool = True,
     ) -> Curves:
         """Curves 0…1 of every shape that speech uses, and blinks."""
         chosen = style if blinks else replace(style, blink_per_min=0.0)
-        return _articulated(heard.features, chosen, span, strength)
+        return _articulated(speech.features, chosen, span, strength)
 
     def rig(self, head: HeadModel) -> HeadModel:
         return head
 
 
-def _articulated(phones: Features, style: Style, span: Span, strength: float) -> Curves:
+def _articulated(phones: Features, style: Style, span: FrameSpan, strength: float) -> Curves:
     return articulate(
         phones.values,
         phones.rate,

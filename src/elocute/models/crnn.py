@@ -1,4 +1,4 @@
-"""A trained recurrent model at run time: it hears sound by itself and has one style.
+"""A trained recurrent model at run time: its network takes the sound itself; it has no styles.
 
 In the built-in topology its shapes become the head's curves by bounded least squares, so contacts,
 rests and exporters follow as for every other model.
@@ -16,33 +16,38 @@ from numpy.typing import NDArray
 
 from elocute.articulation.driver import LOOKAHEAD_S, make_contacts
 from elocute.articulation.style import Style
+from elocute.audio.mel_with_deltas import HOP, RATE
 from elocute.audio.waveform import Waveform
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
-from elocute.models.crnn_network import SHIPPED, SPAN, CrnnNetwork
-from elocute.models.crnn_stream import CrnnStream, level_of
-from elocute.models.ears import RESAMPLING_S, PhoneEar, phone_lookahead_s
-from elocute.models.protocol import Ears, Heard, Level, Span
-from elocute.models.speech_shapes import as_builtin, speech_names
-from elocute.models.styles import rigged
+from elocute.models.crnn_network import (
+    SHIPPED,
+    WINDOW_COLUMNS,
+    CrnnNetwork,
+    CrnnStream,
+    sound_level,
+)
+from elocute.models.feature_extraction import RESAMPLING_S, PhonePosteriorStream, phone_lookahead_s
+from elocute.models.model_shapes import as_builtin, speech_names, with_own_shapes
+from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
 from elocute.motion.curves import Curves
 from elocute.numerics.resampling import frame_places, read_rows
 
-Array = NDArray[np.float32]
-COLUMN_S = 0.01
+Float32Array = NDArray[np.float32]
+COLUMN_S = HOP / RATE
 
 
 class CrnnModel:
-    """`crnn`, the one that ships, or a file of one's own, as a SpeechModel.
+    """The recurrent model that ships (`crnn`), or a trained one from a file, as a SpeechModel.
 
-    Raises ModelError where the file is missing, too large or no recurrent model of Elocute.
+    Raises ModelError where the file is missing, too large or not a recurrent model of Elocute.
     """
 
-    encoder = "mel3"
+    encoder = "mel-deltas"
     styles: tuple[str, ...] = ()
     components: tuple[str, ...] = ()
-    needs_whole = True
+    needs_sound_level = True
 
     def __init__(self, path: str | Path = SHIPPED, session: Any = None) -> None:
         self.network = CrnnNetwork(path, session)
@@ -53,7 +58,7 @@ class CrnnModel:
         return self.path.name
 
     @property
-    def basis(self) -> Array:
+    def basis(self) -> Float32Array:
         return self.network.basis
 
     @property
@@ -73,19 +78,19 @@ class CrnnModel:
         return self.topology == load_builtin_head().name
 
     @property
-    def answer_lookahead_s(self) -> float:
+    def decoder_lookahead_s(self) -> float:
         between_s = 2 / self.fps
         return max(between_s, LOOKAHEAD_S) if self.makes_contacts else between_s
 
     @property
     def lookahead_s(self) -> float:
-        heard_s = SPAN * COLUMN_S
+        features_s = WINDOW_COLUMNS * COLUMN_S
         if self.makes_contacts:
-            heard_s = max(heard_s, phone_lookahead_s())
-        return RESAMPLING_S + heard_s + self.answer_lookahead_s
+            features_s = max(features_s, phone_lookahead_s())
+        return RESAMPLING_S + features_s + self.decoder_lookahead_s
 
     def style(self, given: str | Style) -> None:
-        """It has none: only `plain` is taken. Raises ModelError."""
+        """None: only `plain` is allowed. Raises ModelError."""
         if given != "plain":
             shown = given if isinstance(given, str) else "with numbers"
             raise ModelError.about(
@@ -100,38 +105,48 @@ class CrnnModel:
             allowed="a model with styles: articulation, voca",
         )
 
-    def ears(self, sample_rate: int, *, contacts: bool = True, level: Level | None = None) -> Ears:
+    def feature_streams(
+        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+    ) -> FeatureStreams:
         own = CrnnStream(self.network, sample_rate, level=level)
-        return Ears(own, PhoneEar(sample_rate) if contacts and self.makes_contacts else None)
+        return FeatureStreams(
+            own, PhonePosteriorStream(sample_rate) if contacts and self.makes_contacts else None
+        )
 
-    def level_of(self, sound: Waveform) -> Level:
+    def sound_level(self, sound: Waveform) -> SoundLevel:
         """Mean and peak of the sound at the network's own rate."""
-        return level_of(sound)
+        return sound_level(sound)
 
-    def weights(self, heard: Heard, style: None, span: Span) -> Array:
+    def weights(self, speech: SpeechFeatures, style: None, span: FrameSpan) -> Float32Array:
         """(frame, component) on `basis`."""
-        features = heard.features
+        features = speech.features
         places = frame_places(span.first, span.count, features.rate, span.fps)
         return read_rows(features.values, places - features.first)
 
     def curves(
-        self, heard: Heard, style: None, span: Span, strength: float = 1.0, *, blinks: bool = True
+        self,
+        speech: SpeechFeatures,
+        style: None,
+        span: FrameSpan,
+        strength: float = 1.0,
+        *,
+        blinks: bool = True,
     ) -> Curves:
         """Curves 0…1 of the built-in head with contacts made, or weights of its own shapes."""
-        if not self.makes_contacts or heard.phones is None:
-            weights = self.weights(heard, style, span)
+        if not self.makes_contacts or speech.phones is None:
+            weights = self.weights(speech, style, span)
             return Curves(weights * np.float32(strength), self._own_names, span.fps)
-        rows = _near(heard, span)
+        rows = _near(speech, span)
         built = replace(rows.features, values=as_builtin(rows.features.values, self.basis))
-        values = self.weights(Heard(built), style, span)
+        values = self.weights(SpeechFeatures(built), style, span)
         bare = Curves(np.clip(values * strength, 0, 1), speech_names(), span.fps)
         return make_contacts(
             bare,
-            heard.phones.values,
-            heard.phones.rate,
+            speech.phones.values,
+            speech.phones.rate,
             Style() if blinks else Style(blink_per_min=0.0),
             first_frame=span.first,
-            first_row=heard.phones.first,
+            first_row=speech.phones.first,
             total_frames=span.total,
         )
 
@@ -139,18 +154,18 @@ class CrnnModel:
         """Raises ModelError for a head of another topology than it was trained in."""
         if self.makes_contacts:
             return head
-        return rigged(head, self.basis, self._own_names, self.path)
+        return with_own_shapes(head, self.basis, self._own_names, self.path)
 
     @property
     def _own_names(self) -> tuple[str, ...]:
         return tuple(f"speech{index:03d}" for index in range(len(self.basis)))
 
 
-def _near(heard: Heard, span: Span) -> Heard:
+def _near(speech: SpeechFeatures, span: FrameSpan) -> SpeechFeatures:
     """Only the rows between which the frames of a span lie."""
-    features = heard.features
+    features = speech.features
     places = frame_places(span.first, span.count, features.rate, span.fps) - features.first
     last = len(features.values) - 1
     low, high = min(int(places[0]), last), min(int(places[-1]) + 2, last + 1)
     near = replace(features, values=features.values[low:high], first=features.first + low)
-    return Heard(near)
+    return SpeechFeatures(near)

@@ -1,6 +1,11 @@
-"""The network of a recurrent model: mel columns and a state in, weights and a state out.
+"""The recurrent network and the stream that feeds it sound. ONNX alone, no torch.
 
-ONNX alone, no torch. `crnn_stream` feeds it sound.
+There is one way through: a whole sound is a stream fed once, so cutting makes no difference. A
+window looks 0.25 s ahead, and a stream answers so much later.
+
+The network takes sound whose peak is one and whose mean is zero. Of a whole sound both are known.
+A live one's peak is the loudest so far, never less than LEAST_PEAK, so that silence is not made
+loud; its mean is left alone, as sound cards remove it.
 """
 
 from __future__ import annotations
@@ -13,16 +18,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.mel_with_deltas import BANDS, CONTEXT, HOP, MARGIN, RATE
+from elocute.audio.mel_with_deltas import (
+    BANDS,
+    CONTEXT,
+    FLOOR,
+    HOP,
+    MARGIN,
+    RATE,
+    SILENT_PEAK,
+    WINDOW,
+    column_starts,
+    log_mel_at,
+)
+from elocute.audio.waveform import Waveform
 from elocute.errors import ModelError
-from elocute.models.onnx_record import check_file, open_session, run_session, stored_record
+from elocute.models.feature_extraction import ResamplingStream
+from elocute.models.model_file import check_file, open_session, run_session, stored_record
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 SHIPPED = "crnn"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "crnn.onnx"
-SPAN = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame needs
+WINDOW_COLUMNS = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame needs
 HIDDEN = 128
 OUTPUTS_MAX = 10_000
+BLOCK = 10 * RATE  # samples in one run: memory stays bounded
+LEAST_PEAK = 0.1
+TINY = 1e-30  # mel power, before the peak is known that FLOOR is relative to
+PIECE = 15  # frames (in the wild 2019, section 6.4)
+JOINS = ("state", "pieces")
+SMOOTHING = (0.25, 0.5, 0.25)  # of the frames on both sides of a join
 
 
 @dataclass(frozen=True)
@@ -37,9 +61,9 @@ class CrnnRecord:
 
 
 class CrnnNetwork:
-    """`crnn`, the one that ships, or a file of one's own.
+    """The network that ships (`crnn`), or a trained one from a file.
 
-    Raises ModelError where the file is missing, too large or no recurrent model of Elocute.
+    Raises ModelError where the file is missing, too large or not a recurrent model of Elocute.
     """
 
     def __init__(self, path: str | Path, session: Any = None) -> None:
@@ -58,11 +82,11 @@ class CrnnNetwork:
             if stored["kind"] != "crnn":
                 raise ValueError(stored["kind"])
             record = CrnnRecord(
-                float(stored["fps"]),
-                int(stored["outputs"]),
-                str(stored["topology"]),
-                int(stored["vertices"]),
-                str(stored["note"]),
+                fps=float(stored["fps"]),
+                outputs=int(stored["outputs"]),
+                topology=str(stored["topology"]),
+                vertices=int(stored["vertices"]),
+                note=str(stored["note"]),
             )
             if not 1 <= record.fps <= RATE / HOP or record.vertices < 1:
                 raise ValueError(f"fps {record.fps}")
@@ -77,9 +101,9 @@ class CrnnNetwork:
             ) from error
 
     @cached_property
-    def basis(self) -> Array:
-        """(component, vertex, 3) m that its weights weigh. Raises ModelError."""
-        silence = np.zeros((SPAN, BANDS), np.float32)
+    def basis(self) -> Float32Array:
+        """(component, vertex, 3) m of its weights. Raises ModelError."""
+        silence = np.zeros((WINDOW_COLUMNS, BANDS), np.float32)
         basis = self._run(["basis"], silence, np.zeros(1, np.int64), self.rest)[0]
         if basis.shape != (self.record.outputs, self.record.vertices, 3):
             raise ModelError.about(
@@ -90,13 +114,16 @@ class CrnnNetwork:
         return basis
 
     @property
-    def rest(self) -> tuple[Array, Array]:
-        """The LSTM's state before anything is heard."""
+    def rest(self) -> tuple[Float32Array, Float32Array]:
+        """The LSTM's state before the sound begins."""
         return np.zeros((1, 1, HIDDEN), np.float32), np.zeros((1, 1, HIDDEN), np.float32)
 
     def step(
-        self, columns: Array, starts: NDArray[np.int64], state: tuple[Array, Array]
-    ) -> tuple[Array, tuple[Array, Array]]:
+        self,
+        columns: Float32Array,
+        starts: NDArray[np.int64],
+        state: tuple[Float32Array, Float32Array],
+    ) -> tuple[Float32Array, tuple[Float32Array, Float32Array]]:
         """(column, 128) and (frame,) first columns of windows to (frame, component) and state."""
         names = ["weights", "hidden_after", "cell_after"]
         weights, hidden, cell = self._run(names, columns, starts, state)
@@ -111,9 +138,221 @@ class CrnnNetwork:
     def _run(
         self,
         names: list[str],
-        columns: Array,
+        columns: Float32Array,
         starts: NDArray[np.int64],
-        state: tuple[Array, Array],
-    ) -> list[Array]:
+        state: tuple[Float32Array, Float32Array],
+    ) -> list[Float32Array]:
         given = {"columns": columns, "starts": starts, "hidden": state[0], "cell": state[1]}
         return run_session(self.session, self.path, names, given)
+
+
+def samples_level(samples: Float32Array) -> tuple[float, float]:
+    """Mean and peak of a sound, as `mel_deltas` takes them; the peak of silence is infinite."""
+    mean = np.float32(samples.mean(dtype=np.float64))
+    peak = float(np.abs(samples - mean).max())
+    return float(mean), peak if peak > SILENT_PEAK else float("inf")
+
+
+def sound_level(sound: Waveform) -> tuple[float, float]:
+    """Mean and peak of a whole sound at the network's rate."""
+    return samples_level(sound.resample(RATE).samples)
+
+
+def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") -> Float32Array:
+    """The weights of a whole sound, normalised by its peak.
+
+    Parameters
+    ----------
+    model : CrnnNetwork
+        The network.
+    sound : Waveform
+        The sound.
+    joins : str
+        "state" lets the LSTM remember everything before; "pieces" restarts it every 15 frames and
+        smooths over the joins, as the paper does for sentences.
+
+    Returns
+    -------
+    (frame, component) float32
+        At the model's frame rate.
+
+    Raises
+    ------
+    ModelError
+        For an unknown way of joining, and a file that is no such network.
+
+    References
+    ----------
+    Tzirakis et al. 2019, section 6.4.
+    """
+    samples = sound.resample(RATE).samples
+    stream = CrnnStream(model, RATE, joins, samples_level(samples))
+    parts = [stream.push(samples[at : at + BLOCK]) for at in range(0, len(samples), BLOCK)]
+    return np.concatenate([*parts, stream.flush(sound.duration_s)])
+
+
+class CrnnStream:
+    """Sound in blocks of any length to frames of weights, each as soon as its window is complete.
+
+    Parameters
+    ----------
+    model : CrnnNetwork
+        The network.
+    sample_rate : int
+        Of the sound, Hz.
+    joins : str
+        "state" carries the LSTM's state on; "pieces" restarts it every 15 frames and smooths the
+        joins.
+    level : (float, float), optional
+        Mean and peak of the whole sound, where known.
+
+    Raises
+    ------
+    ModelError
+        For an unknown way of joining.
+    """
+
+    def __init__(
+        self,
+        model: CrnnNetwork,
+        sample_rate: int,
+        joins: str = "state",
+        level: tuple[float, float] | None = None,
+    ) -> None:
+        if joins not in JOINS:
+            raise ModelError.about(f"joins {joins!r}", found="unknown", allowed=", ".join(JOINS))
+        self._model, self._rate, self._joins = model, sample_rate, joins
+        self._fps = model.record.fps
+        self._columns = _Columns(level)
+        self._resampled = ResamplingStream(sample_rate, RATE)
+        self._samples_in = 0  # samples that came in, at their own rate
+        self._frame = 0
+        self._state = model.rest
+        self._held = np.zeros((0, model.record.outputs), np.float32)
+        self._given = 0  # how many of the frames held were given out already
+
+    name = "crnn"
+
+    @property
+    def rate(self) -> float:
+        """Frames per second."""
+        return self._fps
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        """(frame, component) that are ready now, perhaps none."""
+        self._samples_in += len(samples)
+        self._columns.push(self._resampled.push(samples))
+        ready = self._ready()
+        return self._joined(self._answer(ready), last=False)
+
+    def flush(self, duration_s: float | None = None) -> Float32Array:
+        """The frames that were waiting for sound that did not come: silence stands for it."""
+        duration_s = self._samples_in / self._rate if duration_s is None else duration_s
+        self._columns.push(self._resampled.push(np.zeros(0, np.float32), last=True))
+        total = max(1, round(duration_s * self._fps))
+        self._columns.finish(int(column_starts(1, self._fps, total - 1)[0]) + WINDOW_COLUMNS)
+        return self._joined(self._answer(total), last=True)
+
+    def _ready(self) -> int:
+        """Frames whose windows are whole."""
+        count = self._frame
+        while int(column_starts(1, self._fps, count)[0]) + WINDOW_COLUMNS <= self._columns.end:
+            count += 1
+        return count
+
+    def _answer(self, until: int) -> Float32Array:
+        parts = [np.zeros((0, self._model.record.outputs), np.float32)]
+        while self._frame < until:
+            step = until - self._frame
+            if self._joins == "pieces":
+                step = min(step, PIECE - self._frame % PIECE)
+                if self._frame % PIECE == 0:
+                    self._state = self._model.rest
+            starts = column_starts(step, self._fps, self._frame)
+            columns = self._columns.of(int(starts[0]), int(starts[-1]) + WINDOW_COLUMNS)
+            weights, self._state = self._model.step(columns, starts - starts[0], self._state)
+            parts.append(weights)
+            self._frame += step
+        self._columns.forget(int(column_starts(1, self._fps, self._frame)[0]))
+        return np.concatenate(parts)
+
+    def _joined(self, weights: Float32Array, *, last: bool) -> Float32Array:
+        """Smooth the frames on both sides of every join of pieces.
+
+        A frame waits for the one after it, and the one before stays until then, as it was.
+        """
+        if self._joins == "state":
+            return weights
+        held = np.concatenate([self._held, weights])
+        first, smooth = self._frame - len(held), held.copy()
+        for place in range(1, len(held) - 1):
+            if (first + place) % PIECE in (0, PIECE - 1):
+                smooth[place] = np.asarray(SMOOTHING, np.float32) @ held[place - 1 : place + 2]
+        stop = len(held) if last else max(len(held) - 1, self._given)
+        out = smooth[self._given : stop]
+        kept = max(stop - 1, 0)
+        self._held, self._given = held[kept:], stop - kept
+        return out
+
+
+class _Columns:
+    """Log-mel columns of what has come in, those that are still needed."""
+
+    def __init__(self, level: tuple[float, float] | None) -> None:
+        self._level = level
+        self._peak = LEAST_PEAK
+        self._samples = np.zeros(0, np.float32)
+        self._offset = 0  # of the first sample kept
+        self._values = np.zeros((0, BANDS), np.float32)
+        self._first = 0  # of the first column kept
+        self._total = 0
+
+    @property
+    def end(self) -> int:
+        return self._first + len(self._values)
+
+    def push(self, samples: Float32Array) -> None:
+        mean = 0.0 if self._level is None else self._level[0]
+        self._samples = np.concatenate([self._samples, samples - np.float32(mean)])
+        self._total += len(samples)
+        self._compute((self._total - WINDOW // 2) // HOP + CONTEXT + MARGIN + 1)
+
+    def finish(self, end: int) -> None:
+        """All columns up to `end`, silence after the sound."""
+        self._compute(end)
+
+    def of(self, start: int, end: int) -> Float32Array:
+        return self._values[start - self._first : end - self._first]
+
+    def forget(self, start: int) -> None:
+        """Columns before `start` are not asked for again."""
+        drop = max(0, min(start, self.end) - self._first)
+        self._values, self._first = self._values[drop:], self._first + drop
+
+    def _compute(self, end: int) -> None:
+        """Column c is centred on sample (c - 24) · HOP."""
+        if end <= self.end:
+            return
+        middles = HOP * (np.arange(self.end, end) - CONTEXT - MARGIN)
+        peaks = self._peaks(middles)
+        values = log_mel_at(self._samples, middles - self._offset, floor=TINY)
+        levelled = values - 2 * np.log(peaks)[:, None]
+        self._values = np.concatenate(
+            [self._values, np.maximum(levelled, np.log(FLOOR)).astype(np.float32)]
+        )
+        drop = max(0, HOP * (end - CONTEXT - MARGIN) - WINDOW // 2 - self._offset)
+        self._samples, self._offset = (
+            self._samples[drop:],
+            self._offset + min(drop, len(self._samples)),
+        )
+
+    def _peaks(self, middles: NDArray[np.integer]) -> NDArray[np.float64]:
+        """(column,) what a column's peak is: the whole sound's, or the loudest up to its end."""
+        if self._level is not None:
+            return np.full(len(middles), self._level[1])
+        ends = np.clip(middles + WINDOW // 2 - self._offset, 0, len(self._samples))
+        loud = np.maximum.accumulate(np.abs(self._samples)) if len(self._samples) else np.zeros(1)
+        found = np.where(ends > 0, loud[np.maximum(ends - 1, 0)], 0.0)
+        peaks = np.maximum.accumulate(np.maximum(found, self._peak))
+        self._peak = float(peaks[-1])
+        return peaks.astype(np.float64)

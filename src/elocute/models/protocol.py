@@ -1,7 +1,7 @@
-"""What a model that turns speech into motion is: one protocol for all of them.
+"""The protocol of all models that turn speech into motion.
 
-A model listens (its ears turn sound into rows of features, as it comes in) and answers (frames of
-curves for a stretch of what it heard). A whole recording is a stream fed once.
+A model has feature streams, which turn sound into rows of features as it comes in, and gives frames
+of weights or curves for a stretch of those. A whole recording is a stream fed once.
 """
 
 from __future__ import annotations
@@ -19,14 +19,24 @@ from elocute.audio.waveform import Waveform
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves
 
-Array = NDArray[np.float32]
-Level = tuple[float, float]
+Float32Array = NDArray[np.float32]
+SoundLevel = tuple[float, float]
 """Mean and peak of a whole sound."""
 
 
 @dataclass(frozen=True)
-class Span:
-    """Frames `first` … `first + count - 1` at `fps`; `total` frames in the whole take."""
+class FrameSpan:
+    """Frames `first` to `first + count - 1` of a take at `fps`.
+
+    Parameters
+    ----------
+    first, count : int
+        The first frame, and how many.
+    fps : float
+        Frames per second.
+    total : int, optional
+        How many frames the whole take has.
+    """
 
     first: int
     count: int
@@ -34,25 +44,30 @@ class Span:
     total: int | None = None
 
     @classmethod
-    def whole(cls, count: int, fps: float) -> Span:
+    def whole(cls, count: int, fps: float) -> FrameSpan:
         """All frames of a take."""
         return cls(0, count, fps, count)
 
 
 @dataclass(frozen=True, eq=False)
-class Heard:
-    """A stretch of sound as a model hears it.
+class SpeechFeatures:
+    """A stretch of speech as features.
 
-    features  what it answers to
-    phones    (row, 40) log-posteriors at 50 Hz, where contacts and rests are made from them
+    Parameters
+    ----------
+    features : Features
+        What the model computes its weights from.
+    phones : Features, optional
+        (row, 40) log-posteriors of phones at 50 Hz, where contacts and rests are made from them and
+        `features` are something else.
     """
 
     features: Features
     phones: Features | None = None
 
 
-class Ear(Protocol):
-    """Sound in, rows of features out, each as soon as it is certain."""
+class FeatureStream(Protocol):
+    """Blocks of sound in, rows of features out, each as soon as it is certain."""
 
     @property
     def rate(self) -> float:
@@ -61,39 +76,67 @@ class Ear(Protocol):
 
     @property
     def name(self) -> str:
-        """What Features.encoder says."""
+        """As in `Features.encoder`."""
         ...
 
-    def push(self, samples: Array) -> Array:
-        """(sample,) to the (row, feature) that are certain now, perhaps none."""
+    def push(self, samples: Float32Array) -> Float32Array:
+        """Take a block of sound.
+
+        Parameters
+        ----------
+        samples : (sample,) float32
+            Mono, full scale ±1, of any length.
+
+        Returns
+        -------
+        (row, feature) float32
+            The rows that are certain now, perhaps none.
+        """
         ...
 
-    def flush(self) -> Array:
-        """The rows that were waiting for more sound."""
+    def flush(self) -> Float32Array:
+        """End the sound: the (row, feature) that were waiting for more of it."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
-class Ears:
-    """What listens for a model: to its features, and to phones where it needs them besides."""
+class FeatureStreams:
+    """A model's features, and phones where it needs them besides."""
 
-    features: Ear
-    phones: Ear | None = None
+    features: FeatureStream
+    phones: FeatureStream | None = None
 
 
 class SpeechModel(Protocol):
-    """Speech to motion.
+    """A model that turns speech into motion.
 
-    name          as `open_model` knows it, or the file's name
-    encoder       what hears for it
-    styles        names of its speaking styles, () where it has none
-    components    names of what `weights` weigh, () where it has a basis of its own
-    basis         (component, vertex, 3) m of its own, or None for shapes of the built-in head
-    topology      the head whose mesh it moves, and how many vertices that has
-    fps           frames per second at which it thinks; it answers at any rate
-    lookahead_s   how much later than a frame's own time the sound must be known; infinite where
-                  its encoder wants the whole sound first
-    needs_whole   whether it hears better with the level of the whole sound known beforehand
+    Attributes
+    ----------
+    name : str
+        As `open_model` knows it, or the name of its file.
+    encoder : str
+        The encoder whose features it takes.
+    styles : tuple of str
+        Its speaking styles; () where it has none.
+    components : tuple of str
+        What `weights` weigh: shapes of the built-in head; () where it has a basis of its own.
+    basis : (component, vertex, 3) float32 or None
+        That basis, m; None for shapes of the built-in head.
+    topology : str
+        The head whose mesh it moves.
+    vertex_count : int
+        How many vertices that has.
+    fps : float
+        The frame rate of its network; frames can be asked for at any rate.
+    lookahead_s : float
+        How much later than a frame's own time the sound must be known, s; infinite where its
+        encoder needs the whole sound first.
+    decoder_lookahead_s : float
+        The part of it by which features must lead a frame, s.
+    needs_sound_level : bool
+        Whether it normalises by the level of the whole sound where that is known beforehand.
+    makes_contacts : bool
+        Whether `curves` are those of the built-in head, with closures and rests made.
     """
 
     @property
@@ -105,7 +148,7 @@ class SpeechModel(Protocol):
     @property
     def components(self) -> tuple[str, ...]: ...
     @property
-    def basis(self) -> Array | None: ...
+    def basis(self) -> Float32Array | None: ...
     @property
     def topology(self) -> str: ...
     @property
@@ -115,54 +158,112 @@ class SpeechModel(Protocol):
     @property
     def lookahead_s(self) -> float: ...
     @property
-    def answer_lookahead_s(self) -> float:
-        """The part of it that lies between what is heard and the frame."""
+    def decoder_lookahead_s(self) -> float:
+        """The part of `lookahead_s` by which features must lead a frame."""
         ...
 
     @property
-    def needs_whole(self) -> bool: ...
+    def needs_sound_level(self) -> bool: ...
     @property
     def makes_contacts(self) -> bool:
         """Whether `curves` are those of the built-in head, with closures and rests made."""
         ...
 
     def style(self, given: str | Style) -> Any:
-        """A style as `weights` and `curves` take it, from a name, a mix, `even` or a .json file.
+        """A style as `weights` and `curves` take it.
 
-        Raises ModelError (InputError for the rules) naming what is allowed.
+        Parameters
+        ----------
+        given : str or Style
+            A name, a mix ("a:0.7,b:0.3"), "even" or a .json file; a Style for the rule-based model.
+
+        Raises
+        ------
+        ModelError
+            Naming the styles that it has (InputError from the rule-based model).
         """
         ...
 
     def mix(self, shares: Mapping[str, float]) -> Any:
-        """The same from shares of its styles. Raises ModelError for one that it has not."""
+        """The same from shares of its styles. Raises ModelError for an unknown style."""
         ...
 
-    def ears(self, sample_rate: int, *, contacts: bool = True, level: Level | None = None) -> Ears:
-        """What hears sound of this rate; without `contacts` only what `weights` need.
+    def feature_streams(
+        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+    ) -> FeatureStreams:
+        """New streams for one sound.
 
-        level  of the whole sound, where it is known. Raises AudioError, MachineError.
+        Parameters
+        ----------
+        sample_rate : int
+            Of the sound, Hz.
+        contacts : bool
+            Whether phones are wanted too, where `curves` needs them; False for `weights` alone.
+        level : (float, float), optional
+            Mean and peak of the whole sound, where known.
+
+        Raises
+        ------
+        AudioError, MachineError
+            For a sample rate out of range, and a package that is missing.
         """
         ...
 
-    def level_of(self, sound: Waveform) -> Level | None:
-        """The level that `ears` take, for a model that `needs_whole`."""
+    def sound_level(self, sound: Waveform) -> SoundLevel | None:
+        """The level that `feature_streams` takes, where `needs_sound_level`."""
         ...
 
-    def weights(self, heard: Heard, style: Any, span: Span) -> Array:
-        """(frame, component) as the model has them: no blinks, no strength, nothing clipped.
+    def weights(self, speech: SpeechFeatures, style: Any, span: FrameSpan) -> Float32Array:
+        """The network's own answer: no blinks, no strength, nothing clipped.
 
-        Raises ModelError for features of another size than it was trained on.
+        Parameters
+        ----------
+        speech : SpeechFeatures
+            Features that reach `decoder_lookahead_s` beyond the span, or to the end of the sound.
+        style
+            What `style` or `mix` gave.
+        span : FrameSpan
+            The frames wanted.
+
+        Returns
+        -------
+        (frame, component) float32
+
+        Raises
+        ------
+        ModelError
+            For features of another size than it was trained on.
         """
         ...
 
     def curves(
-        self, heard: Heard, style: Any, span: Span, strength: float = 1.0, *, blinks: bool = True
+        self,
+        speech: SpeechFeatures,
+        style: Any,
+        span: FrameSpan,
+        strength: float = 1.0,
+        *,
+        blinks: bool = True,
     ) -> Curves:
-        """What moves a face: for the built-in head with contacts, rests and blinks made, else
-        weights of the model's own shapes, scaled. Raises ModelError as `weights`.
+        """What moves a face: curves of the built-in head with contacts, rests and blinks made, or
+        weights of the model's own shapes.
+
+        Parameters
+        ----------
+        speech, style, span
+            As `weights` takes them.
+        strength : float
+            How far the mouth moves, 0 to 2.
+        blinks : bool
+            Whether the built-in head blinks.
+
+        Raises
+        ------
+        ModelError
+            As `weights`.
         """
         ...
 
     def rig(self, head: HeadModel) -> HeadModel:
-        """`head` with the shapes that `curves` name. Raises ModelError for another topology."""
+        """`head` with the shapes that `curves` names. Raises ModelError for another topology."""
         ...

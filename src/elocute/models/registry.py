@@ -9,12 +9,12 @@ from elocute.errors import ModelError
 from elocute.models import articulation, crnn_network, voca
 from elocute.models.articulation import ArticulationModel
 from elocute.models.crnn import CrnnModel
-from elocute.models.onnx_record import check_file, open_session, stored_record
+from elocute.models.model_file import check_file, open_session, stored_record
 from elocute.models.protocol import SpeechModel
 from elocute.models.voca import VocaModel
 from elocute.numerics.given import check_kind
 
-DEFAULT = articulation.NAME
+DEFAULT_MODEL = articulation.NAME
 
 
 def model_names() -> tuple[str, ...]:
@@ -22,10 +22,22 @@ def model_names() -> tuple[str, ...]:
     return (articulation.NAME, voca.SHIPPED, crnn_network.SHIPPED)
 
 
-def open_model(model: str | Path = DEFAULT) -> SpeechModel:
-    """The model of that name, or of a trained model's file (.onnx).
+def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
+    """Open any speech model by its name or file.
 
-    Raises ModelError where the file is missing, too large or no model of Elocute.
+    Parameters
+    ----------
+    model : str or Path
+        "articulation", "voca" or "crnn", or the file of a trained model (.onnx).
+
+    Returns
+    -------
+    SpeechModel
+
+    Raises
+    ------
+    ModelError
+        For an unknown name, and a file that is missing, too large or not a model of Elocute.
     """
     check_kind("model", model, str | os.PathLike, "a name or a path", ModelError)
     if str(model) == articulation.NAME:

@@ -1,7 +1,7 @@
 """Live speech: blocks of sound in, frames of curves out, each as soon as it is certain.
 
-What has been heard is kept for `HISTORY_S` behind the frames given out, so that memory stays
-bounded; a frame is answered from that stretch exactly as it would be from the whole sound.
+Features are kept for `HISTORY_S` behind the last frame, so that memory stays bounded; a frame is
+computed from that stretch exactly as it would be from the whole sound.
 """
 
 from __future__ import annotations
@@ -19,15 +19,22 @@ from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import check_rate, check_samples
 from elocute.errors import AudioError, InputError
-from elocute.models.protocol import Ear, Heard, Level, Span, SpeechModel
-from elocute.models.registry import DEFAULT, open_model
+from elocute.models.protocol import (
+    FeatureStream,
+    FrameSpan,
+    SoundLevel,
+    SpeechFeatures,
+    SpeechModel,
+)
+from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves
 from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
+from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 FPS_RANGE = (1.0, 240.0)
 STRENGTH_RANGE = (0.0, 2.0)
 BEYOND_S = 1.0  # frames that a live take has at least after the last one given out
@@ -36,21 +43,27 @@ INT16_SCALE = 1 / 32768
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One moment of a face.
+    """One frame of a face.
 
-    time_s     since the first sample
-    names      of the curves
-    values     (curve,) float32
-    rotations  (joint, 4) wxyz of the head's joints; at rest, as speech turns none of them yet
+    Parameters
+    ----------
+    time_s : float
+        Seconds since the first sample.
+    names : tuple of str
+        The names of the curves.
+    values : (curve,) float32
+        Their values: 0 to 1 on the built-in head.
+    rotations : (joint, 4) float32
+        Quaternions wxyz of the head's joints; at rest, as no model turns joints yet.
     """
 
     time_s: float
     names: tuple[str, ...]
-    values: Array
-    rotations: Array
+    values: Float32Array
+    rotations: Float32Array
 
     def __getitem__(self, name: str) -> float:
-        """The value of one curve. Raises KeyError for a name that there is not."""
+        """The value of one curve. Raises KeyError for an unknown name."""
         try:
             return float(self.values[self.names.index(name)])
         except ValueError:
@@ -62,11 +75,28 @@ class Frame:
 
 
 class CurveStream:
-    """A model's answer to sound in blocks: `push` gives the frames that are certain.
+    """Live curves of any model: `push` sound, get the frames that are certain.
 
-    With `level` (mean and peak of the whole sound) a model that normalises by it gives what the
-    whole sound gives; without, it goes by what it has heard so far. Raises InputError for
-    settings out of range, and what the model raises for a style.
+    Parameters
+    ----------
+    model : SpeechModel
+        The model to run.
+    sample_rate : int
+        Of the sound, Hz.
+    fps : float
+        Frames per second, 1 to 240.
+    style : str or Style
+        As `animate` takes it.
+    strength : float
+        How far the mouth moves, 0 to 2.
+    level : (float, float), optional
+        Mean and peak of the whole sound. A model that normalises by them then gives what the whole
+        sound gives; without, it goes by the sound so far.
+
+    Raises
+    ------
+    InputError
+        For settings out of range, and for a style that the model does not have.
     """
 
     def __init__(
@@ -77,7 +107,7 @@ class CurveStream:
         fps: float = 60.0,
         style: str | Style = "plain",
         strength: float = 1.0,
-        level: Level | None = None,
+        level: SoundLevel | None = None,
     ) -> None:
         check_range("fps", fps, FPS_RANGE)
         check_range("strength", strength, STRENGTH_RANGE)
@@ -85,15 +115,15 @@ class CurveStream:
         self.sample_rate = check_rate("stream", sample_rate)
         self._style, self._strength = model.style(checked_style(style)), strength
         _check_level(level)
-        ears = model.ears(self.sample_rate, level=level)
-        self._features = _Rows(ears.features)
-        self._phones = None if ears.phones is None else _Rows(ears.phones)
+        streams = model.feature_streams(self.sample_rate, level=level)
+        self._features = _FeatureBuffer(streams.features)
+        self._phones = None if streams.phones is None else _FeatureBuffer(streams.phones)
         self._samples = self._frames = 0
         self._ended = False
 
     @property
     def lookahead_s(self) -> float:
-        """A frame comes out when so much sound after its own time has been pushed."""
+        """How much sound after its own time a frame waits for, s."""
         return self.model.lookahead_s
 
     @property
@@ -102,110 +132,146 @@ class CurveStream:
         return self._frames
 
     def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Curves | None:
-        """Curves of the frames that are certain now, or None.
+        """Take a block of sound.
 
-        samples (sample,) floats within ±1 or 16-bit integers, of any length. Raises AudioError
-        for anything else, and after `flush`.
+        Parameters
+        ----------
+        samples : (sample,) floats within ±1, or int16
+            A block of any length.
+
+        Returns
+        -------
+        Curves or None
+            The frames that are certain now; None where there is none.
+
+        Raises
+        ------
+        AudioError
+            For anything else, and after `flush`.
         """
         if self._ended:
             raise AudioError("stream: found sound after its end; allowed: a new stream")
         block = checked_block(samples, self.sample_rate, self._samples)
         self._samples += len(block)
-        for rows in self._tracks:
-            rows.push(block)
-        certain_s = min(rows.known_s for rows in self._tracks) - self.model.answer_lookahead_s
+        for buffer in self._buffers:
+            buffer.push(block)
+        certain_s = min(buffer.known_s for buffer in self._buffers) - self.model.decoder_lookahead_s
         count = math.floor(certain_s * self.fps) + 1 - self._frames
         return self._answer(count, None) if count > 0 else None
 
     def flush(self) -> Curves | None:
-        """The rest, once no more sound comes. Nothing is answered to silence of no length."""
+        """End the sound.
+
+        Returns
+        -------
+        Curves or None
+            The remaining frames; None where there are none, or the sound was too short to be any.
+        """
         if self._ended or not self._samples:
             self._ended = True
             return None
         self._ended = True
-        for rows in self._tracks:
-            rows.flush()
-        if any(rows.known_s < 0 for rows in self._tracks):
-            return None  # a sample or two is no sound
+        for buffer in self._buffers:
+            buffer.flush()
+        if any(buffer.known_s < 0 for buffer in self._buffers):
+            return None  # a sample or two is too short to encode
         total = frames_in(self._samples / self.sample_rate, self.fps)
         return self._answer(total - self._frames, total) if total > self._frames else None
 
     @property
-    def _tracks(self) -> list[_Rows]:
+    def _buffers(self) -> list[_FeatureBuffer]:
         return [self._features] if self._phones is None else [self._features, self._phones]
 
     def _answer(self, count: int, total: int | None) -> Curves:
         if total is None:
             total = self._frames + count + math.ceil(BEYOND_S * self.fps)
-        span = Span(self._frames, count, self.fps, total)
+        span = FrameSpan(self._frames, count, self.fps, total)
         phones = None if self._phones is None else self._phones.features
-        heard = Heard(self._features.features, phones)
-        curves = self.model.curves(heard, self._style, span, self._strength)
+        speech = SpeechFeatures(self._features.features, phones)
+        curves = self.model.curves(speech, self._style, span, self._strength)
         self._frames += count
-        for rows in self._tracks:
-            rows.forget_before(self._frames / self.fps - HISTORY_S)
+        for buffer in self._buffers:
+            buffer.forget_before(self._frames / self.fps - HISTORY_S)
         return curves
 
 
-class _Rows:
-    """Rows that an ear gave and that are still needed."""
+class _FeatureBuffer:
+    """The rows of a feature stream that are still needed."""
 
-    def __init__(self, ear: Ear) -> None:
-        self._ear = ear
-        self._values: Array | None = None
+    def __init__(self, stream: FeatureStream) -> None:
+        self._stream = stream
+        self._values: Float32Array | None = None
         self._first = 0
 
     @property
     def features(self) -> Features:
-        """What is kept."""
+        """The rows that are kept."""
         assert self._values is not None
-        return Features(self._values, self._ear.rate, self._ear.name, self._first)
+        return Features(self._values, self._stream.rate, self._stream.name, self._first)
 
     @property
     def known_s(self) -> float:
         """The time of the last row."""
         count = 0 if self._values is None else len(self._values)
-        return (self._first + count - 1) / self._ear.rate
+        return (self._first + count - 1) / self._stream.rate
 
-    def push(self, block: Array) -> None:
-        self._add(self._ear.push(block))
+    def push(self, block: Float32Array) -> None:
+        self._add(self._stream.push(block))
 
     def flush(self) -> None:
-        self._add(self._ear.flush())
+        self._add(self._stream.flush())
 
-    def _add(self, rows: Array) -> None:
+    def _add(self, rows: Float32Array) -> None:
         self._values = rows if self._values is None else np.concatenate([self._values, rows])
 
     def forget_before(self, time_s: float) -> None:
-        drop = math.floor(time_s * self._ear.rate) - self._first
+        drop = math.floor(time_s * self._stream.rate) - self._first
         if self._values is not None and drop > 0:
             drop = min(drop, len(self._values) - 1)
             self._values, self._first = self._values[drop:], self._first + drop
 
 
 class Stream:
-    """What `elocute.stream` gives: sound in, `Frame`s out."""
+    """Live animation, as `elocute.stream` opens it: blocks of sound in, `Frame`s out."""
 
     def __init__(self, curves: CurveStream, names: tuple[str, ...], joints: int) -> None:
         self._curves, self._names = curves, names
-        self._rest = np.tile(np.array([1, 0, 0, 0], np.float32), (joints, 1))
+        self._rest = no_turn(joints)
 
     @property
     def lookahead_s(self) -> float:
-        """A frame comes out when so much sound after its own time has been pushed."""
+        """How much sound after its own time a frame waits for, s."""
         return self._curves.lookahead_s
 
     def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Iterator[Frame]:
-        """The frames that are certain now. The block counts as pushed at once.
+        """Take a block of sound; it counts as pushed at once.
 
-        samples (sample,) mono floats within ±1 or 16-bit integers at the stream's rate. Raises
-        AudioError for anything else.
+        Parameters
+        ----------
+        samples : (sample,) floats within ±1, or int16
+            Mono, at the stream's rate, of any length.
+
+        Returns
+        -------
+        iterator of Frame
+            The frames that are certain now, perhaps none.
+
+        Raises
+        ------
+        AudioError
+            For anything else, and after `flush`.
         """
         first = self._curves.frames_given
         return self._frames(self._curves.push(samples), first)
 
     def flush(self) -> Iterator[Frame]:
-        """The frames that are left, once no more sound comes."""
+        """End the sound.
+
+        Returns
+        -------
+        iterator of Frame
+            The remaining frames.
+        """
         first = self._curves.frames_given
         return self._frames(self._curves.flush(), first)
 
@@ -228,14 +294,46 @@ class Stream:
 
 def stream(
     rate: int = 48000,
-    model: str | Path = DEFAULT,
+    model: str | Path = DEFAULT_MODEL,
     fps: float = 60.0,
     *,
     style: str | Style = "plain",
     strength: float = 1.0,
-    level: Level | None = None,
+    level: SoundLevel | None = None,
 ) -> Stream:
     """Animate speech while it comes in.
+
+    A frame has all curves of the built-in head, or of the model's own shapes. It comes out
+    `lookahead_s` after its time.
+
+    Parameters
+    ----------
+    rate : int
+        Sample rate of the sound, Hz.
+    model : str or Path
+        "articulation", "voca", "crnn", or a trained model (.onnx).
+    fps : float
+        Frames per second, 1 to 240.
+    style : str or Style
+        A name, a mix, or a JSON file, as `animate` takes it.
+    strength : float
+        How far the mouth moves, 0 to 2.
+    level : (float, float), optional
+        Mean and peak of the whole sound, where known: the recurrent model normalises by them.
+
+    Returns
+    -------
+    Stream
+        Takes sound by `push` and `flush`.
+
+    Raises
+    ------
+    InputError
+        For settings out of range; AudioError for the rate, ModelError for model and style.
+
+    Examples
+    --------
+    ::
 
         live = elocute.stream(rate=48000, model="articulation", fps=60)
         for block in microphone:
@@ -243,16 +341,6 @@ def stream(
                 frame.time_s, frame["jawOpen"]
         for frame in live.flush():
             ...
-
-    rate      of the sound, Hz
-    model     "articulation", "voca", "crnn", or a trained model (.onnx)
-    fps       frames per second, 1…240
-    style     a name, a mix, or a .json file, as `animate` takes it
-    strength  how far the mouth moves, 0…2
-    level     mean and peak of the whole sound, where known (the recurrent model hears by them)
-
-    A frame knows all curves of the built-in head, or of the model's own shapes. It comes out
-    `lookahead_s` after its time. Raises InputError (AudioError, ModelError).
     """
     from elocute.head.builtin import load_builtin_head
 
@@ -262,8 +350,8 @@ def stream(
     return Stream(curves, names, len(head.joint_names) if opened.makes_contacts else 0)
 
 
-def _check_level(level: Level | None) -> None:
-    """Raise InputError where it is no mean and peak; of silence the peak is infinite."""
+def _check_level(level: SoundLevel | None) -> None:
+    """Raise InputError for anything but a mean and a peak; of silence the peak is infinite."""
     if level is None:
         return
     parts = level if isinstance(level, tuple | list) and len(level) == 2 else (None, None)
@@ -283,7 +371,7 @@ def check_range(name: str, value: float, allowed: tuple[float, float]) -> None:
         raise InputError.about(name, found=brief(value), allowed=f"{low:g} to {high:g}")
 
 
-def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Array:
+def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Float32Array:
     """(sample,) float32 within the range of sound. Raises AudioError."""
     given = array_of(samples, "block", error=AudioError, allowed="samples")
     if given.size > NUMBERS_MAX:

@@ -1,14 +1,14 @@
-"""Somebody's speaking style, from a few seconds of their motion (VOCA 2019, section 7.2).
+"""A person's speaking style, estimated from a few seconds of motion (VOCA 2019, section 7.2).
 
 The paper mixes styles convexly and leaves estimating the mix for the future. One-hot vectors
 enter before a hyperbolic tangent, so the output is not linear in the mix and no least squares
 solves it: shares are moved from style to style, in ever smaller steps, as long as the network's
 motion comes closer to the observed one.
 
-Closer is meant by a Schatten quasi-norm of the residual, between the sum of squares and the
-determinant of its covariance (maximum likelihood where nobody knows how noise is spread). What was
-misheard moves jaw and lips by millimetres and drowns a sum of squares; a lopsided smile is small,
-but lies where hearing errs little.
+Closeness is measured by a Schatten quasi-norm of the residual, between the sum of squares and the
+determinant of its covariance (maximum likelihood where the spread of the noise is unknown). A
+misrecognised phone moves jaw and lips by millimetres and drowns a sum of squares; a lopsided smile
+is small, but lies where recognition errs little.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import ModelError
-from elocute.models.protocol import Heard, Span, SpeechModel
-from elocute.models.styles import basis_of
-from elocute.motion.track import MM, Track
+from elocute.models.model_shapes import basis_of
+from elocute.models.protocol import FrameSpan, SpeechFeatures, SpeechModel
+from elocute.motion.vertex_motion import MM, VertexMotion
 from elocute.numerics.resampling import frame_places, frames_in, read_rows
 
-Array = NDArray[np.float32]
-Doubles = NDArray[np.float64]
+Float32Array = NDArray[np.float32]
+Float64Array = NDArray[np.float64]
 SECONDS_LEAST, SECONDS_MOST = 0.5, 60.0
 STEPS = (0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625)
 POWER = 0.25  # of variances in the loss: 1 is the sum of squares, towards 0 the determinant
@@ -39,14 +39,20 @@ GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
 
 @dataclass(frozen=True)
 class StyleFit:
-    """What explains the motion best.
+    """The mix of styles that explains a motion best.
 
-    mix         share per style, largest first, summing to one
-    best_style  the single style that explains it best
-    error_mm    distance of vertices (root of the mean square) between the model with this mix
-                and the motion
-    styles      the same error for every style alone
-    seconds     how much motion was looked at
+    Parameters
+    ----------
+    mix : dict
+        Share per style, largest first, summing to one.
+    best_style : str
+        The single style that explains it best.
+    error_mm : float
+        Distance of vertices (root mean square) between the model in this mix and the motion.
+    styles : dict
+        The same error for every style alone, mm.
+    seconds : float
+        How much motion was used.
     """
 
     mix: dict[str, float]
@@ -71,32 +77,59 @@ class StyleFit:
 
 
 @dataclass(frozen=True, eq=False)
-class Observed:
-    """One take: what the model hears, and the motion, over its own neutral face."""
+class ObservedMotion:
+    """A piece of motion over its own neutral face, and the features of its speech.
 
-    heard: Heard
-    motion: Track
+    Parameters
+    ----------
+    speech : SpeechFeatures
+        As the model needs them.
+    motion : VertexMotion
+        In the model's topology.
+    """
+
+    speech: SpeechFeatures
+    motion: VertexMotion
 
 
 @dataclass(frozen=True, eq=False)
 class _Target:
     """A take in orthonormal coordinates of what the model can do: distances are those of vertices.
 
-    heard   as far as these frames hear
+    speech  features as far as these frames need them
     places  (frame, direction) mm, at the model's frame rate
     beyond  mm², summed over frames and vertices: what no weights reach
     """
 
-    heard: Heard
-    places: Doubles
+    speech: SpeechFeatures
+    places: Float64Array
     beyond: float
 
 
-def fit_style(model: SpeechModel, takes: Sequence[Observed]) -> StyleFit:
-    """The convex mix of the model's styles that best explains some takes.
+def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
+    """Find the convex mix of a model's styles that best explains some recordings.
 
-    Raises ModelError for takes of another topology, too short, not finite or none, and for a
-    model that has no styles.
+    Parameters
+    ----------
+    model : SpeechModel
+        With styles.
+    takes : sequence of ObservedMotion
+        Motions and the features of their speech, together half a second or more; of each the first
+        minute is used.
+
+    Returns
+    -------
+    StyleFit
+
+    Raises
+    ------
+    ModelError
+        For motions of another topology, too short, not finite or none, and for a model without
+        styles.
+
+    References
+    ----------
+    VOCA 2019, section 7.2 mixes styles convexly and leaves estimating the mix for the future.
     """
     if not model.styles:
         raise ModelError.about(
@@ -130,15 +163,17 @@ def fit_style(model: SpeechModel, takes: Sequence[Observed]) -> StyleFit:
     shares /= shares.sum()
     order = [int(index) for index in np.argsort(-shares) if shares[index] > 0]
     return StyleFit(
-        {names[index]: round(float(shares[index]), 6) for index in order},
-        names[nearest],
-        problem.error_mm(shares),
-        {name: problem.error_mm(corner) for name, corner in zip(names, corners, strict=True)},
-        problem.seconds,
+        mix={names[index]: round(float(shares[index]), 6) for index in order},
+        best_style=names[nearest],
+        error_mm=problem.error_mm(shares),
+        styles={
+            name: problem.error_mm(corner) for name, corner in zip(names, corners, strict=True)
+        },
+        seconds=problem.seconds,
     )
 
 
-def search(loss: Callable[[Doubles], float], start: Doubles) -> Doubles:
+def search(loss: Callable[[Float64Array], float], start: Float64Array) -> Float64Array:
     """(style,) on the simplex: give shares from one style to another while the loss falls.
 
     Exchanges between two styles span all directions on the simplex, so where none helps at the
@@ -156,7 +191,7 @@ def search(loss: Callable[[Doubles], float], start: Doubles) -> Doubles:
     return mix
 
 
-def _exchanges(mix: Doubles, step: float) -> list[Doubles]:
+def _exchanges(mix: Float64Array, step: float) -> list[Float64Array]:
     found = []
     for giver in np.flatnonzero(mix > 1e-9):
         for taker in range(len(mix)):
@@ -172,35 +207,35 @@ class _Problem:
     """The loss over all takes; shapes (component, direction) are the model's, in mm."""
 
     def __init__(
-        self, model: SpeechModel, shapes: Doubles, targets: Sequence[_Target], vertices: int
+        self, model: SpeechModel, shapes: Float64Array, targets: Sequence[_Target], vertices: int
     ) -> None:
         self.model, self.shapes, self.targets = model, shapes, targets
         frames = sum(len(target.places) for target in targets)
         self.seconds, self.per = frames / model.fps, max(frames, 1) * vertices
 
-    def loss(self, mix: Doubles) -> float:
+    def loss(self, mix: Float64Array) -> float:
         """mm² a vertex: (Σ λ^p)^(1/p), λ the residual's variances along its axes, within reach."""
-        products = sum(away.T @ away for away in self._away(mix))
+        products = sum(residual.T @ residual for residual in self._residuals(mix))
         if not np.isfinite(products).all():
             return math.nan
         variances = np.maximum(np.linalg.eigvalsh(products), 0) / self.per
         return float(np.power(variances, POWER).sum() ** (1 / POWER))
 
-    def error_mm(self, mix: Doubles) -> float:
+    def error_mm(self, mix: Float64Array) -> float:
         """mm: root of the mean squared distance of vertices."""
-        within = sum(float(np.square(away).sum()) for away in self._away(mix))
+        within = sum(float(np.square(residual).sum()) for residual in self._residuals(mix))
         return math.sqrt((within + sum(target.beyond for target in self.targets)) / self.per)
 
-    def _away(self, mix: Doubles) -> Iterator[Doubles]:
+    def _residuals(self, mix: Float64Array) -> Iterator[Float64Array]:
         """(frame, direction) mm of every take: the model's motion less the observed one."""
         style = self.model.mix(dict(zip(self.model.styles, mix.tolist(), strict=True)))
         for target in self.targets:
-            span = Span.whole(len(target.places), self.model.fps)
-            weights = self.model.weights(target.heard, style, span)
+            span = FrameSpan.whole(len(target.places), self.model.fps)
+            weights = self.model.weights(target.speech, style, span)
             yield weights @ self.shapes - target.places
 
 
-def _target(model: SpeechModel, take: Observed, directions: Doubles) -> _Target:
+def _target(model: SpeechModel, take: ObservedMotion, directions: Float64Array) -> _Target:
     """A take at the model's frame rate, as far as it has both sound and motion.
 
     directions (3 · vertex, direction) is orthonormal.
@@ -211,9 +246,9 @@ def _target(model: SpeechModel, take: Observed, directions: Doubles) -> _Target:
             found=f"{take.motion.vertex_count} vertices",
             allowed=f"{len(directions) // 3}, the topology that {model.name} moves",
         )
-    fps, features = model.fps, take.heard.features
-    motion, heard_s = _at_rate(take.motion, fps), len(features.values) / features.rate
-    frames = min(motion.frame_count, round(heard_s * fps), round(SECONDS_MOST * fps))
+    fps, features = model.fps, take.speech.features
+    motion, speech_s = _at_rate(take.motion, fps), len(features.values) / features.rate
+    frames = min(motion.frame_count, round(speech_s * fps), round(SECONDS_MOST * fps))
     rest = np.asarray(motion.template, np.float64) * MM
     places, beyond = [], 0.0
     for block in motion.cut(frames).blocks():
@@ -221,15 +256,15 @@ def _target(model: SpeechModel, take: Observed, directions: Doubles) -> _Target:
         places.append(moved @ directions)
         beyond += float(np.square(moved - places[-1] @ directions.T).sum())
     rows = math.ceil((frames / fps + BEYOND_S) * features.rate)
-    heard = Heard(replace(features, values=features.values[:rows]))
-    return _Target(heard, np.concatenate(places), beyond)
+    speech = SpeechFeatures(replace(features, values=features.values[:rows]))
+    return _Target(speech, np.concatenate(places), beyond)
 
 
-def _at_rate(motion: Track, fps: float) -> Track:
+def _at_rate(motion: VertexMotion, fps: float) -> VertexMotion:
     """The first SECONDS_MOST of it, linear between frames."""
     motion = motion.cut(math.ceil(SECONDS_MOST * motion.fps) + 1)
     if motion.fps == fps:
         return motion
     count = frames_in(motion.frame_count / motion.fps, fps)
     values = read_rows(np.asarray(motion.values), frame_places(0, count, motion.fps, fps))
-    return Track(values, motion.template, fps, motion.basis)
+    return VertexMotion(values, motion.template, fps, motion.basis)

@@ -1,38 +1,40 @@
-"""Styles of trained models: names, mixes and files as shares."""
+"""Styles of trained models: names, mixes, and files of mixes: {"mix": {"NAME": share, …}}."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.style import Style, parse_mix
 from elocute.errors import ModelError
-from elocute.head.builtin import load_builtin_head
-from elocute.head.model import HeadModel
-from elocute.models.style_file import read_mix
+from elocute.files.json_records import finite_number, read_record, write_record
 from elocute.numerics.given import check_kind
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 EVEN = "even"
 """The style that is all styles of a model in equal shares."""
+FILE_MAX_BYTES = 65_536
+SHARE_MOST = 1e9
+ALLOWED = '{"mix": {"NAME": share, …}} with shares from 0, one above'
 
 
 def checked_style(given: str | Path | Style) -> str | Style:
-    """A style as models take it. Raises InputError for what is no name, path or Style."""
+    """A style as models take it. Raises InputError for anything but a name, path or Style."""
     check_kind("style", given, str | os.PathLike | Style, "a name, a mix, a .json file or a Style")
     return str(given) if isinstance(given, os.PathLike) else given
 
 
-def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Array:
-    """(style,) shares: a name, a mix, or `even`; `plain` is even where nobody is called so.
+def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Float32Array:
+    """(style,) shares: a name, a mix, or `even`; `plain` means even where no style has that name.
 
     A .json file holds a mix as `elocute style fit` writes it. Raises ModelError for a Style of
-    the rule-based driver and names never learned.
+    the rule-based model and unknown names.
     """
     if isinstance(given, Style):
         raise ModelError.about(
@@ -41,12 +43,12 @@ def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Arr
     if given == EVEN or (given == "plain" and "plain" not in styles):
         return np.full(len(styles), 1 / len(styles), np.float32)
     if given.lower().endswith(".json") and given not in styles:
-        return mixed(read_mix(given), styles, model)
-    return mixed(parse_mix(given), styles, model)
+        return share_vector(read_mix(given), styles, model)
+    return share_vector(parse_mix(given), styles, model)
 
 
-def mixed(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> Array:
-    """(style,) of named shares. Raises ModelError for a style that was never learned."""
+def share_vector(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> Float32Array:
+    """(style,) of named shares. Raises ModelError for an unknown style."""
     vector = np.zeros(len(styles), np.float32)
     for name, share in shares.items():
         if name not in styles:
@@ -59,33 +61,24 @@ def mixed(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> A
     return vector
 
 
-def basis_of(components: tuple[str, ...], basis: Array | None) -> Array:
-    """(component, vertex, 3) m that a model's weights weigh: its own, or built-in shapes.
-
-    Raises ModelError for a component that the built-in head has no shape for.
-    """
-    if basis is not None:
-        return basis
-    head = load_builtin_head()
-    unknown = [name for name in components if name not in head.expression_names]
-    if unknown:
-        raise ModelError.about(
-            "model",
-            found=f"weights of {', '.join(unknown[:5])}",
-            allowed="shapes of the built-in head",
-        )
-    return head.expression_basis[[head.expression_names.index(name) for name in components]]
+def read_mix(path: str | Path) -> dict[str, float]:
+    """Shares that sum to one. Raises ModelError for a file that holds none."""
+    path = Path(path)
+    stored = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=ModelError)
+    mix = stored.get("mix")
+    if not isinstance(mix, dict) or not all(_is_share(share) for share in mix.values()):
+        raise ModelError.about(path, found="no mix of styles", allowed=ALLOWED)
+    total = sum(map(float, mix.values()))
+    if total <= 0 or not math.isfinite(total):
+        raise ModelError.about(path, found=f"shares that sum to {total:g}", allowed=ALLOWED)
+    return {name: share / total for name, share in mix.items() if share > 0}
 
 
-def rigged(head: HeadModel, basis: Array, names: tuple[str, ...], path: Path) -> HeadModel:
-    """`head` moved by a model's own shapes (component, vertex, 3) m.
+def write_mix(path: str | Path, mix: dict[str, float], more: dict[str, Any]) -> None:
+    """Write a mix and whatever else belongs to it. Raises OutputError."""
+    write_record(path, {"mix": mix, **more}, indent=1)
 
-    Raises ModelError where the head has another number of vertices.
-    """
-    if head.vertex_count != basis.shape[1]:
-        raise ModelError.about(
-            f"head {head.name!r}",
-            found=f"{head.vertex_count} vertices",
-            allowed=f"{basis.shape[1]}, the topology that {path.name} was trained in",
-        )
-    return replace(head, expression_names=names, expression_basis=basis)
+
+def _is_share(value: object) -> bool:
+    number = finite_number(value)
+    return number is not None and 0 <= number <= SHARE_MOST

@@ -3,8 +3,8 @@
 Regression averages over what it is unsure of and so leaves lips a little open where they should
 meet: on the built-in head the driver's contacts and rests come after the network.
 
-ONNX alone, no torch. The file says which encoder it hears with, how its styles are called and
-what its weights weigh; nothing in it is executed but the network.
+ONNX alone, no torch. The file states its encoder, the names of its styles and the shapes that its
+weights apply to; nothing in it is executed but the network.
 """
 
 from __future__ import annotations
@@ -25,18 +25,25 @@ from elocute.audio.waveform import Waveform
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import ModelError
 from elocute.head.model import HeadModel
-from elocute.models.ears import RESAMPLING_S, PhoneEar, WholeEar, phone_lookahead_s
-from elocute.models.onnx_record import check_file, open_session, run_session, stored_record
-from elocute.models.protocol import Ears, Heard, Level, Span
-from elocute.models.styles import mixed, rigged, style_shares
+from elocute.models.feature_extraction import (
+    RESAMPLING_S,
+    PhonePosteriorStream,
+    WholeSoundStream,
+    phone_lookahead_s,
+)
+from elocute.models.model_file import check_file, open_session, run_session, stored_record
+from elocute.models.model_shapes import with_own_shapes
+from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
+from elocute.models.styles import share_vector, style_shares
 from elocute.motion.curves import Curves
+from elocute.motion.motion import FPS_MAX
 from elocute.numerics.resampling import frame_places, read_rows
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 SHIPPED = "voca"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "voca.onnx"
 BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded
-FPS_MAX, FEATURES_MAX, STYLES_MAX = 1000.0, 100_000, 10_000
+FEATURES_MAX, STYLES_MAX = 100_000, 10_000
 REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
 
 
@@ -44,9 +51,25 @@ REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
 class VocaRecord:
     """What training wrote into the file.
 
-    components  names of the weights where they are those of a known head, () where the file
-                carries its own basis
-    topology    the head whose mesh it moves, or ""
+    Parameters
+    ----------
+    encoder : str
+        The encoder whose features it takes.
+    fps : float
+        Frame rate of the network.
+    styles : tuple of str
+        Its speaking styles.
+    features : int
+        Features per row.
+    components : tuple of str
+        Names of the weights where they are those of a known head; () where the file has its own
+        basis.
+    topology : str
+        The head whose mesh it moves, or "".
+    vertices : int
+        How many vertices that has.
+    note : str
+        Of the person who trained it.
     """
 
     encoder: str
@@ -60,9 +83,9 @@ class VocaRecord:
 
 
 class VocaModel:
-    """`voca`, the one that ships, or a file of one's own, as a SpeechModel.
+    """The VOCA that ships (`voca`), or a trained one from a file, as a SpeechModel.
 
-    Raises ModelError where the file is missing, too large or no VOCA of Elocute.
+    Raises ModelError where the file is missing, too large or not a VOCA of Elocute.
     """
 
     def __init__(self, path: str | Path, session: Any = None) -> None:
@@ -81,14 +104,14 @@ class VocaModel:
             if stored["kind"] != "voca":
                 raise ValueError(stored["kind"])
             record = VocaRecord(
-                str(stored["encoder"]),
-                float(stored["fps"]),
-                tuple(map(str, stored["styles"])),
-                int(stored["features"]),
-                tuple(map(str, stored["components"])),
-                str(stored["topology"]),
-                int(stored["vertices"]),
-                str(stored["note"]),
+                encoder=str(stored["encoder"]),
+                fps=float(stored["fps"]),
+                styles=tuple(map(str, stored["styles"])),
+                features=int(stored["features"]),
+                components=tuple(map(str, stored["components"])),
+                topology=str(stored["topology"]),
+                vertices=int(stored["vertices"]),
+                note=str(stored["note"]),
             )
             if not 0 < record.fps <= FPS_MAX or not 1 <= record.features <= FEATURES_MAX:
                 raise ValueError("fps or features out of range")
@@ -102,7 +125,7 @@ class VocaModel:
                 allowed="a model that elocute train wrote",
             ) from error
 
-    needs_whole = False
+    needs_sound_level = False
 
     @property
     def name(self) -> str:
@@ -137,7 +160,7 @@ class VocaModel:
         return bool(self.record.components)
 
     @property
-    def answer_lookahead_s(self) -> float:
+    def decoder_lookahead_s(self) -> float:
         network_s = (REACH / 2 + 2) / self.record.fps
         return max(network_s, LOOKAHEAD_S) if self.makes_contacts else network_s
 
@@ -145,31 +168,35 @@ class VocaModel:
     def lookahead_s(self) -> float:
         if self.record.encoder != "phones":
             return float("inf")
-        return RESAMPLING_S + phone_lookahead_s() + self.answer_lookahead_s
+        return RESAMPLING_S + phone_lookahead_s() + self.decoder_lookahead_s
 
-    def style(self, given: str | Style) -> Array:
-        """(style,) shares. Raises ModelError for a style that it never learned."""
+    def style(self, given: str | Style) -> Float32Array:
+        """(style,) shares. Raises ModelError for an unknown style."""
         return style_shares(given, self.styles, self.name)
 
-    def mix(self, shares: Mapping[str, float]) -> Array:
-        """(style,) shares. Raises ModelError for a style that it never learned."""
-        return mixed(shares, self.styles, self.name)
+    def mix(self, shares: Mapping[str, float]) -> Float32Array:
+        """(style,) shares. Raises ModelError for an unknown style."""
+        return share_vector(shares, self.styles, self.name)
 
-    def ears(self, sample_rate: int, *, contacts: bool = True, level: Level | None = None) -> Ears:
+    def feature_streams(
+        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+    ) -> FeatureStreams:
         if self.record.encoder == "phones":
-            return Ears(PhoneEar(sample_rate))
-        own = WholeEar(sample_rate, resolve_encoder(self.record.encoder))
-        return Ears(own, PhoneEar(sample_rate) if contacts and self.makes_contacts else None)
+            return FeatureStreams(PhonePosteriorStream(sample_rate))
+        own = WholeSoundStream(sample_rate, resolve_encoder(self.record.encoder))
+        return FeatureStreams(
+            own, PhonePosteriorStream(sample_rate) if contacts and self.makes_contacts else None
+        )
 
-    def level_of(self, sound: Waveform) -> None:
-        """It hears no level: its features bring their own normalisation."""
+    def sound_level(self, sound: Waveform) -> None:
+        """None: its features bring their own normalisation."""
 
-    def weights(self, heard: Heard, style: Array, span: Span) -> Array:
+    def weights(self, speech: SpeechFeatures, style: Float32Array, span: FrameSpan) -> Float32Array:
         """(frame, component) for shares (style,).
 
         Raises ModelError for features of another size than it was trained on.
         """
-        features, fps = heard.features, self.record.fps
+        features, fps = speech.features, self.record.fps
         if features.values.shape[1] != self.record.features:
             raise ModelError.about(
                 self.path,
@@ -183,7 +210,7 @@ class VocaModel:
         last = min(max(stop, 1), int(places[-1]) + 2 + REACH)
         return read_rows(self._run(features, style, first, last), places - first)
 
-    def _run(self, features: Features, style: Array, first: int, last: int) -> Array:
+    def _run(self, features: Features, style: Float32Array, first: int, last: int) -> Float32Array:
         """(frame, component) of the network's frames `first` … `last` - 1."""
         begin = max(0, first - REACH)
         values = features.at(begin, last - begin, self.record.fps)
@@ -202,14 +229,20 @@ class VocaModel:
         return np.concatenate(blocks)
 
     def curves(
-        self, heard: Heard, style: Array, span: Span, strength: float = 1.0, *, blinks: bool = True
+        self,
+        speech: SpeechFeatures,
+        style: Float32Array,
+        span: FrameSpan,
+        strength: float = 1.0,
+        *,
+        blinks: bool = True,
     ) -> Curves:
         """Curves 0…1 of the built-in head with contacts made, or weights of its own shapes."""
-        weights = self.weights(heard, style, span)
+        weights = self.weights(speech, style, span)
         if not self.makes_contacts:
             return Curves(weights * np.float32(strength), self._own_names, span.fps)
         bare = Curves(np.clip(weights * strength, 0, 1), self.record.components, span.fps)
-        phones = heard.phones or heard.features
+        phones = speech.phones or speech.features
         return make_contacts(
             bare,
             phones.values,
@@ -224,7 +257,7 @@ class VocaModel:
         """Raises ModelError for a head of another topology than it was trained in."""
         if self.basis is None:
             return head
-        return rigged(head, self.basis, self._own_names, self.path)
+        return with_own_shapes(head, self.basis, self._own_names, self.path)
 
     @property
     def _own_names(self) -> tuple[str, ...]:
@@ -233,12 +266,12 @@ class VocaModel:
         return (*(f"voca{index:03d}" for index in range(count)), "vocaMean")
 
     @property
-    def basis(self) -> Array | None:
+    def basis(self) -> Float32Array | None:
         """(component, vertex, 3) m of a model that carries its own, or None."""
         return self._basis
 
     @cached_property
-    def _basis(self) -> Array | None:
+    def _basis(self) -> Float32Array | None:
         if self.record.components:
             return None
         given = {

@@ -1,4 +1,7 @@
-"""One blink over time, and when people blink."""
+"""The course of one blink, and when people blink.
+
+A face that never blinks looks dead. Blinks depend on time alone, never on the sound.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from elocute.numerics.smoothing import smoothstep
 
 CLOSING_S = 0.09
 CLOSED_S = 0.04
@@ -18,7 +23,7 @@ def lid_closure(since_start_s: NDArray[np.float64]) -> NDArray[np.float32]:
     """(moment,) lid closure 0…1 of a blink that starts at zero."""
     closing = np.clip(since_start_s / CLOSING_S, 0, 1)
     opening = np.clip((since_start_s - CLOSING_S - CLOSED_S) / OPENING_S, 0, 1)
-    return (_smooth(closing) - _smooth(opening)).astype(np.float32)
+    return (smoothstep(closing) - smoothstep(opening)).astype(np.float32)
 
 
 def blink_starts(duration_s: float, per_minute: float, seed: int = SEED) -> NDArray[np.float64]:
@@ -35,6 +40,29 @@ def blink_starts(duration_s: float, per_minute: float, seed: int = SEED) -> NDAr
     return starts[starts + BLINK_S < duration_s]
 
 
+def blink_curve(
+    frame_count: int,
+    fps: float,
+    per_minute: float,
+    *,
+    first_frame: int = 0,
+    total_frames: int | None = None,
+) -> NDArray[np.float32]:
+    """(frame_count,) lid closure 0…1 from `first_frame` on of a take of `total_frames`.
+
+    The same for every take of one length and rate. Without `total_frames` the take ends here.
+    """
+    total = first_frame + frame_count if total_frames is None else total_frames
+    curve = np.zeros(frame_count, np.float32)
+    times = np.arange(first_frame, first_frame + frame_count) / fps
+    starts = blink_starts(total / fps, per_minute)
+    near = slice(*np.searchsorted(starts, [first_frame / fps - BLINK_S, total / fps]))
+    for start in starts[near]:
+        first, last = np.searchsorted(times, [start, start + BLINK_S])
+        curve[first:last] = lid_closure(times[first:last] - start)
+    return curve
+
+
 @lru_cache(16)
 def _starts(duration_s: float, per_minute: float, seed: int) -> NDArray[np.float64]:
     starts: list[float] = []
@@ -44,8 +72,3 @@ def _starts(duration_s: float, per_minute: float, seed: int) -> NDArray[np.float
         starts.append(start)
         start += BLINK_S + draw.gamma(4.0, 60.0 / per_minute / 4.0)
     return np.array(starts)
-
-
-def _smooth(share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Smoothstep: starts and ends without a jerk."""
-    return share * share * (3 - 2 * share)

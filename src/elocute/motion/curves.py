@@ -72,10 +72,21 @@ ARKIT_NAMES: tuple[str, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Named curves: values (frame, curve) float32 at `fps`; frame f is at time f / fps.
+    """Named curves over time; frame f is at time f / fps.
 
-    Raises MotionError where names and columns differ in number, a name occurs twice, or a
-    value is not finite.
+    Parameters
+    ----------
+    values : (frame, curve) float32
+        One column per name.
+    names : tuple of str
+        Each name once; ARKit's names on the built-in head.
+    fps : float
+        Frames per second.
+
+    Raises
+    ------
+    MotionError
+        Where names and columns differ in number, a name occurs twice, or a value is not finite.
     """
 
     values: NDArray[np.float32]
@@ -112,14 +123,24 @@ class Curves:
         return f"Curves({len(self.values)} frames at {self.fps:g} fps, {len(self.names)} curves)"
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
-        """(frame,) values of one curve; raises KeyError for an unknown name."""
+        """(frame,) values of one curve. Raises KeyError for an unknown name."""
         try:
             return self.values[:, self.names.index(name)]
         except ValueError:
             raise KeyError(name) from None
 
     def select(self, names: tuple[str, ...]) -> Curves:
-        """The curves called `names`, in that order; one that is missing is all zero."""
+        """The curves of these names, in this order.
+
+        Parameters
+        ----------
+        names : tuple of str
+            A curve that is missing is zero throughout.
+
+        Returns
+        -------
+        Curves
+        """
         check_kind("curves", names, tuple | list, "a tuple of names", MotionError)
         values = np.zeros((len(self.values), len(names)), np.float32)
         for column, name in enumerate(names):
@@ -129,9 +150,23 @@ class Curves:
 
 
 def motion_from_curves(head: HeadModel, curves: Curves) -> Motion:
-    """Drive the expression basis of `head` by curves of the same names.
+    """Drive the expression basis of a head by curves of the same names.
 
-    Raises MotionError where a curve that moves has no shape of its name.
+    Parameters
+    ----------
+    head : HeadModel
+        The head to move.
+    curves : Curves
+        A curve that is zero throughout needs no shape.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        Where a curve that moves has no shape of its name.
     """
     check_kind("curves", curves, Curves, "Curves", MotionError)
     check_kind("head", head, HeadModel, "a HeadModel", MotionError)

@@ -1,4 +1,4 @@
-"""Linear blend skinning backwards: vertices out of their pose, and how joints would move them."""
+"""Inverse linear blend skinning: unposed vertices, and their derivatives by joint rotations."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from numpy.typing import NDArray
 
 from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms
+from elocute.numerics.rotation_vectors import cross_matrices
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 ALL = slice(None)
 
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """The joints of a head and some of its vertices that hang on them."""
+    """The joints of a head, and skin weights of some of its vertices."""
 
-    joint_positions: Floats  # (joint, 3) m
+    joint_positions: Float64Array  # (joint, 3) m
     joint_parents: tuple[int, ...]
-    skin_weights: Floats  # (vertex, joint)
+    skin_weights: Float64Array  # (vertex, joint)
 
 
 def rig_of(head: HeadModel, vertices: NDArray[np.integer] | slice = ALL) -> Rig:
@@ -29,7 +30,7 @@ def rig_of(head: HeadModel, vertices: NDArray[np.integer] | slice = ALL) -> Rig:
     return Rig(head.joint_positions.astype(np.float64), head.joint_parents, weights)
 
 
-def vertex_transforms(rig: Rig, turns: Floats) -> tuple[Floats, Floats]:
+def vertex_transforms(rig: Rig, turns: Float64Array) -> tuple[Float64Array, Float64Array]:
     """(vertex, 3, 3) and (vertex, 3) m: posed = matrix · vertex + shift.
 
     turns (joint, 4) unit quaternions wxyz.
@@ -40,14 +41,16 @@ def vertex_transforms(rig: Rig, turns: Floats) -> tuple[Floats, Floats]:
     return matrices, rig.skin_weights @ translations
 
 
-def inverses(matrices: Floats) -> Floats:
+def inverses(matrices: Float64Array) -> Float64Array:
     """(..., 3, 3); by cofactors, many times faster than LAPACK on tiny matrices."""
     a, b, c = matrices[..., 0, :], matrices[..., 1, :], matrices[..., 2, :]
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
     return cofactors / (a * cofactors[..., 0]).sum(axis=-1)[..., None, None]
 
 
-def joint_slopes(rig: Rig, turns: Floats, points: Floats, joints: list[int]) -> Floats:
+def joint_slopes(
+    rig: Rig, turns: Float64Array, points: Float64Array, joints: list[int]
+) -> Float64Array:
     """(vertex, 3, 3 · joint): how posed vertices move as joints turn, m per radian.
 
     turns (joint, 4), points (vertex, 3) m before posing; the small rotations come after the
@@ -64,20 +67,12 @@ def joint_slopes(rig: Rig, turns: Floats, points: Floats, joints: list[int]) -> 
         arms = carried[below].sum(axis=0) - share[:, None] * pivot
         parent = rig.joint_parents[joint]
         frame = np.eye(3) if parent < 0 else rotations[parent]
-        slopes[:, :, 3 * place : 3 * place + 3] = _crossing(arms) @ frame
+        slopes[:, :, 3 * place : 3 * place + 3] = cross_matrices(-arms) @ frame
     return slopes
 
 
-def _crossing(arms: Floats) -> Floats:
-    """(vertex, 3, 3): the matrix that takes ω to ω × arm."""
-    x, y, z = arms.T
-    zero = np.zeros_like(x)
-    rows = [[zero, z, -y], [-z, zero, x], [y, -x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
 def _descendants(parents: tuple[int, ...], joint: int) -> list[int]:
-    """The joint and all that hang on it; parents come before their children."""
+    """The joint and its descendants; parents come before their children."""
     found = [joint]
     for child in range(joint + 1, len(parents)):
         if parents[child] in found:

@@ -13,6 +13,8 @@ from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
 from elocute.notebook_repr import html_of
 from elocute.numerics.given import NUMBERS_MAX, check_kind, floats_of, real_number, whole_number
+from elocute.numerics.quaternions import blend
+from elocute.numerics.resampling import frame_places, neighbours, read_rows
 from elocute.one_line_repr import brief
 
 FPS_MIN, FPS_MAX = 0.001, 1000.0
@@ -24,17 +26,29 @@ WEIGHT_MAX = 1e6
 class Motion:
     """Weights over time on the expression basis of one head.
 
-    Vertices of frame f are `template + Σ weights[f, c] · basis[c]`, then turned by the joint
-    rotations where there are any. Frame f is at time f / fps. The basis is linear, so this
-    store is exact and about fifty times smaller than the vertices (VOCA 2019, section 4: the
-    decoder is linear too).
+    The vertices of frame f are `template + Σ weights[f, c] · basis[c]`, turned by the joint
+    rotations where there are any. Frame f is at time f / fps.
 
-    head       template (vertex, 3) m and expression basis (component, vertex, 3) m
-    weights    (frame, component) float32, no unit
-    fps        frames per second
-    rotations  (frame, joint, 4) float32 quaternions wxyz, or None for the zero pose
+    Parameters
+    ----------
+    head : HeadModel
+        Its template (vertex, 3) in m and expression basis (component, vertex, 3) in m.
+    weights : (frame, component) float32
+        No unit.
+    fps : float
+        Frames per second, up to 1000.
+    rotations : (frame, joint, 4) float32, optional
+        Quaternions wxyz; None for the zero pose.
 
-    Raises MotionError where shapes, numbers or the frame rate do not fit.
+    Raises
+    ------
+    MotionError
+        Where shapes, numbers or the frame rate do not fit.
+
+    Notes
+    -----
+    The basis is linear, so weights are exact and about fifty times smaller than the vertices
+    (VOCA 2019, section 4: its decoder is linear too).
     """
 
     head: HeadModel
@@ -107,7 +121,23 @@ class Motion:
         return self.head.expression_names
 
     def vertices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float32]:
-        """Expand frames start:stop to (frame, vertex, 3) m. Raises MotionError where none is."""
+        """Expand frames to vertices.
+
+        Parameters
+        ----------
+        start, stop : int
+            The frames `start` up to, not including, `stop`, as slices count.
+
+        Returns
+        -------
+        (frame, vertex, 3) float32
+            Metres.
+
+        Raises
+        ------
+        MotionError
+            Where these are no frames of the motion.
+        """
         self._check_frames(start, stop)
         weights = self.weights[start:stop]
         # Components that stay at zero cost nothing: speech uses about half of them.
@@ -141,9 +171,22 @@ class Motion:
         )
 
     def blocks(self, frames: int = 120) -> Iterator[NDArray[np.float32]]:
-        """Expand in blocks of at most `frames`, so that an hour fits in bounded memory.
+        """Expand the motion in blocks, so that an hour fits in bounded memory.
 
-        Raises MotionError for blocks of less than a frame.
+        Parameters
+        ----------
+        frames : int
+            How many a block has at most, from 1.
+
+        Yields
+        ------
+        (frame, vertex, 3) float32
+            Metres.
+
+        Raises
+        ------
+        MotionError
+            For blocks of less than a frame.
         """
         if (whole_number(frames) or 0) < 1:
             raise MotionError.about(
@@ -153,7 +196,22 @@ class Motion:
             yield self.vertices(start, start + frames)
 
     def at_fps(self, fps: float) -> Motion:
-        """The same motion at another frame rate, linear between frames. Raises MotionError."""
+        """The same motion at another frame rate, linear between frames.
+
+        Parameters
+        ----------
+        fps : float
+            Frames per second, up to 1000.
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        MotionError
+            For a rate out of range, or more frames than fit in memory.
+        """
         fps = checked_fps(fps)
         count = max(1, round(self.duration_s * fps))
         if count * len(self.names) > NUMBERS_MAX:
@@ -162,21 +220,16 @@ class Motion:
                 found=f"{count} frames at {fps:g} fps",
                 allowed=f"up to {NUMBERS_MAX // max(1, len(self.names))}",
             )
-        positions = np.minimum(np.arange(count) * (self.fps / fps), self.frame_count - 1)
-        below = np.minimum(positions.astype(int), max(self.frame_count - 2, 0))
-        above = np.minimum(below + 1, self.frame_count - 1)
-        share = (positions - below).astype(np.float32)[:, None]
-        weights = self.weights[below] * (1 - share) + self.weights[above] * share
+        places = frame_places(0, count, self.fps, fps)
         rotations = None
         if self.rotations is not None:
-            rotations = _blend_rotations(
-                self.rotations[below], self.rotations[above], share[:, :, None]
-            )
-        return replace(self, weights=weights, fps=fps, rotations=rotations)
+            below, above, share = neighbours(places, self.frame_count)
+            rotations = blend(self.rotations[below], self.rotations[above], share[:, None, None])
+        return replace(self, weights=read_rows(self.weights, places), fps=fps, rotations=rotations)
 
 
 def checked_fps(fps: float) -> float:
-    """Frames per second as a float. Raises MotionError for what no motion has."""
+    """Frames per second as a float. Raises MotionError for a rate out of range."""
     number = real_number(fps)
     if number is None or not FPS_MIN <= number <= FPS_MAX:
         raise MotionError.about(
@@ -186,7 +239,7 @@ def checked_fps(fps: float) -> float:
 
 
 def check_motion(given: object) -> None:
-    """Raise MotionError where a Motion is wanted and something else was given."""
+    """Raise MotionError for anything but a Motion."""
     if not isinstance(given, Motion):
         raise MotionError.about(
             "motion",
@@ -194,12 +247,3 @@ def check_motion(given: object) -> None:
             allowed="a Motion",
             remedy="elocute.animate(speech).motion or elocute.load_motion(path) gives one",
         )
-
-
-def _blend_rotations(
-    first: NDArray[np.float32], second: NDArray[np.float32], share: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Normalised linear blend; enough between neighbouring frames."""
-    sign = np.where((first * second).sum(-1, keepdims=True) < 0, -1.0, 1.0)
-    mixed = first * (1 - share) + second * sign * share
-    return (mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Mouth measures: what a phonetician reads off a face, per frame, in millimetres."""
+"""Mouth measures per frame, in millimetres: opening, width, protrusion, jaw."""
 
 from __future__ import annotations
 
@@ -18,10 +18,15 @@ from elocute.motion.motion import Motion, check_motion
 MEASURES = ("opening_mm", "width_mm", "protrusion_mm", "jaw_mm")
 CHIN = 8  # iBUG 68: the lowest point of the jaw line
 
+# Of lips tracked in video, in distances of the outer eye corners: the gap of the inner lips
+TRACKED_CLOSED = 0.02  # below it lips count as closed
+TRACKED_OPEN = 0.05  # from here on the gap is taken as it is
+TRACKED_RESTING = 0.01  # that trackers see between lips that touch
+
 
 @dataclass(frozen=True)
 class _Probe:
-    """The few vertices that the measures look at."""
+    """The vertices that the measures use."""
 
     upper: NDArray[np.integer]
     lower: NDArray[np.integer]
@@ -36,7 +41,7 @@ def _probe(head: HeadModel) -> _Probe:
         raise HeadError.about(
             f"head {head.name!r}",
             found="names no lips to measure",
-            allowed="a head with lip rings and landmarks, the built-in one say",
+            allowed="a head with lip rings and landmarks, such as the built-in one",
         )
     # The middle third of the lips: what a tracked inner-lip gap looks at.
     third = len(upper) // 3
@@ -50,16 +55,25 @@ def _probe(head: HeadModel) -> _Probe:
 
 
 def measure_mouth(motion: Motion) -> Curves:
-    """Curves `opening_mm, width_mm, protrusion_mm, jaw_mm` of a motion in zero pose.
+    """Measure a mouth in zero pose, frame by frame; joint rotations are left out.
 
-    opening     vertical gap between the inner lips, mean of the middle third; 0 where they
-                touch or overlap
-    width       distance of the outer mouth corners
-    protrusion  how far the lips stand out in front of where they rest (mean of both lips)
-    jaw         how far the chin has dropped from where it rests
+    Parameters
+    ----------
+    motion : Motion
+        On a head with lip rings and landmarks.
 
-    Joint rotations are left out, so a nod measures nothing. Raises HeadError for a head
-    without lip rings and landmarks.
+    Returns
+    -------
+    Curves
+        In mm: `opening_mm`, the vertical gap between the inner lips, mean of the middle third, 0
+        where they touch or overlap; `width_mm`, the distance of the outer mouth corners;
+        `protrusion_mm`, how far the lips stand out in front of their rest, mean of both; `jaw_mm`,
+        how far the chin has dropped from its rest.
+
+    Raises
+    ------
+    HeadError
+        For a head without lip rings and landmarks.
     """
     check_motion(motion)
     head = motion.head

@@ -1,4 +1,4 @@
-"""Solving: vertices back into weights and joint rotations."""
+"""Inverse fitting: vertices to weights and joint rotations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.files.arrays import ArrayFile
 from elocute.head.model import HeadModel
-from elocute.motion.edits.joints import joint_index
+from elocute.motion.edits.pose import joint_index
 from elocute.motion.joint_jacobians import (
     ALL,
     Rig,
@@ -24,8 +24,9 @@ from elocute.motion.joint_jacobians import (
 from elocute.motion.motion import Motion
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, no_turn
+from elocute.numerics.rigid_alignment import nearest_rotation
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 Vertices = ArrayLike | ArrayFile
 
 REGULARISATION = 1e-6
@@ -51,32 +52,53 @@ def solve_weights(
     joints: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Motion, NDArray[np.float64]]:
-    """Find the motion of `head` whose vertices come nearest to those given.
+    """Find the motion of a head whose vertices come nearest to given ones.
 
-    vertices        (frame, vertex, 3) m, vertex for vertex those of the head
-    regularisation  what a squared weight costs, in mm² of mean squared distance: it decides
-                    between shapes that look alike and keeps weights small
-    bounds          lowest and highest weight, (0, 1) for shapes such as ARKit's, or None
-    joints          those that may turn, None for all, () for vertices in zero pose
+    Parameters
+    ----------
+    head : HeadModel
+        The head to fit.
+    vertices : (frame, vertex, 3)
+        Metres, vertex for vertex those of the head. A Motion turns about its joints and never
+        shifts, so vertices that drift have to be aligned with the head first.
+    fps : float
+        Frames per second of the result.
+    regularisation : float
+        Cost of a squared weight in mm² of mean squared distance; it decides between shapes that
+        look alike and keeps weights small.
+    bounds : (float, float), optional
+        Lowest and highest weight: (0, 1) for shapes such as ARKit's; None for no bounds.
+    joints : sequence of str, optional
+        The joints that may turn; None for all, () for vertices in zero pose.
+    progress : callable, optional
+        Called with the share of the frames that is done, 0 to 1.
 
-    Shapes alone are solved at once (the basis is linear). Where they leave something, the
-    root joint is laid over the frame by Procrustes, and Levenberg's steps on weights and
+    Returns
+    -------
+    motion : Motion
+        The fit.
+    distances : (frame,) float64
+        Mean distance of its vertices from the given ones, mm.
+
+    Raises
+    ------
+    MotionError
+        For another number of vertices, NaN, unknown joints, bounds without room, and a
+        regularisation that is not above zero.
+
+    Notes
+    -----
+    Shapes alone are solved at once, as the basis is linear. Where they leave a remainder, the root
+    joint is aligned by Procrustes (Kabsch 1976), and Levenberg-Marquardt steps on weights and
     rotations together follow, in the frame of the face in zero pose, where the basis stays the
-    same. Rotations cost nothing; frames follow one another, so each starts from the last.
-
-    A Motion turns about its joints and never shifts: vertices that drift are to be laid where
-    the head is before.
-
-    Returns the motion and the mean distance of its vertices (frame,) mm. Raises MotionError
-    for another number of vertices, NaN, unknown joints, bounds without room and a regularisation
-    that is not above zero.
+    same. Rotations cost nothing. Each frame starts from the one before.
     """
     given = _checked(head, vertices)
     if not 0 < regularisation < np.inf:
         raise MotionError(f"regularisation: found {regularisation:g}; allowed: above 0 mm²")
     limits = _limits(head, bounds)
     problem = _problem(head, ALL, _turning(head, joints), regularisation, limits)
-    draft = _problem(head, _few(head), problem.joints, regularisation, limits)
+    draft = _problem(head, _sample(head), problem.joints, regularisation, limits)
     weights = np.empty((len(given), len(head.expression_names)))
     turns = no_turn(len(given), len(head.joint_names)).astype(np.float64)
     state: _State | None = None
@@ -109,57 +131,59 @@ def distance_mm(motion: Motion, vertices: Vertices) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class _State:
-    """One frame's unknowns: weights (component,), turns (joint, 4), and what is left in mm²."""
+    """One frame's unknowns: weights (component,), turns (joint, 4), and cost in mm²."""
 
-    weights: Floats
-    turns: Floats
+    weights: Float64Array
+    turns: Float64Array
     cost: float
     distance_mm: float
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """What all frames share: some of the head's vertices, all or few.
+    """What all frames share, on all of the head's vertices or a sample of them.
 
     Lengths are in mm over the root of the vertex count (times `scale`), so sums are means.
     """
 
     vertices: NDArray[np.integer] | slice
-    template: Floats  # (vertex, 3) m
-    basis: Floats  # (component, 3 · vertex), scaled
+    template: Float64Array  # (vertex, 3) m
+    basis: Float64Array  # (component, 3 · vertex), scaled
     rig: Rig
     joints: list[int]  # those that may turn
     regularisation: float
-    low: Floats
-    high: Floats
+    low: Float64Array
+    high: Float64Array
 
     @property
     def scale(self) -> float:
         return 1000 / np.sqrt(len(self.template))
 
     @cached_property
-    def gram(self) -> Floats:
+    def gram(self) -> Float64Array:
         return self.basis @ self.basis.T + self.regularisation * np.eye(len(self.low))
 
-    def points(self, weights: Floats) -> Floats:
+    def points(self, weights: Float64Array) -> Float64Array:
         """(vertex, 3) m before posing."""
         return self.template + (weights @ self.basis).reshape(-1, 3) / self.scale
 
-    def state(self, weights: Floats, turns: Floats, target: Floats) -> _State:
-        left, _ = self.left_over(weights, turns, target)
+    def state(self, weights: Float64Array, turns: Float64Array, target: Float64Array) -> _State:
+        left, _ = self.residual(weights, turns, target)
         cost = float((left * left).sum() + self.regularisation * weights @ weights)
         return _State(weights, turns, cost, float(np.sqrt((left * left).sum())))
 
-    def left_over(self, weights: Floats, turns: Floats, target: Floats) -> tuple[Floats, Floats]:
-        """What the model lacks (vertex, 3), scaled, in zero pose, and the unposing matrices."""
+    def residual(
+        self, weights: Float64Array, turns: Float64Array, target: Float64Array
+    ) -> tuple[Float64Array, Float64Array]:
+        """Residual (vertex, 3), scaled, in zero pose, and the unposing matrices."""
         matrices, shifts = vertex_transforms(self.rig, turns)
         unpose = inverses(matrices)
         unposed = np.einsum("vab,vb->va", unpose, target - shifts)
         return self.scale * (unposed - self.points(weights)), unpose
 
-    def best_weights(self, turns: Floats, target: Floats) -> Floats:
+    def best_weights(self, turns: Float64Array, target: Float64Array) -> Float64Array:
         """Weights for given rotations: linear least squares in zero pose."""
-        left, _ = self.left_over(np.zeros_like(self.low), turns, target)
+        left, _ = self.residual(np.zeros_like(self.low), turns, target)
         return solve_box(self.gram, self.basis @ left.ravel(), self.low, self.high)
 
 
@@ -168,7 +192,7 @@ def _problem(
     vertices: NDArray[np.integer] | slice,
     joints: list[int],
     regularisation: float,
-    limits: tuple[Floats, Floats],
+    limits: tuple[Float64Array, Float64Array],
 ) -> _Problem:
     template = head.template[vertices].astype(np.float64)
     basis = head.expression_basis[:, vertices].astype(np.float64).reshape(len(limits[0]), -1)
@@ -177,14 +201,14 @@ def _problem(
     return _Problem(vertices, template, basis, rig, joints, regularisation, *limits)
 
 
-def _few(head: HeadModel) -> NDArray[np.integer]:
-    """Vertices enough to draft a pose; drawn, since neighbours in number are so in place."""
+def _sample(head: HeadModel) -> NDArray[np.integer]:
+    """Enough vertices for a first pose, at random: neighbours in number are neighbours in place."""
     count = min(DRAFT, head.vertex_count)
     return np.sort(np.random.default_rng(0).permutation(head.vertex_count)[:count])
 
 
 def _solve_frame(
-    problem: _Problem, draft: _Problem, target: Floats, before: _State | None
+    problem: _Problem, draft: _Problem, target: Float64Array, before: _State | None
 ) -> _State:
     """One frame; `before` is the solved frame before it."""
     still = _still(problem)
@@ -196,28 +220,27 @@ def _solve_frame(
     if before is not None:
         starts.append(draft.state(draft.best_weights(before.turns, few), before.turns, few))
     if before is None or starts[1].cost > starts[0].cost:
-        starts.append(_laid_over(draft, few))
+        starts.append(_root_aligned(draft, few))
     drafted = _refined(draft, few, min(starts, key=lambda start: start.cost))
     return _refined(problem, target, problem.state(drafted.weights, drafted.turns, target))
 
 
-def _still(problem: _Problem) -> Floats:
+def _still(problem: _Problem) -> Float64Array:
     """(joint, 4) quaternions of the zero pose."""
     return no_turn(len(problem.rig.joint_parents)).astype(np.float64)
 
 
-def _laid_over(problem: _Problem, target: Floats) -> _State:
-    """The whole head turned by its root joint: Kabsch (1976), without the shift."""
+def _root_aligned(problem: _Problem, target: Float64Array) -> _State:
+    """The root joint aligned with the target: Kabsch (1976), without the translation."""
     turns = _still(problem)
     if problem.rig.joint_parents[problem.joints[0]] < 0:
         rest = problem.template - problem.template.mean(axis=0)
-        left, _, right = np.linalg.svd((target - target.mean(axis=0)).T @ rest)
-        mirrored = np.sign(np.linalg.det(left @ right))
-        turns[problem.joints[0]] = from_matrices(left @ np.diag([1, 1, mirrored]) @ right)
+        rotation, _ = nearest_rotation((target - target.mean(axis=0)).T @ rest)
+        turns[problem.joints[0]] = from_matrices(rotation)
     return problem.state(problem.best_weights(turns, target), turns, target)
 
 
-def _refined(problem: _Problem, target: Floats, state: _State) -> _State:
+def _refined(problem: _Problem, target: Float64Array, state: _State) -> _State:
     """Levenberg-Marquardt on weights and rotations together."""
     damping = 1e-6
     for _ in range(STEPS):
@@ -238,8 +261,10 @@ def _refined(problem: _Problem, target: Floats, state: _State) -> _State:
     return state
 
 
-def _normal_equations(problem: _Problem, target: Floats, state: _State) -> tuple[Floats, Floats]:
-    left, unpose = problem.left_over(state.weights, state.turns, target)
+def _normal_equations(
+    problem: _Problem, target: Float64Array, state: _State
+) -> tuple[Float64Array, Float64Array]:
+    left, unpose = problem.residual(state.weights, state.turns, target)
     slopes = joint_slopes(problem.rig, state.turns, problem.points(state.weights), problem.joints)
     slopes = problem.scale * (unpose @ slopes).reshape(left.size, -1)
     cross = problem.basis @ slopes
@@ -249,7 +274,12 @@ def _normal_equations(problem: _Problem, target: Floats, state: _State) -> tuple
 
 
 def _stepped(
-    problem: _Problem, target: Floats, state: _State, normal: Floats, side: Floats, damping: float
+    problem: _Problem,
+    target: Float64Array,
+    state: _State,
+    normal: Float64Array,
+    side: Float64Array,
+    damping: float,
 ) -> _State:
     count = len(state.weights)
     free = np.full(3 * len(problem.joints), np.inf)
@@ -278,7 +308,9 @@ def _turning(head: HeadModel, joints: Sequence[str] | None) -> list[int]:
     return [joint for joint in sorted(wanted) if carries[joint]]
 
 
-def _limits(head: HeadModel, bounds: tuple[float, float] | None) -> tuple[Floats, Floats]:
+def _limits(
+    head: HeadModel, bounds: tuple[float, float] | None
+) -> tuple[Float64Array, Float64Array]:
     low, high = (-np.inf, np.inf) if bounds is None else bounds
     if not low < high or low > 0 or high < 0:
         raise MotionError(f"bounds: found {low:g} to {high:g}; allowed: rising, zero within")

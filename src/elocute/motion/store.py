@@ -29,7 +29,20 @@ REMEDY = "make one: elocute animate speech.wav -o talk.npz"
 
 
 def save_motion(motion: Motion, path: str | Path) -> None:
-    """Write a motion. Raises OutputError, MotionError for what is none."""
+    """Write a motion as .npz: exact, with its head, but without the head's identity space.
+
+    Parameters
+    ----------
+    motion : Motion
+        What to write.
+    path : str or Path
+        The file; one of that name is replaced.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    """
     check_motion(motion)
     head = motion.head
     components, vertices = np.nonzero(head.expression_basis.any(axis=2))
@@ -60,7 +73,22 @@ _LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis")
 
 
 def load_motion(path: str | Path) -> Motion:
-    """Read what `save_motion` wrote. Raises MotionError where it is something else."""
+    """Read a motion that `save_motion` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        The .npz file.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a file that is missing, damaged or no motion.
+    """
     stored = read_npz(
         path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=MotionError, remedy=REMEDY
     )
@@ -90,7 +118,7 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
         raise MotionError("a motion of another version; allowed: version 1")
     fps = finite_number(texts.pop("fps"))
     if fps is None:
-        raise MotionError("fps that is no number")
+        raise MotionError("fps that is not a number")
     parts: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in texts.items()
     }
@@ -114,7 +142,7 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     if len(weights) > FRAMES_MAX:
         raise MotionError(f"{len(weights)} frames; allowed: up to {FRAMES_MAX}")
     if rows.dtype.kind not in "iu" or columns.dtype.kind not in "iu" or weights.dtype.kind != "f":
-        raise MotionError("weights and shapes of another kind; allowed: fractions and indices")
+        raise MotionError("weights or shapes of another type; allowed: floats and indices")
     basis = np.zeros((shapes, vertices, 3), np.float32)
     basis[rows, columns] = stored["basis/delta"]
     head = HeadModel(

@@ -4,7 +4,7 @@ The network of Tzirakis et al. 2019, section 5: convolutions over frequency, the
 of a window, each with kernel 3, stride 2 and 64 filters; a dense layer of 128, an LSTM of 128 and
 as many outputs as there are blendshapes. The paper names neither the number of layers nor the
 padding. Here six convolutions without padding take 127 mel bands to one (the topmost of 128, at
-the end of hearing, is not looked at), and five take 41 columns to one, the first four with a zero
+the upper end of hearing, is not used), and five take 41 columns to one, the first four with a zero
 at either end.
 """
 
@@ -37,7 +37,7 @@ class Crnn(nn.Module):
     """(batch, frame, 41, 128, 3) windows to (batch, frame, output), window by window.
 
     `SharedCrnn` gives the same numbers from columns. `shift` and `scale` standardise the three
-    channels and `audible` mutes bands; training sets them from what it hears.
+    channels and `audible` mutes bands; training sets them from its data and settings.
     """
 
     shift: Tensor
@@ -63,7 +63,7 @@ class Crnn(nn.Module):
         self._initialise()
 
     def _initialise(self) -> None:
-        """He for what extracts, Glorot for what recurs (section 6.1); biases zero."""
+        """He for feature layers, Glorot for LSTM and output (section 6.1); biases are zero."""
         for layer in (*self.frequency, *self.time, self.dense):
             nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")  # pyright: ignore
             nn.init.zeros_(layer.bias)  # pyright: ignore
@@ -78,7 +78,7 @@ class Crnn(nn.Module):
 
     def columns(self, values: Tensor) -> Tensor:
         """(batch, column, 128, 3) to (batch, column, 64): every column on its own."""
-        # As one product and one sum over whole rows, which is what runs fast.
+        # One product and one sum over whole rows: the fastest form.
         gain = self.audible / self.scale
         x = (values * gain - self.shift * gain).permute(0, 3, 1, 2)
         for layer in self.frequency:
@@ -96,7 +96,7 @@ class Crnn(nn.Module):
         return x.squeeze(2)
 
     def head(self, x: Tensor, state: State | None = None) -> tuple[Tensor, State]:
-        """(batch, frame, 64) to (batch, frame, output), going on from a state."""
+        """(batch, frame, 64) to (batch, frame, output), continuing from a state."""
         hidden, after = self.recurrent(functional.relu(self.dense(x)), state)
         return self.output(hidden), after
 
@@ -152,7 +152,7 @@ class SharedCrnn(nn.Module):
 
 
 def with_slopes(static: Tensor) -> Tensor:
-    """(batch, column + 8, 128) to (batch, column, 128, 3): `audio.mel3.slopes`, twice."""
+    """(batch, column + 8, 128) to (batch, column, 128, 3): with slopes and their slopes."""
     first = _slope(static)
     second = _slope(first)
     trimmed = static[:, MARGIN : static.shape[1] - MARGIN]

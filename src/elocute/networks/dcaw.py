@@ -13,8 +13,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 KERNEL = 3
-BUMP = 1.0
-LEAST = 1e-6
+BUMP = 1.0  # half the distance of the flanks, in units of the difference's width
+PROBABILITY_MIN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class EncoderConfig:
 class ViewEncoder(nn.Module):
     """Two convolutions over time and a bidirectional GRU, added to a linear map of the input.
 
-    The linear map starts from what it is given (principal components) and the rest from nought,
-    so that training starts from features that are already worth comparing: a word has seconds of
-    data, not hours. Convolutions start as He's, the recurrent weights as Glorot's (section 6.1).
+    The linear map starts from given projections and the rest from zero, so that training starts
+    from features that are already worth comparing: a word has seconds of data, not hours.
+    Convolutions are initialised as by He et al., recurrent weights as by Glorot (section 6.1).
     """
 
     def __init__(self, config: EncoderConfig) -> None:
@@ -51,7 +51,7 @@ class ViewEncoder(nn.Module):
         nn.init.zeros_(self.out.bias)
 
     def forward(self, clips: Tensor, lengths: Tensor) -> Tensor:
-        """(clip, frame, input) and (clip,) to (clip, frame, output), nought in the padding."""
+        """(clip, frame, input) and (clip,) to (clip, frame, output), zero in the padding."""
         inside = frame_mask(lengths, clips.shape[1]).unsqueeze(2)
         x = functional.relu(self.first(clips.transpose(1, 2))) * inside.transpose(1, 2)
         x = functional.relu(self.second(x)) * inside.transpose(1, 2)
@@ -59,18 +59,18 @@ class ViewEncoder(nn.Module):
         packed = nn.utils.rnn.pack_padded_sequence(
             x, lengths.cpu(), batch_first=True, enforce_sorted=False
         )
-        wound, _ = self.recurrent(packed)
-        wound, _ = nn.utils.rnn.pad_packed_sequence(
-            wound, batch_first=True, total_length=clips.shape[1]
+        recurrent, _ = self.recurrent(packed)
+        recurrent, _ = nn.utils.rnn.pad_packed_sequence(
+            recurrent, batch_first=True, total_length=clips.shape[1]
         )
-        return (self.direct(clips) + self.out(torch.cat([x, wound], dim=2))) * inside
+        return (self.direct(clips) + self.out(torch.cat([x, recurrent], dim=2))) * inside
 
 
-class Bahdanau(nn.Module):
+class BahdanauScore(nn.Module):
     """score(h1, h2) = vᵀ tanh(Wt h1 + Ws h2 + b), Eq. 3 with Bahdanau's bias.
 
     Units come in pairs, tanh(d + b) - tanh(d - b) of a difference d = w · (h1 - h2), which is a
-    bump around d = 0: from the first step, frames that look alike score high. All is learned.
+    bump around d = 0: from the first step, similar frames score high. All weights are learned.
     """
 
     def __init__(self, features: int, width: float, height: float) -> None:
@@ -106,15 +106,16 @@ def soft_attention(scores: Tensor, source_mask: Tensor) -> Tensor:
 def monotonic_attention(scores: Tensor, source_mask: Tensor, free_start: bool = False) -> Tensor:
     """Expected attention of a reader that never goes back (Raffel et al. 2017, Eqs. 8 to 13).
 
-    At each target frame it walks on from where it stood, and stops at source frame i with
+    At each target frame the reader moves on from where it was, and stops at source frame i with
     probability sigmoid(score): α_j[i] = p_j[i] Π_{k<i}(1 - p_j[k]) Σ_{k≤i} α_{j-1}[k] /
-    Π_{l<k}(1 - p_j[l]). What walks off the end is given back by dividing each column by its sum,
-    so that columns over the source sum to one. It starts at the first frame, or anywhere.
+    Π_{l<k}(1 - p_j[l]). Each column is divided by its sum, which gives back the probability of
+    reading past the end, so that columns over the source sum to one. The reader starts at the
+    first frame or, with `free_start`, anywhere.
     """
     stops = torch.sigmoid(scores) * source_mask.unsqueeze(2)
-    stops = stops.clamp(LEAST, 1 - LEAST)
+    stops = stops.clamp(PROBABILITY_MIN, 1 - PROBABILITY_MIN)
     goes = torch.log1p(-stops)
-    before = torch.exp(torch.cumsum(goes, dim=1) - goes).clamp_min(LEAST)
+    before = torch.exp(torch.cumsum(goes, dim=1) - goes).clamp_min(PROBABILITY_MIN)
     if free_start:
         last = source_mask / source_mask.sum(dim=1, keepdim=True)
     else:
@@ -138,7 +139,7 @@ class DcawNetwork(nn.Module):
         super().__init__()
         count = 1 if shared else len(configs)
         self.encoders = nn.ModuleList(ViewEncoder(config) for config in configs[:count])
-        self.attention = Bahdanau(configs[0].outputs, width, height)
+        self.attention = BahdanauScore(configs[0].outputs, width, height)
 
     def encode(self, side: int, clips: Tensor, lengths: Tensor) -> Tensor:
         """(clip, frame, output) of view `side`."""

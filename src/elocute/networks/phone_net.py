@@ -46,8 +46,8 @@ class PhoneNetConfig:
         return self.stem_kernel // 2 + 2 * back
 
 
-class Block(nn.Module):
-    """Convolution, batch norm, ReLU, added to what came in."""
+class ResidualBlock(nn.Module):
+    """Convolution, batch norm and ReLU, added to the input."""
 
     def __init__(self, config: PhoneNetConfig, dilation: int, right: int) -> None:
         super().__init__()
@@ -80,7 +80,7 @@ class PhoneNet(nn.Module):
             bias=False,
         )
         self.norm = nn.BatchNorm1d(config.channels)
-        self.blocks = nn.Sequential(*[Block(config, d, r) for d, r in config.blocks])
+        self.blocks = nn.Sequential(*[ResidualBlock(config, d, r) for d, r in config.blocks])
         self.head = nn.Conv1d(config.channels, config.phones, 1)
 
     def forward(self, features: Tensor) -> Tensor:

@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 ROUNDS = 100
 SMALLEST = 1e-12  # share of the largest unknown: a step that rounding makes
 SWEEPS = 6  # along a chain
+GRADIENT_STEPS = 300
 
 
 def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
@@ -79,6 +80,26 @@ def solve_box_chain(
             guess = x[frame - 1 if sweep == 0 and frame else frame]
             same = _same_bounds(gram, toward, low, high, guess)
             x[frame] = solve_box(gram, toward, low, high) if same is None else same
+    return x
+
+
+def solve_box_rows(gram: Floats, sides: Floats, low: float, high: float) -> Floats:
+    """(row, unknown) x, each minimising ½ xᵀ·gram·x - sideᵀ·x with low ≤ x ≤ high, all at once.
+
+    For thousands of rows with one matrix, where `solve_box` row by row would take too long.
+    Projected gradients with momentum (Beck and Teboulle 2009): what has not settled after
+    GRADIENT_STEPS differs by less than can be seen on a face.
+
+    gram   (unknown, unknown), positive definite
+    sides  (row, unknown)
+    """
+    length = float(np.linalg.eigvalsh(gram)[-1])
+    x = ahead = np.clip(sides @ np.linalg.inv(gram), low, high)
+    pace = 1.0
+    for _ in range(GRADIENT_STEPS):
+        before, x = x, np.clip(ahead - (ahead @ gram - sides) / length, low, high)
+        faster = (1 + np.sqrt(1 + 4 * pace**2)) / 2
+        ahead, pace = x + (pace - 1) / faster * (x - before), faster
     return x
 
 

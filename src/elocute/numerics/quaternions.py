@@ -1,4 +1,4 @@
-"""Unit quaternions wxyz: from axis-angle, back, and one after another."""
+"""Unit quaternions in the order w, x, y, z: to and from other forms, product and blend."""
 
 from __future__ import annotations
 
@@ -56,6 +56,27 @@ def from_matrices(matrices: Floats) -> NDArray[np.float64]:
     return np.where(quaternions[..., :1] < 0, -quaternions, quaternions)
 
 
+def to_matrices(quaternions: Floats) -> Floats:
+    """(..., 3, 3) rotation matrices of unit quaternions (..., 4), in their precision."""
+    w, x, y, z = np.moveaxis(np.asarray(quaternions), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, -1) for row in rows], -2)
+
+
+def blend(first: Floats, second: Floats, share: Floats) -> Floats:
+    """(..., 4) between two quaternions (..., 4), normalised linear: enough for near neighbours.
+
+    share  (..., 1) of the second, 0 to 1
+    """
+    sign = np.where((first * second).sum(-1, keepdims=True) < 0, -1.0, 1.0)
+    mixed = first * (1 - share) + second * sign * share
+    return mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
+
+
 def no_turn(*shape: int) -> NDArray[np.float32]:
-    """(*shape, 4) quaternions that turn nothing."""
+    """(*shape, 4) quaternions of the identity rotation."""
     return np.tile(np.array(IDENTITY, np.float32), (*shape, 1))

@@ -18,11 +18,11 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.motion.motion import Motion
-from elocute.propagation.transfer import resampled
+from elocute.numerics.resampling import read_rows
+from elocute.numerics.ridge import ridge_projection
 
-Array = NDArray[np.float32]
+FloatArray = NDArray[np.float32]
 MARGIN_S = 0.05  # kept around a word, where its neighbours leave room: lips move before the sound
-RIDGE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,29 @@ class CapturedWord:
 def captured_words(
     corpus: Corpus, words: Path | None = None, split: str = "default"
 ) -> dict[str, list[CapturedWord]]:
-    """Spelling in small letters to all that say it. Without that split, all clips are `train`.
+    """The words that captured speakers say, with their times.
 
-    Raises CorpusError where no clip holds a word with times, AlignmentError for a file of words
-    that is broken or does not fit its clip.
+    Parameters
+    ----------
+    corpus
+        Clips of captured speakers, with their texts.
+    words
+        Folder of CLIP.json or CLIP.TextGrid with the times of the words, as `elocute words`
+        writes them; a clip of one word needs none.
+    split
+        Name of the split; where the corpus lacks it, all clips count as `train`.
+
+    Returns
+    -------
+    dict
+        From a spelling in lower case to all that say it.
+
+    Raises
+    ------
+    CorpusError
+        Where no clip holds a word with times.
+    AlignmentError
+        For a file of words that is broken or does not fit its clip.
     """
     if words is not None and not words.is_dir():
         raise CorpusError.about(words, found="no folder", allowed="a folder of CLIP.json")
@@ -56,13 +75,13 @@ def captured_words(
         for index, (word, start, end) in enumerate(_spoken(corpus, entry.name, words)):
             found.setdefault(word, []).append(
                 CapturedWord(
-                    f"{entry.name}.{index:03d}",
-                    word,
-                    entry.subject,
-                    parts[entry.name],
-                    entry.name,
-                    start,
-                    end,
+                    name=f"{entry.name}.{index:03d}",
+                    word=word,
+                    subject=entry.subject,
+                    split=parts[entry.name],
+                    clip=entry.name,
+                    start_s=start,
+                    end_s=end,
                 )
             )
     if not found:
@@ -76,7 +95,7 @@ def captured_words(
 
 
 def _parts(corpus: Corpus, split: str) -> dict[str, str]:
-    """Clip to train, validation or test."""
+    """From the name of a clip to train, validation or test."""
     if split not in corpus.splits:
         return {entry.name: "train" for entry in corpus.entries}
     parts = corpus.split(split).parts()
@@ -118,10 +137,10 @@ def _words_path(words: Path | None, clip: str) -> Path | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Capture:
-    """A corpus seen through a basis of speech blendshapes: a Motion as `sweep` makes it.
+class CapturedCorpus:
+    """A corpus whose motion is given as parameters of a basis of speech blendshapes.
 
-    Raises CorpusError where their meshes differ.
+    basis: a Motion, as `sweep` makes it. Raises CorpusError where their meshes differ.
     """
 
     corpus: Corpus
@@ -137,19 +156,17 @@ class Capture:
             )
 
     @cached_property
-    def _solver(self) -> Array:
+    def _solver(self) -> FloatArray:
         """(number or component, parameter): least squares, from what the corpus stores."""
         shapes = self.basis.head.expression_basis
         flat = shapes.reshape(len(shapes), -1).astype(np.float64)
-        gram = flat @ flat.T
-        gram += RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
-        inverse = np.linalg.solve(gram, flat).T
+        inverse = ridge_projection(flat)
         if self.corpus.basis is None:
             return inverse.astype(np.float32)
         stored = np.asarray(self.corpus.basis).reshape(len(self.corpus.basis), -1)
         return (stored.astype(np.float64) @ inverse).astype(np.float32)
 
-    def parameters(self, word: CapturedWord, times_s: NDArray[np.floating]) -> Array:
+    def parameters(self, word: CapturedWord, times_s: NDArray[np.floating]) -> FloatArray:
         """(time, parameter) at times in s of the clip, by projection and interpolation."""
         fps = self.corpus.fps
         first = max(0, int(np.floor(times_s.min() * fps)))
@@ -159,15 +176,15 @@ class Capture:
             values = moved.reshape(len(moved), -1) @ self._solver
         else:
             values = np.asarray(self.corpus.frames(word.clip)[first:last]) @ self._solver
-        return resampled(values, fps, times_s - first / fps)
+        return read_rows(values, np.asarray(times_s) * fps - first)
 
     def sound(self, word: CapturedWord) -> Waveform:
-        """What is heard while the word is said."""
-        return cut(self.corpus.sound(word.clip), word.start_s, word.end_s)
+        """The sound of the word."""
+        return cut_sound(self.corpus.sound(word.clip), word.start_s, word.end_s)
 
 
-def cut(sound: Waveform, start_s: float, end_s: float) -> Waveform:
-    """From start_s to end_s of a sound, two samples at least."""
+def cut_sound(sound: Waveform, start_s: float, end_s: float) -> Waveform:
+    """The part of a sound from start_s to end_s, at least two samples."""
     first = max(0, min(round(start_s * sound.sample_rate), len(sound.samples) - 2))
     last = max(first + 2, round(end_s * sound.sample_rate))
     return Waveform(sound.samples[first:last], sound.sample_rate)

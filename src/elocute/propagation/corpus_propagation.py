@@ -1,13 +1,13 @@
-"""All words of a corpus: each once, whatever is killed in between.
+"""Propagation of captured motion to all recordings; an interrupted run can be resumed.
 
     FOLDER/WORD.parquet        whole, or not there
-    FOLDER/records/WORD.json   written after it: what came of the word, of which task, its checksum
+    FOLDER/records/WORD.json   written after it: the result, a digest of the task, its checksum
     FOLDER/basis.npz           what the parameters weigh
     FOLDER/rejects.csv         recordings left out and why
     FOLDER/manifest.json       last of all
 
-A word counts as done when its record is of the very task that would be run, and its shard is as
-the record says. Everything else is made again.
+A word counts as done when its result belongs to the very task that would be run, and the shard has
+the checksum in it. Every other word is run again.
 """
 
 from __future__ import annotations
@@ -24,24 +24,28 @@ from elocute.files.atomic import write_atomically
 from elocute.jobs.pool import Failed, Pool, one_after_another
 from elocute.motion.store import load_motion
 from elocute.propagation.captured_words import CapturedWord
-from elocute.propagation.settings import JobSettings
+from elocute.propagation.settings import PropagationSettings
 from elocute.propagation.word_job import (
     RECORDS,
-    WordRecord,
+    WordResult,
     WordTask,
-    load_record,
+    load_word_result,
     reject_lines,
     run_word,
 )
-from elocute.propagation.word_recordings import Recordings
+from elocute.propagation.word_recordings import WordRecordings
 
 HEADER = "word,audio,reason\n"
 REJECTS = "rejects.csv"
 
 
 @dataclass
-class Summary:
-    """What a run came to; words that failed are named with the reason."""
+class PropagationSummary:
+    """Counts of a run.
+
+    kept: words that an earlier run had finished. pairs: alignments made. failed: (word, reason).
+    unheard: captured words without a recording.
+    """
 
     words: int = 0
     kept: int = 0
@@ -54,16 +58,43 @@ class Summary:
 
 
 def propagate(
-    settings: JobSettings,
+    settings: PropagationSettings,
     captured: dict[str, list[CapturedWord]],
-    recordings: Recordings,
+    recordings: WordRecordings,
     pool: Pool = one_after_another,
     progress: Callable[[float], None] | None = None,
-) -> Summary:
-    """Carry parameters over to every recording; what an earlier run left whole is kept.
+) -> PropagationSummary:
+    """Transfer the parameters of captured words to every recording of the same words.
 
-    Raises CorpusError where the two sides share no word or nothing could be carried over,
-    OutputError where another run works in the folder.
+    Words that an earlier run in the same folder finished are kept.
+
+    Parameters
+    ----------
+    settings
+        Folders, method of alignment, and what decides which recordings are rejected.
+    captured
+        Words of the captured speakers (`captured_words`).
+    recordings
+        Recordings of many speakers (`find_recordings`).
+    pool
+        Where words are run: in this process, in several, or on a Ray cluster.
+    progress
+        Called with the share of the words that is done.
+
+    Returns
+    -------
+    PropagationSummary
+
+    Raises
+    ------
+    CorpusError
+        Where the two sides share no word, or no recording could be used.
+    OutputError
+        Where another run is at work in the folder.
+
+    References
+    ----------
+    Tzirakis et al. 2019, section 4.2.
     """
     folder = Path(settings.folder)
     if not set(captured) & set(recordings.words):
@@ -75,16 +106,18 @@ def propagate(
     digests = sha256_of(Path(settings.corpus) / "corpus.json"), sha256_of(Path(settings.basis))
     settings = replace(settings, inputs=" ".join(digests))
     (folder / RECORDS).mkdir(exist_ok=True)
-    with _alone(folder):
+    with _locked(folder):
         summary = _run(settings, captured, recordings, pool, progress)
         _finish(settings, captured, recordings, summary)
     return summary
 
 
 def all_tasks(
-    settings: JobSettings, captured: dict[str, list[CapturedWord]], recordings: Recordings
+    settings: PropagationSettings,
+    captured: dict[str, list[CapturedWord]],
+    recordings: WordRecordings,
 ) -> Iterator[WordTask]:
-    """One for each word of either side, listed when it is asked for."""
+    """A task for each word, captured or recorded; its recordings are listed only when it is due."""
     for word in sorted({*captured, *recordings.words}):
         found, skipped = recordings.of(word) if word in recordings.words else ([], [])
         if not found and not skipped and not settings.truth:
@@ -93,13 +126,13 @@ def all_tasks(
 
 
 def _run(
-    settings: JobSettings,
+    settings: PropagationSettings,
     captured: dict[str, list[CapturedWord]],
-    recordings: Recordings,
+    recordings: WordRecordings,
     pool: Pool,
     progress: Callable[[float], None] | None,
-) -> Summary:
-    summary = Summary(unheard=sorted(set(captured) - set(recordings.words)))
+) -> PropagationSummary:
+    summary = PropagationSummary(unheard=sorted(set(captured) - set(recordings.words)))
     total = len({*captured, *recordings.words})
 
     def left() -> Iterator[WordTask]:
@@ -117,10 +150,10 @@ def _run(
     return summary
 
 
-def finished(task: WordTask) -> WordRecord | None:
-    """The record of a task that was done, its shard whole; else None."""
+def finished(task: WordTask) -> WordResult | None:
+    """The result of a task that is done and whose shard is whole, or None."""
     folder = Path(task.settings.folder)
-    record = load_record(folder / RECORDS / f"{task.name}.json")
+    record = load_word_result(folder / RECORDS / f"{task.name}.json")
     if record is None or record.digest != task.digest:
         return None
     shard = record.shard
@@ -132,18 +165,18 @@ def finished(task: WordTask) -> WordRecord | None:
 
 
 def _finish(
-    settings: JobSettings,
+    settings: PropagationSettings,
     captured: dict[str, list[CapturedWord]],
-    recordings: Recordings,
-    summary: Summary,
+    recordings: WordRecordings,
+    summary: PropagationSummary,
 ) -> None:
-    """Gather the records, one in memory at a time, into rejects and manifest."""
+    """Gather the results, one in memory at a time, into rejects.csv and manifest.json."""
     folder = Path(settings.folder)
     entries: list[ShardEntry] = []
     with write_atomically(folder / REJECTS) as draft, draft.open("w", encoding="utf-8") as file:
         file.write(HEADER)
         for task in all_tasks(settings, captured, recordings):
-            record = load_record(folder / RECORDS / f"{task.name}.json")
+            record = load_word_result(folder / RECORDS / f"{task.name}.json")
             if record is None or record.digest != task.digest:
                 continue
             file.write(reject_lines(record.rejects))
@@ -158,16 +191,16 @@ def _finish(
         reason = summary.failed[0][1] if summary.failed else f"see {folder / REJECTS}"
         raise CorpusError.about(
             recordings.folder,
-            found=f"no recording that parameters could be carried to ({reason})",
+            found=f"no recording that parameters could be transferred to ({reason})",
             allowed="recordings of words that a captured speaker says",
         )
-    note = f"parameters carried over by {settings.method}, seed {settings.seed}"
+    note = f"parameters transferred by {settings.method}, seed {settings.seed}"
     write_manifest(folder, entries, load_motion(settings.basis), note)
 
 
 @contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Nobody else works here meanwhile; a lock that dies with its process."""
+def _locked(folder: Path) -> Iterator[None]:
+    """A lock on the folder, which ends with its process."""
     with (folder / ".lock").open("w") as file:
         try:
             import fcntl

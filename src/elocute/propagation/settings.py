@@ -10,8 +10,8 @@ from elocute.settings import SEED_MAX, check_settings, described, setting
 
 @described
 @dataclass(frozen=True)
-class JobSettings:
-    """What is the same for all words; paths are absolute, since workers may stand elsewhere.
+class PropagationSettings:
+    """What is the same for all words; paths are absolute, since workers may run in other folders.
 
     Raises InputError for a number outside its range.
     """
@@ -19,8 +19,8 @@ class JobSettings:
     corpus: str = setting(help="Folder of the captured speakers.")
     basis: str = setting(help="Speech blendshapes (.npz).")
     recordings: str = setting(help="Folder of the recordings.")
-    root: str = setting(help="Folder that sounds are named from.")
-    folder: str = setting(help="Where shards go.")
+    root: str = setting(help="Folder to which the paths of sounds in the shards are relative.")
+    folder: str = setting(help="Folder to write the shards to.")
     method: str = setting("dcaw", help="Alignment: dtw, softdtw, ctw, dctw or dcaw.")
     encoder: str = setting("fbank", help="Speech encoder that recordings are compared by.")
     seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
@@ -36,7 +36,7 @@ class JobSettings:
     fps: float = setting(
         30.0, unit="frames/s", low=1.0, high=240.0, help="Frame rate of the parameters."
     )
-    truth: bool = setting(True, help="Whether captured words become rows too.")
+    truth: bool = setting(True, help="Whether captured words become clips of the shards too.")
     inputs: str = setting("", help="Checksums of corpus and basis, filled in by `propagate`.")
 
     def __post_init__(self) -> None:

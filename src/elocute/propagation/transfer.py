@@ -1,4 +1,4 @@
-"""From a path to parameters: how motion of one recording is laid over another (section 4.2)."""
+"""Parameters of one recording transferred to another along a warping path (section 4.2)."""
 
 from __future__ import annotations
 
@@ -7,15 +7,34 @@ from numpy.typing import NDArray
 
 from elocute.errors import AlignmentError
 
-Array = NDArray[np.float32]
+FloatArray = NDArray[np.float32]
 
 
-def carried(values: Array, path: NDArray[np.intp], targets: int) -> Array:
-    """(target frame, n) of values (source frame, n) along a path (step, 2), whole against whole.
+def transfer_parameters(values: FloatArray, path: NDArray[np.intp], targets: int) -> FloatArray:
+    """Parameters of the target: the mean over many-to-one, a copy over one-to-many.
 
-    The mean where many source frames meet one target frame; a copy where one source frame meets
-    many. Raises AlignmentError for a path that leaves a target frame without a source, or one
-    beyond the values.
+    Parameters
+    ----------
+    values
+        (source frame, parameter).
+    path
+        (step, 2) source and target frames that belong together.
+    targets
+        Number of target frames.
+
+    Returns
+    -------
+    ndarray
+        (target frame, parameter).
+
+    Raises
+    ------
+    AlignmentError
+        For a path that leaves a target frame without a source, or reaches beyond the values.
+
+    References
+    ----------
+    Tzirakis et al. 2019, section 4.2.
     """
     if path.ndim != 2 or path.shape[1] != 2 or not len(path):
         raise AlignmentError.about("path", found=f"shape {path.shape}", allowed="(step, 2)")
@@ -36,15 +55,3 @@ def carried(values: Array, path: NDArray[np.intp], targets: int) -> Array:
     sums = np.zeros((targets, values.shape[1]))
     np.add.at(sums, target, values[source])
     return (sums / counts[:, None]).astype(np.float32)
-
-
-def resampled(values: Array, rate: float, times_s: NDArray[np.floating]) -> Array:
-    """(time, n): values (frame, n), frame k at k / rate, between frames at other times.
-
-    Before the first frame and after the last, that frame stands.
-    """
-    place = np.clip(np.asarray(times_s) * rate, 0, len(values) - 1)
-    low = np.floor(place).astype(int)
-    high = np.minimum(low + 1, len(values) - 1)
-    share = (place - low)[:, None]
-    return (values[low] * (1 - share) + values[high] * share).astype(np.float32)

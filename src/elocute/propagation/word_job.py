@@ -25,42 +25,45 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import NAME as SHARD_NAME
 from elocute.corpus.shards import ShardEntry, WordClip, write_shard
+from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError, InputError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import read_record
 from elocute.motion.store import load_motion
+from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
-from elocute.propagation.captured_words import MARGIN_S, Capture, CapturedWord, cut
-from elocute.propagation.settings import JobSettings
-from elocute.propagation.transfer import carried, resampled
-from elocute.propagation.word_recordings import Recording, word_span
+from elocute.propagation.captured_words import MARGIN_S, CapturedCorpus, CapturedWord, cut_sound
+from elocute.propagation.settings import PropagationSettings
+from elocute.propagation.transfer import transfer_parameters
+from elocute.propagation.word_recordings import WordRecording, word_span
 
-Array = NDArray[np.float32]
-VIEW_RATE = 50.0  # Hz, of `speech_view`
+FloatArray = NDArray[np.float32]
 SHORTEST_FRAMES = 4  # of a view: 80 ms; nothing shorter is a word
 LONGEST_S = 10.0
-SOURCES_MAX = 8  # takes of captured speakers that a recording is compared with
+SOURCES_MAX = 8  # captured takes that a recording is compared with
 RECORDS = "records"
 RECORD_MAX_BYTES = 100_000_000
 
 
 @dataclass(frozen=True)
 class WordTask:
+    """One word: its captured takes and its recordings; skipped are (file, reason)."""
+
     word: str
     captured: tuple[CapturedWord, ...]
-    recordings: tuple[Recording, ...]
+    recordings: tuple[WordRecording, ...]
     skipped: tuple[tuple[str, str], ...]
-    settings: JobSettings
+    settings: PropagationSettings
 
     @property
     def name(self) -> str:
-        """Of the word's files, whatever its letters."""
+        """Of the word's files: plain ASCII, whatever the word's letters."""
         plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.word)
         return plain if plain == self.word else f"{plain}-{zlib.crc32(self.word.encode()):08x}"
 
     @property
     def digest(self) -> str:
-        """Of all that decides about the result; where it goes does not."""
+        """Of everything that the result depends on, which the output folder is not."""
         record = asdict(self)
         record["settings"].pop("folder")
         record["settings"].pop("basis")
@@ -68,15 +71,17 @@ class WordTask:
 
 
 @dataclass(frozen=True)
-class Reject:
+class RejectedRecording:
+    """A recording that was left out, and why."""
+
     word: str
     audio: str
     reason: str
 
 
 @dataclass(frozen=True)
-class WordRecord:
-    """What came of a word: stored beside its shard, and the sign that the shard is whole."""
+class WordResult:
+    """What became of a word; stored beside its shard, it says that the shard is whole."""
 
     word: str
     digest: str
@@ -84,31 +89,31 @@ class WordRecord:
     aligned: int
     captured: int
     pairs: int
-    rejects: tuple[Reject, ...]
+    rejects: tuple[RejectedRecording, ...]
     seconds: float
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
-    """A captured word ready to be aligned with: view (frame, feature), parameters (frame, n)."""
+class SourceWord:
+    """A captured word to align with: view (frame, feature), parameters (frame, parameter)."""
 
     word: CapturedWord
-    view: Array
-    parameters: Array
+    view: FloatArray
+    parameters: FloatArray
 
     __repr__ = one_line
 
 
-def run_word(task: WordTask) -> WordRecord:
-    """Fit, align and write one word; the same task gives the same bytes.
+def run_word(task: WordTask) -> WordResult:
+    """Fit a method to one word, align its recordings, write its shard and, last, its result.
 
-    Its shard and its record appear whole or not at all, the record last.
+    The same task gives the same shard, byte for byte; each file appears whole or not at all.
     """
     started = time.monotonic()
     capture = _capture(task.settings.corpus, task.settings.basis)
-    rejects = [Reject(task.word, audio, why) for audio, why in task.skipped]
-    clips = list(_truth(task, capture))
-    truths = len(clips)
+    rejects = [RejectedRecording(task.word, audio, why) for audio, why in task.skipped]
+    clips = list(_captured_clips(task, capture))
+    own = len(clips)
     sources = _sources(task, capture, rejects)
     pairs = 0
     if sources:
@@ -120,47 +125,51 @@ def run_word(task: WordTask) -> WordRecord:
                 clips.append(_aligned(task, recording, sources, aligner))
                 pairs += len(sources)
             except InputError as error:
-                rejects.append(Reject(task.word, recording.audio, str(error)))
+                rejects.append(RejectedRecording(task.word, recording.audio, str(error)))
     else:
         why = "no captured speaker of the training part says this word"
-        rejects += [Reject(task.word, recording.audio, why) for recording in task.recordings]
+        rejects += [
+            RejectedRecording(task.word, recording.audio, why) for recording in task.recordings
+        ]
     shard = _write(task, clips, len(capture.basis.names)) if clips else None
-    record = WordRecord(
-        task.word,
-        task.digest,
-        shard,
-        len(clips) - truths,
-        truths,
-        pairs,
-        tuple(rejects),
-        time.monotonic() - started,
+    result = WordResult(
+        word=task.word,
+        digest=task.digest,
+        shard=shard,
+        aligned=len(clips) - own,
+        captured=own,
+        pairs=pairs,
+        rejects=tuple(rejects),
+        seconds=time.monotonic() - started,
     )
-    save_record(record, Path(task.settings.folder) / RECORDS / f"{task.name}.json")
-    return record
+    save_word_result(result, Path(task.settings.folder) / RECORDS / f"{task.name}.json")
+    return result
 
 
 @lru_cache(1)
-def _capture(corpus: str, basis: str) -> Capture:
+def _capture(corpus: str, basis: str) -> CapturedCorpus:
     """Kept by a worker from word to word."""
-    return Capture(open_corpus(corpus), load_motion(basis))
+    return CapturedCorpus(open_corpus(corpus), load_motion(basis))
 
 
-def _sources(task: WordTask, capture: Capture, rejects: list[Reject]) -> list[Source]:
-    found: list[Source] = []
-    teaching = [word for word in task.captured if word.split == "train"]
-    for word in _spread(teaching)[:SOURCES_MAX]:
+def _sources(
+    task: WordTask, capture: CapturedCorpus, rejects: list[RejectedRecording]
+) -> list[SourceWord]:
+    found: list[SourceWord] = []
+    training = [word for word in task.captured if word.split == "train"]
+    for word in _spread(training)[:SOURCES_MAX]:
         try:
             view = _view(capture.sound(word), task.settings.encoder)
         except InputError as error:
-            rejects.append(Reject(task.word, f"captured clip {word.clip}", str(error)))
+            rejects.append(RejectedRecording(task.word, f"captured clip {word.clip}", str(error)))
             continue
-        times = word.start_s + np.arange(len(view)) / VIEW_RATE
-        found.append(Source(word, view, capture.parameters(word, times)))
+        times = word.start_s + np.arange(len(view)) / FEATURE_RATE
+        found.append(SourceWord(word, view, capture.parameters(word, times)))
     return found
 
 
 def _spread(words: list[CapturedWord]) -> list[CapturedWord]:
-    """First one take of everybody, then a second: no speaker crowds out another."""
+    """One take of each speaker, then a second: no speaker crowds out another."""
     seen: dict[str, int] = {}
     ranked = []
     for word in words:
@@ -169,31 +178,31 @@ def _spread(words: list[CapturedWord]) -> list[CapturedWord]:
     return [word for _, _, word in sorted(ranked, key=lambda each: each[:2])]
 
 
-def _fitted(task: WordTask, sources: list[Source]) -> Aligner | None:
+def _fitted(task: WordTask, sources: list[SourceWord]) -> Aligner | None:
     """The word's network; None where no recording can be read."""
     settings = task.settings
     seed = zlib.crc32(f"{settings.seed} {task.word}".encode())
     order = np.random.default_rng(seed).permutation(len(task.recordings))
-    pairs: list[tuple[Array, Array]] = []
+    pairs: list[tuple[FloatArray, FloatArray]] = []
     for place in order:
         if len(pairs) >= settings.fit_pairs:
             break
         try:
-            heard, _ = _heard(task, task.recordings[int(place)])
-            target = _view(heard, settings.encoder)
+            sound, _ = _sound_of(task, task.recordings[int(place)])
+            target = _view(sound, settings.encoder)
         except InputError:
-            continue  # named when it is aligned
+            continue  # rejected, with the reason, when it is aligned
         pairs.append((sources[len(pairs) % len(sources)].view, target))
     return fit_aligner(pairs, settings.method, seed=seed) if pairs else None
 
 
 def _aligned(
-    task: WordTask, recording: Recording, sources: list[Source], aligner: Aligner
+    task: WordTask, recording: WordRecording, sources: list[SourceWord], aligner: Aligner
 ) -> WordClip:
-    """Parameters of the captured take that explains the recording best. Raises InputError."""
+    """The recording with parameters of the take that fits it best. Raises InputError."""
     settings = task.settings
-    heard, start = _heard(task, recording)
-    target = _view(heard, settings.encoder)
+    sound, start = _sound_of(task, recording)
+    target = _view(sound, settings.encoder)
     found = [aligner.align(source.view, target) for source in sources]
     best = int(np.argmax([alignment.score for alignment in found]))
     score = found[best].score
@@ -201,8 +210,8 @@ def _aligned(
         raise AlignmentError.about(
             "confidence", found=f"{score:.2f}", allowed=f"{settings.confidence:g} or more"
         )
-    values = carried(sources[best].parameters, found[best].path, len(target))
-    frames = max(1, round(heard.duration_s * settings.fps))
+    values = transfer_parameters(sources[best].parameters, found[best].path, len(target))
+    frames = max(1, round(sound.duration_s * settings.fps))
     return WordClip(
         clip=recording.clip,
         word=task.word,
@@ -211,14 +220,14 @@ def _aligned(
         split=recording.split,
         audio=_from_root(settings, Path(settings.recordings) / recording.audio),
         start_s=start,
-        end_s=start + heard.duration_s,
+        end_s=start + sound.duration_s,
         fps=settings.fps,
-        parameters=resampled(values, VIEW_RATE, np.arange(frames) / settings.fps),
+        parameters=read_rows(values, frame_places(0, frames, FEATURE_RATE, settings.fps)),
         confidence=score,
     )
 
 
-def _heard(task: WordTask, recording: Recording) -> tuple[Waveform, float]:
+def _sound_of(task: WordTask, recording: WordRecording) -> tuple[Waveform, float]:
     """The word in its recording, a margin around it, and where that starts in s."""
     folder = Path(task.settings.recordings)
     path = folder / recording.audio
@@ -231,22 +240,22 @@ def _heard(task: WordTask, recording: Recording) -> tuple[Waveform, float]:
         )
     start, end = word_span(folder, recording, whole.duration_s)
     start = max(0.0, start - MARGIN_S)
-    return cut(whole, start, min(end + MARGIN_S, whole.duration_s)), start
+    return cut_sound(whole, start, min(end + MARGIN_S, whole.duration_s)), start
 
 
-def _view(sound: Waveform, encoder: str) -> Array:
+def _view(sound: Waveform, encoder: str) -> FloatArray:
     view = speech_view(sound, encoder)
     if len(view) < SHORTEST_FRAMES:
         raise AlignmentError.about(
             "sound",
             found=f"{sound.duration_s * 1000:.0f} ms",
-            allowed=f"{1000 * SHORTEST_FRAMES / VIEW_RATE:.0f} ms or more",
+            allowed=f"{1000 * SHORTEST_FRAMES / FEATURE_RATE:.0f} ms or more",
         )
     return view
 
 
-def _truth(task: WordTask, capture: Capture) -> Iterator[WordClip]:
-    """Captured words as rows of their own, where their sounds lie below the root."""
+def _captured_clips(task: WordTask, capture: CapturedCorpus) -> Iterator[WordClip]:
+    """Captured words as clips of their own, where the settings ask for them."""
     settings = task.settings
     if not settings.truth:
         return
@@ -268,7 +277,7 @@ def _truth(task: WordTask, capture: Capture) -> Iterator[WordClip]:
         )
 
 
-def _from_root(settings: JobSettings, path: Path) -> str:
+def _from_root(settings: PropagationSettings, path: Path) -> str:
     return path.relative_to(settings.root).as_posix()
 
 
@@ -276,13 +285,13 @@ def _write(task: WordTask, clips: list[WordClip], components: int) -> ShardEntry
     return write_shard(Path(task.settings.folder) / f"{task.name}.parquet", clips, components)
 
 
-def save_record(record: WordRecord, path: Path) -> None:
+def save_word_result(result: WordResult, path: Path) -> None:
     with write_atomically(path) as draft:
-        draft.write_text(json.dumps(asdict(record)) + "\n", encoding="utf-8")
+        draft.write_text(json.dumps(asdict(result)) + "\n", encoding="utf-8")
 
 
-def load_record(path: Path) -> WordRecord | None:
-    """What `save_record` wrote, or None where it is missing or broken."""
+def load_word_result(path: Path) -> WordResult | None:
+    """What `save_word_result` wrote, or None where it is missing or broken."""
     try:
         stored = read_record(path, max_bytes=RECORD_MAX_BYTES, allowed="a record of a word")
         if not _are_whole(stored, "aligned", "captured", "pairs"):
@@ -290,30 +299,30 @@ def load_record(path: Path) -> WordRecord | None:
         shard = stored["shard"]
         stored["shard"] = None if shard is None else _stored_shard(shard)
         stored["rejects"] = tuple(_stored_reject(each) for each in stored["rejects"])
-        return WordRecord(**stored)
+        return WordResult(**stored)
     except (InputError, ValueError, TypeError, KeyError):
         return None
 
 
 def _stored_shard(stored: dict[str, Any]) -> ShardEntry:
-    """Raises ValueError for a name that is no shard's: it becomes a place in the folder."""
+    """Raises ValueError for a name that is not a shard's, since it becomes a path."""
     entry = ShardEntry(**stored)
     if not SHARD_NAME.fullmatch(entry.name) or not _are_whole(stored, "rows"):
-        raise ValueError("no shard")
+        raise ValueError("not a shard")
     return entry
 
 
-def _stored_reject(stored: Any) -> Reject:
+def _stored_reject(stored: Any) -> RejectedRecording:
     if not isinstance(stored, dict) or not all(isinstance(text, str) for text in stored.values()):
-        raise ValueError("no reject")
-    return Reject(**stored)
+        raise ValueError("not a rejected recording")
+    return RejectedRecording(**stored)
 
 
 def _are_whole(stored: dict[str, Any], *names: str) -> bool:
     return all(type(stored[name]) is int and stored[name] >= 0 for name in names)
 
 
-def reject_lines(rejects: tuple[Reject, ...]) -> str:
+def reject_lines(rejects: tuple[RejectedRecording, ...]) -> str:
     """Rows of rejects.csv. A leading = + - @ would be a formula to a spreadsheet."""
     rows = io.StringIO()
     writer = csv.writer(rows, lineterminator="\n")

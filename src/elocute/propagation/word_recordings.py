@@ -32,10 +32,11 @@ VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
 
 
 @dataclass(frozen=True)
-class Recording:
-    """One recording of one word; audio and timing are relative to the folder of recordings.
+class WordRecording:
+    """One recording of one word; paths are relative to the folder of recordings.
 
-    timing  a .txt as LRW has them, or "" where the whole sound is the word
+    audio   the sound file
+    timing  a .txt as in LRW, or "" where the word fills the whole sound
     """
 
     clip: str
@@ -47,38 +48,43 @@ class Recording:
 
 
 @dataclass(frozen=True)
-class Recordings:
-    """A folder of words; `of` lists one word, so that no more need be in memory.
+class WordRecordings:
+    """A folder of words, of which `of` lists one at a time to save memory.
 
-    words  spelling in small letters to the name of its folder
+    words  from a spelling in lower case to the name of its folder
     """
 
     folder: Path
     words: dict[str, str] = field(default_factory=dict)
 
-    def of(self, word: str) -> tuple[list[Recording], list[tuple[str, str]]]:
-        """Recordings of a word in order of their names; files that cannot be named, and why."""
-        found: list[Recording] = []
+    def of(self, word: str) -> tuple[list[WordRecording], list[tuple[str, str]]]:
+        """Recordings of a word, sorted by name; and files that are left out, with the reason."""
+        found: list[WordRecording] = []
         skipped: list[tuple[str, str]] = []
         for path, part in _files(self.folder / self.words[word]):
             name = path.relative_to(self.folder).as_posix()
             clip = f"{word}.{path.stem}".replace("'", "-")
             if not NAME.fullmatch(clip):
-                skipped.append((name, "no plain name: letters, digits, _ . - up to 120"))
+                skipped.append(
+                    (
+                        name,
+                        "name that is not 1 to 120 of letters, digits, _ . -",
+                    )
+                )
                 continue
             if found and found[-1].clip == clip and _folder(found[-1].audio) == _folder(name):
-                skipped.append((name, "there already with another suffix"))
+                skipped.append((name, "same name as another file, other suffix"))
                 continue
             speaker = _speaker(path.stem.replace("'", "-"))
             timing = path.with_suffix(".txt")
             found.append(
-                Recording(
-                    clip,
-                    word,
-                    speaker,
-                    part or _hashed(speaker),
-                    name,
-                    timing.relative_to(self.folder).as_posix() if timing.is_file() else "",
+                WordRecording(
+                    clip=clip,
+                    word=word,
+                    speaker=speaker,
+                    split=part or _split_of(speaker),
+                    audio=name,
+                    timing=timing.relative_to(self.folder).as_posix() if timing.is_file() else "",
                 )
             )
         repeated = _repeated(found)
@@ -91,11 +97,23 @@ class Recordings:
         return found, skipped
 
 
-def find_recordings(folder: str | Path) -> Recordings:
-    """The words of a folder; the recordings are listed when they are asked for.
+def find_recordings(folder: str | Path) -> WordRecordings:
+    """The words of which a folder holds recordings.
 
-    Raises CorpusError for no folder, no word in it, a word whose name cannot be a file's, or a
-    speaker on both sides of a split.
+    Parameters
+    ----------
+    folder
+        WORD/*.wav, WORD/{train,val,test}/*.wav, or LRW as it is distributed.
+
+    Returns
+    -------
+    WordRecordings
+
+    Raises
+    ------
+    CorpusError
+        Where there is no such folder or no word in it, a word's name cannot be a file's, or a
+        speaker is in two splits.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -113,32 +131,32 @@ def find_recordings(folder: str | Path) -> Recordings:
         word = entry.name.casefold()
         if not NAME.fullmatch(word.replace("'", "_")) or word in words:
             raise CorpusError.about(
-                entry.path, found="no name of a word", allowed="letters, digits, ' _ . -, once"
+                entry.path,
+                found="a folder that cannot be a word",
+                allowed="letters, digits, ' _ . -, each word once",
             )
         words[word] = Path(entry).relative_to(folder).as_posix()
     if not words:
         raise CorpusError.about(
             folder, found="no recordings of words", allowed="WORD/*.wav, WORD/train/*.wav or LRW"
         )
-    recordings = Recordings(folder, words)
+    recordings = WordRecordings(folder, words)
     _check_apart(recordings)
     return recordings
 
 
-def word_span(recordings: Path, recording: Recording, duration_s: float) -> tuple[float, float]:
-    """Start and end in s of the word in its sound. Raises CorpusError for a .txt that says none."""
+def word_span(recordings: Path, recording: WordRecording, duration_s: float) -> tuple[float, float]:
+    """Start and end in s of the word in its sound. Raises CorpusError for a .txt without them."""
     if not recording.timing:
         return 0.0, duration_s
     path = recordings / recording.timing
-    text = read_text(
-        path, max_bytes=TXT_MAX_BYTES, allowed="a text as LRW has them", error=CorpusError
-    )
+    text = read_text(path, max_bytes=TXT_MAX_BYTES, allowed="a text as in LRW", error=CorpusError)
     match = DURATION.search(text)
     seconds = float(match.group(1)) if match else 0.0
     if not 0 < seconds <= duration_s + 0.1:
         raise CorpusError.about(
             path,
-            found=f"a word of {seconds:g} s" if match else "no line Duration",
+            found=f"a word of {seconds:g} s" if match else "no line `Duration`",
             allowed=f"Duration: above 0, up to {duration_s:.2f} seconds",
         )
     middle = duration_s / 2
@@ -146,7 +164,7 @@ def word_span(recordings: Path, recording: Recording, duration_s: float) -> tupl
 
 
 def _files(folder: Path) -> Iterator[tuple[Path, str]]:
-    """Sounds of a word with their split ("" where no folder names it), in order of names."""
+    """Sounds of a word with their split ("" where no folder names it), sorted by name."""
     names = sorted(entry.name for entry in os.scandir(folder) if not entry.name.startswith("."))
     for name in names:
         path = folder / name
@@ -166,14 +184,14 @@ def _speaker(stem: str) -> str:
     return stem.split("__")[0] or stem
 
 
-def _hashed(speaker: str) -> str:
+def _split_of(speaker: str) -> str:
     share = int(hashlib.sha256(speaker.encode()).hexdigest()[:8], 16) / 0xFFFFFFFF
     if share < TEST_SHARE:
         return "test"
     return "validation" if share < TEST_SHARE + VALIDATION_SHARE else "train"
 
 
-def _repeated(found: list[Recording]) -> str:
+def _repeated(found: list[WordRecording]) -> str:
     clips: set[str] = set()
     for recording in found:
         if recording.clip in clips:
@@ -182,8 +200,8 @@ def _repeated(found: list[Recording]) -> str:
     return ""
 
 
-def _check_apart(recordings: Recordings) -> None:
-    """Refuse a speaker in two splits; clips that are speakers of their own need no memory."""
+def _check_apart(recordings: WordRecordings) -> None:
+    """Refuse a speaker in two splits; LRW's anonymous clips need not be remembered."""
     parts: dict[str, str] = {}
     for word in recordings.words:
         for recording in recordings.of(word)[0]:

@@ -1,4 +1,4 @@
-"""Where a training computes: a name on the command line to a device that is there."""
+"""Where a training computes: from a name to a device of this machine."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ NAMES = re.compile(r"auto|cpu|mps|cuda(:\d{1,3})?")
 def resolve_device(name: str = "auto") -> torch.device:
     """The device called `auto`, `cpu`, `cuda`, `cuda:N` or `mps`; cuda is the first one.
 
-    `auto` is the first CUDA device, or the CPU where there is none: MPS only where it is asked
-    for, as nobody has measured these trainings on it. Raises ModelError for a name that is none,
-    and for a device that this machine, or the torch that is installed, has not.
+    `auto` is the first CUDA device, or the CPU where there is none. MPS is used only on request:
+    nobody has measured these trainings on it. Raises ModelError for an unknown name, and for a
+    device that this machine, or the installed torch, lacks.
     """
     there = available_devices()
     if not NAMES.fullmatch(name):

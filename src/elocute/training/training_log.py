@@ -1,25 +1,29 @@
-"""The log of a training: log.csv, and events for TensorBoard."""
+"""What a training reports: log.csv, events for TensorBoard, lines for people."""
 
 from __future__ import annotations
 
 import csv
+import math
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from elocute.errors import OutputError
+from elocute.errors import ModelError, OutputError
 from elocute.files.atomic import write_atomically
 
 VERSION = "brain.Event:2"
+Report = Callable[[float, str], None]
+"""Called with the share of a training that is done, and a line for people."""
 
 
-class Board:
-    """fields: columns, the first of them the epoch; done: epochs logged by a training before.
+class TrainingLog:
+    """The log of one training in its folder.
 
-    Raises OutputError where the disk refuses. Events are written here and now: TensorBoard's own
-    writer has a thread, whose failure would be a traceback of its own.
+    fields: columns, the first of them the epoch. done: epochs that an earlier run has logged.
+    Raises OutputError where a file cannot be written. Events are written at once: TensorBoard's
+    own writer has a thread, whose failure would be a traceback of its own.
     """
 
     def __init__(self, folder: Path, fields: Sequence[str], done: int) -> None:
@@ -33,11 +37,11 @@ class Board:
         except OSError as error:
             raise self._refused(error) from error
         self._write(file_version=VERSION)
-        # TensorBoard forgets what a run that was broken off showed of later epochs.
+        # TensorBoard then drops the later epochs of a run that was interrupted.
         self._write(step=done, session_log=SessionLog(status=SessionLog.START))
 
     def add(self, log: Sequence[dict[str, float]]) -> None:
-        """Write the whole table anew, and the last row as an event."""
+        """Rewrite the whole table, and append its last row as an event."""
         from tensorboard.compat.proto.summary_pb2 import Summary  # pyright: ignore
 
         with (
@@ -66,3 +70,11 @@ class Board:
 
     def _refused(self, error: OSError) -> OutputError:
         return OutputError.about(self.events, found=f"cannot be written ({error.strerror})")
+
+
+def check_loss(loss: float, epoch: int, remedy: str) -> None:
+    """Raise ModelError where the loss of an epoch (the first is 0) is not finite."""
+    if not math.isfinite(loss):
+        raise ModelError.about(
+            "training", found=f"a loss of {loss} in epoch {epoch + 1}", remedy=remedy
+        )

@@ -49,16 +49,16 @@ def _style(path: Path) -> None:
 
 
 def _mix(path: Path) -> None:
-    from elocute.models.style_file import read_mix
+    from elocute.models.styles import read_mix
 
     read_mix(path)
 
 
 def _words(path: Path) -> None:
-    from elocute.alignment.word_times import read_words, take_edits
+    from elocute.alignment.word_times import merge_edits, read_words
 
     words = read_words(path)
-    take_edits(words, words)
+    merge_edits(words, words)
 
 
 def _parts(path: Path) -> None:
@@ -95,9 +95,9 @@ def _capture(folder: Path, _out: Path) -> None:
 
 
 def _word_record(path: Path) -> None:
-    from elocute.propagation.word_job import load_record
+    from elocute.propagation.word_job import load_word_result
 
-    load_record(path)
+    load_word_result(path)
 
 
 def _curves(path: Path) -> None:
@@ -225,12 +225,12 @@ def forge(files: Files) -> None:
 
 
 def _features(folder: Path, _out: Path) -> None:
-    from elocute.training.crnn.training_data import _open
+    from elocute.training.crnn.feature_cache import open_feature_cache
 
-    heard = _open(folder)
-    for row in heard.rows:
-        np.asarray(heard.columns(row))
-        np.asarray(heard.parameters(row))
+    cache = open_feature_cache(folder)
+    for clip in cache.clips:
+        np.asarray(cache.columns(clip))
+        np.asarray(cache.parameters(clip))
 
 
 def _track(path: Path, _out: Path) -> None:
@@ -291,13 +291,13 @@ def _phone_encoder(path: Path) -> None:
 def _checkpoint(path: Path) -> None:
     import torch
 
-    from elocute.training.voca.config import TrainConfig
+    from elocute.training.voca.config import VocaTrainConfig
     from elocute.training.voca.fit import _restore
 
     network: Any = torch.nn.Linear(3, 2)
     optimiser = torch.optim.Adam(network.parameters())
     material: Any = SimpleNamespace(styles=("anna",), fps=60.0)
-    _restore(path, network, optimiser, material, TrainConfig())
+    _restore(path, network, optimiser, material, VocaTrainConfig())
 
 
 def _transformer(folder: Path, _out: Path) -> None:
@@ -371,7 +371,7 @@ READERS: tuple[Reader, ...] = (
     # JSON and text
     Reader("identity", seeds.identities, only(_identity), _JSON, ("elocute.head.identity",)),
     Reader("style", seeds.styles, only(_style), _JSON, ("elocute.articulation.style",)),
-    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.style_file",)),
+    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.styles",)),
     Reader(
         "words",
         seeds.words,
@@ -442,7 +442,7 @@ READERS: tuple[Reader, ...] = (
         seeds.features,
         _features,
         {"*.json": "json", "*.npy": "npy"},
-        ("elocute.training.crnn.training_data",),
+        ("elocute.training.crnn.feature_cache",),
         needs=("torch", "pyarrow"),
     ),
     # Meshes, scans, FLAME

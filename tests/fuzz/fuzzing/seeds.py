@@ -237,9 +237,9 @@ Object class = "TextGrid"
 
 
 def words(folder: Path) -> None:
-    from elocute.alignment.word_times import Word, Words, write_words
+    from elocute.alignment.word_times import TimedWord, TimedWords, write_words
 
-    said = Words((Word("she", 0.1, 0.4, 0.9), Word("had", 0.5, 0.9, 0.8)), 1.5)
+    said = TimedWords((TimedWord("she", 0.1, 0.4, 0.9), TimedWord("had", 0.5, 0.9, 0.8)), 1.5)
     write_words(said, place(folder, "json") / "words.json")
     write_words(said, place(folder, "long") / "words.TextGrid")
     (place(folder, "short") / "words.TextGrid").write_text(SHORT_GRID)
@@ -289,11 +289,13 @@ def capture_folders(folder: Path) -> None:
 
 def word_records(folder: Path) -> None:
     from elocute.corpus.shards import ShardEntry
-    from elocute.propagation.word_job import Reject, WordRecord, save_record
+    from elocute.propagation.word_job import RejectedRecording, WordResult, save_word_result
 
     shard = ShardEntry("hello.parquet", 3, "0" * 64)
-    record = WordRecord("hello", "d" * 64, shard, 2, 1, 4, (Reject("hello", "a.wav", "no"),), 1.5)
-    save_record(record, place(folder, "one") / "hello.json")
+    record = WordResult(
+        "hello", "d" * 64, shard, 2, 1, 4, (RejectedRecording("hello", "a.wav", "no"),), 1.5
+    )
+    save_word_result(record, place(folder, "one") / "hello.json")
 
 
 def curves(folder: Path) -> None:
@@ -479,7 +481,7 @@ def shards(folder: Path) -> None:
 
 def features(folder: Path) -> None:
     """What `train crnn` keeps of the shards it has heard."""
-    from elocute.training.crnn.training_data import BANDS, STATIC, TARGETS
+    from elocute.training.crnn.feature_cache import BANDS, STATIC, TARGETS
 
     inner = place(folder, "one")
     np.save(inner / STATIC, np.zeros((20, BANDS), "<f2"))
@@ -612,15 +614,15 @@ def checkpoints(folder: Path) -> None:
     """As `train voca` leaves them, of a network of eight numbers."""
     import torch
 
-    from elocute.training.voca.checkpoint import network_tensors, save_checkpoint
-    from elocute.training.voca.config import TrainConfig
+    from elocute.training.checkpoint import network_tensors, save_checkpoint
+    from elocute.training.voca.config import VocaTrainConfig
 
     network = torch.nn.Linear(3, 2)
     optimiser = torch.optim.Adam(network.parameters())
     network(torch.ones(1, 3)).sum().backward()
     optimiser.step()
     record = {
-        "config": TrainConfig().record(),
+        "config": VocaTrainConfig().record(),
         "styles": ["anna"],
         "fps": 60.0,
         "log": [{"epoch": 1, "train_mm2": 0.5}],

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
+from elocute.numerics.ridge import with_ridge
 
 Array = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -112,5 +113,5 @@ def strongest_shapes(
 def _energy(gram: Doubles, cross: Doubles, chosen: list[int]) -> float:
     """Squared displacement that the span of some shapes holds: tr(G⁻¹·C) over them."""
     part = np.ix_(chosen, chosen)
-    ridge = RIDGE * np.trace(gram[part]) * np.eye(len(chosen))
-    return float(np.trace(np.linalg.solve(gram[part] + ridge, cross[part])))
+    steadied = with_ridge(gram[part], RIDGE * len(chosen))
+    return float(np.trace(np.linalg.solve(steadied, cross[part])))

@@ -25,6 +25,7 @@ from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.normals import vertex_normals
+from elocute.numerics.rigid_alignment import rigid_alignment
 
 Floats = NDArray[np.float64]
 
@@ -132,7 +133,7 @@ class Nicp:
         """
         skin = self.template.skin
         # In the frame of the head the matrix is nearly the same for all frames of a person.
-        rotation, shift = _rigid(self.template.vertices[skin], start[skin])
+        rotation, shift = rigid_alignment(self.template.vertices[skin], start[skin])
         aim = _Aim(
             FineMesh((scan.points - shift) @ rotation, scan.triangles),
             scan.normals @ rotation,
@@ -204,14 +205,6 @@ class Nicp:
                 return found.reshape(-1, 4, 3)
         self.factors[alpha] = _factor(matrix.tocsc())
         return self.factors[alpha].solve(side).reshape(-1, 4, 3)
-
-
-def _rigid(model: Floats, placed: Floats) -> tuple[Floats, Floats]:
-    """Rotation (3, 3) and shift (3,) with placed ≈ rotation · model + shift (Kabsch 1976)."""
-    middle, goal = model.mean(axis=0), placed.mean(axis=0)
-    left, _, right = np.linalg.svd((placed - goal).T @ (model - middle))
-    rotation = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
-    return rotation, goal - rotation @ middle
 
 
 def _factor(matrix: Any) -> Any:

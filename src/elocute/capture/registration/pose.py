@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from elocute.head.model import HeadModel
 from elocute.motion.joint_jacobians import Rig, inverses, rig_of, vertex_transforms
 from elocute.numerics.quaternions import from_matrices, no_turn
+from elocute.numerics.rigid_alignment import rigid_alignment
 
 Floats = NDArray[np.float64]
 
@@ -56,20 +57,14 @@ def laid_over(
 ) -> Pose:
     """The rigid pose that brings points of the model (point, 3) m nearest to measured ones.
 
-    Kabsch (1976), weighted; the whole head turns by its root joint.
+    The whole head turns by its root joint.
     """
-    shares = np.ones(len(model)) if weights is None else weights
-    shares = shares / shares.sum()
-    middle, target = shares @ model, shares @ measured
-    left, _, right = np.linalg.svd((measured - target).T @ (shares[:, None] * (model - middle)))
-    sign = np.sign(np.linalg.det(left @ right))
-    rotation = left @ np.diag([1.0, 1.0, sign]) @ right
+    rotation, shift = rigid_alignment(model, measured, weights)
     pose = still(head)
     pose.turns[0] = from_matrices(rotation)
     pivot = head.joint_positions[0].astype(np.float64)
     # The joint turns about its own place: x → R (x - pivot) + pivot + translation.
-    translation = target - rotation @ (middle - pivot) - pivot
-    return Pose(translation, pose.turns)
+    return Pose(shift + rotation @ pivot - pivot, pose.turns)
 
 
 def rig_at(head: HeadModel, triangles: NDArray[np.integer], bary: Floats) -> Rig:

@@ -12,6 +12,7 @@ from elocute.capture.registration.pose import Pose, laid_over, posed
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.errors import CaptureError
+from elocute.numerics.rigid_alignment import rigid_alignment
 
 Floats = NDArray[np.float64]
 
@@ -112,9 +113,5 @@ def _followed(
         far = np.sqrt(found.squared) + 0.03 * (facing < 0.2)
         kept = far <= np.quantile(far, TRIM)
         apart = float(1000 * far[kept].mean())
-        source, target = found.points[kept], samples.points[kept]
-        middle, goal = source.mean(axis=0), target.mean(axis=0)
-        left, _, right = np.linalg.svd((target - goal).T @ (source - middle))
-        rotation = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
-        shift = goal - rotation @ middle
+        rotation, shift = rigid_alignment(found.points[kept], samples.points[kept])
     return apart, (rotation, shift)

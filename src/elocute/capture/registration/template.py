@@ -13,6 +13,7 @@ from elocute.capture.registration.closest_points import CoarseMesh, Lattice, lat
 from elocute.capture.scans.landmarks import JAW_LINE, Landmarks
 from elocute.errors import CaptureError
 from elocute.head.model import HeadModel
+from elocute.numerics.ridge import ridge_coefficients
 
 Floats = NDArray[np.float64]
 
@@ -190,6 +191,5 @@ def adaptive_template(
     root = np.sqrt(weights / weights.sum())[:, None]
     slopes = (template.basis[:, vertices] * root).reshape(len(template.basis), -1)
     left = ((places - template.vertices[vertices]) * root).ravel()
-    gram = slopes @ slopes.T + regularisation * np.eye(len(slopes))
-    coefficients: Floats = np.linalg.solve(gram, slopes @ left).astype(np.float64)
+    coefficients = ridge_coefficients(slopes, left, regularisation)
     return template.vertices + np.tensordot(coefficients, template.basis, 1), coefficients

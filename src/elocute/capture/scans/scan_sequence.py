@@ -19,12 +19,12 @@ from elocute.capture.scans.scan_file import SUFFIXES, read_scan, unit_m
 from elocute.corpus.clip import check_name
 from elocute.errors import CaptureError, CorpusError
 from elocute.files.json_records import read_record, write_record
+from elocute.motion.motion import FPS_MAX
 
 MANIFEST = "capture.json"
 FORMAT, VERSION = "elocute-scans", 1
 MANIFEST_MAX_BYTES = 1_000_000
 NUMBER_MAX = 1_000_000
-FPS_MAX = 1000.0
 TEXT_MAX, NAME_MAX = 10_000, 200
 LANDMARK_SUFFIXES = (".ljson", ".json", ".pts")
 

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.flac import write_flac
 from elocute.audio.waveform import Waveform
+from elocute.audio.write import write_flac
 from elocute.capture.scans.landmarks import Landmarks, write_landmarks
 from elocute.capture.scans.scan_file import write_scan
 from elocute.capture.scans.scan_sequence import SequenceFacts, write_facts

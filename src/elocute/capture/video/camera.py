@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.head.skinning import rotation_matrices
-from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply
+from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, to_matrices
+from elocute.numerics.rigid_alignment import nearest_rotation
+from elocute.numerics.rotation_vectors import cross_matrices
+from elocute.numerics.smoothing import gaussian_smoothed
 
 Floats = NDArray[np.float64]
 
@@ -58,7 +60,7 @@ class Poses:
 
     def of(self, points: Floats) -> Floats:
         """(frame, point, 3) before the camera, of points (frame, point, 3) or (point, 3) m."""
-        turned = points @ np.swapaxes(rotation_matrices(self.turns), -1, -2)
+        turned = points @ np.swapaxes(to_matrices(self.turns), -1, -2)
         return turned + self.places[:, None]
 
     def pixel_mm(self, camera: Camera) -> Floats:
@@ -74,11 +76,8 @@ def first_poses(camera: Camera, model: Floats, seen: Floats) -> Poses:
     given = seen * [1, -1, -1]
     rest = model - model.mean(axis=0)
     there = given - given.mean(axis=1, keepdims=True)
-    left, values, right = np.linalg.svd(np.einsum("fpa,pb->fab", there, rest))
-    signs = np.ones((len(seen), 3))
-    signs[:, 2] = np.sign(np.linalg.det(left @ right))
-    turn = (left * signs[:, None]) @ right
-    scale = (values * signs).sum(axis=1) / (rest**2).sum()  # pixels per metre
+    turn, reach = nearest_rotation(np.einsum("fpa,pb->fab", there, rest))
+    scale = reach / (rest**2).sum()  # pixels per metre
     depth = camera.focal / scale
     middle = seen[:, :, :2].mean(axis=1) - camera.centre
     places = np.concatenate([middle * [1, -1] / scale[:, None], -depth[:, None]], axis=1)
@@ -103,7 +102,7 @@ def fit_poses(
         scale = poses.pixel_mm(camera)[:, None, None]
         weight = trust * huber(np.linalg.norm(left, axis=2) * scale[:, 0])
         arms = stands - places[:, None]
-        jacobian = np.concatenate([slopes @ _crossing(arms), slopes], axis=-1)
+        jacobian = np.concatenate([slopes @ cross_matrices(-arms), slopes], axis=-1)
         rows = jacobian.reshape(len(turns), -1, 6)
         weighted = np.swapaxes(rows * np.repeat(weight, 2, axis=1)[..., None], 1, 2)
         normal, side = weighted @ rows, weighted @ left.reshape(len(turns), -1, 1)
@@ -119,15 +118,11 @@ def fit_poses(
 
 def steadied(poses: Poses, frames: float) -> Poses:
     """Poses blurred over time by a Gaussian of `frames` standard deviation; the ends repeat."""
-    reach = max(1, round(3 * frames))
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(frames, 1e-6)) ** 2)
-    kernel /= kernel.sum()
     # Neighbours on the same side of the sphere, so that means are rotations in between.
     steps = np.einsum("fq,fq->f", poses.turns[1:], poses.turns[:-1])
     sign = np.cumprod(np.concatenate([[1.0], np.where(steps < 0, -1.0, 1.0)]))
     both = np.concatenate([poses.turns * sign[:, None], poses.places], axis=1)
-    padded = np.pad(both, ((reach, reach), (0, 0)), mode="edge")
-    calm = np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
+    calm = gaussian_smoothed(both, max(frames, 1e-6))
     turns = calm[:, :4] / np.linalg.norm(calm[:, :4], axis=1, keepdims=True)
     return Poses(turns, calm[:, 4:])
 
@@ -135,11 +130,3 @@ def steadied(poses: Poses, frames: float) -> Poses:
 def huber(left_mm: Floats) -> Floats:
     """Huber's weights of residuals in mm."""
     return HUBER_MM / np.maximum(left_mm, HUBER_MM)
-
-
-def _crossing(arms: Floats) -> Floats:
-    """(…, 3, 3): the matrix that takes a small turn ω to ω × arm."""
-    x, y, z = np.moveaxis(arms, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, z, -y], [-z, zero, x], [y, -x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.person_fit import CLOSED, lip_gaps
-from elocute.corpus.importers.grid import OPEN, RESTING
+from elocute.capture.video.person_fit import lip_gaps
 from elocute.head.model import HeadModel
+from elocute.motion.mouth_measures import TRACKED_CLOSED, TRACKED_OPEN, TRACKED_RESTING
+from elocute.numerics.smoothing import smoothstep
 
 Floats = NDArray[np.float64]
 
@@ -53,8 +54,8 @@ def target_gap(tracked: Floats) -> Floats:
     Trackers see a small gap between lips that touch; it is taken away where lips are nearly
     closed, so that closed means closed (as the importer of tracked clips has it).
     """
-    ease = np.clip((tracked - CLOSED) / (OPEN - CLOSED), 0, 1)
-    return ease * ease * (3 - 2 * ease) * np.maximum(tracked - RESTING, 0)
+    ease = np.clip((tracked - TRACKED_CLOSED) / (TRACKED_OPEN - TRACKED_CLOSED), 0, 1)
+    return smoothstep(ease) * np.maximum(tracked - TRACKED_RESTING, 0)
 
 
 def add_gaps(grams: Floats, sides: Floats, rows: GapRows, target_mm: Floats) -> None:

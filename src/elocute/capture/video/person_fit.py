@@ -20,13 +20,13 @@ from elocute.capture.video.face_tracking import FaceTrack
 from elocute.capture.video.point_equations import point_rows, point_trust
 from elocute.capture.video.template_refinement import follow_points
 from elocute.head.model import HeadModel
-from elocute.head.skinning import rotation_matrices
+from elocute.motion.mouth_measures import TRACKED_CLOSED
 from elocute.numerics.bounded_least_squares import solve_box
+from elocute.numerics.quaternions import to_matrices
 from elocute.one_line_repr import one_line
 
 Floats = NDArray[np.float64]
 
-CLOSED = 0.02  # inner-lip gap in eye distances below which tracked lips count as closed
 REST_FRAMES = 16
 ROUNDS = 5
 SPREAD = 3.0  # standard deviations that an identity coefficient may reach
@@ -109,7 +109,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     own = head.with_identity(identity)
     template = own.template + np.tensordot(rest, own.expression_basis, 1)
     own = replace(own, template=template.astype(np.float32))
-    closed = bool(np.median(track.lip_gap[frames]) < CLOSED)
+    closed = bool(np.median(track.lip_gap[frames]) < TRACKED_CLOSED)
     bias = _bias(best, table.on(own.template), seen[..., :2], closed)
     own, bias = follow_points(own, table, bias, trust)
     return Person(own, identity, rest, best.camera, bias)
@@ -118,7 +118,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
 def resting_frames(track: FaceTrack) -> NDArray[np.intp]:
     """Frames, spread over the track, in which the lips are closed, or as closed as ever."""
     gap = np.where(track.seen, track.lip_gap, np.inf)
-    closed = np.flatnonzero(gap < CLOSED)
+    closed = np.flatnonzero(gap < TRACKED_CLOSED)
     if len(closed) < 3:
         closed = np.sort(np.argsort(gap)[: max(3, track.frame_count // 10)])
         closed = closed[closed < track.frame_count]
@@ -180,7 +180,7 @@ def _bias(fit: _Fit, model: Floats, seen: Floats, closed: bool) -> Floats:
     left = (seen - fit.camera.project(fit.poses.of(model))) * [1, -1]
     left *= fit.poses.pixel_mm(fit.camera)[:, None, None] / 1000
     flat = np.concatenate([left, np.zeros_like(left[..., :1])], axis=-1)
-    bias = np.median(flat @ rotation_matrices(fit.poses.turns), axis=0)
+    bias = np.median(flat @ to_matrices(fit.poses.turns), axis=0)
     bias[IRIS:] = 0
     if not closed:
         pairs = np.array(GAP_PAIRS)

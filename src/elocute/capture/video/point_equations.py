@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from elocute.capture.video.camera import Camera, Poses, huber
 from elocute.capture.video.face_mesh_points import FacePoints
 from elocute.capture.video.face_mesh_topology import CHIN, IRIS, LIPS, RIM
-from elocute.head.skinning import rotation_matrices
+from elocute.numerics.quaternions import to_matrices
 
 Floats = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def point_rows(
     scale = poses.pixel_mm(camera)[:, None]
     left = (seen - camera.project(stands)) * scale[..., None]
     weight = np.sqrt(trust * huber(np.linalg.norm(left, axis=2)) / KIN) / SIGMA_MM
-    lens = camera.slopes(stands) @ rotation_matrices(poses.turns)[:, None]
+    lens = camera.slopes(stands) @ to_matrices(poses.turns)[:, None]
     lens *= (scale * weight)[..., None, None]
     # (frame, point, 2, 3) @ (point, 3, component): BLAS does it point by point.
     slopes = lens @ np.transpose(basis, (1, 2, 0))

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from elocute.audio.read import read_audio
+from elocute.audio.waveform import SPEECH_RATE
 from elocute.capture.video.video_to_motion import VideoCapture, resampled
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
@@ -15,7 +16,6 @@ from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
 
 FPS = 60.0
-RATE = 16000
 NOTE = "Captured from video by Elocute: weights of the built-in head, in zero pose."
 
 
@@ -69,7 +69,7 @@ def clip_of(path: Path, captured: VideoCapture, subject: str, fps: float, text: 
             allowed="for a corpus, videos with sound",
             remedy="write -o take.npz instead, which takes motion alone",
         )
-    sound = read_audio(path, sample_rate=RATE)
+    sound = read_audio(path, sample_rate=SPEECH_RATE)
     frames = resampled(captured.motion, fps).weights[: max(1, round(sound.duration_s * fps))]
     sentence = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem).strip("_.-") or "clip"
     return Clip(subject, sentence, text, sound, frames)

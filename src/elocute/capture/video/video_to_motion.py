@@ -16,8 +16,9 @@ from elocute.capture.video.frame_fit import Fitted, fit_frames
 from elocute.capture.video.person_fit import Person, fit_person
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
-from elocute.motion.resample import between
+from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.quaternions import from_axis_angle, no_turn, to_axis_angle
+from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import one_line
 
 Floats = NDArray[np.float64]
@@ -125,12 +126,11 @@ def rotations_of(person: Person, turns: Floats) -> NDArray[np.float32]:
 def bridged(values: Floats, flagged: NDArray[np.bool_]) -> Floats:
     """(frame, …) with flagged frames taken from those around them, linear; ends held."""
     good = np.flatnonzero(~flagged)
-    frames = np.arange(len(values))
-    return np.stack([np.interp(frames, good, column[good]) for column in values.T], axis=1)
+    return interpolate(good, values[good], np.arange(len(values)))
 
 
 def resampled(motion: Motion, fps: float) -> Motion:
     """The same at another frame rate: cubic without overshoot, so closed lips stay closed."""
     other = motion.at_fps(fps)  # turns, and the number of frames
-    weights = between(motion.weights.astype(np.float64), other.times_s * motion.fps)
+    weights = monotone_cubic(motion.times_s, motion.weights.astype(np.float64), other.times_s)
     return replace(other, weights=np.clip(weights, 0, 1).astype(np.float32))

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
+from elocute.audio.waveform import SPEECH_RATE
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import Progress, finish
@@ -34,20 +35,20 @@ from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npz
 from elocute.files.json_records import parse_json
 from elocute.head.builtin import load_builtin_head
-from elocute.motion.resample import between
+from elocute.motion.motion import FPS_MAX
+from elocute.motion.mouth_measures import TRACKED_CLOSED, TRACKED_OPEN, TRACKED_RESTING
+from elocute.numerics.monotone_cubic import monotone_cubic
+from elocute.numerics.resampling import interpolate
+from elocute.numerics.smoothing import gaussian_smoothed, smoothstep
 
 Floats = NDArray[np.float64]
 
 SUBJECT = "grid"
 NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
-RATE = 16000
 NOSE = 2  # below the nose: what the tracked distances start from
-CLOSED = 0.02  # inner-lip gap in eye distances: below it, tracked lips count as closed
-OPEN = 0.05  # from here on the gap is taken as it is
-RESTING = 0.01  # gap that trackers see between lips that touch
 CALM_FRAMES = 2.0  # standard deviation of the blur that steadies the nose
 FIELDS_MAX_BYTES = 16_000_000
-FRAMES_MAX, FPS_MAX = 100_000, 1000.0
+FRAMES_MAX = 100_000
 ALLOWED = "the fields of grid_s1"
 SCALARS = ("inner_opening_mean", "lip_width", "jaw", "lower_lip", "upper_lip")
 SILENCE = ("sil", "sp", "")
@@ -90,14 +91,16 @@ def grid_clips(
     for path in paths:
         try:
             track = read_track(path)
-            sound = read_audio(path.with_suffix(".ogg"), sample_rate=RATE)
+            sound = read_audio(path.with_suffix(".ogg"), sample_rate=SPEECH_RATE)
         except (CorpusError, AudioError) as error:
             notes.append(str(error))
             continue
         weights, residual_mm = fit_lips(rows, lips_of(track, rest, scale))
         frames = np.zeros((round(sound.duration_s * fps), len(head.expression_names)), np.float32)
         times = np.arange(len(frames)) / fps
-        frames[:, columns] = np.clip(between(weights, times * track.fps), 0, 1)
+        frames[:, columns] = np.clip(
+            monotone_cubic(np.arange(len(weights)), weights, times * track.fps), 0, 1
+        )
         yield Clip(SUBJECT, path.stem, " ".join(track.words), sound, frames), residual_mm
         count += 1
     if not count:
@@ -165,7 +168,7 @@ def read_track(path: Path) -> Track:
         if any(len(values) != len(given) for values in scalars.values()):
             raise ValueError("fields of different lengths")
         contours = [[index[number] for number in contour] for contour in CONTOURS]
-        nose = _blurred(_bridged(given[:, index[NOSE]], valid))
+        nose = gaussian_smoothed(_bridged(given[:, index[NOSE]], valid), CALM_FRAMES)
         points = _bridged(given, valid)[:, contours] - nose[:, None, None]
         scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     except CorpusError:
@@ -194,7 +197,7 @@ def resting_lips(paths: list[Path]) -> Track:
             track = read_track(path)
         except CorpusError:
             continue
-        resting = track.scalars["inner_opening_mean"] < CLOSED
+        resting = track.scalars["inner_opening_mean"] < TRACKED_CLOSED
         if resting.any():
             points.append(np.median(track.points[resting], axis=0))
             for name, values in scalars.items():
@@ -215,8 +218,8 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     seen from the front, a head that turns looks like a jaw that slides.
     """
     seen = track.scalars["inner_opening_mean"]
-    ease = np.clip((seen - CLOSED) / (OPEN - CLOSED), 0, 1)
-    ease = ease * ease * (3 - 2 * ease)
+    ease = np.clip((seen - TRACKED_CLOSED) / (TRACKED_OPEN - TRACKED_CLOSED), 0, 1)
+    ease = smoothstep(ease)
     points = scale * (track.points - rest.points)
     points[..., 0] -= points[..., 0].mean(axis=(1, 2), keepdims=True)
     upper, lower = CONTOURS.index(INNER_UPPER), CONTOURS.index(INNER_LOWER)
@@ -226,8 +229,8 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     change = {name: scale * (track.scalars[name] - rest.scalars[name]) for name in SCALARS}
     return Lips(
         points,
-        scale * ease * np.maximum(seen - RESTING, 0),
-        seen < CLOSED,
+        scale * ease * np.maximum(seen - TRACKED_RESTING, 0),
+        seen < TRACKED_CLOSED,
         change["lip_width"],
         change["upper_lip"],
         change["lower_lip"],
@@ -241,15 +244,4 @@ def _bridged(values: Floats, valid: NDArray[np.integer]) -> Floats:
     good = valid[np.isfinite(flat[valid]).all(axis=1)]
     if len(good) < 2:
         raise ValueError("fewer than two valid frames")
-    frames = np.arange(len(flat))
-    filled = [np.interp(frames, good, column) for column in flat[good].T]
-    return np.stack(filled, axis=1).reshape(values.shape)
-
-
-def _blurred(values: Floats) -> Floats:
-    """(frame, …) blurred over time, ends repeated."""
-    reach = round(3 * CALM_FRAMES)
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / CALM_FRAMES) ** 2)
-    kernel /= kernel.sum()
-    padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
-    return np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
+    return interpolate(good, flat[good], np.arange(len(flat))).reshape(values.shape)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from elocute.head.model import HeadModel
 from elocute.numerics.bounded_least_squares import solve_box_chain
+from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import one_line
 
 Floats = NDArray[np.float64]
@@ -197,4 +198,4 @@ def _arc_length(line: Floats) -> Floats:
 
 def _interpolation(places: Floats, along: Floats) -> Floats:
     """(place, knot) matrix that interpolates linearly between knots at `along`."""
-    return np.stack([np.interp(places, along, row) for row in np.eye(len(along))], axis=1)
+    return interpolate(along, np.eye(len(along)), places)

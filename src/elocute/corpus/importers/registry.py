@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from elocute.corpus.importers import vocaset
+from elocute.corpus.importers import biwi, vocaset
 from elocute.corpus.importers.biwi import convert_biwi
 from elocute.corpus.importers.common import Progress, metres_of
 from elocute.corpus.importers.folder import convert_folder
@@ -13,10 +13,10 @@ from elocute.corpus.importers.grid import convert_grid
 from elocute.corpus.importers.splits import check_choice
 from elocute.corpus.importers.vocaset import convert_vocaset
 from elocute.errors import CorpusError
+from elocute.motion.motion import FPS_MAX
 
 FORMATS = ("vocaset", "biwi", "folder", "grid")
-FPS_MAX = 1000.0
-KEPT = {"vocaset": 60.0, "biwi": 25.0}
+KEPT = {"vocaset": vocaset.FPS, "biwi": biwi.FPS}
 """Frames a second that a format always has, and keeps."""
 
 

@@ -5,11 +5,11 @@ changed after the speech, since the motion is a linear face in zero pose.
 """
 
 from elocute.motion.edits.blinks import with_blinks
-from elocute.motion.edits.cut import cut
 from elocute.motion.edits.gaze import with_gaze
 from elocute.motion.edits.identity import with_identity, with_identity_over_time
 from elocute.motion.edits.pose import with_pose, without_pose
 from elocute.motion.edits.shape import with_shape
+from elocute.motion.edits.time_range import cut
 
 __all__ = [
     "cut",

@@ -1,14 +1,19 @@
-"""Blinks put into a motion or taken out of it."""
+"""Blinks put into a motion or taken out of it, and how far eyes stand open.
+
+A blink has to reach across the eye, also while the face changes.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import MotionError
+from elocute.head.model import HeadModel
 from elocute.motion.blink_timing import (
     BLINK_S,
     CLOSED_S,
@@ -17,12 +22,12 @@ from elocute.motion.blink_timing import (
     blink_starts,
     lid_closure,
 )
-from elocute.motion.edits.lid_gap import lid_scale
 from elocute.motion.edits.shape import shape_index
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.given import floats_of, real_number, whole_number
 from elocute.one_line_repr import brief
 
+IDENTITY_NAME = re.compile(r"identity(\d{3})")
 SIDES = ("Left", "Right")
 PER_MINUTE_MAX = 120.0
 BLINKS_MAX = 1_000_000
@@ -37,17 +42,34 @@ def with_blinks(
     seed: int = SEED,
     replace: bool = False,
 ) -> Motion:
-    """Blink at moments given, or now and then, or both.
+    """Blink at given moments, at random ones, or both.
 
-    times_s     when the lids are shut, seconds; each is moved to the nearest frame, so that the
-                lids are seen shut at any frame rate and in any clip, be it one frame long
-    per_minute  further blinks, drawn from `seed`: none in the first second, none cut by the end
-    replace     take the blinks away that are there; without any new ones, nobody blinks
+    A blink keeps its course where the end of the clip cuts it, so nothing jumps. Where blinks
+    overlap, the lid that is closed further wins. Lids shut on every face: where the face changes
+    over time, weights follow its eyes.
 
-    A blink keeps its course where the clip's end cuts it, so nothing jumps. Where blinks meet,
-    the further closed lid wins. Lids shut on every face: where the face changes over time,
-    weights follow its eyes. Raises MotionError for a head without eyeBlinkLeft and
-    eyeBlinkRight and for moments outside the motion.
+    Parameters
+    ----------
+    motion : Motion
+        On a head with the shapes eyeBlinkLeft and eyeBlinkRight.
+    times_s : sequence of float
+        When the lids are shut, s; each is moved to the nearest frame, so that the lids are seen
+        shut at any frame rate and in any clip, even one frame long.
+    per_minute : float
+        Further blinks at random, 0 to 120 a minute: none in the first second, none cut by the end.
+    seed : int
+        For these.
+    replace : bool
+        Remove the blinks that are there; without any new ones, nobody blinks.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a head without these shapes, and for moments outside the motion.
     """
     check_motion(motion)
     columns = [shape_index(motion, f"eyeBlink{side}") for side in SIDES]
@@ -105,3 +127,33 @@ def _closure(motion: Motion, moments_s: NDArray[np.float64]) -> NDArray[np.float
         lid = lid_closure(times[part] - times[frame] + SHUT_S)
         closure[part] = np.maximum(closure[part], lid)
     return closure
+
+
+def identity_columns(motion: Motion) -> list[int]:
+    """Columns of the components that change the face itself: identity000, identity001, …"""
+    return [i for i, name in enumerate(motion.names) if IDENTITY_NAME.fullmatch(name)]
+
+
+def lid_scale(motion: Motion, side: str) -> NDArray[np.float32]:
+    """(frame,) how much further a lid travels than on the head's template; one for most motions.
+
+    A blink shape fits the eye of the template. Where identity components open it wider, a
+    shut lid needs a weight above one, in proportion.
+    """
+    columns = identity_columns(motion)
+    head = motion.head
+    if not columns or not has_lids(head, side):
+        return np.ones(motion.frame_count, np.float32)
+    rest = lid_gap(head, head.template, side)
+    slopes = np.array([lid_gap(head, head.expression_basis[c], side) for c in columns])
+    return (1 + motion.weights[:, columns] @ slopes / rest).astype(np.float32)
+
+
+def has_lids(head: HeadModel, side: str) -> bool:
+    return all(len(head.regions.get(f"lid_{lid}_{side}", ())) for lid in ("upper", "lower"))
+
+
+def lid_gap(head: HeadModel, vertices: NDArray[np.floating], side: str) -> float:
+    """Mean height of the upper lid over the lower one, m; linear in the vertices (vertex, 3)."""
+    upper, lower = (vertices[head.regions[f"lid_{lid}_{side}"], 1] for lid in ("upper", "lower"))
+    return float(upper.mean(dtype=np.float64) - lower.mean(dtype=np.float64))

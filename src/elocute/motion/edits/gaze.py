@@ -9,23 +9,39 @@ from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
 from elocute.motion.edits.pose import with_pose
 from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.monotone_cubic import monotone_cubic
+from elocute.numerics.rigid_alignment import nearest_rotation, turned_degrees
 
 SIDES = ("Left", "Right")
 DIRECTIONS = ("Up", "Down", "In", "Out")
 
 
 def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
-    """Let both eyes look somewhere, in degrees.
+    """Let both eyes look in a direction.
 
-    directions  one (x, y) for the whole motion, or keyframes [(time s, (x, y)), …]:
-                +x looks down, +y to the head's own left
+    On a head with ARKit's eyeLook shapes these are set, and the lids follow; what the shapes did
+    before is replaced. Elsewhere the eye joints turn, after whatever they did.
 
-    On a head with ARKit's eyeLook shapes these are set (lids follow; what they did before is
-    replaced; farther than a shape reaches at weight one is refused). Elsewhere the eye joints
-    turn, after whatever they did. Raises MotionError for a head with neither.
+    Parameters
+    ----------
+    motion : Motion
+        On a head with eyeLook shapes or eye joints.
+    directions : (x, y) or keyframes [(time s, (x, y)), …]
+        Degrees: +x looks down, +y to the head's own left. One direction holds for the whole motion;
+        between keyframes each component follows a cubic without overshoot.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a head with neither, a direction further than a shape reaches at weight one, and
+        malformed keyframes.
     """
     check_motion(motion)
     times, angles = read_keyframes(as_keyframes(directions), "gaze")
@@ -42,7 +58,7 @@ def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
 
 def _by_shapes(motion: Motion, times: NDArray[np.float64], angles: NDArray[np.float64]) -> Motion:
     weights = motion.weights.copy()
-    curve = smooth(times, angles, motion.times_s)
+    curve = monotone_cubic(times, angles, motion.times_s)
     for side in SIDES:
         outwards = curve[:, 1] if side == "Left" else -curve[:, 1]
         ways = {"Up": -curve[:, 0], "Down": curve[:, 0], "In": -outwards, "Out": outwards}
@@ -68,9 +84,7 @@ def _reach_degrees(head: HeadModel, name: str, side: str) -> float:
     ball = head.regions[f"eye_{side.lower()}"]
     rest = head.template[ball]
     turned = rest + head.expression_basis[head.expression_index(name)][ball]
-    # Kabsch (1976): the rotation that carries one set of points onto another.
-    left, _, right = np.linalg.svd(
+    rotation, _ = nearest_rotation(
         (turned - turned.mean(axis=0)).T.astype(np.float64) @ (rest - rest.mean(axis=0))
     )
-    cosine = (np.trace(left @ right) - 1) / 2
-    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+    return turned_degrees(rotation)

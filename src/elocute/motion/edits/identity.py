@@ -10,40 +10,71 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
-from elocute.motion.edits.keyframes import Keyframes, linear, read_keyframes
-from elocute.motion.edits.lid_gap import has_lids, identity_columns, lid_gap, lid_scale
+from elocute.motion.edits.blinks import has_lids, identity_columns, lid_gap, lid_scale
+from elocute.motion.edits.keyframes import Keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.resampling import interpolate
 
 SIDES = ("Left", "Right")
 
 
 def with_identity(motion: Motion, coefficients: ArrayLike) -> Motion:
-    """The same motion on somebody else's face.
+    """The same motion on another face.
 
-    coefficients (identity,) in standard deviations. Raises MotionError where the head's
-    identity space is unknown or has fewer components.
+    Parameters
+    ----------
+    motion : Motion
+        On a head with a known identity space.
+    coefficients : (identity,)
+        Standard deviations.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        Where the head's identity space is unknown or has fewer components.
     """
     return with_identity_over_time(motion, [(0.0, coefficients)])
 
 
 def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
-    """A face that changes while it moves; straight lines between keyframes.
+    """A face that becomes another while it moves; linear between keyframes.
 
-    keyframes  [(time s, coefficients (identity,) in standard deviations), …]
+    Parameters
+    ----------
+    motion : Motion
+        On a head with a known identity space. A stored motion has left its identity space behind;
+        for the built-in head it is known.
+    keyframes : [(time s, (identity,)), …]
+        Coefficients in standard deviations. Called again, these replace the faces before.
 
-    Exact and low-rank: the template becomes that of the first keyframe, and what differs from
-    it joins the expression basis as `identity000`, `identity001`, …: the identity components
-    that change or, where those are more, one difference for each further face. A weight of
-    `eyeBlinkLeft` or `eyeBlinkRight` grows with the eye it has to close and may pass one.
-    Called again, the faces given replace those there.
+    Returns
+    -------
+    Motion
+        Its template is the face of the first keyframe; the differences from it join the
+        expression basis as `identity000`, `identity001`, …: the identity components that change
+        or, where those are more, one difference for each further face. This is exact and
+        low-rank. A weight of `eyeBlinkLeft` or `eyeBlinkRight` grows with the eye it has to close
+        and may pass one.
 
-    What a Motion cannot tell over time stays as the first keyframe has it: skin tone, and the
-    places of the joints (named faces differ by up to 8 mm: under a turned head the last one
-    sits that far times the sine of the turn from where its own joints would put it).
+    Raises
+    ------
+    MotionError
+        For other heads without an identity space, more coefficients than it has, and malformed
+        keyframes.
 
-    A stored motion has left its identity space behind; for the built-in head it is known.
-    Raises MotionError for other heads without one, for more coefficients than there are, and
-    for malformed keyframes.
+    Notes
+    -----
+    Skin tone and the places of the joints stay as the first keyframe has them. Joints of the named
+    faces differ by up to 8 mm: under a turned head the last face is off by as much times the sine
+    of the turn.
+
+    References
+    ----------
+    VOCA 2019, section 4 and Figure 7.
     """
     check_motion(motion)
     times, values = read_keyframes(keyframes, "identity over time")
@@ -67,7 +98,7 @@ def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
         expression_names=(*face.expression_names, *names),
         expression_basis=np.concatenate([face.expression_basis, basis.astype(np.float32)]),
     )
-    change = linear(times, mixes, motion.times_s).astype(np.float32)
+    change = interpolate(times, mixes, motion.times_s).astype(np.float32)
     weights = np.concatenate([motion.weights, change], axis=1)
     return _lids_scaled(replace(motion, head=head, weights=weights))
 

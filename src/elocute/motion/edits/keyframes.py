@@ -1,4 +1,4 @@
-"""Keyframes: values at a few moments, and what lies between them."""
+"""Keyframes: values at given times, and interpolation between them."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def read_keyframes(
 
 
 def _listed(given: Any, what: str) -> list[Any]:
-    """Raises MotionError for what holds nothing or too much."""
+    """The keyframes as a list. Raises MotionError for none or too many."""
     try:
         parts = None if isinstance(given, str | bytes) else iter(given)
     except TypeError:
@@ -82,47 +82,3 @@ def _numbers(given: Any, what: str, allowed: str) -> NDArray[np.float64]:
     return floats_of(
         given, what, error=MotionError, allowed=allowed, most=KEYS_MAX, dtype=np.float64
     )
-
-
-def linear(
-    times: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(moment, value): straight lines between keyframes."""
-    return np.stack([np.interp(at, times, column) for column in values.T], axis=1)
-
-
-def smooth(
-    times: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(moment, value): cubics that neither jerk nor overshoot, at rest at both ends.
-
-    Slopes are the weighted harmonic means of Fritsch and Butland (1984): zero where a value
-    turns back, so nothing swings past a keyframe, and no stop on the way to a further one.
-    """
-    if len(times) == 1:
-        return np.repeat(values, len(at), axis=0)
-    slopes = _slopes(times, values)
-    at = np.clip(at, times[0], times[-1])
-    below = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
-    width = np.diff(times)[below][:, None]
-    share = ((at - times[below])[:, None]) / width
-    rest = 1 - share
-    # The cubic Hermite polynomials.
-    return (
-        values[below] * rest**2 * (1 + 2 * share)
-        + values[below + 1] * share**2 * (3 - 2 * share)
-        + width * share * rest * (slopes[below] * rest - slopes[below + 1] * share)
-    )
-
-
-def _slopes(times: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    widths = np.diff(times)[:, None]
-    steps = np.diff(values, axis=0) / widths
-    slopes = np.zeros_like(values)
-    before, after = steps[:-1], steps[1:]
-    onwards = before * after > 0
-    w1, w2 = 2 * widths[1:] + widths[:-1], widths[1:] + 2 * widths[:-1]
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        mean = (w1 + w2) / (w1 / before + w2 / after)
-    slopes[1:-1] = np.where(onwards, mean, 0.0)
-    return slopes

@@ -8,10 +8,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
-from elocute.motion.edits.joints import joint_index
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
+from elocute.head.model import HeadModel
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.given import check_kind
+from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
+
+# Elocute's and FLAME's words for the same joints.
+_SAME = {
+    "lefteye": "eyeleft",
+    "leye": "eyeleft",
+    "eyeballleft": "eyeleft",
+    "lefteyeball": "eyeleft",
+    "righteye": "eyeright",
+    "reye": "eyeright",
+    "eyeballright": "eyeright",
+    "righteyeball": "eyeright",
+}
 
 
 def with_pose(
@@ -23,21 +37,40 @@ def with_pose(
 ) -> Motion:
     """Turn a joint, after whatever it did already.
 
-    joint      as the head names it: neck, head, jaw, eyeLeft, eyeRight
-    rotations  one axis-angle vector (x, y, z) for the whole motion, or keyframes
-               [(time s, (x, y, z)), …]. Its direction is the axis, its length the angle: about
-               one axis it is just the angle. +x nods (chin down), +y turns to the head's own
-               left, +z tilts to its own right. Between keyframes each component follows a
-               cubic without overshoot; outside them it holds
-    degrees    False: radians
+    Parameters
+    ----------
+    motion : Motion
+        On a head with that joint.
+    joint : str
+        As the head names it: neck, head, jaw, eyeLeft or eyeRight.
+    rotations : (x, y, z) or keyframes [(time s, (x, y, z)), …]
+        Axis-angle vectors: the direction is the axis, the length the angle. +x nods (chin down), +y
+        turns to the head's own left, +z tilts to its own right. One vector holds for the whole
+        motion; between keyframes each component follows a cubic without overshoot, and outside
+        them it holds.
+    degrees : bool
+        Whether angles are degrees; radians otherwise.
 
-    The new rotation comes after the joint's old one, in its parent's frame, so the opposite
-    angles take it back. It turns what the shapes have made: the shape `jawOpen` is the jaw
-    joint's opening already (20 degrees at weight one on the built-in head), so a jaw pose opens
-    the mouth further by its own angle and leaves the weight of `jawOpen` alone. To replace the
-    opening, take the shape away first: `with_shape(motion, "jawOpen", 0)`.
+    Returns
+    -------
+    Motion
 
-    Raises MotionError for a joint the head lacks and for malformed keyframes.
+    Raises
+    ------
+    MotionError
+        For a joint that the head lacks, and for malformed keyframes.
+
+    Notes
+    -----
+    The new rotation comes after the joint's old one, in its parent's frame, so the opposite angles
+    take it back. It turns what the shapes have made: the shape `jawOpen` is already the opening of
+    the jaw joint (20 degrees at weight one on the built-in head), so a jaw pose opens the mouth
+    further by its own angle and leaves the weight of `jawOpen` alone. To replace the opening,
+    remove the shape first: `with_shape(motion, "jawOpen", 0)`.
+
+    References
+    ----------
+    VOCA 2019, section 4 and Figure 7.
     """
     check_motion(motion)
     index = joint_index(motion.head, joint)
@@ -47,14 +80,14 @@ def with_pose(
             f"pose of {joint}", found=f"{vectors.shape[1]} numbers", allowed="three: x, y, z"
         )
     vectors = np.radians(vectors) if degrees else vectors
-    turns = from_axis_angle(smooth(times, vectors, motion.times_s))
+    turns = from_axis_angle(monotone_cubic(times, vectors, motion.times_s))
     posed = _rotations(motion)
     posed[:, index] = multiply(turns, posed[:, index])
     return replace(motion, rotations=posed)
 
 
 def without_pose(motion: Motion) -> Motion:
-    """The same motion in zero pose: shapes only, as VOCA puts it out."""
+    """The same motion in zero pose: shapes only, as VOCA gives it. Raises MotionError."""
     check_motion(motion)
     return replace(motion, rotations=None)
 
@@ -63,3 +96,26 @@ def _rotations(motion: Motion) -> NDArray[np.float32]:
     if motion.rotations is None:
         return no_turn(motion.frame_count, len(motion.head.joint_names))
     return motion.rotations.copy()
+
+
+def joint_index(head: HeadModel, joint: str) -> int:
+    """The index of a joint by its name; `eyeLeft`, `eye_left` and `left_eye` are the same.
+
+    Raises MotionError for a joint that the head lacks.
+    """
+    check_kind("joint", joint, str, ", ".join(head.joint_names), MotionError)
+    if joint in head.joint_names:
+        return head.joint_names.index(joint)
+    plain = [_plain(name) for name in head.joint_names]
+    if _plain(joint) in plain:
+        return plain.index(_plain(joint))
+    raise MotionError.about(
+        f"joint {joint!r}",
+        found=f"no such joint on head {head.name!r}",
+        allowed=", ".join(head.joint_names) or "none: this head has no joints",
+    )
+
+
+def _plain(name: str) -> str:
+    name = "".join(letter for letter in name.lower() if letter.isalnum())
+    return _SAME.get(name, name)

@@ -7,20 +7,36 @@ from dataclasses import replace
 import numpy as np
 
 from elocute.errors import MotionError
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes, smooth
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.given import check_kind
+from elocute.numerics.monotone_cubic import monotone_cubic
 
 
 def with_shape(
     motion: Motion, name: str, weights: Keyframes | float, *, add: bool = False
 ) -> Motion:
-    """Set the weight of a shape, or add to it.
+    """Set the weight of a shape over time, or add to it.
 
-    weights  one number for the whole motion, or keyframes [(time s, weight), …] with smooth
-             cubics between them
+    Parameters
+    ----------
+    motion : Motion
+        On a head with that shape.
+    name : str
+        The shape, `mouthSmileLeft` for example.
+    weights : float or keyframes [(time s, weight), …]
+        One number holds for the whole motion; keyframes have cubics without overshoot between them.
+    add : bool
+        Add to the weight that is there instead of replacing it.
 
-    Raises MotionError for a shape the head lacks and for malformed keyframes.
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a shape that the head lacks, and for malformed keyframes.
     """
     check_motion(motion)
     column = shape_index(motion, name)
@@ -28,7 +44,7 @@ def with_shape(
     if values.shape[1] != 1:
         raise MotionError.about(f"shape {name}", found=f"{values.shape[1]} numbers", allowed="one")
     changed = motion.weights.copy()
-    curve = smooth(times, values, motion.times_s)[:, 0].astype(np.float32)
+    curve = monotone_cubic(times, values, motion.times_s)[:, 0].astype(np.float32)
     changed[:, column] = changed[:, column] + curve if add else curve
     return replace(motion, weights=changed)
 

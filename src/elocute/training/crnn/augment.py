@@ -1,7 +1,7 @@
-"""One clip as somebody else, somewhere else, would have said it: effects on mel columns.
+"""Data augmentation of mel columns: another voice, room and microphone, noise, tempo.
 
-Peaks are normalised before, so loudness alone is nothing; noise, room and microphone are powers
-that add to and weigh bands, another vocal tract shifts them, another tempo moves columns apart.
+Peaks are normalised before, so loudness alone changes nothing. Noise adds power to the bands, room
+and microphone weigh them, another vocal tract shifts them, another tempo moves columns apart.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 
 from elocute.audio.mel_with_deltas import BANDS, FLOOR
 
-Array = NDArray[np.float32]
+FloatArray = NDArray[np.float32]
 LOWEST = float(np.log(FLOOR))
 TEMPO = (0.85, 1.2)
 TRACT = (0.88, 1.14)
 DB = float(np.log(10) / 10)  # of a natural logarithm of power
 
 
-def tempo(draw: np.random.Generator) -> float:
+def random_tempo(rng: np.random.Generator) -> float:
     """How much faster a clip is played."""
-    return float(np.exp(draw.uniform(*np.log(TEMPO))))
+    return float(np.exp(rng.uniform(*np.log(TEMPO))))
 
 
-def at_places(values: NDArray[np.floating], places: NDArray[np.floating]) -> Array:
+def interpolate_rows(values: NDArray[np.floating], places: NDArray[np.floating]) -> FloatArray:
     """(place, feature) linear between rows of (row, feature), held at both ends."""
     places = np.clip(places, 0, len(values) - 1)
     below = np.minimum(places.astype(np.intp), max(len(values) - 2, 0))
@@ -32,50 +32,48 @@ def at_places(values: NDArray[np.floating], places: NDArray[np.floating]) -> Arr
     return np.asarray(values[below] * (1 - share) + values[above] * share, np.float32)
 
 
-def worsened(static: Array, other: Array, draw: np.random.Generator) -> Array:
-    """(column, 128) log-mel bands made worse; `other` is somebody else's speech, for babble."""
+def degrade(static: FloatArray, other: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """(column, 128) log-mel bands degraded at random; `other` is other speech, for babble."""
     bands = np.arange(BANDS)
-    static = at_places(static.T, bands * np.exp(draw.uniform(*np.log(TRACT)))).T
-    static = static + _curve(draw, 6.0)
-    if draw.random() < 0.3:
-        static = _limited(static, draw)
+    static = interpolate_rows(static.T, bands * np.exp(rng.uniform(*np.log(TRACT)))).T
+    static = static + _curve(rng, 6.0)
+    if rng.random() < 0.3:
+        static = _limited(static, rng)
     power = np.exp(static)
-    if draw.random() < 0.7:
-        power = power + _noise(power, other, draw)
-    # Another peak than the one that was normalised: a cough, a louder word elsewhere.
-    level = draw.uniform(-10, 3) * DB
+    if rng.random() < 0.7:
+        power = power + _noise(power, other, rng)
+    # As if the peak that was normalised were elsewhere: a cough, a louder word.
+    level = rng.uniform(-10, 3) * DB
     return np.maximum(np.log(power + 1e-12) + level, LOWEST).astype(np.float32)
 
 
-def _curve(draw: np.random.Generator, most_db: float) -> Array:
+def _curve(rng: np.random.Generator, most_db: float) -> FloatArray:
     """(128,) a microphone's and a room's colour: slow waves over the bands."""
     x = np.linspace(0, 1, BANDS)
-    waves = [np.cos(np.pi * (k * x + draw.random() * 2)) / k for k in (1, 2, 3, 5)]
-    sizes = draw.uniform(-most_db, most_db, len(waves)) * DB
+    waves = [np.cos(np.pi * (k * x + rng.random() * 2)) / k for k in (1, 2, 3, 5)]
+    sizes = rng.uniform(-most_db, most_db, len(waves)) * DB
     return np.asarray(sizes @ np.array(waves), np.float32)
 
 
-def _limited(static: Array, draw: np.random.Generator) -> Array:
+def _limited(static: FloatArray, rng: np.random.Generator) -> FloatArray:
     """As over a telephone: little below or above a band."""
     bands = np.arange(BANDS)
-    top, low = draw.uniform(55, 100), draw.uniform(0, 12)
-    slope = draw.uniform(0.5, 4) * DB
+    top, low = rng.uniform(55, 100), rng.uniform(0, 12)
+    slope = rng.uniform(0.5, 4) * DB
     loss = slope * (np.maximum(bands - top, 0) + np.maximum(low - bands, 0))
     return static - loss.astype(np.float32)
 
 
-def _noise(power: Array, other: Array, draw: np.random.Generator) -> Array:
+def _noise(power: FloatArray, other: FloatArray, rng: np.random.Generator) -> FloatArray:
     """(column, 128) power of noise, 0 to 35 dB below the speech."""
     count = len(power)
-    if draw.random() < 0.3:
-        again = np.resize(
-            np.roll(np.exp(other[::-1]), draw.integers(len(other)), 0), (count, BANDS)
-        )
+    if rng.random() < 0.3:
+        again = np.resize(np.roll(np.exp(other[::-1]), rng.integers(len(other)), 0), (count, BANDS))
         noise = again + np.roll(again, count // 3, 0)
     else:
-        colour = np.exp(_curve(draw, 12.0) - draw.uniform(0, 0.06) * np.arange(BANDS))
-        flicker = draw.gamma(3.0, 1 / 3, (count, BANDS)).astype(np.float32)
-        swell = 1 + 0.8 * np.sin(np.arange(count) * draw.uniform(0.01, 0.3))[:, None]
-        noise = colour * flicker * (swell if draw.random() < 0.3 else 1)
+        colour = np.exp(_curve(rng, 12.0) - rng.uniform(0, 0.06) * np.arange(BANDS))
+        flicker = rng.gamma(3.0, 1 / 3, (count, BANDS)).astype(np.float32)
+        swell = 1 + 0.8 * np.sin(np.arange(count) * rng.uniform(0.01, 0.3))[:, None]
+        noise = colour * flicker * (swell if rng.random() < 0.3 else 1)
     ratio = power.mean() / max(float(noise.mean()), 1e-20)
-    return (noise * ratio * 10 ** (-draw.uniform(0, 35) / 10)).astype(np.float32)
+    return (noise * ratio * 10 ** (-rng.uniform(0, 35) / 10)).astype(np.float32)

@@ -1,4 +1,4 @@
-"""From rows to tensors: cut at random, made worse, padded and masked."""
+"""From clips to tensors: cut at random, degraded, padded and masked."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from torch import Tensor
 
 from elocute.audio.mel_with_deltas import CONTEXT, HOP, MARGIN, RATE
 from elocute.networks.crnn import SharedCrnn
-from elocute.training.crnn.augment import at_places, tempo, worsened
+from elocute.training.crnn.augment import degrade, interpolate_rows, random_tempo
 from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.crnn.training_data import Heard, Row
+from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
 
 SPAN = 2 * (CONTEXT + MARGIN) + 1  # columns that one frame needs
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
+class ClipBatch:
     """Clips of many lengths: convolutions run over all of them laid end to end, without padding.
 
     static   (column, 128) of all clips one after another
@@ -35,69 +35,79 @@ class Batch:
     targets: Tensor
     mask: Tensor
 
-    def to(self, device: torch.device) -> Batch:
-        return Batch(*(value.to(device) for value in vars(self).values()))
+    def to(self, device: torch.device) -> ClipBatch:
+        return ClipBatch(*(value.to(device) for value in vars(self).values()))
 
 
-def answer(network: SharedCrnn, batch: Batch) -> Tensor:
+def predict_batch(network: SharedCrnn, batch: ClipBatch) -> Tensor:
     """(clip, frame, parameter); the LSTM begins anew with every clip."""
     embedded = network.embed(batch.static[None], batch.starts[None])[0]
     return network.crnn.head(embedded[batch.places])[0]
 
 
-def whole_batch(heard: Heard, rows: Sequence[Row]) -> Batch:
-    """Clips as they are, for measures."""
+def whole_batch(cache: FeatureCache, clips: Sequence[CachedClip]) -> ClipBatch:
+    """Clips as they are, for validation and test."""
     parts = [
-        (heard.columns(row).astype(np.float32), heard.starts(row), heard.parameters(row))
-        for row in rows
+        (cache.columns(clip).astype(np.float32), cache.starts(clip), cache.parameters(clip))
+        for clip in clips
     ]
     return _padded(parts)
 
 
 def random_batch(
-    heard: Heard, rows: Sequence[Row], config: CrnnTrainConfig, draw: np.random.Generator
-) -> Batch:
-    """Clips cut at both ends (section 6.4) and, as far as the settings say, made worse."""
+    cache: FeatureCache,
+    clips: Sequence[CachedClip],
+    config: CrnnTrainConfig,
+    rng: np.random.Generator,
+) -> ClipBatch:
+    """Clips cut at both ends (section 6.4) and, as far as the settings say, degraded."""
     parts = []
-    for index, row in enumerate(rows):
-        first, frames = segment(row.frames, config, draw)
-        if draw.random() < config.augment:
-            other = heard.columns(rows[index - 1]).astype(np.float32)
-            parts.append(_other_voice(heard, row, first, frames, other, draw))
+    for index, clip in enumerate(clips):
+        first, frames = random_segment(clip.frames, config, rng)
+        if rng.random() < config.augment:
+            other = cache.columns(clips[index - 1]).astype(np.float32)
+            parts.append(_degraded(cache, clip, first, frames, other, rng))
             continue
-        starts = heard.starts(row, first, frames)
+        starts = cache.starts(clip, first, frames)
         begin, end = int(starts[0]), int(starts[-1]) + SPAN
-        static = heard.columns(row)[begin:end].astype(np.float32)
-        parts.append((static, starts - begin, heard.parameters(row)[first : first + frames]))
+        static = cache.columns(clip)[begin:end].astype(np.float32)
+        parts.append((static, starts - begin, cache.parameters(clip)[first : first + frames]))
     return _padded(parts)
 
 
-def segment(frames: int, config: CrnnTrainConfig, draw: np.random.Generator) -> tuple[int, int]:
+def random_segment(
+    frames: int, config: CrnnTrainConfig, rng: np.random.Generator
+) -> tuple[int, int]:
     """First frame and how many: at least `keep` of a clip, at most `frames_most`."""
     least = max(1, int(np.ceil(config.keep * frames)))
-    kept = min(int(draw.integers(least, frames + 1)), config.frames_most)
-    return int(draw.integers(0, frames - kept + 1)), kept
+    kept = min(int(rng.integers(least, frames + 1)), config.frames_most)
+    return int(rng.integers(0, frames - kept + 1)), kept
 
 
-def _other_voice(
-    heard: Heard, row: Row, first: int, frames: int, other: np.ndarray, draw: np.random.Generator
+def _degraded(
+    cache: FeatureCache,
+    clip: CachedClip,
+    first: int,
+    frames: int,
+    other: np.ndarray,
+    rng: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same frames at another tempo, by another voice, in another room."""
-    rate = tempo(draw)
+    rate = random_tempo(rng)
     count = max(1, int(frames / rate))
-    columns = heard.columns(row).astype(np.float32)
+    columns = cache.columns(clip).astype(np.float32)
     # Window k begins at k · 100 / fps; its middle is what is played faster.
     half = CONTEXT + MARGIN
-    middle = (row.first + first) * (RATE / HOP) / heard.fps + half
-    step = RATE / HOP / heard.fps
+    middle = (clip.first + first) * (RATE / HOP) / cache.fps + half
+    step = RATE / HOP / cache.fps
     starts = np.floor(np.arange(count) * step + 0.5).astype(np.int64)
     places = middle + (np.arange(starts[-1] + SPAN) - half) * rate
-    static = worsened(at_places(columns, places), other, draw)
-    targets = at_places(np.asarray(heard.parameters(row)), first + np.arange(count) * rate)
+    static = degrade(interpolate_rows(columns, places), other, rng)
+    targets = interpolate_rows(np.asarray(cache.parameters(clip)), first + np.arange(count) * rate)
     return static, starts, targets
 
 
-def _padded(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Batch:
+def _padded(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> ClipBatch:
     """Of columns, first columns of windows in them, and parameters, per clip."""
     frames, outputs = max(len(begin) for _, begin, _ in parts), parts[0][2].shape[1]
     places = np.zeros((len(parts), frames), np.int64)
@@ -112,4 +122,6 @@ def _padded(parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Batch
         mask[index, :count] = 1
         columns, windows = columns + len(values), windows + count
     static = np.concatenate([values for values, _, _ in parts])
-    return Batch(*map(torch.from_numpy, (static, np.concatenate(starts), places, targets, mask)))
+    return ClipBatch(
+        *map(torch.from_numpy, (static, np.concatenate(starts), places, targets, mask))
+    )

@@ -18,7 +18,7 @@ class CrnnTrainConfig:
 
     The paper does not say how many epochs it trains. Its learning rate is constant (`last_rate` 1,
     else half a cosine), its loss is Eq. 10, its parameters weigh as their shares of the variance
-    (`weight_power` 1), and it makes no clip worse (`augment` 0; what that does: `augment.py`).
+    (`weight_power` 1), and it augments no clips (`augment` 0; see `augment.py`).
 
     Raises ModelError for a number outside its range.
     """
@@ -48,17 +48,17 @@ class CrnnTrainConfig:
         0.0,
         low=0.0,
         high=1.0,
-        help="Share of clips made worse in training: noise, loudness, room, voice, tempo.",
+        help="Share of clips augmented in training: noise, loudness, room, voice, tempo.",
     )
     highest_hz: float = setting(
         22050.0,
         unit="Hz",
         low=1000.0,
         high=22050.0,
-        help="Bands above are not heard; 8000 for recordings at 16 kHz.",
+        help="Highest frequency that the model uses; 8000 for recordings at 16 kHz.",
     )
     frames_most: int = setting(
-        300, low=15, high=100_000, help="Longer clips are cut to so many frames in training."
+        300, low=15, high=100_000, help="Most frames of a clip in training; longer ones are cut."
     )
     fps: float = setting(
         30.0, unit="frames/s", low=1.0, high=100.0, help="Frame rate of the model."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -10,16 +9,13 @@ import torch
 from torch import Tensor, nn
 
 from elocute.audio.mel_with_deltas import BANDS, CONTEXT, MARGIN
-from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 from elocute.networks.crnn import HIDDEN, SharedCrnn
 from elocute.training.crnn.fit import TrainedCrnn
-from elocute.training.onnx_metadata import attach_constant, attach_record
-
-OPSET = 17
+from elocute.training.onnx_export import export_network
 
 
-class _Stream(nn.Module):
+class StreamingCrnn(nn.Module):
     """(column, 128), (frame,) and the LSTM's (1, 1, 128) state to (frame, output) and state."""
 
     def __init__(self, shared: SharedCrnn) -> None:
@@ -34,36 +30,39 @@ class _Stream(nn.Module):
 
 
 def export_crnn(trained: TrainedCrnn, basis: Motion, path: str | Path, note: str = "") -> None:
-    """Write the network in its shared form, with state in and out, its basis and its settings.
+    """Write a trained recurrent model as ONNX, its state an input and an output, so it streams.
 
-    basis  a Motion on the head whose shapes the outputs weigh. Raises OutputError.
+    Parameters
+    ----------
+    trained
+        What `fit` returned.
+    basis
+        A Motion on the head whose shapes the outputs weigh; the file carries its basis.
+    path
+        The file to write (.onnx).
+    note
+        What it was trained on, in words for people.
+
+    Raises
+    ------
+    OutputError
+        Where the file cannot be written.
     """
-    import onnx
-
-    columns = torch.zeros(2 * (CONTEXT + MARGIN) + 1 + 20, BANDS)
-    starts = torch.tensor([0, 3, 7])
     state = torch.zeros(1, 1, HIDDEN)
-    with write_atomically(path) as draft:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            torch.onnx.export(
-                _Stream(SharedCrnn(trained.network)).eval(),
-                (columns, starts, state, state),
-                str(draft),
-                input_names=["columns", "starts", "hidden", "cell"],
-                output_names=["weights", "hidden_after", "cell_after"],
-                opset_version=OPSET,
-                dynamo=False,
-                dynamic_axes={
-                    "columns": {0: "column"},
-                    "starts": {0: "frame"},
-                    "weights": {0: "frame"},
-                },
-            )
-        model = onnx.load(draft)
-        attach_constant(model, "basis", basis.head.expression_basis)
-        attach_record(model, _record(trained, basis, note))
-        onnx.save(model, draft)
+    export_network(
+        StreamingCrnn(SharedCrnn(trained.network)),
+        {
+            "columns": torch.zeros(2 * (CONTEXT + MARGIN) + 1 + 20, BANDS),
+            "starts": torch.tensor([0, 3, 7]),
+            "hidden": state,
+            "cell": state,
+        },
+        ["weights", "hidden_after", "cell_after"],
+        {"columns": {0: "column"}, "starts": {0: "frame"}, "weights": {0: "frame"}},
+        path,
+        record=_record(trained, basis, note),
+        constants={"basis": basis.head.expression_basis},
+    )
 
 
 def _record(trained: TrainedCrnn, basis: Motion, note: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Concordance, and the losses made of it (in the wild 2019, Eq. 10)."""
+"""The concordance correlation coefficient, and losses (Tzirakis et al. 2019, Eq. 10)."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def explained_shares(basis: Tensor) -> Tensor:
     return (energy / energy.sum()).float() if energy.sum() > 0 else torch.ones_like(energy).float()
 
 
-def tempered(shares: Tensor, power: float) -> Tensor:
+def tempered_weights(shares: Tensor, power: float) -> Tensor:
     """(parameter,) shares to a power, summing to one: below 1, what moves little weighs more."""
     raised = shares.clamp(min=TINY) ** power
     return raised / raised.sum()

@@ -1,4 +1,4 @@
-"""A whole training in one call: shards in, crnn.onnx out."""
+"""A whole training in one call: shards in, model.onnx out."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from pathlib import Path
 from elocute.corpus.shards import Shards
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.export import export_crnn
-from elocute.training.crnn.fit import Report, TrainedCrnn, fit, lesson_of
-from elocute.training.crnn.training_data import hear_shards
+from elocute.training.crnn.feature_cache import cache_features
+from elocute.training.crnn.fit import TrainedCrnn, fit
+from elocute.training.crnn.training_data import select_training_data
 from elocute.training.device import resolve_device
+from elocute.training.training_log import Report
 
 MODEL = "model.onnx"
 
@@ -24,23 +26,52 @@ def train_crnn(
     note: str = "",
     device: str = "auto",
 ) -> tuple[TrainedCrnn, tuple[tuple[str, str], ...]]:
-    """Hear the shards, train, and leave model.onnx, checkpoint, log and events in `folder`.
+    """Train the recurrent model on shards and export it.
 
-    Gives the training and the clips that could not be heard, with the reason. Raises CorpusError
-    for shards that cannot be learned from, ModelError for settings that do not fit a checkpoint
-    and for a device that is not there (see `resolve_device`).
+    Parameters
+    ----------
+    shards
+        Clips with sounds and parameters.
+    config
+        Settings.
+    folder
+        Where to leave model.onnx, checkpoint.safetensors, log.csv, TensorBoard's events and the
+        features of all clips.
+    resume
+        Go on from the checkpoint in `folder`.
+    report
+        Called with progress.
+    note
+        What it was trained on, for the model file; the shards' note by default.
+    device
+        As for `resolve_device`.
+
+    Returns
+    -------
+    trained : TrainedCrnn
+    missing
+        (clip, reason) of the clips that were left out.
+
+    Raises
+    ------
+    CorpusError
+        For shards that it cannot be trained on.
+    ModelError
+        Where the checkpoint belongs to other settings, or the device is missing.
+    OutputError
+        Where a file cannot be written.
     """
-    resolve_device(device)  # before the shards are heard
+    resolve_device(device)  # before the shards are encoded
 
-    def hearing(share: float) -> None:
+    def encoding(share: float) -> None:
         if report:
-            report(0.0, f"hearing the shards: {share:.0%}")
+            report(0.0, f"encoding the shards: {share:.0%}")
 
     basis = shards.basis
-    heard = hear_shards(shards, folder, config.fps, hearing)
-    lesson = lesson_of(
-        heard, basis.head.expression_basis, heard.chosen("train"), heard.chosen("validation")
+    cache = cache_features(shards, folder, config.fps, encoding)
+    data = select_training_data(
+        cache, basis.head.expression_basis, cache.select("train"), cache.select("validation")
     )
-    trained = fit(lesson, config, folder, resume=resume, report=report, device=device)
+    trained = fit(data, config, folder, resume=resume, report=report, device=device)
     export_crnn(trained, basis, folder / MODEL, note or shards.note)
-    return trained, heard.missing
+    return trained, cache.missing

@@ -10,7 +10,7 @@ from elocute.settings import SEED_MAX, check_settings, described, setting
 
 @described
 @dataclass(frozen=True)
-class TrainConfig:
+class VocaTrainConfig:
     """VOCA 2019, section 5 ("Training parameters") unless said otherwise.
 
     A decoder into the span of the motion (`reduced`) has the same loss as one that decodes vertex

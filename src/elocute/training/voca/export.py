@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,17 +10,15 @@ import torch
 from torch import Tensor, nn
 
 from elocute.corpus.corpus_store import Corpus
-from elocute.files.atomic import write_atomically
 from elocute.networks.voca import SharedVoca, Voca
-from elocute.training.onnx_metadata import attach_constant, attach_record
-from elocute.training.voca.fit import Trained
+from elocute.training.onnx_export import export_network
+from elocute.training.voca.fit import TrainedVoca
 
-OPSET = 17
 MM = 1000.0
 
 
 class _Embedding(nn.Module):
-    """Features and a style to weights, the last of them one.
+    """Features and a style to weights, the last of which is always one.
 
     A decoder is linear, so its columns are a basis and its bias a shape whose weight is one.
     """
@@ -34,40 +32,46 @@ class _Embedding(nn.Module):
         return torch.nn.functional.pad(embedded, (0, 1), value=1.0)
 
 
-def export_onnx(trained: Trained, corpus: Corpus, path: str | Path, note: str = "") -> None:
-    """Write the network in its shared-window form, its configuration in the metadata.
+def export_voca(trained: TrainedVoca, corpus: Corpus, path: str | Path, note: str = "") -> None:
+    """Write a trained VOCA as ONNX, its configuration in the metadata; running it needs no torch.
 
     A corpus with weights gives weights of the same components; one with vertices gives weights
-    of the model's own basis, which the file carries. Raises OutputError.
+    of the model's own basis, which the file carries.
+
+    Parameters
+    ----------
+    trained
+        What `fit` returned.
+    corpus
+        The corpus that it was trained on.
+    path
+        The file to write (.onnx).
+    note
+        What it was trained on, in words for people.
+
+    Raises
+    ------
+    OutputError
+        Where the file cannot be written.
     """
-    import onnx
-
-    module, basis = _runnable(trained)
+    network, basis = _runnable(trained)
     components = corpus.components if basis is None else ()
-    features = torch.zeros(40, trained.network.config.features)
-    style = torch.zeros(1, trained.network.config.styles)
-    with write_atomically(path) as draft:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            torch.onnx.export(
-                module.eval(),
-                (features, style),
-                str(draft),
-                input_names=["features", "style"],
-                output_names=["weights"],
-                opset_version=OPSET,
-                dynamo=False,
-                dynamic_axes={"features": {0: "frame"}, "weights": {0: "frame"}},
-            )
-        model = onnx.load(draft)
-        if basis is not None:
-            attach_constant(model, "basis", basis.numpy())
-        attach_record(model, _record(trained, corpus, components, note))
-        onnx.save(model, draft)
+    export_network(
+        network,
+        {
+            "features": torch.zeros(40, trained.network.config.features),
+            "style": torch.zeros(1, trained.network.config.styles),
+        },
+        ["weights"],
+        {"features": {0: "frame"}, "weights": {0: "frame"}},
+        path,
+        record=_record(trained, corpus, components, note),
+        constants={} if basis is None else {"basis": basis.numpy()},
+    )
 
 
-def _runnable(trained: Trained) -> tuple[nn.Module, Tensor | None]:
-    """What gives weights, and the basis (component, vertex, 3) m where it is its own."""
+def _runnable(trained: TrainedVoca) -> tuple[nn.Module, Tensor | None]:
+    """The network that gives weights, and its own basis (component, vertex, 3) m if it has one."""
     network, space = trained.network, trained.space
     if space is not None and space.to_weights is not None:
         return SharedVoca(_folded(network, torch.from_numpy(space.to_weights))), None
@@ -80,8 +84,6 @@ def _runnable(trained: Trained) -> tuple[nn.Module, Tensor | None]:
 
 def _folded(network: Voca, to_weights: Tensor) -> Voca:
     """The same network decoding to weights of the corpus's components."""
-    from dataclasses import replace
-
     folded = Voca(replace(network.config, outputs=to_weights.shape[1]))
     state = dict(network.state_dict())
     state["decoder.weight"] = to_weights.T @ state["decoder.weight"]
@@ -91,7 +93,7 @@ def _folded(network: Voca, to_weights: Tensor) -> Voca:
 
 
 def _record(
-    trained: Trained, corpus: Corpus, components: tuple[str, ...], note: str
+    trained: TrainedVoca, corpus: Corpus, components: tuple[str, ...], note: str
 ) -> dict[str, Any]:
     return {
         "kind": "voca",

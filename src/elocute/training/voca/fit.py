@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,23 +12,22 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from elocute.corpus.corpus_store import Corpus
-from elocute.errors import ModelError
 from elocute.networks.voca import Voca, VocaConfig
 from elocute.one_line_repr import one_line
-from elocute.training.device import resolve_device
-from elocute.training.training_log import Board
-from elocute.training.voca.checkpoint import (
+from elocute.training.checkpoint import (
+    CHECKPOINT,
     load_checkpoint,
     network_tensors,
-    restore_network,
-    restore_optimiser,
+    other_settings,
+    restore_training,
     save_checkpoint,
     stored_log,
 )
-from elocute.training.voca.config import TrainConfig
-from elocute.training.voca.target_space import MotionSpace, motion_space
-from elocute.training.voca.training_data import Encode, Frames, load_frames
+from elocute.training.device import resolve_device
+from elocute.training.training_log import Report, TrainingLog, check_loss
+from elocute.training.voca.config import VocaTrainConfig
+from elocute.training.voca.target_space import MotionSpace
+from elocute.training.voca.training_data import TrainingFrames, VocaTrainingData
 
 LOG_FIELDS: tuple[str, ...] = (
     "epoch",
@@ -39,113 +37,95 @@ LOG_FIELDS: tuple[str, ...] = (
     "seconds",
 )
 VALIDATION_BATCH = 4096
-Report = Callable[[float, str], None]
-"""Share of all epochs done, and a line for people."""
 
 
 @dataclass(frozen=True, eq=False)
-class Trained:
+class TrainedVoca:
     """A trained network with what is needed to use it."""
 
     network: Voca
     space: MotionSpace | None
     styles: tuple[str, ...]
-    config: TrainConfig
+    config: VocaTrainConfig
     fps: float
     log: list[dict[str, float]]
 
     __repr__ = one_line
 
 
-@dataclass(frozen=True, eq=False)
-class Material:
-    """Frames to learn from and to validate on; vertices is what a squared distance is shared by."""
-
-    train: Frames
-    validation: Frames | None
-    space: MotionSpace | None
-    styles: tuple[str, ...]
-    vertices: int
-    fps: float
-
-
-def prepare(
-    corpus: Corpus,
-    config: TrainConfig,
-    encode: Encode,
-    split: str = "default",
-    report: Report | None = None,
-) -> Material:
-    """Hear the corpus once and put everything the loop needs into memory.
-
-    Styles are the subjects of the training part. Raises CorpusError for a corpus that cannot
-    be learned from, before the first epoch.
-    """
-    parts = corpus.split(split)
-    styles = tuple(
-        s for s in corpus.subjects if any(corpus.entry(n).subject == s for n in parts.train)
-    )
-    space = motion_space(corpus, parts.train) if config.reduced else None
-
-    def progress(share: float) -> None:
-        if report:
-            report(0.0, f"hearing the corpus: {share:.0%}")
-
-    train = load_frames(corpus, parts.train, styles, encode, space, progress)
-    validation = (
-        load_frames(corpus, parts.validation, styles, encode, space) if parts.validation else None
-    )
-    return Material(train, validation, space, styles, corpus.vertex_count, corpus.fps)
-
-
 def fit(
-    material: Material,
-    config: TrainConfig,
+    data: VocaTrainingData,
+    config: VocaTrainConfig,
     folder: Path | None = None,
     *,
     resume: bool = False,
     report: Report | None = None,
     device: str = "auto",
-) -> Trained:
-    """Train for `config.epochs`; in `folder`: checkpoint.safetensors, log.csv, events for
-    TensorBoard.
+) -> TrainedVoca:
+    """Train VOCA.
 
-    `device` is as for `resolve_device`; another one may go on where one stopped. A resumed
-    training goes on bit for bit on one CPU. Raises ModelError where a checkpoint belongs to
-    other settings, and for a device that is not there.
+    Parameters
+    ----------
+    data
+        What `prepare` returned.
+    config
+        Settings; `epochs` says for how long.
+    folder
+        Where to leave checkpoint.safetensors, log.csv and TensorBoard's events, if anywhere.
+    resume
+        Go on from the checkpoint in `folder`, bit for bit on one CPU.
+    report
+        Called after every epoch.
+    device
+        As for `resolve_device`; a training may be resumed on another one.
+
+    Returns
+    -------
+    TrainedVoca
+        The network after the last epoch, on the CPU.
+
+    Raises
+    ------
+    ModelError
+        Where the checkpoint belongs to other settings, the loss is no longer finite, or the
+        device is missing.
+
+    References
+    ----------
+    Cudeiro et al. 2019, section 5.
     """
     fabric = _fabric(device)
     fabric.launch()
     torch.manual_seed(config.seed)
-    network = new_network(material, config)
+    network = new_network(data, config)
     optimiser = torch.optim.Adam(network.parameters(), config.learning_rate)
-    checkpoint = folder / "checkpoint.safetensors" if folder else None
+    checkpoint = folder / CHECKPOINT if folder else None
     log: list[dict[str, float]] = []
     if resume and checkpoint and checkpoint.exists():
-        log = _restore(checkpoint, network, optimiser, material, config)
+        log = _restore(checkpoint, network, optimiser, data, config)
     network, optimiser = fabric.setup(network, optimiser)
-    train = _moved(material.train, fabric.device)
-    board = Board(folder, LOG_FIELDS, len(log)) if folder and fabric.is_global_zero else None
+    train = _moved(data.train, fabric.device)
+    logger = TrainingLog(folder, LOG_FIELDS, len(log)) if folder and fabric.is_global_zero else None
     for epoch in range(len(log), config.epochs):
         started = time.perf_counter()
-        loss = _epoch(fabric, network, optimiser, train, config, epoch, material.vertices)
-        row = {"epoch": epoch + 1.0, "train_mm2": loss, **validate(network, material)}
+        loss = _epoch(fabric, network, optimiser, train, config, epoch, data.vertices)
+        row = {"epoch": epoch + 1.0, "train_mm2": loss, **validate(network, data)}
         row["seconds"] = time.perf_counter() - started
         log.append(row)
         if checkpoint and fabric.is_global_zero:
             save_checkpoint(
-                checkpoint, network_tensors(network, optimiser), _record(material, config, log)
+                checkpoint, network_tensors(network, optimiser), _record(data, config, log)
             )
-        if board:
-            board.add(log)
+        if logger:
+            logger.add(log)
         if report:
             report((epoch + 1) / config.epochs, _line(row))
-    plain = new_network(material, config)
+    plain = new_network(data, config)
     plain.load_state_dict(
         {k.removeprefix("module."): v.cpu() for k, v in network.state_dict().items()}
     )
     plain.eval()
-    return Trained(plain, material.space, material.styles, config, material.fps, log)
+    return TrainedVoca(plain, data.space, data.styles, config, data.fps, log)
 
 
 def _fabric(device: str) -> Any:
@@ -160,13 +140,11 @@ def _fabric(device: str) -> Any:
     return Fabric(accelerator="cuda", devices="auto" if device == "auto" else [place.index])
 
 
-def new_network(material: Material, config: TrainConfig) -> Voca:
+def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
     """A network whose decoder starts from the principal components of the training motion."""
-    targets = material.train.targets
+    targets = data.train.targets
     count = min(config.components, targets.shape[1])
-    shape = VocaConfig(
-        material.train.features.shape[1], len(material.styles), targets.shape[1], count
-    )
+    shape = VocaConfig(data.train.features.shape[1], len(data.styles), targets.shape[1], count)
     network = Voca(shape)
     network.start_decoder(principal_components(targets, count))
     return network
@@ -184,7 +162,7 @@ def principal_components(targets: Tensor, count: int) -> Tensor:
     return torch.from_numpy(scaled.T.astype(np.float32))
 
 
-def pair_loss(predicted: Tensor, target: Tensor, config: TrainConfig, vertices: int) -> Tensor:
+def pair_loss(predicted: Tensor, target: Tensor, config: VocaTrainConfig, vertices: int) -> Tensor:
     """Position and velocity terms (section 5) of (2, pair, output): mm² a vertex.
 
     The first row holds the frames before, the second the frames themselves.
@@ -199,8 +177,8 @@ def _epoch(
     fabric: Any,
     network: Voca,
     optimiser: Any,
-    data: Frames,
-    config: TrainConfig,
+    data: TrainingFrames,
+    config: VocaTrainConfig,
     epoch: int,
     vertices: int,
 ) -> float:
@@ -225,63 +203,53 @@ def _epoch(
         fabric.backward(loss)
         optimiser.step()
         total += loss.item() * len(later)
-    if not math.isfinite(total):
-        raise ModelError.about(
-            "training",
-            found=f"a loss of {total} in epoch {epoch + 1}",
-            remedy="lower `learning_rate`, or look at the corpus: elocute corpus check",
-        )
+    check_loss(total, epoch, "lower `learning_rate`, or look at the corpus: elocute corpus check")
     return total / len(mine)
 
 
 @torch.no_grad()
-def validate(network: Voca, material: Material) -> dict[str, float]:
+def validate(network: Voca, data: VocaTrainingData) -> dict[str, float]:
     """Squared distance (mm² a vertex) over every style: their mean, and the best style's."""
-    data = material.validation
-    if data is None:
+    held_out = data.validation
+    if held_out is None:
         return {"validation_mm2": math.nan, "validation_best_style_mm2": math.nan}
     network.eval()
     device = next(network.parameters()).device
     losses = []
-    for style in torch.eye(len(material.styles)):
+    for style in torch.eye(len(data.styles)):
         total = 0.0
-        for start in range(0, len(data.targets), VALIDATION_BATCH):
-            frames = torch.arange(start, min(start + VALIDATION_BATCH, len(data.targets)))
-            windows = data.windows(frames).to(device)
+        for start in range(0, len(held_out.targets), VALIDATION_BATCH):
+            frames = torch.arange(start, min(start + VALIDATION_BATCH, len(held_out.targets)))
+            windows = held_out.windows(frames).to(device)
             predicted = network(windows, style.to(device).expand(len(frames), -1)).cpu()
-            total += float((predicted - data.targets[frames]).square().sum())
-        losses.append(total / len(data.targets) / material.vertices)
+            total += float((predicted - held_out.targets[frames]).square().sum())
+        losses.append(total / len(held_out.targets) / data.vertices)
     return {"validation_mm2": float(np.mean(losses)), "validation_best_style_mm2": min(losses)}
 
 
-def _moved(data: Frames, device: torch.device) -> Frames:
-    return Frames(*(value.to(device) for value in vars(data).values()))
+def _moved(data: TrainingFrames, device: torch.device) -> TrainingFrames:
+    return TrainingFrames(*(value.to(device) for value in vars(data).values()))
 
 
-def _record(material: Material, config: TrainConfig, log: list[dict[str, float]]) -> dict[str, Any]:
-    return {"config": config.record(), "styles": material.styles, "fps": material.fps, "log": log}
+def _record(
+    data: VocaTrainingData, config: VocaTrainConfig, log: list[dict[str, float]]
+) -> dict[str, Any]:
+    return {"config": config.record(), "styles": data.styles, "fps": data.fps, "log": log}
 
 
 def _restore(
     path: Path,
     network: Voca,
     optimiser: torch.optim.Optimizer,
-    material: Material,
-    config: TrainConfig,
+    data: VocaTrainingData,
+    config: VocaTrainConfig,
 ) -> list[dict[str, float]]:
     tensors, record = load_checkpoint(path)
     settings = record.get("config")
     stored = {**(settings if isinstance(settings, dict) else {}), "epochs": config.epochs}
-    if stored != config.record() or record.get("styles") != list(material.styles):
-        differing = [k for k, v in config.record().items() if stored.get(k) != v] or ["styles"]
-        raise ModelError.about(
-            path,
-            found=f"a training with other {', '.join(differing)}",
-            allowed="the same settings and corpus",
-            remedy="choose another output folder",
-        )
-    restore_network(path, network, tensors)
-    restore_optimiser(path, optimiser, tensors)
+    if stored != config.record() or record.get("styles") != list(data.styles):
+        raise other_settings(path, stored, config.record(), "styles", "corpus")
+    restore_training(path, network, optimiser, tensors)
     return stored_log(path, record)
 
 

@@ -7,16 +7,18 @@ from pathlib import Path
 from elocute.corpus.corpus_store import Corpus
 from elocute.encoders.registry import resolve_encoder
 from elocute.training.device import resolve_device
-from elocute.training.voca.config import TrainConfig
-from elocute.training.voca.export import export_onnx
-from elocute.training.voca.fit import Report, Trained, fit, prepare
+from elocute.training.training_log import Report
+from elocute.training.voca.config import VocaTrainConfig
+from elocute.training.voca.export import export_voca
+from elocute.training.voca.fit import TrainedVoca, fit
+from elocute.training.voca.training_data import prepare
 
 MODEL = "model.onnx"
 
 
 def train_voca(
     corpus: Corpus,
-    config: TrainConfig,
+    config: VocaTrainConfig,
     folder: Path,
     split: str = "default",
     *,
@@ -24,14 +26,43 @@ def train_voca(
     report: Report | None = None,
     note: str = "",
     device: str = "auto",
-) -> Trained:
-    """Hear the corpus, train, and leave model.onnx, checkpoint, log and events in `folder`.
+) -> TrainedVoca:
+    """Train VOCA on a corpus and export it.
 
-    Raises CorpusError for a corpus that cannot be learned from, ModelError for settings that do
-    not fit a checkpoint that is there, or a device that is not (see `resolve_device`).
+    Parameters
+    ----------
+    corpus
+        Clips with sound and motion.
+    config
+        Settings; the encoder is one of them.
+    folder
+        Where to leave model.onnx, checkpoint.safetensors, log.csv and TensorBoard's events.
+    split
+        Name of the corpus's split.
+    resume
+        Go on from the checkpoint in `folder`.
+    report
+        Called with progress.
+    note
+        What it was trained on, for the model file; the corpus's note by default.
+    device
+        As for `resolve_device`.
+
+    Returns
+    -------
+    TrainedVoca
+
+    Raises
+    ------
+    CorpusError
+        For a corpus that it cannot be trained on.
+    ModelError
+        Where the checkpoint belongs to other settings, or the device is missing.
+    OutputError
+        Where a file cannot be written.
     """
-    resolve_device(device)  # before the corpus is heard
-    material = prepare(corpus, config, resolve_encoder(config.encoder), split, report)
-    trained = fit(material, config, folder, resume=resume, report=report, device=device)
-    export_onnx(trained, corpus, folder / MODEL, note or corpus.note)
+    resolve_device(device)  # before the corpus is encoded
+    data = prepare(corpus, config, resolve_encoder(config.encoder), split, report)
+    trained = fit(data, config, folder, resume=resume, report=report, device=device)
+    export_voca(trained, corpus, folder / MODEL, note or corpus.note)
     return trained

@@ -1,4 +1,4 @@
-"""The space that a corpus moves in, with coordinates in which distances are those of vertices.
+"""The subspace of a corpus's motion, in coordinates that keep the distances of vertices.
 
 Speech moves thousands of vertices along some dozens of directions. In an orthonormal basis of
 their span, the squared distance of two coordinate vectors is the squared distance of all their
@@ -18,9 +18,9 @@ from elocute.corpus.statistics import displacement_blocks
 from elocute.errors import CorpusError
 from elocute.one_line_repr import one_line
 
-Array = NDArray[np.float32]
+FloatArray = NDArray[np.float32]
 DIRECTIONS_MAX = 400
-NEGLIGIBLE = 1e-7  # of the greatest singular value: numerical noise, no motion
+NEGLIGIBLE = 1e-7  # of the greatest singular value: numerical noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +31,9 @@ class MotionSpace:
     None where its frames are vertices.
     """
 
-    basis: Array
-    to_weights: Array | None
-    from_weights: Array | None
+    basis: FloatArray
+    to_weights: FloatArray | None
+    from_weights: FloatArray | None
 
     __repr__ = one_line
 
@@ -41,7 +41,7 @@ class MotionSpace:
     def size(self) -> int:
         return len(self.basis)
 
-    def coordinates(self, corpus: Corpus, name: str) -> Array:
+    def coordinates(self, corpus: Corpus, name: str) -> FloatArray:
         """(frame, direction) mm of a clip's displacements."""
         if self.from_weights is not None:
             return np.asarray(corpus.frames(name)) @ self.from_weights
@@ -51,7 +51,7 @@ class MotionSpace:
         ]
         return np.concatenate(blocks)
 
-    def displacements(self, coordinates: Array) -> Array:
+    def displacements(self, coordinates: FloatArray) -> FloatArray:
         """(frame, vertex, 3) m."""
         return (coordinates @ self.basis / np.float32(1000)).reshape(len(coordinates), -1, 3)
 
@@ -65,7 +65,7 @@ def motion_space(
     basis = np.zeros((0, corpus.vertex_count * 3), np.float32)
     strength = np.zeros(0, np.float32)
     for block in displacement_blocks(corpus, names):
-        # Incremental SVD: what is known, scaled by how strong it is, and the new frames.
+        # Incremental SVD: the known directions scaled by their singular values, and the new frames.
         stacked = np.concatenate([basis * strength[:, None], block.reshape(len(block), -1)])
         strength, basis = _directions(stacked, directions)
     if not len(basis):
@@ -73,7 +73,7 @@ def motion_space(
     return MotionSpace(basis, None, None)
 
 
-def _directions(rows: Array, count: int) -> tuple[Array, Array]:
+def _directions(rows: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     """Singular values and right singular vectors of (row, number) by the small Gram matrix."""
     gram = rows.astype(np.float64) @ rows.T.astype(np.float64)
     values, vectors = np.linalg.eigh(gram)

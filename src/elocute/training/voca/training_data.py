@@ -1,4 +1,4 @@
-"""What the training loop reads: features, targets and styles of many clips in a row."""
+"""What the training loop reads: features, targets and styles of all clips, one after another."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.networks.voca import WINDOW
-from elocute.training.voca.target_space import MotionSpace
+from elocute.training.training_log import Report
+from elocute.training.voca.config import VocaTrainConfig
+from elocute.training.voca.target_space import MotionSpace, motion_space
 
 Encode = Callable[[Waveform], Features]
 Progress = Callable[[float], None]
@@ -22,13 +24,13 @@ LENGTH_TOLERANCE_S = 0.25  # sound may end this much before its motion
 
 
 @dataclass(frozen=True, eq=False)
-class Frames:
-    """Clips one after another, each with the zeros that its windows reach into.
+class TrainingFrames:
+    """Clips one after another, each padded with the zeros that its windows reach into.
 
     features  (place, feature), WINDOW - 1 places more than frames for every clip
     targets   (frame, output)
     places    (frame,) where the window of a frame begins in `features`
-    subjects  (frame,) the style that says it, -1 for somebody who is no style
+    subjects  (frame,) number of the speaker's style, -1 for a speaker without one
     pairs     (pair,) frames whose predecessor belongs to the same clip
     """
 
@@ -50,8 +52,8 @@ def load_frames(
     encode: Encode,
     space: MotionSpace | None,
     progress: Progress | None = None,
-) -> Frames:
-    """Hear every clip and gather its motion; `space` None takes vertices in mm.
+) -> TrainingFrames:
+    """Features and motion of every clip; without a `space`, targets are vertices in mm.
 
     Raises CorpusError naming the clip where sound and motion do not fit or numbers are not
     finite.
@@ -76,7 +78,72 @@ def load_frames(
         if progress:
             progress((index + 1) / len(names))
     joined = [np.concatenate(part) for part in (features, targets, places, subjects, pairs)]
-    return Frames(*(torch.from_numpy(part) for part in joined))
+    return TrainingFrames(*(torch.from_numpy(part) for part in joined))
+
+
+@dataclass(frozen=True, eq=False)
+class VocaTrainingData:
+    """What a training reads: frames to train on and to validate on.
+
+    space is that of the targets, None where they are vertices in mm; styles are the subjects of
+    the training part; vertices is the number of vertices of the mesh.
+    """
+
+    train: TrainingFrames
+    validation: TrainingFrames | None
+    space: MotionSpace | None
+    styles: tuple[str, ...]
+    vertices: int
+    fps: float
+
+
+def prepare(
+    corpus: Corpus,
+    config: VocaTrainConfig,
+    encode: Encode,
+    split: str = "default",
+    report: Report | None = None,
+) -> VocaTrainingData:
+    """Encode a corpus once and hold everything that the training reads in memory.
+
+    Parameters
+    ----------
+    corpus
+        Clips with sound and motion.
+    config
+        Settings of the training.
+    encode
+        The speech encoder: a Waveform to Features.
+    split
+        Name of the split; its subjects in `train` become the styles.
+    report
+        Called with progress.
+
+    Returns
+    -------
+    VocaTrainingData
+
+    Raises
+    ------
+    CorpusError
+        For a split that the corpus lacks, a clip whose sound does not fit its motion, or motion
+        or features that are not finite.
+    """
+    parts = corpus.split(split)
+    styles = tuple(
+        s for s in corpus.subjects if any(corpus.entry(n).subject == s for n in parts.train)
+    )
+    space = motion_space(corpus, parts.train) if config.reduced else None
+
+    def progress(share: float) -> None:
+        if report:
+            report(0.0, f"encoding the corpus: {share:.0%}")
+
+    train = load_frames(corpus, parts.train, styles, encode, space, progress)
+    validation = (
+        load_frames(corpus, parts.validation, styles, encode, space) if parts.validation else None
+    )
+    return VocaTrainingData(train, validation, space, styles, corpus.vertex_count, corpus.fps)
 
 
 def clip_features(corpus: Corpus, name: str, encode: Encode) -> np.ndarray:

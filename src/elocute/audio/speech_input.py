@@ -1,4 +1,4 @@
-"""Sound as callers give it: a path, samples with a rate, the bytes of a file, or an open file."""
+"""Speech as callers give it: a path, samples with a rate, the bytes of a file, or an open file."""
 
 from __future__ import annotations
 
@@ -21,34 +21,46 @@ from elocute.one_line_repr import brief
 
 
 class BinaryFile(Protocol):
-    """What is asked of a file object."""
+    """What a file object has to offer."""
 
     def read(self, size: int, /) -> bytes: ...
 
 
-Speech = str | os.PathLike[str] | Waveform | bytes | BinaryFile | ArrayLike
-"""What `sound_of` takes."""
+SpeechInput = str | os.PathLike[str] | Waveform | bytes | BinaryFile | ArrayLike
+"""What `resolve_speech` takes."""
 
 BYTES_MAX = 1_000_000_000
 SAMPLES_MAX = NUMBERS_MAX
-"""Of sound that is not read from a path, and so is held in memory whole: 87 minutes at 48 kHz."""
+"""Limit of sound that is not read from a path, so is held in memory whole: 87 min at 48 kHz."""
 CHUNK = 1 << 20
 READS_FREE, READ_BYTES = 100_000, 256
 """What reads so little at a time would be read for hours."""
 
 
-def sound_of(
-    speech: Speech, rate: int | None = None, channel: int | None = None
+def resolve_speech(
+    speech: SpeechInput, rate: int | None = None, channel: int | None = None
 ) -> Path | Waveform:
-    """The sound meant, for functions that take a path or a Waveform.
+    """The sound that a caller means, for functions that take a path or a Waveform.
 
-    speech   a path or a Waveform, which is returned; the bytes of a sound file, or a binary file
-             object that gives them; or samples, an array (sample,) or (sample, channel) of floats
-             within ±1 or of integers of 8, 16 or 32 bits
-    rate     Hz, for an array and for nothing else
-    channel  which one to take of bytes, a file object or an array, in place of the mean
+    Parameters
+    ----------
+    speech : str, Path, Waveform, bytes, binary file or array
+        A path or a Waveform is returned as it is. Otherwise the bytes of a sound file, a binary
+        file that gives them, or samples: (sample,) or (sample, channel), floats within ±1 or
+        integers of 8, 16 or 32 bits.
+    rate : int, optional
+        Sample rate of an array, Hz; not allowed for anything else.
+    channel : int, optional
+        The channel to take of bytes, a file or an array, instead of their mean.
 
-    Raises AudioError.
+    Returns
+    -------
+    Path or Waveform
+
+    Raises
+    ------
+    AudioError
+        For anything that is not sound, or more of it than is held in memory.
     """
     has_rate = isinstance(speech, str | os.PathLike | Waveform | bytes | bytearray | memoryview)
     if not has_rate and not hasattr(speech, "read"):
@@ -100,8 +112,8 @@ def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
         raise AudioError.about(
             "array", found=f"no channel {brief(channel)}", allowed=f"0 to {columns.shape[1] - 1}"
         )
-    heard = _floats(columns if channel is None else columns[:, channel, None])
-    return Waveform(heard[:, 0] if heard.shape[1] == 1 else heard.mean(axis=1), rate)
+    chosen = _floats(columns if channel is None else columns[:, channel, None])
+    return Waveform(chosen[:, 0] if chosen.shape[1] == 1 else chosen.mean(axis=1), rate)
 
 
 def _has_channels(samples: int, channels: int) -> bool:

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 import python_speech_features as psf
 
-from elocute.audio import Waveform, mel3_windows, read_audio
-from elocute.audio.mel_with_deltas import mel3, slopes
+from elocute.audio import Waveform, mel_delta_windows, read_audio
+from elocute.audio.mel_with_deltas import mel_deltas, slopes
 from elocute.errors import InputError
 
 
@@ -40,7 +40,7 @@ def test_it_is_librosas_log_mel_and_its_regression_slopes_around_each_frame(soun
     theirs = librosa_log_mel(sound, 1470 * first % 441)
     change = psf.delta(theirs, 2)
     expected = np.stack([theirs, change, psf.delta(change, 2)], axis=-1)
-    ours = mel3_windows(sound, 30)
+    ours = mel_delta_windows(sound, 30)
     assert ours.shape == (90, 41, 128, 3)
     for frame in range(first, 90, 3):
         middle = 50 + 1470 * frame // 441
@@ -55,35 +55,35 @@ def test_slopes_are_those_of_librosa():
 
 @pytest.mark.parametrize("fps", [24, 25, 29.97, 30, 60])
 def test_there_is_one_window_for_each_video_frame(sound, fps):
-    windows = mel3(sound, fps)
+    windows = mel_deltas(sound, fps)
     assert len(windows) == round(3 * fps)
     assert windows.windows(5, 8).shape == (3, 41, 128, 3)
     # A click is in the middle of the frame whose time it has.
     samples = np.zeros(132300, np.float32)
     frame = round(fps)
     samples[round(frame * 44100 / fps)] = 1
-    levels = mel3_windows(Waveform(samples, 44100), fps)[frame, :, :, 0].mean(axis=1)
+    levels = mel_delta_windows(Waveform(samples, 44100), fps)[frame, :, :, 0].mean(axis=1)
     assert levels.argmax() == 20
     assert levels[19] == pytest.approx(levels[21], abs=1e-3)
 
 
 def test_level_and_offset_do_not_matter(sound):
     other = Waveform(sound.samples * 0.1 + 0.2, 44100)
-    np.testing.assert_allclose(mel3_windows(other), mel3_windows(sound), atol=0.05)
+    np.testing.assert_allclose(mel_delta_windows(other), mel_delta_windows(sound), atol=0.05)
 
 
 @pytest.mark.parametrize("value", [0.0, 0.3])
 def test_silence_is_the_floor_and_does_not_move(value):
-    silence = mel3_windows(Waveform(np.full(44100, value, np.float32), 44100))
+    silence = mel_delta_windows(Waveform(np.full(44100, value, np.float32), 44100))
     np.testing.assert_allclose(silence[..., 0], np.log(1e-6), rtol=1e-6)
     assert not silence[..., 1:].any()
 
 
 def test_any_rate_and_the_shortest_sound_will_do():
-    assert mel3_windows(Waveform(np.ones(20, np.float32), 8000)).shape == (1, 41, 128, 3)
+    assert mel_delta_windows(Waveform(np.ones(20, np.float32), 8000)).shape == (1, 41, 128, 3)
 
 
 @pytest.mark.parametrize("fps", [0, -30, float("nan"), 1000])
 def test_impossible_frame_rates_are_refused(sound, fps):
     with pytest.raises(InputError, match="allowed: above 0, up to 100"):
-        mel3(sound, fps)
+        mel_deltas(sound, fps)

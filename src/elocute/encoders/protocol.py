@@ -1,4 +1,4 @@
-"""What every speech encoder is: a callable from Waveform to Features at 50 Hz."""
+"""The protocol of all speech encoders: a callable from Waveform to Features at 50 Hz."""
 
 from __future__ import annotations
 
@@ -8,23 +8,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.features import Features
-from elocute.audio.waveform import Waveform
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 
-SAMPLE_RATE = 16000
-"""Hz; what every encoder hears, whatever it is given."""
 FEATURE_RATE = 50.0
 """Hz; frame k stands at k / 50 s."""
 
 
 class Encoder(Protocol):
-    """Waveform to Features: round(50 · duration) frames, one at least.
+    """A speech encoder: a callable from Waveform to Features.
 
-    Calling it raises InputError for a file that cannot be used, MachineError for a missing package.
+    It gives round(50 · duration) rows, at least one.
+
+    Attributes
+    ----------
+    name : str
+        What `Features.encoder` says.
+    feature_count : int
+        Features per row.
+    rate : float
+        Rows per second.
     """
 
     @property
     def name(self) -> str:
-        """What Features.encoder will say."""
+        """As in `Features.encoder`."""
         ...
 
     @property
@@ -38,12 +45,12 @@ class Encoder(Protocol):
     def __call__(self, waveform: Waveform) -> Features: ...
 
 
-def heard(waveform: Waveform) -> NDArray[np.float32]:
+def encoder_samples(waveform: Waveform) -> NDArray[np.float32]:
     """(sample,) float32 at 16 kHz, full scale ±1."""
-    return waveform.resample(SAMPLE_RATE).samples
+    return waveform.resample(SPEECH_RATE).samples
 
 
-def features_of(waveform: Waveform, values: NDArray[np.floating], name: str) -> Features:
+def as_features(waveform: Waveform, values: NDArray[np.floating], name: str) -> Features:
     """Values (frame, feature) at 50 Hz as Features of exactly the sound's duration.
 
     Front ends differ by a frame at the end: what is missing repeats the last frame, as linear

@@ -1,21 +1,29 @@
-"""What both deep methods share: clips as tensors, the objective for autograd, the start."""
+"""What both deep methods share: clips as tensors, the objective, initialisation, the aligner."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import permutations
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from elocute.alignment.aligner import DtwAligner, Embedded
-from elocute.alignment.alignment import Array, Group, Path
-from elocute.alignment.cca import Projection
+from elocute.alignment.aligner import (
+    Aligner,
+    PairCost,
+    ViewFeatures,
+    find_dtw_path,
+    mean_squared_differences,
+    projected_aligner,
+)
+from elocute.alignment.alignment import FloatArray, Views, WarpingPath
+from elocute.alignment.cca import LinearProjection
 from elocute.alignment.config import CtwConfig, DeepConfig
-from elocute.alignment.correlation_objective import RIDGE, whitened
-from elocute.alignment.ctw import CtwAligner, canonical_of, fit_ctw
+from elocute.alignment.correlation_objective import RIDGE, whiten_pair
+from elocute.alignment.ctw import canonical_along_paths, fit_projections
 from elocute.networks.dcaw import DcawNetwork, EncoderConfig
 
 
@@ -24,7 +32,7 @@ class NuclearNorm(torch.autograd.Function):
 
     @staticmethod
     def forward(ctx: Any, first: Tensor, second: Tensor, ridge: float = RIDGE) -> Tensor:
-        pair = whitened(first.detach().double().numpy(), second.detach().double().numpy(), ridge)
+        pair = whiten_pair(first.detach().double().numpy(), second.detach().double().numpy(), ridge)
         slopes = (torch.from_numpy(slope).to(first.dtype) for slope in pair.gradients())
         ctx.save_for_backward(*slopes)
         return first.new_tensor(pair.norm)
@@ -35,16 +43,16 @@ class NuclearNorm(torch.autograd.Function):
         return outer[0] * first, outer[0] * second, None
 
 
-class Clips:
+class ClipTensors:
     """All views of all groups, each once, padded; and which of them are pairs.
 
     pairs: (source side, source clip, target side, target clip, group) of every ordered pair of
     views where they are of one kind, of every pair in order where not: Eq. 9's sum.
     """
 
-    def __init__(self, groups: Sequence[Group], shared: bool) -> None:
+    def __init__(self, groups: Sequence[Views], shared: bool) -> None:
         count = len(groups[0])
-        self.views: list[list[Array]] = [[] for _ in range(1 if shared else count)]
+        self.views: list[list[FloatArray]] = [[] for _ in range(1 if shared else count)]
         known: dict[tuple[int, int], int] = {}
         self.groups: list[tuple[int, ...]] = []
         for group in groups:
@@ -77,7 +85,7 @@ class Clips:
         ]
 
 
-def _padded(views: Sequence[Array]) -> tuple[Tensor, Tensor]:
+def _padded(views: Sequence[FloatArray]) -> tuple[Tensor, Tensor]:
     lengths = torch.tensor([len(view) for view in views])
     clips = torch.zeros(len(views), int(lengths.max()), views[0].shape[1])
     for clip, view in zip(clips, views, strict=True):
@@ -85,83 +93,86 @@ def _padded(views: Sequence[Array]) -> tuple[Tensor, Tensor]:
     return clips, lengths
 
 
-def start(
-    groups: Sequence[Group], config: DeepConfig, shared: bool, seed: int
-) -> tuple[DcawNetwork, CtwAligner]:
+def initialise(
+    groups: Sequence[Views], config: DeepConfig, shared: bool, seed: int
+) -> tuple[DcawNetwork, Aligner]:
     """A network whose linear half is what CTW finds in the same groups, and that CTW."""
-    linear = fit_ctw(
-        groups,
-        CtwConfig(
-            band=config.band,
-            open_source=config.open_source,
-            dimensions=config.dimensions,
-            ridge=config.ridge,
-            shared=shared,
-        ),
+    settings = CtwConfig(
+        band=config.band,
+        open_source=config.open_source,
+        dimensions=config.dimensions,
+        ridge=config.ridge,
+        shared=shared,
     )
+    widths = [view.shape[1] for view in groups[0]]
+    projections = fit_projections(groups, settings)
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        outputs = linear.projections[0].directions.shape[1]
-        widths = [view.shape[1] for view in groups[0]]
+        outputs = projections[0].directions.shape[1]
         network = DcawNetwork(
             [EncoderConfig(w, outputs, config.filters, config.units) for w in widths], shared
         )
     with torch.no_grad():
-        for encoder, projection in zip(network.encoders, linear.projections, strict=False):
+        for encoder, projection in zip(network.encoders, projections, strict=False):
             matrix = torch.from_numpy(projection.directions.T.copy()).float()
             encoder.direct.weight.copy_(matrix)  # pyright: ignore
             encoder.direct.bias.copy_(-matrix @ torch.from_numpy(projection.mean).float())  # pyright: ignore
-    return network, linear
+    return network, projected_aligner(settings, projections, widths)
 
 
-def optimiser_of(network: DcawNetwork, config: DeepConfig) -> torch.optim.Optimizer:
+def make_optimiser(network: DcawNetwork, config: DeepConfig) -> torch.optim.Optimizer:
     return torch.optim.AdamW(
         network.parameters(), config.learning_rate, (0.9, 0.99), weight_decay=config.weight_decay
     )
 
 
-Deep = TypeVar("Deep", bound=DeepConfig)
+def encode_view(network: DcawNetwork, view: FloatArray, place: int) -> FloatArray:
+    """(frame, output) of the network for one view; `place` is its place among the views."""
+    with torch.no_grad():
+        clips, lengths = _padded([view])
+        return network.encode(place, clips, lengths)[0].numpy()
 
 
-class DeepAligner(DtwAligner[Deep]):
-    """DTW of what a trained network makes of views, projected by CCA."""
-
-    def __init__(
-        self,
-        config: Deep,
-        network: DcawNetwork,
-        widths: Sequence[int],
-        projections: Sequence[Projection] | None = None,
-    ) -> None:
-        super().__init__(config)
-        self.network, self.widths = network.eval(), tuple(widths)
-        self.projections = projections
-
-    def hidden(self, view: Array, side: int) -> Array:
-        """(frame, output) of the network."""
-        with torch.no_grad():
-            clips, lengths = _padded([view])
-            return self.network.encode(side, clips, lengths)[0].numpy()
-
-    def embed(self, view: Array, side: int) -> Embedded:
-        hidden = self.hidden(view, side)
-        if self.projections is None:
-            return Embedded(hidden, hidden)
-        return Embedded(self.projections[side](hidden), hidden)
+def network_features(
+    network: DcawNetwork, projections: Sequence[LinearProjection], view: FloatArray, place: int
+) -> ViewFeatures:
+    """What the network makes of a view, projected by CCA; attention looks at it unprojected."""
+    hidden = encode_view(network, view, place)
+    return ViewFeatures(projections[place](hidden), hidden)
 
 
-def projected(
-    aligner: DeepAligner, groups: Sequence[Group], paths: Sequence[Path], shared: bool
-) -> tuple[Projection, ...]:
+def network_aligner(
+    config: DeepConfig,
+    network: DcawNetwork,
+    projections: Sequence[LinearProjection],
+    widths: Sequence[int],
+    pair_cost: PairCost = mean_squared_differences,
+) -> Aligner:
+    """DTW of what a trained network makes of views."""
+    return Aligner(
+        config=config,
+        find_path=partial(find_dtw_path, config),
+        features=partial(network_features, network.eval(), tuple(projections)),
+        pair_cost=pair_cost,
+        widths=tuple(widths),
+    )
+
+
+def fit_output_projections(
+    network: DcawNetwork,
+    config: DeepConfig,
+    groups: Sequence[Views],
+    paths: Sequence[WarpingPath],
+    shared: bool,
+) -> tuple[LinearProjection, ...]:
     """CCA of what the network makes of all groups, warped by their paths."""
-    config = aligner.config
-    assert isinstance(config, DeepConfig)
-    known = {id(v): (v, k) for group in groups for k, v in enumerate(group)}
-    made = {key: aligner.hidden(view, side) for key, (view, side) in known.items()}
-    hidden = [tuple(made[id(view)] for view in group) for group in groups]
-    return canonical_of(hidden, paths, config.dimensions, config.ridge, shared)
+    network.eval()
+    known = {id(view): (view, k) for group in groups for k, view in enumerate(group)}
+    encoded = {key: encode_view(network, view, place) for key, (view, place) in known.items()}
+    hidden = [tuple(encoded[id(view)] for view in group) for group in groups]
+    return canonical_along_paths(hidden, paths, config.dimensions, config.ridge, shared)
 
 
-def drawn(count: int, wanted: int, rng: np.random.Generator) -> list[int]:
-    """Which pairs a step learns from."""
+def draw_pairs(count: int, wanted: int, rng: np.random.Generator) -> list[int]:
+    """Numbers of the pairs that a step learns from, in order."""
     return sorted(rng.choice(count, min(wanted, count), replace=False).tolist())

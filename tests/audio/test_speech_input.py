@@ -10,8 +10,8 @@ import pytest
 import soundfile
 
 import elocute
-from elocute.audio import inputs
-from elocute.audio.inputs import sound_of
+from elocute.audio import speech_input
+from elocute.audio.speech_input import resolve_speech
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 
@@ -38,14 +38,14 @@ def test_it_is_heard_as_the_file_is(speech_wav: Path) -> None:
 
 
 def test_bytes_of_eight_bits_are_unsigned() -> None:
-    found = sound_of(np.array([0, 128, 255], np.uint8), 8000)
+    found = resolve_speech(np.array([0, 128, 255], np.uint8), 8000)
     assert isinstance(found, Waveform) and found.samples.tolist() == [-1, 0, 127 / 128]
 
 
 def test_one_channel_is_heard() -> None:
     both = np.array([[0.5, -0.5]] * 4)
-    assert sound_of(both, 8000, 1).samples.tolist() == [-0.5] * 4  # pyright: ignore
-    assert sound_of(both, 8000).samples.tolist() == [0] * 4  # pyright: ignore
+    assert resolve_speech(both, 8000, 1).samples.tolist() == [-0.5] * 4  # pyright: ignore
+    assert resolve_speech(both, 8000).samples.tolist() == [0] * 4  # pyright: ignore
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ def test_one_channel_is_heard() -> None:
 )
 def test_what_is_no_sound_is_refused_in_one_line(speech: object, rate: int, says: str) -> None:
     with pytest.raises(AudioError) as refused:
-        sound_of(speech, rate)  # pyright: ignore[reportArgumentType]
+        resolve_speech(speech, rate)  # pyright: ignore[reportArgumentType]
     assert says in str(refused.value) and "\n" not in str(refused.value)
 
 
@@ -80,9 +80,9 @@ def test_sizes_are_limited(speech_wav: Path, monkeypatch: pytest.MonkeyPatch) ->
         def read(self, size: int) -> bytes:
             return bytes(size)
 
-    monkeypatch.setattr(inputs, "BYTES_MAX", 5_000_000)
+    monkeypatch.setattr(speech_input, "BYTES_MAX", 5_000_000)
     with pytest.raises(AudioError, match="more than 5 MB"):
-        sound_of(Endless())
-    monkeypatch.setattr(inputs, "SAMPLES_MAX", 100_000)
+        resolve_speech(Endless())
+    monkeypatch.setattr(speech_input, "SAMPLES_MAX", 100_000)
     with pytest.raises(AudioError, match="give its path"):
-        sound_of(speech_wav.read_bytes())
+        resolve_speech(speech_wav.read_bytes())

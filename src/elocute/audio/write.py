@@ -1,4 +1,4 @@
-"""FLAC as bytes, written by ordinary writes."""
+"""Writing sound: FLAC."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 
 def write_flac(path: Path, samples: NDArray[np.floating], sample_rate: int) -> None:
-    """Mono sound of 16 bits, cut to full scale.
+    """Write mono sound as 16-bit FLAC, clipped to full scale.
 
-    It is packed in memory: libsndfile does not say why a disk refuses. Raises OSError.
+    It is encoded in memory first, as libsndfile does not report why a write failed. Raises OSError.
     """
     import soundfile
 

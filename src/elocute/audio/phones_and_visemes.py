@@ -1,4 +1,4 @@
-"""The forty phones that the encoder hears, and the fifteen visemes they look like."""
+"""The forty phones that the encoder recognises, and the fifteen visemes they look like."""
 
 from __future__ import annotations
 
@@ -45,6 +45,7 @@ PHONES: tuple[str, ...] = (
     "Z",
     "ZH",
 )
+SILENCE = PHONES.index("SIL")
 
 # The fifteen visemes of the Oculus lip-sync reference, which VRM and most avatars share.
 VISEMES: tuple[str, ...] = (

@@ -46,8 +46,10 @@ def stored_record(session: Any) -> dict[str, Any]:
 
 
 def run_session(session: Any, path: Path, names: list[str], given: dict[str, Any]) -> list[Any]:
-    """What the network makes of arrays by name. Raises ModelError for one of another form,
-    and for one that answers NaN or infinity, as broken weights do.
+    """Run a network on named arrays.
+
+    Raises ModelError for a network of another form, and for NaN or infinity in its outputs, as
+    broken weights give.
     """
     try:
         answers = session.run(names, given)

@@ -1,4 +1,4 @@
-"""A part of a motion."""
+"""Cut a motion to a range of time."""
 
 from __future__ import annotations
 
@@ -12,9 +12,23 @@ from elocute.one_line_repr import brief
 
 
 def cut(motion: Motion, start_s: float = 0.0, stop_s: float | None = None) -> Motion:
-    """The frames from `start_s` up to, not including, `stop_s` (the end where None).
+    """A part of a motion.
 
-    Raises MotionError where no frame is left or a bound lies outside the motion.
+    Parameters
+    ----------
+    motion : Motion
+        The whole.
+    start_s, stop_s : float
+        The frames from `start_s` up to, not including, `stop_s`, s; None for the end.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        Where no frame is left, or the times are not rising from 0.
     """
     check_motion(motion)
     stop_s = motion.duration_s if stop_s is None else stop_s

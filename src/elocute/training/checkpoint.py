@@ -1,4 +1,4 @@
-"""Checkpoints: safetensors with their settings inside, written whole or not at all."""
+"""Checkpoints: tensors and settings in one safetensors file, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from elocute.files.atomic import write_atomically
 from elocute.files.json_records import as_record, finite_number, parse_json
 from elocute.files.safetensors_header import read_tensor_header
 
+CHECKPOINT = "checkpoint.safetensors"
 FILE_MAX_BYTES = 4_000_000_000
 
 
 def save_checkpoint(path: Path, tensors: dict[str, Tensor], record: dict[str, Any]) -> None:
-    """Write tensors and a JSON record. Raises OutputError where the disk refuses."""
+    """Write tensors and a JSON record. Raises OutputError where it cannot be written."""
     from safetensors import SafetensorError
     from safetensors.torch import save_file
 
@@ -57,7 +58,7 @@ def load_checkpoint(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
 
 
 def stored_log(path: Path, record: dict[str, Any]) -> list[dict[str, float]]:
-    """The rows of a checkpoint's log. Raises ModelError where they are none."""
+    """The rows of a checkpoint's log. Raises ModelError where it has no log."""
     log = record.get("log")
     if not isinstance(log, list) or not all(map(_is_row, log)):
         raise ModelError.about(path, found="no log in it", allowed="a checkpoint of a training")
@@ -108,16 +109,45 @@ def restore_optimiser(
 def network_tensors(
     network: torch.nn.Module, optimiser: torch.optim.Optimizer
 ) -> dict[str, Tensor]:
-    """Everything that a training goes on from."""
+    """Everything that a resumed training starts from."""
     state = {f"network.{name}": value for name, value in network.state_dict().items()}
     return {**state, **optimiser_tensors(optimiser)}
 
 
-def restore_network(path: Path, network: torch.nn.Module, tensors: dict[str, Tensor]) -> None:
-    """The network's part of `network_tensors`. Raises ModelError where a shape differs."""
-    state = {k.removeprefix("network."): v for k, v in tensors.items() if k.startswith("network.")}
+def restore_training(
+    path: Path,
+    network: torch.nn.Module,
+    optimiser: torch.optim.Optimizer,
+    tensors: dict[str, Tensor],
+) -> None:
+    """The inverse of `network_tensors`. Raises ModelError where a shape differs."""
+    state = tensors_of(tensors, "network")
     check_state(path, network, state)
     network.load_state_dict(state)
+    restore_optimiser(path, optimiser, tensors)
+
+
+def tensors_of(tensors: dict[str, Tensor], part: str) -> dict[str, Tensor]:
+    """Tensors by their names in one part of a checkpoint: "network", "best"."""
+    prefix = f"{part}."
+    return {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}
+
+
+def other_settings(
+    path: Path, stored: Any, config: dict[str, object], data: str, allowed: str
+) -> ModelError:
+    """The error for a checkpoint of another training: names the settings that differ.
+
+    stored: the settings in the checkpoint. data: what differs where no setting does.
+    """
+    known = stored if isinstance(stored, dict) else {}
+    differing = [name for name, value in config.items() if known.get(name) != value] or [data]
+    return ModelError.about(
+        path,
+        found=f"a training with other {', '.join(differing)}",
+        allowed=f"the same settings and {allowed}",
+        remedy="choose another output folder",
+    )
 
 
 def check_state(path: Path, network: torch.nn.Module, state: dict[str, Tensor]) -> None:

@@ -1,4 +1,4 @@
-"""Track: one motion of one topology, expanded block by block for measuring."""
+"""Vertices over time in one topology, expanded block by block for measuring."""
 
 from __future__ import annotations
 
@@ -16,20 +16,31 @@ from elocute.one_line_repr import one_line
 
 BLOCK_FRAMES = 256
 MM = 1000.0
-Doubles = NDArray[np.float64]
-Indices = NDArray[np.integer]
+Float64Array = NDArray[np.float64]
+IntArray = NDArray[np.integer]
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
-    """What moves: weights on a basis, or vertices; both over a neutral face.
+class VertexMotion:
+    """A motion to be measured: weights on a basis, or vertices, over a neutral face.
 
-    values    (frame, component) weights, or (frame, vertex, 3) m where basis is None
-    template  (vertex, 3) m
-    fps       frames per second
-    basis     (component, vertex, 3) m, or None
+    Unlike a `Motion` it needs no head, only a topology.
 
-    Raises MotionError where the shapes do not fit or there is no frame.
+    Parameters
+    ----------
+    values : (frame, component) or (frame, vertex, 3)
+        Weights; or, where basis is None, vertices in m.
+    template : (vertex, 3)
+        The neutral face, m.
+    fps : float
+        Frames per second.
+    basis : (component, vertex, 3), optional
+        Shapes, m.
+
+    Raises
+    ------
+    MotionError
+        Where the shapes do not fit or there is no frame.
     """
 
     values: NDArray[np.floating] | ArrayFile
@@ -64,17 +75,27 @@ class Track:
     def vertex_count(self) -> int:
         return len(self.template)
 
-    def cut(self, frames: int) -> Track:
-        """The first frames."""
+    def cut(self, frames: int) -> VertexMotion:
+        """The first `frames` frames."""
         values = self.values
         first = values.part(0, frames) if isinstance(values, ArrayFile) else values[:frames]
-        return Track(first, self.template, self.fps, self.basis)
+        return VertexMotion(first, self.template, self.fps, self.basis)
 
-    def blocks(self, vertices: Indices | None = None, overlap: int = 0) -> Iterator[Doubles]:
-        """(frame, vertex, 3) mm of all or of some vertices, a few seconds at a time.
+    def blocks(self, vertices: IntArray | None = None, overlap: int = 0) -> Iterator[Float64Array]:
+        """Expand all or some vertices, a few seconds at a time.
 
-        Each block but the first repeats the last `overlap` frames of the one before, so that
-        differences in time see every neighbourhood once.
+        Parameters
+        ----------
+        vertices : (place,) of int, optional
+            Which vertices; None for all.
+        overlap : int
+            Each block but the first repeats so many frames of the one before, so that
+            differences in time see every neighbourhood once.
+
+        Yields
+        ------
+        (frame, vertex, 3) float64
+            Millimetres.
         """
         basis, kept = self.basis, slice(None) if vertices is None else vertices
         rest = np.asarray(self.template, np.float64)[kept] * MM

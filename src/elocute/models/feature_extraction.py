@@ -1,0 +1,200 @@
+"""Feature extraction: sound of any rate, in blocks of any length, to what a model answers to.
+
+`FeatureStream`s give rows of features as soon as they are certain; `extract_features` runs them
+over a whole sound, which is decoded once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.driver import posteriors_from_phones
+from elocute.audio.features import Features
+from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.protocol import FEATURE_RATE, Encoder
+from elocute.models.protocol import FeatureStream, FeatureStreams, SpeechFeatures, SpeechModel
+
+Float32Array = NDArray[np.float32]
+PhoneTimes = list[tuple[float, float, str]]
+"""(start s, end s, ARPAbet phone)"""
+RESAMPLING_S = 0.06
+"""Resampling delays sound by no more than this."""
+
+
+class ResamplingStream:
+    """Samples at another rate, block by block; the same however the sound is cut."""
+
+    def __init__(self, sample_rate: int, wanted: int) -> None:
+        self._resampler: Any = None
+        if sample_rate != wanted:
+            import soxr
+
+            self._resampler = soxr.ResampleStream(sample_rate, wanted, 1, dtype="float32")
+
+    def push(self, samples: Float32Array, *, last: bool = False) -> Float32Array:
+        """The resampled samples that are ready; with `last`, all that remain."""
+        samples = np.ascontiguousarray(samples, np.float32)
+        if self._resampler is None:
+            return samples
+        return self._resampler.resample_chunk(samples, last=last)
+
+
+class PhonePosteriorStream:
+    """Log-posteriors (row, 40) of the built-in phone encoder at 50 Hz."""
+
+    name, rate = "phones", FEATURE_RATE
+
+    def __init__(self, sample_rate: int) -> None:
+        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
+        self._stream = builtin_encoder().stream()
+
+    @property
+    def lookahead_s(self) -> float:
+        """How much later than its own time a row comes, s."""
+        return RESAMPLING_S + phone_lookahead_s()
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        return self._stream.push(self._resampled.push(samples))
+
+    def flush(self) -> Float32Array:
+        rest = self._stream.push(self._resampled.push(np.zeros(0, np.float32), last=True))
+        return np.concatenate([rest, self._stream.flush()])
+
+
+class KnownPhoneStream:
+    """Log-posteriors of phones whose times are known; all rows come with `flush`.
+
+    `flush` raises InputError for an unknown phone.
+    """
+
+    name, rate = "phones", FEATURE_RATE
+
+    def __init__(self, sample_rate: int, phones: PhoneTimes) -> None:
+        self._sample_rate, self._phones, self._samples = sample_rate, phones, 0
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        self._samples += len(samples)
+        return np.zeros((0, len(PHONES)), np.float32)
+
+    def flush(self) -> Float32Array:
+        seconds = self._samples / self._sample_rate
+        return posteriors_from_phones(self._phones, seconds, FEATURE_RATE)
+
+
+class WholeSoundStream:
+    """Features of an encoder that needs the whole sound; all rows come with `flush`."""
+
+    def __init__(self, sample_rate: int, encoder: Encoder) -> None:
+        self._sample_rate, self._encoder = sample_rate, encoder
+        self._blocks: list[Float32Array] = []
+
+    @property
+    def name(self) -> str:
+        return self._encoder.name
+
+    @property
+    def rate(self) -> float:
+        return self._encoder.rate
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        self._blocks.append(np.array(samples, np.float32))
+        return np.zeros((0, self._encoder.feature_count), np.float32)
+
+    def flush(self) -> Float32Array:
+        sound = Waveform(np.concatenate(self._blocks), self._sample_rate)
+        return self._encoder(sound).values
+
+
+def phone_lookahead_s() -> float:
+    """How much sound after a row of phones the encoder waits for, a row included."""
+    return builtin_encoder().lookahead_s + 1 / FEATURE_RATE
+
+
+Progress = Callable[[float], None]
+"""Called with the share of the work done, 0…1."""
+
+
+@dataclass(frozen=True, eq=False)
+class SoundBlocks:
+    """A sound that is read once: its rate, and blocks with the share of the whole they end at."""
+
+    sample_rate: int
+    blocks: Iterable[tuple[Float32Array, float]]
+
+
+def blocks_of(sound: Waveform) -> SoundBlocks:
+    """A sound in memory as one block."""
+    return SoundBlocks(sound.sample_rate, [(sound.samples, 1.0)])
+
+
+def extract_features(
+    model: SpeechModel,
+    sound: Waveform | SoundBlocks,
+    *,
+    contacts: bool = True,
+    phones: PhoneTimes | None = None,
+    progress: Progress | None = None,
+) -> tuple[SpeechFeatures, float]:
+    """The features of a whole sound, as a model needs them.
+
+    Parameters
+    ----------
+    model : SpeechModel
+        Whose features.
+    sound : Waveform or SoundBlocks
+        The sound.
+    contacts : bool
+        Whether phones are wanted too, where `curves` needs them; False for `weights` alone.
+    phones : list of (float, float, str), optional
+        Start in s, end in s and ARPAbet phone, where known; used instead of the encoder's.
+    progress : callable, optional
+        Called with the share of the sound that is done, 0 to 1.
+
+    Returns
+    -------
+    features : SpeechFeatures
+    duration_s : float
+        Of the sound.
+
+    Raises
+    ------
+    AudioError, ModelError, MachineError
+        For sound, a model or a package that cannot be used.
+    """
+    source = blocks_of(sound) if isinstance(sound, Waveform) else sound
+    level = None
+    if model.needs_sound_level:
+        whole = Waveform(np.concatenate([block for block, _ in source.blocks]), source.sample_rate)
+        source, level = blocks_of(whole), model.sound_level(whole)
+    streams = model.feature_streams(source.sample_rate, contacts=contacts, level=level)
+    if phones is not None:
+        streams = _with_known_phones(streams, KnownPhoneStream(source.sample_rate, phones))
+    used = [stream for stream in (streams.features, streams.phones) if stream is not None]
+    rows: list[list[Float32Array]] = [[] for _ in used]
+    samples = 0
+    for block, share in source.blocks:
+        samples += len(block)
+        for stream, given in zip(used, rows, strict=True):
+            given.append(stream.push(block))
+        if progress:
+            progress(share)
+    features = [
+        Features(np.concatenate([*given, stream.flush()]), stream.rate, stream.name)
+        for stream, given in zip(used, rows, strict=True)
+    ]
+    speech = SpeechFeatures(features[0], features[-1] if streams.phones is not None else None)
+    return speech, samples / source.sample_rate
+
+
+def _with_known_phones(streams: FeatureStreams, known: FeatureStream) -> FeatureStreams:
+    """The same streams, but with phones whose times are known."""
+    if streams.features.name == "phones":
+        streams = replace(streams, features=known)
+    return streams if streams.phones is None else replace(streams, phones=known)
