@@ -1,6 +1,7 @@
 # make demo   a talking head from a shipped speech clip, in out/
 # make demo-wild   the second paper's chain, small: capture to recurrent model, in out/wild
 # make test   everything that is tested
+# make coverage   the same, and how much of each package it ran; slower
 # make site   the documentation, in build/site
 # All set up their own .venv from a fresh clone; nothing else is needed but Python and make.
 
@@ -8,7 +9,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -name '*.pyc' 2>/dev/null)
 
-.PHONY: demo demo-wild test check site clean
+.PHONY: demo demo-wild test coverage check site clean
 
 demo: .venv/ready-demo
 	mkdir -p out
@@ -22,6 +23,10 @@ demo-wild: .venv/ready-dev
 
 test: .venv/ready-dev
 	$(BIN)/python -m pytest -n auto --dist loadscope
+
+coverage: .venv/ready-dev
+	$(BIN)/python -m pytest -n auto --dist loadscope --cov --cov-report=
+	$(BIN)/python scripts/coverage
 
 check: .venv/ready-dev
 	scripts/check

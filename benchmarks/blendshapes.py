@@ -15,7 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.capture.blendshapes.basis_comparison import Basis, project, strongest_shapes
+from elocute.capture.blendshapes.basis_comparison import (
+    BasisProjection,
+    reconstruction_errors,
+    strongest_shapes,
+)
 from elocute.capture.blendshapes.blendshape_learning import BlendshapeConfig, learn_blendshapes
 from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.head.builtin import load_builtin_head
@@ -52,11 +56,11 @@ def main() -> None:
     parts, arkit = corpus.split(), load_builtin_head().expression_basis
     best = strongest_shapes(corpus, parts.train[::8], arkit, choice.components)
     bases = [
-        Basis("speech", learned.head.expression_basis),
-        Basis(f"ARKit, best {choice.components}", arkit[best]),
-        Basis(f"ARKit, all {len(arkit)}", arkit),
+        BasisProjection("speech", learned.head.expression_basis),
+        BasisProjection(f"ARKit, best {choice.components}", arkit[best]),
+        BasisProjection(f"ARKit, all {len(arkit)}", arkit),
     ]
-    for found in project(corpus, parts.test, bases):
+    for found in reconstruction_errors(corpus, parts.test, bases):
         print(f"| {found.name}: held-out people, mean distance | {found.mean_mm:.4f} mm | |")
 
 

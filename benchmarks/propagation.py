@@ -25,7 +25,7 @@ from pathlib import Path
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 
-from elocute.capture.blendshapes.basis_motion import sweep
+from elocute.capture.blendshapes.basis_motion import sweep_shapes
 from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
 from elocute.corpus.corpus_store import open_corpus
 from elocute.motion.store import save_motion
@@ -158,7 +158,7 @@ def main() -> None:
         room = Path(name)
         corpus = open_corpus(folder / "captured")
         learned = learn_blendshapes(corpus, corpus.split().train)
-        save_motion(sweep(learned.head), room / "basis.npz")
+        save_motion(sweep_shapes(learned.head), room / "basis.npz")
         if choice.workers:
             print(workers(folder, room / "basis.npz", [int(n) for n in choice.workers.split(",")]))
             return

@@ -6,7 +6,7 @@
 Needs trimesh's own extra `rtree`. CPU seconds of one thread, without reading files and measuring.
 The same scans, landmarks, template and rigid start go to everybody; trimesh runs with the settings
 of its own documentation. "cold" knows nothing but the person's neutral face; "warm" has the frame
-before (factors only, for non-rigid ICP). Truth is the simulated head: see
+before (factors only, for non-rigid ICP). GroundTruth is the simulated head: see
 `elocute.capture.simulation.scan_simulator` for what it holds that no model explains.
 """
 
@@ -29,17 +29,17 @@ from numpy.typing import NDArray
 import elocute
 from elocute.animation import animate
 from elocute.capture.registration.accuracy import correspondence_mm, scan_distances, surface_error
-from elocute.capture.registration.closest_points import CoarseMesh, lattice_of
-from elocute.capture.registration.matching import samples_of
-from elocute.capture.registration.nonrigid_icp import Nicp
-from elocute.capture.registration.pose import posed
+from elocute.capture.registration.closest_points import CoarseMesh, sample_triangles
+from elocute.capture.registration.correspondences import sample_scan
+from elocute.capture.registration.initial_pose import find_initial_pose
+from elocute.capture.registration.nonrigid_icp import NonrigidIcp
+from elocute.capture.registration.pose import apply_pose
 from elocute.capture.registration.register import register_neutral, register_nonrigid, register_scan
-from elocute.capture.registration.start_pose import start_pose
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
-from elocute.capture.simulation.scan_simulator import Scanner, Stage
-from elocute.capture.simulation.smooth_surface import smooth_points
+from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
+from elocute.capture.simulation.smooth_surface import phong_tessellation
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
@@ -101,7 +101,7 @@ class Column:
 
 def cases_of(motion: Motion, scanner: Scanner, count: int) -> tuple[Case, list[Case], float, float]:
     """The neutral case, frames that follow one another from the widest opening, noise floors."""
-    stage = Stage(motion, scanner)
+    stage = ScanSimulator(motion, scanner)
     jaw = motion.weights[:, motion.names.index("jawOpen")]
     first = int(np.clip(jaw.argmax() - count // 2, 0, motion.frame_count - count))
     floors, cases = [], []
@@ -109,9 +109,9 @@ def cases_of(motion: Motion, scanner: Scanner, count: int) -> tuple[Case, list[C
         taken = stage.frame(frame)
         scan, _ = checked_scan(Scan(f"frame {frame}", taken.points, taken.triangles))
         cases.append(Case(scan, taken.landmarks, taken.truth.posed, float(jaw[frame])))
-        fine = smooth_points(taken.truth.posed, stage.triangles, stage.refinement)
+        fine = phong_tessellation(taken.truth.posed, stage.triangles, stage.refinement)
         triangles = stage.refinement.triangles
-        surface = CoarseMesh(fine, triangles, lattice_of(fine, triangles, 0.001))
+        surface = CoarseMesh(fine, triangles, sample_triangles(fine, triangles, 0.001))
         apart = 1000 * np.sqrt(surface.closest(scan.points, near=4).squared)
         floors.append((np.median(apart), apart.mean()))
     median, mean = np.mean(floors[1:], axis=0)
@@ -143,7 +143,7 @@ def ours(head: HeadModel, template: Template, cases: list[Case]) -> list[Column]
 
 def _nonrigid(template: Template, cases: list[Case], adapted: bool, again: bool = False) -> Column:
     told = f"elocute NICP, {'adaptive' if adapted else 'fixed'}{', warm' if again else ''}"
-    column, icp, before = Column(told), Nicp(template), None
+    column, icp, before = Column(told), NonrigidIcp(template), None
     if again:
         before, _ = register_nonrigid(template, cases[0].scan, cases[0].landmarks, icp=icp)
     for case in cases[1:] if again else cases:
@@ -163,8 +163,7 @@ def _nonrigid(template: Template, cases: list[Case], adapted: bool, again: bool 
 
 def detected(head: HeadModel, neutral: Case, cases: list[Case]) -> Column:
     """The model fit with landmarks that a detector found, for the neutral face too."""
-    from elocute.capture.scans.landmark_detection import detect_landmarks
-    from elocute.capture.video.landmarks_68 import mediapipe_landmarks
+    from elocute.capture.scans.landmark_detection import detect_landmarks, mediapipe_landmarks
 
     column, off = Column("elocute model, landmarks found"), []
     with mediapipe_landmarks() as detector:
@@ -191,15 +190,15 @@ def theirs(template: Template, cases: list[Case]) -> list[Column]:
         "trimesh nricp_amberg": registration.nricp_amberg,
         "trimesh nricp_sumner": registration.nricp_sumner,
     }
-    place = template.place_in_skin
+    place = template.skin_index
     triangles = place[template.head.triangles]
     triangles = triangles[(triangles >= 0).all(axis=1)]
     columns = []
     for name, method in methods.items():
         column = Column(name)
         for case in cases:
-            pose = start_pose(template, samples_of(case.scan), case.landmarks)
-            start = posed(template.head, template.vertices, pose)
+            pose = find_initial_pose(template, sample_scan(case.scan), case.landmarks)
+            start = apply_pose(template.head, template.vertices, pose)
             source = trimesh.Trimesh(start[template.skin], triangles, process=False)
             target = trimesh.Trimesh(case.scan.points, case.scan.triangles, process=False)
             vertices, places, _ = template.landmark_weights(case.landmarks)
@@ -228,7 +227,8 @@ def main() -> None:
     scanner = Scanner(points=arguments.points, noise_mm=arguments.noise_mm)
     neutral, cases, floor_median, floor_mean = cases_of(motion, scanner, arguments.frames)
     template, _ = register_neutral(head, neutral.scan, neutral.landmarks)
-    _ = template.lattice, template.rim, template.bending, template.basis  # prepared once
+    _ = template.triangle_samples, template.rim  # prepared once, not timed
+    _ = template.bend_matrix, template.basis
     print(
         f"{len(cases)} frames, {len(cases[0].scan.points)} points, noise {arguments.noise_mm} mm; "
         f"noise floor {floor_median:.3f} mm median, {floor_mean:.3f} mm mean"

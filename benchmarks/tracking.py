@@ -27,7 +27,7 @@ from elocute.capture.registration.register import Registration, register_neutral
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks, no_landmarks
 from elocute.capture.scans.scan import Scan
-from elocute.capture.simulation.scan_simulator import Scanner, Stage
+from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
 from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
 
@@ -52,7 +52,7 @@ def frames(count: int, scanner: Scanner) -> Iterator[Taken]:
     number = 0
     while number < count:
         style = STYLES[number // 500 % len(STYLES)]
-        stage = Stage(animate(speech, fps=FPS, identity="7", style=style).motion, scanner)
+        stage = ScanSimulator(animate(speech, fps=FPS, identity="7", style=style).motion, scanner)
         for frame in range(min(stage.motion.frame_count, count - number)):
             taken = stage.frame(frame)
             scan = Scan(f"frame {number}", taken.points, taken.triangles)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import elocute
-from elocute.capture import BatchSettings, Scanner, SequenceFacts, capture_scans, simulate_scans
+from elocute.capture import BatchSettings, Scanner, SequenceMetadata, capture_scans, simulate_scans
 
 CLIP = Path(elocute.__file__).parent / "assets" / "example.flac"
 
@@ -29,9 +29,9 @@ def main() -> None:
     take = elocute.animate(CLIP, fps=30, identity="esi")
     frames = round(given.seconds * take.motion.fps)
     motion = replace(take.motion, weights=take.motion.weights[:frames])
-    facts = SequenceFacts(subject="esi", sentence="hello", neutral=0)
+    metadata = SequenceMetadata(subject="esi", sentence="hello", neutral=0)
     scans = given.output / "scans"
-    simulate_scans(motion, scans, scanner=Scanner(points=given.points), facts=facts)
+    simulate_scans(motion, scans, scanner=Scanner(points=given.points), metadata=metadata)
 
     # The registered frames, in zero pose and in the topology of the built-in head.
     results = capture_scans(scans, given.output / "captured", BatchSettings(jobs=1))

@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from elocute.audio.waveform import Waveform
-from elocute.capture.scans.scan_sequence import SequenceFacts
+from elocute.capture.scans.scan_sequence import SequenceMetadata
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_store import Corpus, open_corpus
@@ -70,7 +70,7 @@ def scan_first_word(words: Path, room: Path) -> str:
         Motion(face, weights, corpus.fps),
         room / "scans",
         scanner=Scanner(points=POINTS),
-        facts=SequenceFacts(subject=SCANNED, sentence="r000", text=first["word"]),
+        metadata=SequenceMetadata(subject=SCANNED, sentence="r000", text=first["word"]),
         sound=sound,
     )
     return first["word"]

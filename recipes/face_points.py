@@ -20,14 +20,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.closest_points import CoarseMesh, lattice_of
-from elocute.capture.video.face_detector import Detector, mediapipe_detector
-from elocute.capture.video.face_mesh_points import TABLE_PATH, FacePoints, save_table
-from elocute.capture.video.face_mesh_topology import IRIS, LIDS, LIP_CONTOURS, POINT_COUNT
+from elocute.capture.registration.closest_points import CoarseMesh, sample_triangles
+from elocute.capture.video.face_detector import FaceDetector, mediapipe_detector
+from elocute.capture.video.face_mesh_points import TABLE_PATH, FacePoints, save_face_points
 from elocute.export.render import open_renderer
 from elocute.export.render.camera import Camera, portrait
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
+from elocute.head.mediapipe_face_mesh import IRIS, LIDS, LIP_CONTOURS, POINT_COUNT
 from elocute.head.model import HeadModel
 
 Floats = NDArray[np.float64]
@@ -66,7 +66,7 @@ def rays_of(camera: Camera, pixels: Floats) -> Floats:
 
 
 def sight(
-    one: HeadModel, rest: Floats, detect: Detector, camera: Camera, solid: Indices
+    one: HeadModel, rest: Floats, detect: FaceDetector, camera: Camera, solid: Indices
 ) -> tuple[Floats, Floats]:
     """One picture of the face `one`: places (478, 3) on the mean face `rest`, and how squarely
     each is seen (478,); NaN and 0 where a point's ray misses the face."""
@@ -160,7 +160,7 @@ def laid_on(line: Floats, places: Floats) -> tuple[Indices, Floats]:
 def table(head: HeadModel, places: Floats, spread_mm: Floats, solid: Indices) -> FacePoints:
     """Places (478, 3) near the mean face as places in its triangles."""
     rest = head.template.astype(np.float64)
-    attached = CoarseMesh(rest, solid, lattice_of(rest, solid)).closest(places, near=4)
+    attached = CoarseMesh(rest, solid, sample_triangles(rest, solid)).closest(places, near=4)
     vertices, shares = solid[attached.triangle].astype(np.int32), attached.bary
     for points, line in on_lines(head):
         index = np.array(points)
@@ -192,7 +192,7 @@ def main() -> None:
     laid_mm = 1000 * np.linalg.norm(points.on(head.template) - even, axis=1)
     # A point that is elsewhere on the other side, or beside the surface, is none to rely on.
     doubt = np.max([spread_mm, spread_mm[partner], 2 * moved_mm, 2 * laid_mm], axis=0)
-    save_table(replace(points, spread_mm=doubt.astype(np.float32)), given.output)
+    save_face_points(replace(points, spread_mm=doubt.astype(np.float32)), given.output)
     for name, values in (("spread", spread_mm), ("asymmetry", moved_mm), ("laid down", laid_mm)):
         print(f"{name}: median {np.median(values):.2f} mm, largest {values.max():.2f} mm")
 

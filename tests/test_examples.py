@@ -5,21 +5,20 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import soundfile
+
+from tests.support.commands import run_python
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted((ROOT / "examples").glob("*.py"))
 
 
 def run(script: str, *arguments: object) -> str:
-    command = [sys.executable, ROOT / "examples" / script, *arguments]
     alone = os.environ | {"OMP_NUM_THREADS": "1"}  # threads would wait for each other beside tests
-    done = subprocess.run([str(p) for p in command], capture_output=True, text=True, env=alone)
+    done = run_python(ROOT / "examples" / script, *arguments, env=alone)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

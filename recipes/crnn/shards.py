@@ -14,7 +14,7 @@ import numpy as np
 import soundfile
 
 from elocute.audio.waveform import Waveform
-from elocute.capture.blendshapes.basis_motion import sweep
+from elocute.capture.blendshapes.basis_motion import sweep_shapes
 from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_store import open_corpus
@@ -66,7 +66,7 @@ def learn_basis(folder: Path, speaker: Speaker, seed: int, clips: int = 40) -> M
             weights = simulate(phones, len(samples) / RATE, style)
             writer.add(Clip("reader", f"s{number:03}", text, Waveform(samples, RATE), weights))
     corpus = open_corpus(folder)
-    return sweep(learn_blendshapes(corpus, [e.name for e in corpus.entries]).head)
+    return sweep_shapes(learn_blendshapes(corpus, [e.name for e in corpus.entries]).head)
 
 
 def build(

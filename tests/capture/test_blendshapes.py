@@ -13,9 +13,13 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from elocute.capture.blendshapes.basis_comparison import Basis, project, strongest_shapes
+from elocute.capture.blendshapes.basis_comparison import (
+    BasisProjection,
+    reconstruction_errors,
+    strongest_shapes,
+)
 from elocute.capture.blendshapes.blendshape_learning import BlendshapeConfig, learn_blendshapes
-from elocute.capture.blendshapes.localised_components import localised
+from elocute.capture.blendshapes.localised_components import localise_components
 from elocute.capture.blendshapes.principal_components import principal_directions
 from elocute.cli import main
 from elocute.corpus.corpus_store import Corpus
@@ -65,8 +69,8 @@ def test_a_basis_represents_what_it_was_learned_from(
     corpus: Corpus, train: tuple[str, ...]
 ) -> None:
     learned = learn_blendshapes(corpus, train)
-    basis = Basis("speech", learned.head.expression_basis)
-    assert project(corpus, train, [basis])[0].errors_mm.max() < 0.01
+    basis = BasisProjection("speech", learned.head.expression_basis)
+    assert reconstruction_errors(corpus, train, [basis])[0].errors_mm.max() < 0.01
     assert np.all(np.diff(learned.explained) >= 0) and learned.explained[-1] <= 1 + 1e-6
     assert learned.frames == sum(corpus.entry(name).frames for name in train)
 
@@ -102,7 +106,7 @@ def test_sparse_shapes_move_less_of_the_face(corpus: Corpus, train: tuple[str, .
 def test_without_sparsity_localised_components_span_the_principal_ones() -> None:
     matrix = np.random.default_rng(1).normal(size=(200, 30))
     found = principal_directions([matrix], 5)
-    shapes, _ = localised(found, 5, 0.0)
+    shapes, _ = localise_components(found, 5, 0.0)
     inside = shapes @ found.directions.T @ found.directions
     np.testing.assert_allclose(inside, shapes, atol=1e-3)
 
@@ -113,8 +117,10 @@ def test_speech_beats_as_many_general_shapes_on_held_out_people(
     parts, arkit = corpus.split(), load_builtin_head().expression_basis
     speech = learn_blendshapes(corpus, train, BlendshapeConfig(6)).head.expression_basis
     best = arkit[strongest_shapes(corpus, train, arkit, 6)]
-    ours, theirs = project(
-        corpus, [*parts.validation, *parts.test], [Basis("speech", speech), Basis("arkit", best)]
+    ours, theirs = reconstruction_errors(
+        corpus,
+        [*parts.validation, *parts.test],
+        [BasisProjection("speech", speech), BasisProjection("arkit", best)],
     )
     assert ours.mean_mm < theirs.mean_mm
     assert len(ours.errors_mm) == len(theirs.errors_mm)
@@ -122,7 +128,9 @@ def test_speech_beats_as_many_general_shapes_on_held_out_people(
 
 def test_another_topology_is_refused(corpus: Corpus, train: tuple[str, ...]) -> None:
     with pytest.raises(CorpusError, match="12 vertices"):
-        project(corpus, train, [Basis("other", np.ones((2, 12, 3), np.float32))])
+        reconstruction_errors(
+            corpus, train, [BasisProjection("other", np.ones((2, 12, 3), np.float32))]
+        )
 
 
 @pytest.mark.parametrize("given", [{"components": 0}, {"variance": 1.5}, {"sparsity": 1.0}])

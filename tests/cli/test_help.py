@@ -41,9 +41,9 @@ def test_help_is_whole_sentences_with_examples(
     text = cli(*name.split(), "--help").stdout
     assert not re.search(r"[a-z,]\.\.\.\n", text.partition("\n\n")[2]), text
     listed = re.search(r"^Commands:\n(.*?)\n\n", text, re.M | re.S)
-    if listed:
-        for entry in re.split(r"\n(?=  \w)", listed[1]):
-            assert entry.rstrip().endswith("."), entry
+    assert bool(listed) == any(other.startswith(f"{name} ".lstrip()) for other in NAMES if other)
+    for entry in re.split(r"\n(?=  \w)", listed[1]) if listed else ():
+        assert entry.rstrip().endswith("."), entry
     assert "\nExample" in text and "\n  elocute " in text
     for line in EXAMPLES[name]:
         assert f"  elocute {line}\n" in text  # whole, however long

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -114,7 +113,7 @@ def test_a_service_that_stops_and_a_terminal_that_closes(
 
 def test_nohup_is_heeded(speech_wav: Path, tmp_path: Path) -> None:
     code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + START
-    words = [sys.executable, "-c", code, "animate", speech_wav, "-o", "t.npz"]
+    words = python("-c", code, "animate", speech_wav, "-o", "t.npz")
     process = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE)
     assert process.stdout is not None
     os.read(process.stdout.fileno(), 1)

@@ -1,8 +1,5 @@
 """Option texts that hold numbers of any length are told in one short line."""
 
-import subprocess
-import sys
-
 import pytest
 
 from elocute.articulation.style import parse_mix, resolve_style
@@ -10,6 +7,7 @@ from elocute.cli.formats import parse_size
 from elocute.cli.keyframes import parse_list, parse_numbers
 from elocute.errors import InputError
 from elocute.head.identity import resolve_identity
+from tests.support.commands import run_python
 
 LONG = "9" * 5000
 
@@ -54,13 +52,7 @@ def test_numpy_does_not_warn_beside_our_one_line(tmp_path):
         "from elocute.cli import main; main()"
     )
     said = {
-        flags: subprocess.run(
-            [sys.executable, *flags, "-c", code, "info", "none.npz"],
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            check=False,
-        ).stderr
+        flags: run_python(*flags, "-c", code, "info", "none.npz", cwd=tmp_path).stderr
         for flags in ((), ("-W", "default::RuntimeWarning"))
     }
     assert said[()].count("\n") == 1 and said[()].startswith("elocute: ")

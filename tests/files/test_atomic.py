@@ -2,7 +2,6 @@
 
 import os
 import subprocess
-import sys
 
 import pytest
 
@@ -14,7 +13,7 @@ from elocute.files.atomic import (
     write_atomically,
     write_folder_atomically,
 )
-from tests.support.commands import run_python
+from tests.support.commands import python, run_python
 
 
 def test_a_file_appears_when_it_is_whole(tmp_path):
@@ -148,8 +147,7 @@ def test_files_of_a_folder_are_told_as_what_they_would_have_been(tmp_path):
         "        with write_atomically(room / '1') as draft: draft.write_bytes(b'x' * 5000)\n"
         "except OutputError as error: print(error)\n"
     )
-    run = [sys.executable, "-c", full, str(tmp_path / "frames")]
-    done = subprocess.run(run, capture_output=True, text=True, check=True)
+    done = run_python("-c", full, tmp_path / "frames", check=True)
     assert done.stdout == f"{tmp_path / 'frames' / '1'}: cannot be written (File too large)\n"
     assert list(tmp_path.iterdir()) == []
 
@@ -164,7 +162,7 @@ def test_containers_of_one_name_leave_each_other_alone(tmp_path):
         "with write_atomically(sys.argv[1]) as draft:\n"
         "    draft.write_text('whole'); os.write(1, b'.'); sys.stdin.read()\n"
     )
-    script = [*container, sys.executable, "-c", slow, str(tmp_path / "slow.txt")]
+    script = [*container, *python("-c", slow, tmp_path / "slow.txt")]
     with subprocess.Popen(script, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdin and process.stdout
         process.stdout.read(1)

@@ -1,8 +1,6 @@
 """Small pickles that cost a great deal: each is refused within ten seconds and a gigabyte."""
 
 import struct
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -143,6 +141,5 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 def test_containers_take_a_hundred_times_the_file_at_most(name, tmp_path):
     path = tmp_path / "heap.pkl"
     path.write_bytes(HEAPS[name])
-    run = [sys.executable, "-c", PEAK, str(path)]
-    done = subprocess.run(run, capture_output=True, text=True, check=True, timeout=120)
+    done = run_python("-c", PEAK, path, check=True, timeout=120)
     assert int(done.stdout) * 1024 <= 100 * len(HEAPS[name]), done.stdout

@@ -113,9 +113,7 @@ class TestPose:
     def test_a_jaw_pose_leaves_the_jaw_shape_alone(self, talk):
         posed = with_pose(talk, "jaw", (10, 0, 0))
         assert np.array_equal(posed.weights, talk.weights)
-        assert without_pose(posed) == talk or np.array_equal(
-            without_pose(posed).vertices(), talk.vertices()
-        )
+        assert np.array_equal(without_pose(posed).vertices(), talk.vertices())
 
     @pytest.mark.parametrize(
         ("joint", "turns", "says"),

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import ast
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +12,7 @@ from typer.main import get_command
 
 from elocute.cli.app import app
 from elocute.cli.flags import in_flags
+from tests.support.commands import run_apart
 
 SOURCE = Path(__file__).parents[2] / "src" / "elocute"
 LIBRARY = [p for p in sorted(SOURCE.rglob("*.py")) if "cli" not in p.relative_to(SOURCE).parts]
@@ -74,11 +73,6 @@ def test_outside_of_any_command_a_text_stays_as_it_is() -> None:
 
 def test_an_error_of_the_library_reaches_the_command_line_with_its_flag(tmp_path: Path) -> None:
     words = ["train", "crnn", tmp_path, tmp_path, "-o", tmp_path / "out", "--highest-hz", "1"]
-    done = subprocess.run(
-        [sys.executable, "-m", "elocute", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run_apart(*words)
     assert done.returncode == 2
     assert done.stderr == "elocute: --highest-hz: 1; allowed: 1000 to 22050 Hz\n"

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from html.parser import HTMLParser
@@ -15,6 +13,8 @@ from typing import Any
 from urllib.parse import unquote, urldefrag, urlsplit
 
 import pytest
+
+from tests.support.commands import run_python
 
 pytest.importorskip("mkdocs", reason="needs the dependency group `dev`")
 
@@ -55,13 +55,9 @@ class Page(HTMLParser):
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("site")
-    done = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", folder],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-        env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
-    )
+    quiet = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    build = "mkdocs", "build", "--strict", "--site-dir", folder
+    done = run_python("-m", *build, cwd=ROOT, env=quiet)
     assert done.returncode == 0 and "WARNING" not in done.stderr, done.stderr
     return folder
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.support.commands import Result, run_python
+
 ROOT = Path(__file__).parents[2]
 
 
-def words(*paths: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, ROOT / "scripts" / "words", *paths]
-    return subprocess.run([str(part) for part in command], capture_output=True, text=True)
+def words(*paths: Path) -> Result:
+    return run_python(ROOT / "scripts" / "words", *paths)
 
 
 def test_the_documents_have_none() -> None:

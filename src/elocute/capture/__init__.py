@@ -1,5 +1,22 @@
-"""Faces from scans: registered, tracked and written as a corpus. Videos and learned shapes lie in
-`capture.video` and `capture.blendshapes`.
+"""Capture: scans or video of a person in, motion of one topology out.
+
+Scans, in the order in which a recording goes through them:
+
+scans               files of scans and landmarks; a landmark detector for scans without them
+registration        the head's topology laid onto one scan
+sequence_tracking   frame after frame, each from the one before; frame_store keeps them on disk
+cleaning            neck, ears and eyes of the registered motion
+sequence_report     an HTML page per sequence: errors, worst frames, flagged frames
+scans_to_corpus     all of it in one call: folders of scans to a corpus
+settings            of `scans_to_corpus` and of the simulated scanner
+simulation          scans taken in software, whose truth is known
+
+Video:
+
+video               one face in a video to a Motion of the built-in head (`capture_video`)
+video_to_corpus     videos to a corpus
+
+Either way to shapes: `blendshapes` learns a basis of speech from a corpus.
 """
 
 from __future__ import annotations
@@ -16,6 +33,7 @@ if TYPE_CHECKING:
         register_scan,
     )
     from elocute.capture.registration.template import Template
+    from elocute.capture.scans.landmark_detection import mediapipe_landmarks
     from elocute.capture.scans.landmarks import (
         Landmarks,
         no_landmarks,
@@ -27,14 +45,15 @@ if TYPE_CHECKING:
     from elocute.capture.scans.scan_file import read_scan, write_scan
     from elocute.capture.scans.scan_sequence import (
         ScanSequence,
-        SequenceFacts,
+        SequenceMetadata,
         find_sequences,
         open_sequence,
     )
     from elocute.capture.scans_to_corpus import capture_scans
-    from elocute.capture.sequence_result import SequenceResult
+    from elocute.capture.sequence_tracking import SequenceResult
     from elocute.capture.settings import BatchSettings, Scanner
     from elocute.capture.simulation.scan_simulator import simulate_scans
+    from elocute.capture.video_to_corpus import write_video_corpus
 
 __all__ = [
     "BatchSettings",
@@ -43,12 +62,13 @@ __all__ = [
     "Scan",
     "ScanSequence",
     "Scanner",
-    "SequenceFacts",
+    "SequenceMetadata",
     "SequenceResult",
     "Template",
     "capture_scans",
     "check_scans",
     "find_sequences",
+    "mediapipe_landmarks",
     "no_landmarks",
     "open_sequence",
     "read_landmarks",
@@ -59,6 +79,7 @@ __all__ = [
     "simulate_scans",
     "write_landmarks",
     "write_scan",
+    "write_video_corpus",
 ]
 __getattr__, __dir__ = lazy(
     __name__,
@@ -70,14 +91,21 @@ __getattr__, __dir__ = lazy(
             "register_scan",
         ),
         "registration.template": ("Template",),
+        "scans.landmark_detection": ("mediapipe_landmarks",),
         "scans.landmarks": ("Landmarks", "no_landmarks", "read_landmarks", "write_landmarks"),
         "scans.scan": ("Scan",),
         "scans.scan_checks": ("check_scans",),
         "scans.scan_file": ("read_scan", "write_scan"),
-        "scans.scan_sequence": ("ScanSequence", "SequenceFacts", "find_sequences", "open_sequence"),
+        "scans.scan_sequence": (
+            "ScanSequence",
+            "SequenceMetadata",
+            "find_sequences",
+            "open_sequence",
+        ),
         "scans_to_corpus": ("capture_scans",),
-        "sequence_result": ("SequenceResult",),
+        "sequence_tracking": ("SequenceResult",),
         "settings": ("BatchSettings", "Scanner"),
         "simulation.scan_simulator": ("simulate_scans",),
+        "video_to_corpus": ("write_video_corpus",),
     },
 )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from elocute.head.model import HeadModel
 from elocute.numerics.smoothing import smoothstep
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 EYES_S = 0.02
 """Standard deviation of the smoothing around the eyes: a blink of 150 ms keeps its depth."""
@@ -25,51 +25,64 @@ MOUTH_M = 0.015
 """Around the lips nothing is ever touched."""
 
 
-def held_share(head: HeadModel) -> Floats:
-    """(vertex,) 1 where a vertex is put back to the neutral face: neck boundary and ears."""
-    shares = np.maximum(_faded(head, _rim(head), RIM_M), _faded(head, ears(head), EAR_M))
+def hold_weights(head: HeadModel) -> Float64Array:
+    """(vertex,) 1 where a vertex is reset to the neutral face: neck boundary and ears."""
+    shares = np.maximum(_faded(head, _rim(head), RIM_M), _faded(head, ear_vertices(head), EAR_M))
     return shares * (1 - _mouth(head))
 
 
-def smoothed_share(head: HeadModel) -> Floats:
-    """(vertex,) 1 where motion is smoothed in time: around the eyes; 0 for a head without."""
+def smoothing_weights(head: HeadModel) -> Float64Array:
+    """(vertex,) 1 where motion is smoothed in time, around the eyes; 0 for a head without."""
     named = [where for name, where in head.regions.items() if name.startswith("eye")]
     if not named:
         return np.zeros(head.vertex_count)
     return _faded(head, np.unique(np.concatenate(named)), EYE_M) * (1 - _mouth(head))
 
 
-def cleaned(
+def clean_motion(
     head: HeadModel, frames: NDArray[np.floating], fps: float, *, eyes_s: float = EYES_S
 ) -> NDArray[np.float32]:
-    """(frame, vertex, 3) m in zero pose without drift of neck and ears, the eyes smoothed.
+    """Registered motion with neck and ears fixed and the eyes smoothed (VOCA 2019, section 6).
 
-    The head's template is the person's neutral face. Vertices about the mouth come out bit by
-    bit as they went in.
+    Parameters
+    ----------
+    head
+        Its template is the person's neutral face.
+    frames
+        (frame, vertex, 3) m in zero pose.
+    fps
+        Frames per second.
+    eyes_s
+        Standard deviation of the smoothing around the eyes, seconds; 0 for none.
+
+    Returns
+    -------
+    (frame, vertex, 3) m. Vertices around the mouth are bit for bit as given.
     """
     given = np.asarray(frames, np.float32)
-    return np.stack(list(cleaned_frames(head, lambda: iter(given), fps, eyes_s=eyes_s)))
+    return np.stack(list(clean_frames(head, lambda: iter(given), fps, eyes_s=eyes_s)))
 
 
-def cleaned_frames(
+def clean_frames(
     head: HeadModel,
     frames: Callable[[], Iterator[NDArray[np.float32]]],
     fps: float,
     *,
     eyes_s: float = EYES_S,
 ) -> Iterator[NDArray[np.float32]]:
-    """`cleaned`, frame by frame (vertex, 3); `frames` is asked twice, for one pass each.
+    """`clean_motion`, frame by frame (vertex, 3).
 
-    Only what is smoothed is held in memory for all frames, so an hour may lie on disk.
+    `frames` is called twice, for one pass each, and only what is smoothed is held in memory for all
+    frames, so an hour may lie on disk.
     """
-    held, smoothed = held_share(head), smoothed_share(head)
-    still, moving = np.flatnonzero(held), np.flatnonzero(smoothed)
+    held, smoothed = hold_weights(head), smoothing_weights(head)
+    zero_pose, moving = np.flatnonzero(held), np.flatnonzero(smoothed)
 
     def calmed() -> Iterator[NDArray[np.float32]]:
         for frame in frames():
             result = np.array(frame, np.float32)
-            apart = result[still] - head.template[still]
-            result[still] -= (held[still, None] * apart).astype(np.float32)
+            apart = result[zero_pose] - head.template[zero_pose]
+            result[zero_pose] -= (held[zero_pose, None] * apart).astype(np.float32)
             yield result
 
     around = None
@@ -92,8 +105,8 @@ def _blurred(frames: NDArray[np.float32], width: float) -> NDArray[np.float32]:
     return np.asarray(blurred, np.float32)
 
 
-def ears(head: HeadModel) -> NDArray[np.intp]:
-    """Vertices of the ears: a region called so, else what stands out sideways behind the face.
+def ear_vertices(head: HeadModel) -> NDArray[np.intp]:
+    """Vertices of the ears: a region of that name, else what stands out sideways behind the face.
 
     Empty for a head without landmarks and without such a region.
     """
@@ -113,7 +126,7 @@ def ears(head: HeadModel) -> NDArray[np.intp]:
 
 
 def _rim(head: HeadModel) -> NDArray[np.intp]:
-    """Vertices on the open edge at the neck: a region, else all edges with one face below it."""
+    """Vertices on the open edge at the neck: a region, else low edges with one triangle."""
     if "neck_rim" in head.regions:
         return head.regions["neck_rim"].astype(np.intp)
     triangles = head.triangles.astype(np.int64)
@@ -126,13 +139,13 @@ def _rim(head: HeadModel) -> NDArray[np.intp]:
     return rim[head.template[rim, 1] < low]
 
 
-def _mouth(head: HeadModel) -> Floats:
+def _mouth(head: HeadModel) -> Float64Array:
     """(vertex,) 1 near the lips."""
     lips = head.regions.get("lips", np.zeros(0, np.int32))
     return (_faded(head, lips.astype(np.intp), MOUTH_M) > 0).astype(np.float64)
 
 
-def _faded(head: HeadModel, where: NDArray[np.integer], over_m: float) -> Floats:
+def _faded(head: HeadModel, where: NDArray[np.integer], over_m: float) -> Float64Array:
     """(vertex,) 1 on the chosen vertices, falling smoothly to 0 at a distance."""
     if not len(where):
         return np.zeros(head.vertex_count)

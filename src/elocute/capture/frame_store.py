@@ -1,4 +1,4 @@
-"""One registered frame on disk: what makes a sequence of thousands resumable."""
+"""One registered frame on disk, so that a sequence of thousands can be resumed."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.capture.registration.accuracy import SurfaceError
-from elocute.capture.registration.model_fit import Shape
-from elocute.capture.registration.pose import Pose
+from elocute.capture.registration.model_fit import ModelParameters
+from elocute.capture.registration.pose import HeadPose
 from elocute.capture.registration.register import Registration
 from elocute.errors import CaptureError, InputError
 from elocute.files.arrays import read_npz, write_npz
@@ -22,14 +22,29 @@ VERSION = 1
 FILE_MAX_BYTES = 500_000_000
 ALLOWED = "a registered frame (.npz)"
 ARRAYS = {"zero": 2, "offsets": 2, "identity": 1, "expression": 1, "translation": 1, "turns": 2}
-"""What a good frame holds, and axes of each."""
+"""Arrays of a good frame, and how many axes each has."""
 
 
 @dataclass(frozen=True)
 class FrameRecord:
-    """How a frame went.
+    """How the registration of a frame went.
 
-    flag  why the frame is not used, or "" for a good one
+    Attributes
+    ----------
+    number
+        Of the scan.
+    flag
+        Why the frame is not used, or "" for a good one.
+    surface
+        Distance of the scan from the surface.
+    landmark_mm
+        Mean distance from the landmarks.
+    landmarks
+        How many good landmarks there were.
+    seconds
+        Processor time.
+    notes
+        What had to be removed from the scan.
     """
 
     number: int
@@ -51,16 +66,16 @@ def write_frame(path: Path, key: str, record: FrameRecord, found: Registration |
         arrays |= {
             "zero": found.zero.astype(np.float32),
             "offsets": found.offsets.astype(np.float32),
-            "identity": found.shape.identity,
-            "expression": found.shape.expression,
-            "translation": found.shape.pose.translation,
-            "turns": found.shape.pose.turns,
+            "identity": found.parameters.identity,
+            "expression": found.parameters.expression,
+            "translation": found.parameters.pose.translation,
+            "turns": found.parameters.pose.turns,
         }
     write_npz(path, arrays)
 
 
 def read_frame_record(path: Path, key: str) -> FrameRecord | None:
-    """How the frame went; None for no file, a broken one, or one made with another key."""
+    """The record of a frame; None for no file, a broken one, or one made with another key."""
     try:
         stored = _read(path)
         texts = parse_json(stored["record"].tobytes(), path, allowed=ALLOWED, error=CaptureError)
@@ -87,10 +102,10 @@ def read_zero(path: Path) -> NDArray[np.float32]:
     return _good(path, _read(path))["zero"]
 
 
-def read_pose(path: Path) -> Pose:
+def read_pose(path: Path) -> HeadPose:
     """Where the head stood in a frame that was registered. Raises CaptureError."""
     stored = _good(path, _read(path))
-    return Pose(stored["translation"], stored["turns"])
+    return HeadPose(stored["translation"], stored["turns"])
 
 
 def read_registration(path: Path, record: FrameRecord) -> Registration | None:
@@ -98,13 +113,20 @@ def read_registration(path: Path, record: FrameRecord) -> Registration | None:
     if record.flag or record.surface is None:
         return None
     stored = _good(path, _read(path))
-    shape = Shape(
-        stored["identity"], stored["expression"], Pose(stored["translation"], stored["turns"])
+    parameters = ModelParameters(
+        stored["identity"], stored["expression"], HeadPose(stored["translation"], stored["turns"])
     )
     zero, added = stored["zero"].astype(np.float64), stored["offsets"].astype(np.float64)
     # Vertices as posed are not kept: the next frame starts from shape and offsets.
     return Registration(
-        zero, zero, shape, added, record.surface, record.landmark_mm, record.seconds, record.notes
+        zero,
+        zero,
+        parameters,
+        added,
+        record.surface,
+        record.landmark_mm,
+        record.seconds,
+        record.notes,
     )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -19,13 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
-from elocute.capture.cleaning import cleaned_frames
-from elocute.capture.frame_store import FrameRecord, read_zero
+from elocute.capture.cleaning import clean_frames
 from elocute.capture.registration.register import register_neutral
 from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, open_sequence
 from elocute.capture.sequence_report import write_report
-from elocute.capture.sequence_result import SequenceResult
-from elocute.capture.sequence_tracking import Track, frame_landmarks, track_frames
+from elocute.capture.sequence_tracking import (
+    SequenceResult,
+    TrackedSequence,
+    filled_frames,
+    summarise,
+    track_frames,
+)
 from elocute.capture.settings import BatchSettings
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
@@ -46,8 +50,6 @@ CHUNK = 30
 """Frames that one worker takes at a time; the first of them starts from scratch."""
 NEUTRAL_TRIES = 5
 """First frames of a sequence in which a neutral face is sought where none is named."""
-FLAGGED_MAX = 0.5
-"""Share of frames beyond which a sequence is not worth filling in."""
 
 Progress = Callable[[float], None] | None
 
@@ -60,9 +62,30 @@ def capture_scans(
 ) -> list[SequenceResult]:
     """Register all sequences in a folder (or the folder itself) and make a corpus of them.
 
-    What was registered before is kept, so a run that was interrupted goes on. A sequence that
-    fails is reported and the others go on. Raises CaptureError for a folder without scans,
-    OutputError for a place that cannot be written.
+    What was registered before is kept, so an interrupted run goes on. A sequence that fails is
+    reported, and the others go on.
+
+    Parameters
+    ----------
+    folder
+        Of scans, or of such folders.
+    output
+        A folder; see the head of this module for what goes there.
+    settings
+        Topology, frame rate, unit, processes, smoothing.
+    progress
+        Called with the share of the frames that are done, 0 to 1.
+
+    Returns
+    -------
+    One result per sequence, by name.
+
+    Raises
+    ------
+    CaptureError
+        For a folder without scans.
+    OutputError
+        For a place that cannot be written, or that holds something else.
     """
     settings, output = settings or BatchSettings(), Path(output)
     sequences, results = _opened(find_sequences(folder), settings)
@@ -70,9 +93,9 @@ def capture_scans(
     _check_place(output)
     _check_corpus_place(output)
     _begin(output)
-    tracks: list[Track] = []
-    for subject in dict.fromkeys(sequence.facts.subject for sequence in sequences):
-        of_subject = [one for one in sequences if one.facts.subject == subject]
+    tracks: list[TrackedSequence] = []
+    for subject in dict.fromkeys(sequence.metadata.subject for sequence in sequences):
+        of_subject = [one for one in sequences if one.metadata.subject == subject]
         try:
             own = _own_head(head, of_subject, output / "subjects" / f"{subject}.npz")
         except OutputError:
@@ -82,7 +105,7 @@ def capture_scans(
             continue
         for sequence in of_subject:
             frames = _make(output / "sequences" / sequence.name / "frames")
-            tracks.append(Track(sequence, own, frames))
+            tracks.append(TrackedSequence(sequence, own, frames))
     _check_rates(tracks)
     lost = _track_all(tracks, settings, progress)
     again = "the frames that are done are kept: run it again to go on"
@@ -130,14 +153,14 @@ def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> Hea
         )
         template, joints = stored["template"], stored["joints"]
         if template.shape == head.template.shape and joints.shape == head.joint_positions.shape:
-            return personal_head(head, template, joints)
+            return _personal_head(head, template, joints)
     except (InputError, KeyError):
         pass  # not there yet, or broken: it is made (again)
     own = _registered_neutral(head, sequences)
     with write_atomically(path) as draft, draft.open("wb") as file:
         np.savez(file, template=own.template, joints=own.joint_positions)
     # As another process or a later run reads it.
-    return personal_head(head, own.template, own.joint_positions)
+    return _personal_head(head, own.template, own.joint_positions)
 
 
 def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadModel:
@@ -145,13 +168,13 @@ def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadM
 
     Raises CaptureError where there is none.
     """
-    named = [one for one in sequences if one.facts.neutral is not None]
+    named = [one for one in sequences if one.metadata.neutral is not None]
     sequence = (named or sequences)[0]
     numbers = [sequence.neutral] if named else sequence.numbers[:NEUTRAL_TRIES]
     problems: list[ElocuteError] = []
     for number in numbers:
         try:
-            landmarks = frame_landmarks(sequence, number)
+            landmarks = sequence.landmarks(number)
             own, found = register_neutral(head, sequence.scan(number), landmarks)
             if not found.lost:
                 return own.head
@@ -166,7 +189,7 @@ def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadM
     raise CaptureError(str(problems[0])) from problems[0]
 
 
-def personal_head(
+def _personal_head(
     head: HeadModel, template: NDArray[np.float32], joints: NDArray[np.float32]
 ) -> HeadModel:
     """The head with somebody's neutral face (vertex, 3) m and joints (joint, 3) m."""
@@ -193,10 +216,12 @@ class _Chunk:
     numbers: tuple[int, ...]
 
 
-def _track_all(tracks: list[Track], settings: BatchSettings, progress: Progress) -> dict[str, str]:
-    """Every frame that is not there yet, in chunks, by as many processes as wished for.
+def _track_all(
+    tracks: list[TrackedSequence], settings: BatchSettings, progress: Progress
+) -> dict[str, str]:
+    """Register every frame that is not done yet, in chunks, on as many processes as asked for.
 
-    Sequences of which a chunk came to nothing, and why: its worker was killed again and again.
+    Returns sequences of which a chunk failed, and why: its worker was killed again and again.
     """
     chunks = [
         (track, track.numbers[start : start + CHUNK])
@@ -240,84 +265,42 @@ def _track_chunk(chunk: _Chunk) -> int:
     """In a worker. Frames that another worker made before it was killed are kept."""
     settings = chunk.settings
     sequence = open_sequence(chunk.folder, fps=settings.fps, unit=settings.unit)
-    head = personal_head(open_head(settings.head), chunk.template, chunk.joints)
-    track_frames(Track(sequence, head, Path(chunk.frames)), chunk.numbers)
+    head = _personal_head(open_head(settings.head), chunk.template, chunk.joints)
+    track_frames(TrackedSequence(sequence, head, Path(chunk.frames)), chunk.numbers)
     return len(chunk.numbers)
 
 
-def _check_rates(tracks: list[Track]) -> None:
-    rates = {track.sequence.facts.fps for track in tracks}
+def _check_rates(tracks: list[TrackedSequence]) -> None:
+    """Raises CaptureError for sequences of different frame rates."""
+    rates = {track.sequence.metadata.fps for track in tracks}
     if len(rates) > 1:
         raise CaptureError(
             f"sequences: found {sorted(rates)} frames per second; allowed: one rate in a corpus"
         )
 
 
-def _finished(track: Track, settings: BatchSettings) -> SequenceResult:
-    """Frames in a row, gaps filled, cleaned; written as motion.npy beside frames.json."""
+def _finished(track: TrackedSequence, settings: BatchSettings) -> SequenceResult:
+    """Interpolate, clean and write the motion of a sequence, with frames.json and its report."""
     records = track.records()
     place = track.folder.parent
     with write_atomically(place / "frames.json") as draft:
         rows = [asdict(record) for record in records.values()]
         draft.write_text(json.dumps(rows, indent=0) + "\n", encoding="utf-8")
-    result = _summary(track, records)
+    result = summarise(track, records)
     if not result.failed:
         good = [number for number, record in records.items() if not record.flag]
-        fps, shape = track.sequence.facts.fps, (track.head.vertex_count, 3)
+        fps, shape = track.sequence.metadata.fps, (track.head.vertex_count, 3)
         with (
             write_atomically(place / "motion.npy") as draft,
             RowWriter(draft, shape) as rows,
         ):
             # On disk from the start: an hour of frames need not fit in memory.
-            for frame in cleaned_frames(
-                track.head, lambda: _filled(track, good), fps, eyes_s=settings.eyes_ms / 1000
+            for frame in clean_frames(
+                track.head, lambda: filled_frames(track, good), fps, eyes_s=settings.eyes_ms / 1000
             ):
                 rows.add(frame[None])
     write_report(track, result, place / "report.html")
     return result
-
-
-def _summary(track: Track, records: dict[int, FrameRecord]) -> SequenceResult:
-    sequence = track.sequence
-    flagged = tuple(number for number, record in records.items() if record.flag)
-    good = [record for record in records.values() if not record.flag]
-    share = 1 - len(good) / sequence.frame_count
-    result = SequenceResult(
-        sequence.name, frames=sequence.frame_count, flagged=flagged, missing=sequence.missing
-    )
-    if not good or share > FLAGGED_MAX:
-        first = next((record.flag for record in records.values() if record.flag), "missing")
-        return replace(result, failed=f"{100 * share:.0f} % of the frames failed, say: {first}")
-    surfaces = [record.surface for record in good if record.surface is not None]
-    apart = [record.landmark_mm for record in good if record.landmark_mm is not None]
-    return replace(
-        result,
-        median_mm=float(np.median([surface.median for surface in surfaces])),
-        p95_mm=float(np.median([surface.p95 for surface in surfaces])),
-        landmark_mm=float(np.median(apart)) if apart else None,
-        seconds_per_frame=float(np.mean([record.seconds for record in good])),
-    )
-
-
-def _filled(track: Track, good: list[int]) -> Iterator[NDArray[np.float32]]:
-    """Frames (vertex, 3) m in zero pose; without a good scan, between their neighbours.
-
-    Before the first good frame and after the last, that frame stands.
-    """
-    first = track.numbers[0]
-    low = high = read_zero(track.path(good[0]))
-    before = after = good[0]
-    following = iter(good[1:])
-    for number in range(first, first + track.sequence.frame_count):
-        if number > after:
-            low, before = high, after
-            after = next(following, after)
-            high = read_zero(track.path(after))
-        if before < number < after:
-            share = np.float32((number - before) / (after - before))
-            yield (low * (1 - share) + high * share).astype(np.float32)
-        else:
-            yield high
 
 
 def _check_place(output: Path) -> None:
@@ -330,7 +313,7 @@ def _check_place(output: Path) -> None:
         raise OutputError.about(
             path,
             found=f"nothing of Elocute made it: there is no {BEGUN} beside it",
-            allowed="a new folder, or one to go on in",
+            allowed="a new folder, or one that an earlier run filled",
             remedy="choose another folder",
         )
 
@@ -359,7 +342,7 @@ def _check_corpus_place(output: Path) -> None:
 
 
 def _write_corpus(
-    output: Path, tracks: list[Track], settings: BatchSettings
+    output: Path, tracks: list[TrackedSequence], settings: BatchSettings
 ) -> list[SequenceResult]:
     """Finish all sequences; those with sound become one corpus, which replaces an older one."""
     results = [_finished(track, settings) for track in tracks]
@@ -370,7 +353,7 @@ def _write_corpus(
             spoken.append((place, sound))
     if not spoken:
         return results
-    heads = {tracks[place].sequence.facts.subject: tracks[place].head for place, _ in spoken}
+    heads = {tracks[place].sequence.metadata.subject: tracks[place].head for place, _ in spoken}
     head = tracks[0].head
     folder = output / CORPUS
     before = moved_aside(folder) if folder.exists() else nullcontext()
@@ -379,7 +362,7 @@ def _write_corpus(
         corpus_writer(
             folder,
             {subject: own.template for subject, own in heads.items()},
-            fps=tracks[0].sequence.facts.fps,
+            fps=tracks[0].sequence.metadata.fps,
             faces=head.triangles,
             topology=head.name,
             note="registered from scans by elocute capture",
@@ -394,13 +377,15 @@ def _write_corpus(
     return results
 
 
-def _add(writer: CorpusWriter, track: Track, result: SequenceResult, sound: Path) -> SequenceResult:
+def _add(
+    writer: CorpusWriter, track: TrackedSequence, result: SequenceResult, sound: Path
+) -> SequenceResult:
     """One clip, whose frames are read from the disk as they are written."""
-    facts = track.sequence.facts
+    metadata = track.sequence.metadata
     try:
         waveform = read_audio(sound)
     except AudioError as error:
         return replace(result, failed=str(error))
     frames = ArrayFile(track.folder.parent / "motion.npy", allowed="registered motion")
-    writer.add(Clip(facts.subject, facts.sentence, facts.text, waveform, frames))
+    writer.add(Clip(metadata.subject, metadata.sentence, metadata.text, waveform, frames))
     return replace(result, in_corpus=True)

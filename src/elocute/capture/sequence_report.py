@@ -1,4 +1,4 @@
-"""One page per sequence: what failed, at a glance. Self-contained HTML."""
+"""One HTML page per sequence, self-contained: errors, worst frames, flagged frames."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.capture.frame_store import FrameRecord, read_pose, read_zero
-from elocute.capture.registration.pose import Pose, posed
+from elocute.capture.registration.pose import HeadPose, apply_pose
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
-from elocute.capture.sequence_result import SequenceResult
-from elocute.capture.sequence_tracking import Track, frame_landmarks
+from elocute.capture.sequence_tracking import SequenceResult, TrackedSequence
 from elocute.errors import CaptureError, MachineError
 from elocute.export.render import Camera, open_renderer, portrait
 from elocute.files.atomic import write_atomically
@@ -25,7 +24,7 @@ from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.numerics.quaternions import to_matrices
 
-Picture = NDArray[np.uint8]
+RgbImage = NDArray[np.uint8]
 
 WORST, FLAGGED = 4, 4
 SIDE = 420
@@ -38,8 +37,9 @@ text { font-size: 12px; fill: #555 } .bad { color: #a22 }
 """
 
 
-def write_report(track: Track, result: SequenceResult, path: Path) -> None:
-    """Error curves, the worst frames beside their scans with landmarks drawn, and all flags.
+def write_report(track: TrackedSequence, result: SequenceResult, path: Path) -> None:
+    """Error curves, the worst frames beside their scans with landmarks drawn, and all flagged
+    frames.
 
     Raises OutputError.
     """
@@ -132,9 +132,9 @@ def _curve(title: str, lines: list[list[tuple[int, float]]], flagged: Sequence[F
     return f'<h2>{title}</h2><svg viewBox="0 0 {WIDTH} {HEIGHT}" width="100%">{drawn}</svg>'
 
 
-def _figure(track: Track, record: FrameRecord) -> str:
+def _figure(track: TrackedSequence, record: FrameRecord) -> str:
     try:
-        pictures = frame_pictures(track, record)
+        pictures = _frame_pictures(track, record)
     except (CaptureError, MachineError) as error:
         return f"<p>{record.number}: {html.escape(str(error))}</p>"
     told = f"{record.number}: {record.flag or 'registered'}"
@@ -146,8 +146,8 @@ def _figure(track: Track, record: FrameRecord) -> str:
     )
 
 
-def frame_pictures(track: Track, record: FrameRecord) -> list[Picture]:
-    """The scan with its landmarks, and what was registered, from the same place.
+def _frame_pictures(track: TrackedSequence, record: FrameRecord) -> list[RgbImage]:
+    """The scan with its landmarks, and the registered head, from the same viewpoint.
 
     Raises CaptureError where the scan cannot be read, MachineError without a renderer.
     """
@@ -165,10 +165,10 @@ def frame_pictures(track: Track, record: FrameRecord) -> list[Picture]:
     zero = read_zero(track.path(record.number)).astype(np.float64)
     camera = portrait(track.head)
     level = replace(scan, points=_levelled(track.head, scan.points, pose))
-    found = _levelled(track.head, posed(track.head, zero, pose), pose)
+    found = _levelled(track.head, apply_pose(track.head, zero, pose), pose)
     pictures = [_portrait_of_scan(level, camera), _picture(track.head, found, camera)]
     try:
-        landmarks = frame_landmarks(track.sequence, record.number)
+        landmarks = track.sequence.landmarks(record.number)
     except CaptureError:
         return pictures
     places = _levelled(track.head, landmarks.points, pose)
@@ -178,26 +178,26 @@ def frame_pictures(track: Track, record: FrameRecord) -> list[Picture]:
     return pictures
 
 
-def _levelled(head: HeadModel, points: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
+def _levelled(head: HeadModel, points: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
     """Points (point, 3) m as if the head stood upright at its place."""
     pivot = head.joint_positions[0].astype(np.float64)
     rotation = to_matrices(pose.turns[0])
     return (points - pose.translation - pivot) @ rotation + pivot
 
 
-def _portrait_of_scan(scan: Scan, camera: Camera) -> Picture:
+def _portrait_of_scan(scan: Scan, camera: Camera) -> RgbImage:
     head = head_from_arrays("scan", scan.points, scan.triangles)
     if scan.colors is not None:
         head = replace(head, vertex_color=scan.colors)
     return _picture(head, scan.points, camera)
 
 
-def _picture(head: HeadModel, points: NDArray[np.float64], camera: Camera) -> Picture:
+def _picture(head: HeadModel, points: NDArray[np.float64], camera: Camera) -> RgbImage:
     with open_renderer(head, (SIDE, SIDE), camera=camera) as renderer:
         return renderer.frame(points.astype(np.float32)).copy()
 
 
-def _draw_points(picture: Picture, camera: Camera, points: NDArray[np.float64]) -> None:
+def _draw_points(picture: RgbImage, camera: Camera, points: NDArray[np.float64]) -> None:
     known = points[np.isfinite(points).all(axis=1)]
     if not len(known):
         return
@@ -208,7 +208,7 @@ def _draw_points(picture: Picture, camera: Camera, points: NDArray[np.float64]) 
             picture[y - 1 : y + 2, x - 1 : x + 2] = (40, 220, 90)
 
 
-def _embedded(pictures: list[Picture]) -> str:
+def _embedded(pictures: list[RgbImage]) -> str:
     from PIL import Image
 
     buffer = io.BytesIO()

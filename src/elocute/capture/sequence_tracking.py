@@ -1,38 +1,84 @@
-"""Frames of a sequence, one after another: bad ones are flagged, never fatal."""
+"""A sequence registered frame by frame: bad frames are flagged and interpolated, never fatal."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.capture.frame_store import (
     FrameRecord,
     read_frame_record,
     read_registration,
+    read_zero,
     write_frame,
 )
 from elocute.capture.registration.register import Registration, register_scan
 from elocute.capture.registration.template import Template
-from elocute.capture.scans.landmarks import GOOD_MIN, Landmarks, no_landmarks, read_landmarks
-from elocute.capture.scans.scan_file import unit_m
+from elocute.capture.scans.landmarks import no_landmarks
 from elocute.capture.scans.scan_sequence import ScanSequence
-from elocute.errors import CaptureError, ElocuteError
+from elocute.errors import ElocuteError
 from elocute.head.model import HeadModel
 
 SETTINGS_VERSION = 3
-"""To be raised where registration itself changes: frames made before are then made again."""
+"""Raise it when registration itself changes: frames made before are then made again."""
+FLAGGED_MAX = 0.5
+"""Share of frames beyond which a sequence is not worth filling in."""
+
+
+@dataclass(frozen=True)
+class SequenceResult:
+    """What became of a sequence.
+
+    Attributes
+    ----------
+    name
+        Subject and sentence.
+    failed
+        Why there is no motion of it, or "".
+    frames
+        Of the motion.
+    flagged, missing
+        Numbers of scans that were not used, and of those that were never there; all of these frames
+        are interpolated.
+    median_mm, p95_mm
+        Distance from scan to surface, median over frames of each frame's own.
+    landmark_mm
+        Median over frames of the mean landmark distance.
+    seconds_per_frame
+        Mean processor time.
+    in_corpus
+        Whether it became a clip.
+    """
+
+    name: str
+    failed: str = ""
+    frames: int = 0
+    flagged: tuple[int, ...] = ()
+    missing: tuple[int, ...] = ()
+    median_mm: float | None = None
+    p95_mm: float | None = None
+    landmark_mm: float | None = None
+    seconds_per_frame: float = 0.0
+    in_corpus: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class TrackedSequence:
     """A sequence and where its registered frames go.
 
-    head    its template is the person's neutral face
-    folder  of 00000.npz, …, one for each scan
+    Attributes
+    ----------
+    sequence
+        The scans.
+    head
+        Its template is the person's neutral face.
+    folder
+        Of 000000.npz, …, one for each scan.
     """
 
     sequence: ScanSequence
@@ -41,15 +87,15 @@ class Track:
 
     @property
     def key(self) -> str:
-        """Frames of another face or of older settings are not resumed."""
-        text = f"{SETTINGS_VERSION} {self.sequence.facts.unit} ".encode()
+        """Identifies face and settings: frames made with another key are not resumed."""
+        text = f"{SETTINGS_VERSION} {self.sequence.metadata.unit} ".encode()
         return hashlib.sha256(text + self.head.template.tobytes()).hexdigest()[:16]
 
     def path(self, number: int) -> Path:
         return self.folder / f"{number:06d}.npz"
 
     def records(self) -> dict[int, FrameRecord]:
-        """Number to record of the frames that are done."""
+        """Records by number, of the frames that are done."""
         key = self.key
         found = {number: read_frame_record(self.path(number), key) for number in self.numbers}
         return {number: record for number, record in found.items() if record is not None}
@@ -60,9 +106,25 @@ class Track:
 
 
 def track_frames(
-    track: Track, numbers: Sequence[int], done: Callable[[FrameRecord], None] | None = None
+    track: TrackedSequence,
+    numbers: Sequence[int],
+    done: Callable[[FrameRecord], None] | None = None,
 ) -> list[FrameRecord]:
-    """Register frames in their order, each from the one before; those done already are kept."""
+    """Register frames in their order, each starting from the one before.
+
+    Parameters
+    ----------
+    track
+        The sequence. Frames that are done already are kept.
+    numbers
+        Of the scans.
+    done
+        Called with the record of each frame.
+
+    Returns
+    -------
+    The records in order; bad frames are flagged.
+    """
     template, key = Template(track.head), track.key
     before: Registration | None = None
     records = []
@@ -70,7 +132,7 @@ def track_frames(
         record = read_frame_record(track.path(number), key)
         if record is None:
             record = _track_one(track, template, key, number, before)
-        # As a later run would find it: a run that was interrupted comes to the very same.
+        # As a later run would find it: an interrupted run then gives the very same result.
         before = read_registration(track.path(number), record)
         records.append(record)
         if done:
@@ -79,11 +141,11 @@ def track_frames(
 
 
 def _track_one(
-    track: Track, template: Template, key: str, number: int, before: Registration | None
+    track: TrackedSequence, template: Template, key: str, number: int, before: Registration | None
 ) -> FrameRecord:
     landmarks = no_landmarks()
     try:
-        landmarks = frame_landmarks(track.sequence, number)
+        landmarks = track.sequence.landmarks(number)
         found = register_scan(template, track.sequence.scan(number), landmarks, before)
         flag = found.lost
     except (
@@ -110,18 +172,45 @@ def _track_one(
     return record
 
 
-def frame_landmarks(sequence: ScanSequence, number: int) -> Landmarks:
-    """The landmarks of a frame; none where there is no file of them.
+def summarise(track: TrackedSequence, records: dict[int, FrameRecord]) -> SequenceResult:
+    """The result of a sequence; failed where too many frames are flagged or missing."""
+    sequence = track.sequence
+    flagged = tuple(number for number, record in records.items() if record.flag)
+    good = [record for record in records.values() if not record.flag]
+    share = 1 - len(good) / sequence.frame_count
+    result = SequenceResult(
+        sequence.name, frames=sequence.frame_count, flagged=flagged, missing=sequence.missing
+    )
+    if not good or share > FLAGGED_MAX:
+        first = next((record.flag for record in records.values() if record.flag), "missing")
+        return replace(result, failed=f"{100 * share:.0f} % of the frames failed, say: {first}")
+    surfaces = [record.surface for record in good if record.surface is not None]
+    apart = [record.landmark_mm for record in good if record.landmark_mm is not None]
+    return replace(
+        result,
+        median_mm=float(np.median([surface.median for surface in surfaces])),
+        p95_mm=float(np.median([surface.p95 for surface in surfaces])),
+        landmark_mm=float(np.median(apart)) if apart else None,
+        seconds_per_frame=float(np.mean([record.seconds for record in good])),
+    )
 
-    Raises CaptureError for a file that cannot be read and for one with too few good points: such
-    a scan is flagged and its frame interpolated, never silently used.
+
+def filled_frames(track: TrackedSequence, good: list[int]) -> Iterator[NDArray[np.float32]]:
+    """Frames (vertex, 3) m in zero pose; where there is no good scan, interpolated.
+
+    Before the first good frame and after the last, that frame is held.
     """
-    path = sequence.landmark_file(number)
-    if path is None:
-        return no_landmarks()
-    landmarks = read_landmarks(path, unit_m(sequence.facts.unit))
-    if not landmarks.enough:
-        raise CaptureError.about(
-            path, found=f"{int(landmarks.good.sum())} good landmarks", allowed=f"{GOOD_MIN} or more"
-        )
-    return landmarks
+    first = track.numbers[0]
+    low = high = read_zero(track.path(good[0]))
+    before = after = good[0]
+    following = iter(good[1:])
+    for number in range(first, first + track.sequence.frame_count):
+        if number > after:
+            low, before = high, after
+            after = next(following, after)
+            high = read_zero(track.path(after))
+        if before < number < after:
+            share = np.float32((number - before) / (after - before))
+            yield (low * (1 - share) + high * share).astype(np.float32)
+        else:
+            yield high

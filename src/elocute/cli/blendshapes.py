@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from elocute.capture.blendshapes.basis_comparison import Projection
+    from elocute.capture.blendshapes.basis_comparison import ReconstructionErrors
     from elocute.corpus.corpus_store import Corpus
     from elocute.motion.motion import Motion
 
@@ -44,7 +44,7 @@ def learn_command(
     as_json: bool = options.Json,
 ) -> None:
     """Principal components of every mesh minus its speaker's neutral face."""
-    from elocute.capture.blendshapes.basis_motion import sweep
+    from elocute.capture.blendshapes.basis_motion import sweep_shapes
     from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
     from elocute.corpus.corpus_store import open_corpus
     from elocute.export.registry import check_suffix, write
@@ -58,7 +58,7 @@ def learn_command(
     with progress_bar("learning", as_json) as progress:
         learned = learn_blendshapes(opened, _names(opened, split, part), config, progress)
     with plan.writing(output):
-        write(sweep(learned.head), output)
+        write(sweep_shapes(learned.head), output)
     explained = [round(float(share), 6) for share in learned.explained]
     if as_json:
         print(
@@ -84,7 +84,7 @@ def show_command(
     no_clobber: bool = options.NoClobber,
 ) -> None:
     """Draw every shape at plus and minus two deviations."""
-    from elocute.capture.blendshapes.basis_motion import extremes
+    from elocute.capture.blendshapes.basis_motion import extreme_shapes
     from elocute.errors import OutputError
     from elocute.export.contact_sheet import contact_sheet
     from elocute.export.render import open_renderer, portrait
@@ -101,7 +101,7 @@ def show_command(
     side = max(32, 2 * formats.parse_size(size)[0] // 8)
     camera, pictures, labels = portrait(motion.head, view), [], []
     with open_renderer(motion.head, (side, side), backend=backend, camera=camera) as renderer:
-        for label, single in extremes(motion):
+        for label, single in extreme_shapes(motion):
             pictures.append(renderer.frame(single.vertices()[0]))
             labels.append(label)
     with plan.writing(output), write_atomically(output) as draft:
@@ -126,7 +126,11 @@ def compare_command(
     The other basis is taken whole, and cut to as many of its shapes as the first one has, those
     that explain the training part best.
     """
-    from elocute.capture.blendshapes.basis_comparison import Basis, project, strongest_shapes
+    from elocute.capture.blendshapes.basis_comparison import (
+        BasisProjection,
+        reconstruction_errors,
+        strongest_shapes,
+    )
     from elocute.corpus.corpus_store import open_corpus
     from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
@@ -136,15 +140,15 @@ def compare_command(
             raise InputError.about(path, found=f"suffix {path.suffix!r}", allowed=suffix)
     plan = plan_files([corpus, *basis, against], (output, plot), overwrite, no_clobber)
     opened = open_corpus(corpus)
-    ours = [Basis(path.stem, load_motion(path).head.expression_basis) for path in basis]
+    ours = [BasisProjection(path.stem, load_motion(path).head.expression_basis) for path in basis]
     name, shapes = _other(against)
     count = len(ours[0].flat)
-    bases = [*ours, Basis(f"{name}, all {len(shapes)}", shapes)]
+    bases = [*ours, BasisProjection(f"{name}, all {len(shapes)}", shapes)]
     if count < len(shapes) and shapes.shape[1] == opened.vertex_count:
         best = strongest_shapes(opened, opened.split(split).train, shapes, count)
-        bases.append(Basis(f"{name}, best {count}", shapes[best]))
+        bases.append(BasisProjection(f"{name}, best {count}", shapes[best]))
     with progress_bar("projecting", as_json) as progress:
-        found = project(opened, _names(opened, split, part), bases, progress)
+        found = reconstruction_errors(opened, _names(opened, split, part), bases, progress)
     if plot is not None and plan.wants(plot):
         with plan.writing(plot):
             _plot(found, opened.fps, plot)
@@ -186,7 +190,7 @@ def _other(against: str) -> tuple[str, NDArray[np.float32]]:
     return Path(against).stem, motion.head.expression_basis
 
 
-def _plot(found: list[Projection], fps: float, path: Path) -> None:
+def _plot(found: list[ReconstructionErrors], fps: float, path: Path) -> None:
     import numpy as np
 
     from elocute.export.overlay_plot import plot_overlay

@@ -22,7 +22,7 @@ from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.registration.register import Registration
-    from elocute.capture.sequence_result import SequenceResult
+    from elocute.capture.sequence_tracking import SequenceResult
     from elocute.head.model import HeadModel
 
 app = Commands("Turn raw scans into motion of one topology.")
@@ -222,7 +222,7 @@ def simulate_command(
     _need_scipy()
     from elocute.animation import animate
     from elocute.audio.read import read_audio
-    from elocute.capture.scans.scan_sequence import SequenceFacts
+    from elocute.capture.scans.scan_sequence import SequenceMetadata
     from elocute.capture.simulation.scan_simulator import simulate_scans
     from elocute.motion.edits import cut
 
@@ -233,13 +233,13 @@ def simulate_command(
     motion = animate(speech, fps=fps, identity=identity).motion
     if seconds is not None:
         motion = cut(motion, 0.0, min(seconds, motion.duration_s))
-    facts = SequenceFacts(subject=f"sim{scanner.seed}", sentence="speech")
+    metadata = SequenceMetadata(subject=f"sim{scanner.seed}", sentence="speech")
     with plan.writing(output), progress_bar(f"scanning {output.name}", as_json) as progress:
         simulate_scans(
             motion,
             output,
             scanner=scanner,
-            facts=facts,
+            metadata=metadata,
             sound=read_audio(speech),
             progress=progress,
         )

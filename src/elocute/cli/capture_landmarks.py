@@ -16,7 +16,7 @@ from elocute.errors import CaptureError, OutputError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.capture.scans.landmark_detection import Detector
+    from elocute.capture.scans.landmark_detection import LandmarkDetector
     from elocute.capture.scans.scan import Scan
 
 FOLDER = "landmarks"
@@ -37,7 +37,7 @@ def landmarks_command(
     Scans stand about upright and look along +Z. Those of a folder that have landmarks already are
     left alone, so a run that was interrupted goes on.
     """
-    from elocute.capture.video.landmarks_68 import mediapipe_landmarks
+    from elocute.capture.scans.landmark_detection import mediapipe_landmarks
 
     if scans.is_dir() == (output is not None):
         raise OutputError.about(
@@ -68,7 +68,9 @@ def landmarks_command(
         raise typer.Exit(1)
 
 
-def _of_file(scan: Path, output: Path, unit: str, detector: Detector) -> tuple[int, list[str]]:
+def _of_file(
+    scan: Path, output: Path, unit: str, detector: LandmarkDetector
+) -> tuple[int, list[str]]:
     from elocute.capture.scans.scan_file import read_scan
 
     told = _written(read_scan(scan, unit), unit, output, detector)
@@ -76,7 +78,7 @@ def _of_file(scan: Path, output: Path, unit: str, detector: Detector) -> tuple[i
 
 
 def _of_folder(
-    folder: Path, unit: str | None, detector: Detector, quiet: bool
+    folder: Path, unit: str | None, detector: LandmarkDetector, quiet: bool
 ) -> tuple[int, list[str]]:
     """How many were found now, and a line for each that was not."""
     from elocute.capture.scans.scan_sequence import find_sequences, open_sequence
@@ -93,7 +95,7 @@ def _of_folder(
         for done, (sequence, number) in enumerate(waiting, start=1):
             place = sequence.folder / FOLDER / f"{sequence.file(number).stem}.json"
             try:
-                told = _written(sequence.scan(number), sequence.facts.unit, place, detector)
+                told = _written(sequence.scan(number), sequence.metadata.unit, place, detector)
             except CaptureError as error:
                 told = in_flags(str(error))
             found += not told
@@ -103,7 +105,7 @@ def _of_folder(
     return found, failed
 
 
-def _written(scan: Scan, unit: str, path: Path, detector: Detector) -> str:
+def _written(scan: Scan, unit: str, path: Path, detector: LandmarkDetector) -> str:
     """Why there are no landmarks, or "". They are written in the scan's unit."""
     from elocute.capture.scans.landmark_detection import detect_landmarks
     from elocute.capture.scans.landmarks import Landmarks, write_landmarks

@@ -122,7 +122,7 @@ def _write_corpus(
     text: str,
     as_json: bool,
 ) -> None:
-    from elocute.capture.video.video_to_corpus import FPS, write_corpus
+    from elocute.capture.video_to_corpus import FPS, write_video_corpus
 
     if text and len(videos) > 1:
         raise CaptureError.about("--text", found=f"{len(videos)} videos", allowed="one")
@@ -132,7 +132,7 @@ def _write_corpus(
             yield path, _capture(path, face, None, as_json)
 
     texts = {videos[0].stem: text}
-    notes = write_corpus(place, captures(), subject=subject, fps=fps or FPS, texts=texts)
+    notes = write_video_corpus(place, captures(), subject=subject, fps=fps or FPS, texts=texts)
     if as_json:
         print(json.dumps({"output": str(place), "clips": len(videos), "notes": notes}))
         return

@@ -19,9 +19,9 @@ from elocute.animation import animate
 from elocute.audio.noise import babble, white_noise, with_noise
 from elocute.audio.waveform import Waveform
 from elocute.capture.blendshapes.basis_comparison import (
-    Basis,
-    Projection,
-    project,
+    BasisProjection,
+    ReconstructionErrors,
+    reconstruction_errors,
     strongest_shapes,
 )
 from elocute.corpus.corpus_store import Corpus
@@ -75,7 +75,7 @@ class WildStudy:
     """
 
     concordance: dict[str, Figures]
-    bases: list[Projection]
+    bases: list[ReconstructionErrors]
     talker: dict[str, RealTalkerScore]
     missing: tuple[tuple[str, str], ...]
 
@@ -135,7 +135,7 @@ def study_wild(
                 for snr in SNRS_DB:
                     found = judge_noise(trained.network, shards, heard, kind, snr, shares)
                     table[f"{kind} {snr:.0f} dB"] = found
-    model, bases = folder / "speaker" / MODEL, list[Projection]()
+    model, bases = folder / "speaker" / MODEL, list[ReconstructionErrors]()
     if sentences is not None:
         table |= judge_continuous(sentences, names, model, shards)
         bases = builtin_bases(sentences, names, shards)
@@ -305,16 +305,16 @@ def judge_sentences(
 
 def compare_bases(
     corpus: Corpus, names: Sequence[str], speech: Array, arkit: Array
-) -> list[Projection]:
+) -> list[ReconstructionErrors]:
     """Section 6.3: mean distance left of clips in the speech blendshapes, in all ARKit shapes,
     and in as many ARKit shapes as there are speech blendshapes, the best for these clips."""
     chosen = arkit[strongest_shapes(corpus, names, arkit, len(speech))]
     bases = [
-        Basis("speech", speech),
-        Basis("arkit", arkit),
-        Basis(f"arkit best {len(chosen)}", chosen),
+        BasisProjection("speech", speech),
+        BasisProjection("arkit", arkit),
+        BasisProjection(f"arkit best {len(chosen)}", chosen),
     ]
-    return project(corpus, names, bases)
+    return reconstruction_errors(corpus, names, bases)
 
 
 def judge_continuous(
@@ -336,7 +336,9 @@ def judge_continuous(
     }
 
 
-def builtin_bases(corpus: Corpus, names: Sequence[str], shards: Shards) -> list[Projection]:
+def builtin_bases(
+    corpus: Corpus, names: Sequence[str], shards: Shards
+) -> list[ReconstructionErrors]:
     """`compare_bases` with ARKit's shapes of the built-in head; empty on another mesh."""
     head = load_builtin_head()
     if corpus.vertex_count != head.vertex_count:

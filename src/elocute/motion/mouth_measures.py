@@ -14,6 +14,7 @@ from elocute.files.atomic import write_atomically
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion, check_motion
+from elocute.numerics.smoothing import smoothstep
 
 MEASURES = ("opening_mm", "width_mm", "protrusion_mm", "jaw_mm")
 CHIN = 8  # iBUG 68: the lowest point of the jaw line
@@ -22,6 +23,24 @@ CHIN = 8  # iBUG 68: the lowest point of the jaw line
 TRACKED_CLOSED = 0.02  # below it lips count as closed
 TRACKED_OPEN = 0.05  # from here on the gap is taken as it is
 TRACKED_RESTING = 0.01  # that trackers see between lips that touch
+
+
+def tracked_opening_share(gap: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How much of a tracked lip gap is a real opening.
+
+    Trackers see a small gap between lips that touch. It is faded out where lips are nearly closed,
+    so that closed lips are closed on the head as well.
+
+    Parameters
+    ----------
+    gap
+        Any shape; gap of the inner lips in distances of the outer eye corners.
+
+    Returns
+    -------
+    Same shape: 0 up to `TRACKED_CLOSED`, rising smoothly to 1 at `TRACKED_OPEN`.
+    """
+    return smoothstep(np.clip((gap - TRACKED_CLOSED) / (TRACKED_OPEN - TRACKED_CLOSED), 0, 1))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from elocute.capture.blendshapes.basis_motion import sweep
+from elocute.capture.blendshapes.basis_motion import sweep_shapes
 from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.shard_writing import BASIS
@@ -53,5 +53,5 @@ def provide_basis(
         names = corpus.split(split).train if split in corpus.splits else tuple(corpus.by_name)
         if not names:
             raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
-        save_motion(sweep(learn_blendshapes(corpus, names).head), path)
+        save_motion(sweep_shapes(learn_blendshapes(corpus, names).head), path)
     return path

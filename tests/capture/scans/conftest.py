@@ -12,8 +12,8 @@ from elocute.capture.registration.register import Registration, register_neutral
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import no_landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
-from elocute.capture.scans.scan_sequence import SequenceFacts
-from elocute.capture.simulation.scan_simulator import Scanner, Stage, simulate_scans
+from elocute.capture.scans.scan_sequence import SequenceMetadata
+from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator, simulate_scans
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel
@@ -39,12 +39,12 @@ def motion(head: HeadModel) -> Motion:
 
 
 @pytest.fixture(scope="session")
-def stage(motion: Motion) -> Stage:
-    return Stage(motion, Scanner(points=POINTS, seed=4))
+def stage(motion: Motion) -> ScanSimulator:
+    return ScanSimulator(motion, Scanner(points=POINTS, seed=4))
 
 
 @pytest.fixture(scope="session")
-def scans(stage: Stage) -> list[Scan]:
+def scans(stage: ScanSimulator) -> list[Scan]:
     """One for each frame, textured."""
     taken = [stage.frame(frame) for frame in range(FRAMES)]
     return [
@@ -54,7 +54,9 @@ def scans(stage: Stage) -> list[Scan]:
 
 
 @pytest.fixture(scope="session")
-def neutral(head: HeadModel, stage: Stage, scans: list[Scan]) -> tuple[Template, Registration]:
+def neutral(
+    head: HeadModel, stage: ScanSimulator, scans: list[Scan]
+) -> tuple[Template, Registration]:
     return register_neutral(head, scans[0], stage.frame(0).landmarks)
 
 
@@ -72,7 +74,7 @@ def sequence_folder(tmp_path_factory: pytest.TempPathFactory, motion: Motion) ->
         motion,
         folder,
         scanner=Scanner(points=POINTS, seed=4),
-        facts=SequenceFacts(subject="anna", sentence="ah", neutral=0),
+        metadata=SequenceMetadata(subject="anna", sentence="ah", neutral=0),
         sound=Waveform(hum, 16000),
     )
     return folder

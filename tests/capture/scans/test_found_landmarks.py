@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from elocute.capture.scans.landmark_detection import _landmark_shares
 from elocute.capture.scans.landmarks import read_landmarks
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.capture.video.face_mesh_points import builtin_face_points
-from elocute.capture.video.landmarks_68 import _shares
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel
 from elocute.motion.edits import cut
@@ -25,7 +25,7 @@ HAS_MEDIAPIPE = importlib.util.find_spec("mediapipe") is not None
 @pytest.mark.parametrize("seed", [3, 7])
 def test_points_of_another_face_give_its_landmarks(head: HeadModel, seed: int):
     person = head.with_identity(sample_identity(seed))
-    shares, confidence = _shares()
+    shares, confidence = _landmark_shares()
     found = shares[:, :468] @ builtin_face_points().on(person.template)[:468]
     apart = 1000 * np.linalg.norm((found - person.template[person.landmarks])[:, :2], axis=1)
     assert np.median(apart[confidence > 0.3]) < 1.0

@@ -136,11 +136,14 @@ def test_sequence_tells_what_is_missing(tmp_path: Path, scans: list[Scan]):
 
 
 @pytest.mark.parametrize(
-    "facts", [{"fps": 0}, {"fps": "x"}, {"unit": "furlong"}, {"sound": "../x.wav"}, {"neutral": 9}]
+    "metadata",
+    [{"fps": 0}, {"fps": "x"}, {"unit": "furlong"}, {"sound": "../x.wav"}, {"neutral": 9}],
 )
-def test_wrong_facts_are_refused(tmp_path: Path, sequence_folder: Path, facts: dict[str, object]):
+def test_wrong_metadata_are_refused(
+    tmp_path: Path, sequence_folder: Path, metadata: dict[str, object]
+):
     known = json.loads((sequence_folder / "capture.json").read_text())
     (tmp_path / "00000.ply").write_bytes(b"x")
-    (tmp_path / "capture.json").write_text(json.dumps(known | {"sound": ""} | facts))
+    (tmp_path / "capture.json").write_text(json.dumps(known | {"sound": ""} | metadata))
     with pytest.raises(CaptureError):
         open_sequence(tmp_path)

@@ -10,12 +10,12 @@ import pytest
 from elocute.capture.registration.accuracy import correspondence_mm, surface_error
 from elocute.capture.registration.closest_points import (
     CoarseMesh,
-    FineMesh,
-    lattice_of,
-    on_triangles,
+    DenseMesh,
+    closest_on_triangles,
+    sample_triangles,
 )
-from elocute.capture.registration.nonrigid_icp import Nicp
-from elocute.capture.registration.pose import Pose, posed, unposed
+from elocute.capture.registration.nonrigid_icp import NonrigidIcp
+from elocute.capture.registration.pose import HeadPose, apply_pose, remove_pose
 from elocute.capture.registration.register import (
     Registration,
     register_neutral,
@@ -25,7 +25,7 @@ from elocute.capture.registration.register import (
 from elocute.capture.registration.template import Template, adaptive_template
 from elocute.capture.scans.landmarks import Landmarks, no_landmarks
 from elocute.capture.scans.scan import Scan
-from elocute.capture.simulation.scan_simulator import Stage
+from elocute.capture.simulation.scan_simulator import ScanSimulator
 from elocute.errors import CaptureError
 from elocute.head.model import HeadModel
 from elocute.numerics.quaternions import from_axis_angle
@@ -37,7 +37,7 @@ def apart_mm(head: HeadModel, vertices: np.ndarray, truth: np.ndarray) -> float:
 
 
 def test_neutral_face_and_its_landmarks(
-    head: HeadModel, stage: Stage, neutral: tuple[Template, Registration]
+    head: HeadModel, stage: ScanSimulator, neutral: tuple[Template, Registration]
 ):
     found, truth = neutral[1], stage.truth(0)
     assert not found.lost and found.surface.median < 0.09 and found.surface.mean < 0.13
@@ -47,7 +47,7 @@ def test_neutral_face_and_its_landmarks(
 
 
 def test_frames_that_follow_stay_on_track(
-    head: HeadModel, stage: Stage, scans: list[Scan], neutral: tuple[Template, Registration]
+    head: HeadModel, stage: ScanSimulator, scans: list[Scan], neutral: tuple[Template, Registration]
 ):
     before = neutral[1]
     template = neutral[0]
@@ -58,21 +58,21 @@ def test_frames_that_follow_stay_on_track(
         assert before.surface.median < 0.09 and before.surface.mean < 0.14, number
         assert apart_mm(head, before.vertices, truth.posed) < 1.0, number
         assert correspondence_mm(head, before.vertices, truth.posed)["lips"] < 1.2, number
-    assert before.shape.expression[head.expression_index("jawOpen")] > 0.4
+    assert before.parameters.expression[head.expression_index("jawOpen")] > 0.4
 
 
 def test_a_lost_frame_is_found_again(
-    stage: Stage, scans: list[Scan], neutral: tuple[Template, Registration]
+    stage: ScanSimulator, scans: list[Scan], neutral: tuple[Template, Registration]
 ):
     good = register_scan(neutral[0], scans[1], stage.frame(1).landmarks)
-    away = Pose(good.shape.pose.translation + 0.15, good.shape.pose.turns)
-    wrong = replace(good, shape=replace(good.shape, pose=away))
+    away = HeadPose(good.parameters.pose.translation + 0.15, good.parameters.pose.turns)
+    wrong = replace(good, parameters=replace(good.parameters, pose=away))
     found = register_scan(neutral[0], scans[2], stage.frame(2).landmarks, wrong)
     assert not found.lost and found.surface.median < 0.1
 
 
 def test_rough_landmarks_lead_to_the_place_and_not_away_from_it(
-    head: HeadModel, stage: Stage, scans: list[Scan], neutral: tuple[Template, Registration]
+    head: HeadModel, stage: ScanSimulator, scans: list[Scan], neutral: tuple[Template, Registration]
 ):
     """As far off as a detector's: 2.5 mm in every coordinate."""
     noise = np.random.default_rng(0).normal(0, 0.0025, (68, 3))
@@ -84,7 +84,7 @@ def test_rough_landmarks_lead_to_the_place_and_not_away_from_it(
 
 
 def test_a_scan_that_shows_no_face_is_lost(
-    stage: Stage, scans: list[Scan], neutral: tuple[Template, Registration]
+    stage: ScanSimulator, scans: list[Scan], neutral: tuple[Template, Registration]
 ):
     good = register_scan(neutral[0], scans[1], stage.frame(1).landmarks)
     assert good.surface.face > 0.8
@@ -97,13 +97,13 @@ def test_a_scan_that_shows_no_face_is_lost(
         register_scan(neutral[0], scans[1], no_landmarks(), neutral[1])
 
 
-def test_without_landmarks(head: HeadModel, stage: Stage, unaided: Registration):
+def test_without_landmarks(head: HeadModel, stage: ScanSimulator, unaided: Registration):
     assert not unaided.lost and unaided.landmark_mm is None
     assert apart_mm(head, unaided.vertices, stage.truth(0).posed) < 1.5
 
 
 def test_mirrored_scan_and_foreign_landmarks_are_refused(
-    head: HeadModel, stage: Stage, scans: list[Scan]
+    head: HeadModel, stage: ScanSimulator, scans: list[Scan]
 ):
     marks = stage.frame(0).landmarks
     flipped = Landmarks(marks.points * [-1, 1, 1], marks.confidence)
@@ -117,7 +117,7 @@ def test_mirrored_scan_and_foreign_landmarks_are_refused(
 
 
 def test_adaptive_template_shows_the_landmarks_expression(
-    stage: Stage, neutral: tuple[Template, Registration]
+    stage: ScanSimulator, neutral: tuple[Template, Registration]
 ):
     template, truth = neutral[0], stage.truth(5)
     marks = Landmarks(truth.zero[template.head.landmarks], np.ones(68))
@@ -129,10 +129,10 @@ def test_adaptive_template_shows_the_landmarks_expression(
 
 
 def test_nonrigid_icp_wins_by_the_adaptive_template(
-    head: HeadModel, stage: Stage, scans: list[Scan], neutral: tuple[Template, Registration]
+    head: HeadModel, stage: ScanSimulator, scans: list[Scan], neutral: tuple[Template, Registration]
 ):
     marks, truth = stage.frame(5).landmarks, stage.truth(5).posed
-    icp = Nicp(neutral[0])
+    icp = NonrigidIcp(neutral[0])
     lips = {}
     for adapted in (True, False):
         found, steps = register_nonrigid(neutral[0], scans[5], marks, adapted=adapted, icp=icp)
@@ -148,11 +148,11 @@ def test_nonrigid_icp_wins_by_the_adaptive_template(
 def test_unposing_undoes_posing(head: HeadModel):
     rng = np.random.default_rng(0)
     turns = from_axis_angle(rng.normal(0, 0.3, (len(head.joint_names), 3)))
-    pose = Pose(rng.normal(0, 0.1, 3), turns)
+    pose = HeadPose(rng.normal(0, 0.1, 3), turns)
     vertices = head.template + rng.normal(0, 1e-3, head.template.shape)
-    moved = posed(head, vertices, pose)
+    moved = apply_pose(head, vertices, pose)
     assert np.abs(moved - vertices).max() > 0.01
-    assert np.abs(unposed(head, moved, pose) - vertices).max() < 1e-12
+    assert np.abs(remove_pose(head, moved, pose) - vertices).max() < 1e-12
 
 
 def test_closest_points_agree_with_all_triangles(head: HeadModel):
@@ -165,11 +165,11 @@ def test_closest_points_agree_with_all_triangles(head: HeadModel):
     exact = np.full(200, np.inf)
     for triangle in triangles:
         corners = [np.tile(vertices[vertex], (200, 1)) for vertex in triangle]
-        bary = on_triangles(query, *corners)
+        bary = closest_on_triangles(query, *corners)
         points = sum(bary[:, k, None] * corners[k] for k in range(3))
         exact = np.minimum(exact, np.linalg.norm(query - points, axis=1))
-    coarse = CoarseMesh(vertices, triangles, lattice_of(vertices, triangles, 0.001))
-    fine = FineMesh(vertices, triangles)
+    coarse = CoarseMesh(vertices, triangles, sample_triangles(vertices, triangles, 0.001))
+    fine = DenseMesh(vertices, triangles)
     for found in (coarse.closest(query, near=6), fine.closest(query)):
         apart = np.sqrt(found.squared)
         assert (apart >= exact - 1e-12).all()  # never closer than the closest

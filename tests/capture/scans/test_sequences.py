@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.capture.cleaning import cleaned, ears, held_share, smoothed_share
+from elocute.capture.cleaning import clean_motion, ear_vertices, hold_weights, smoothing_weights
 from elocute.capture.scans.landmark_detection import SIDE, detect_landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.capture.scans.scan_checks import check_scans
 from elocute.capture.scans_to_corpus import BatchSettings, capture_scans
-from elocute.capture.sequence_result import SequenceResult
-from elocute.capture.simulation.scan_simulator import Stage
+from elocute.capture.sequence_tracking import SequenceResult
+from elocute.capture.simulation.scan_simulator import ScanSimulator
 from elocute.corpus.corpus_store import open_corpus
 from elocute.errors import CaptureError, OutputError
 from elocute.head.model import HeadModel
@@ -57,7 +57,7 @@ def test_bad_frames_are_flagged_and_filled(captured: tuple[Path, list[SequenceRe
 
 
 def test_corpus_has_the_clip_in_zero_pose(
-    captured: tuple[Path, list[SequenceResult]], stage: Stage
+    captured: tuple[Path, list[SequenceResult]], stage: ScanSimulator
 ):
     corpus = open_corpus(captured[0] / "corpus")
     assert corpus.fps == 20 and corpus.topology == stage.head.name and corpus.kind == "vertices"
@@ -140,8 +140,8 @@ def test_a_killed_worker_is_replaced_or_its_sequence_is_told(
     shutil.copytree(spoiled, folder / "ah")
     shutil.copytree(captured[0], output)
     shutil.copytree(spoiled, folder / "oh")
-    facts = json.loads((spoiled / "capture.json").read_text())
-    (folder / "oh" / "capture.json").write_text(json.dumps(facts | {"sentence": "oh"}))
+    metadata = json.loads((spoiled / "capture.json").read_text())
+    (folder / "oh" / "capture.json").write_text(json.dumps(metadata | {"sentence": "oh"}))
     capture_scans(folder / "ah", output)
     stop = threading.Event()
     killer = threading.Thread(target=_kill_workers, args=(stop, times))
@@ -198,8 +198,8 @@ def test_check_names_every_fault(spoiled: Path):
 def test_a_sequence_without_any_good_scan_fails_alone(tmp_path: Path, sequence_folder: Path):
     bad = tmp_path / "in" / "bad"
     bad.mkdir(parents=True)
-    facts = json.loads((sequence_folder / "capture.json").read_text())
-    (bad / "capture.json").write_text(json.dumps(facts | {"subject": "bob", "sound": ""}))
+    metadata = json.loads((sequence_folder / "capture.json").read_text())
+    (bad / "capture.json").write_text(json.dumps(metadata | {"subject": "bob", "sound": ""}))
     (bad / "0.ply").write_text("junk")
     (result,) = capture_scans(tmp_path / "in", tmp_path / "out")
     assert "no mesh" in result.failed
@@ -210,26 +210,28 @@ def test_a_sequence_without_any_good_scan_fails_alone(tmp_path: Path, sequence_f
 def test_cleaning_calms_eyes_and_leaves_lips(head: HeadModel):
     rng = np.random.default_rng(0)
     frames = head.template + rng.normal(0, 2e-4, (30, head.vertex_count, 3)).astype(np.float32)
-    result = cleaned(head, frames, 60.0)
+    result = clean_motion(head, frames, 60.0)
     lips = np.union1d(head.regions["lips"], head.regions["inner_mouth"])
     assert np.abs(result[:, lips] - frames[:, lips]).max() <= 1e-6
     eyes = head.regions["eye_area_left"]
     assert result[:, eyes].std(axis=0).mean() < 0.6 * frames[:, eyes].std(axis=0).mean()
-    for fixed in (head.regions["neck_rim"], ears(head)):
+    for fixed in (head.regions["neck_rim"], ear_vertices(head)):
         assert np.abs(result[:, fixed] - head.template[fixed]).max() < 1e-6
-    touched = (held_share(head) > 0) | (smoothed_share(head) > 0)
+    touched = (hold_weights(head) > 0) | (smoothing_weights(head) > 0)
     assert (result[:, ~touched] == frames[:, ~touched]).all()
 
 
 def test_ears_are_ears(head: HeadModel):
-    found = head.template[ears(head)]
+    found = head.template[ear_vertices(head)]
     assert 200 < len(found) < 900
     assert np.abs(found[:, 0]).min() > 0.06
     assert abs((found[:, 0] > 0).mean() - 0.5) < 0.02  # as many on either side
-    assert not np.isin(ears(head), head.regions["face"]).mean() > 0.2
+    assert not np.isin(ear_vertices(head), head.regions["face"]).mean() > 0.2
 
 
-def test_landmarks_are_lifted_from_pictures(head: HeadModel, stage: Stage, scans: list[Scan]):
+def test_landmarks_are_lifted_from_pictures(
+    head: HeadModel, stage: ScanSimulator, scans: list[Scan]
+):
     """A detector of painted marks: what a marker-based studio uses, and exact in its kind."""
     truth = stage.truth(0).posed[head.landmarks]
     scan = scans[0]

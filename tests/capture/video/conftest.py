@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import elocute
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.capture.video.camera import Camera, Poses
+from elocute.capture.video.camera_fit import HeadPoses, PinholeCamera
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.capture.video.face_tracking import FaceTrack
 from elocute.head.builtin import load_builtin_head
@@ -26,7 +26,7 @@ from elocute.numerics.quaternions import from_axis_angle
 
 FPS = 25.0
 SIZE = (480, 360)
-CAMERA = Camera(1.4 * max(SIZE), (SIZE[0] / 2, SIZE[1] / 2))
+CAMERA = PinholeCamera(1.4 * max(SIZE), (SIZE[0] / 2, SIZE[1] / 2))
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Filmed:
     motion: Motion
     turns: NDArray[np.float64]
     track: FaceTrack
-    camera: Camera = CAMERA
+    camera: PinholeCamera = CAMERA
 
 
 @pytest.fixture(scope="session")
@@ -62,8 +62,8 @@ def _filmed(motion: Motion, seed: int = 0) -> Filmed:
     wave = np.stack([0.06 * np.sin(2 * time_s), 0.12 * np.sin(time_s + 0.4), 0.04 * np.cos(time_s)])
     turns = from_axis_angle(wave.T)
     places = np.stack([0.01 * np.sin(time_s), 0.03 + 0 * time_s, -0.7 + 0.01 * time_s], axis=1)
-    poses = Poses(turns, places)
-    stands = poses.of(builtin_face_points().on(motion.vertices()))
+    poses = HeadPoses(turns, places)
+    stands = poses.apply(builtin_face_points().on(motion.vertices()))
     pixels = CAMERA.project(stands)
     depth = (places[:, None, 2:] - stands[..., 2:]) / poses.pixel_mm(CAMERA)[:, None, None] * 1000
     points = np.concatenate([pixels, depth], axis=2)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from elocute.audio.read import read_audio
-from elocute.capture.video.video_to_corpus import write_corpus
 from elocute.capture.video.video_to_motion import fit_track
+from elocute.capture.video_to_corpus import write_video_corpus
 from elocute.corpus.corpus_store import open_corpus
 from elocute.errors import CaptureError
 from elocute.motion.mouth_measures import measure_mouth
@@ -109,7 +109,7 @@ def test_a_real_talker_becomes_a_corpus(shared_data, tmp_path):
 
 def test_points_become_a_clip_with_the_sound_of_their_video(filmed, talking, tmp_path):
     captured = fit_track(filmed.track)
-    notes = write_corpus(tmp_path / "corpus", [(talking, captured)], subject="me")
+    notes = write_video_corpus(tmp_path / "corpus", [(talking, captured)], subject="me")
     corpus = open_corpus(tmp_path / "corpus")
     assert [entry.name for entry in corpus.entries] == ["me.talk"]
     assert corpus.entries[0].frames == 240
@@ -120,5 +120,5 @@ def test_points_become_a_clip_with_the_sound_of_their_video(filmed, talking, tmp
 def test_a_silent_video_makes_no_clip(filmed, talking, tmp_path):
     captured = fit_track(replace(filmed.track, has_sound=False))
     with pytest.raises(CaptureError, match="no sound"):
-        write_corpus(tmp_path / "corpus", [(talking, captured)], subject="me")
+        write_video_corpus(tmp_path / "corpus", [(talking, captured)], subject="me")
     assert not (tmp_path / "corpus").exists()

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elocute.capture.video.camera import first_poses, fit_poses
+from elocute.capture.video.camera_fit import fit_poses, initial_poses
 from elocute.capture.video.face_mesh_points import builtin_face_points
-from elocute.capture.video.face_mesh_topology import EYE_CORNERS, GAP_PAIRS, LIPS
 from elocute.capture.video.person_fit import resting_frames
-from elocute.capture.video.video_to_motion import VideoCapture, fit_track, resampled
+from elocute.capture.video.video_to_motion import VideoCapture, fit_track, resample_motion
 from elocute.head.builtin import load_builtin_head
+from elocute.head.mediapipe_face_mesh import EYE_CORNERS, GAP_PAIRS, LIPS
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.numerics.quaternions import multiply, to_axis_angle
 
@@ -117,7 +117,7 @@ def test_a_mouth_that_never_closes_stays_open(filmed, film):
 
 
 def test_another_frame_rate_keeps_lips_closed(filmed, captured):
-    faster = resampled(captured.motion, 60.0)
+    faster = resample_motion(captured.motion, 60.0)
     assert faster.fps == 60
     assert faster.frame_count == round(captured.motion.duration_s * 60)
     opening = measure_mouth(captured.motion)["opening_mm"]
@@ -134,7 +134,7 @@ def test_resting_frames_are_the_closed_ones(filmed):
 def test_poses_come_back(filmed):
     table, motion = builtin_face_points(), filmed.motion
     model = table.on(motion.vertices())
-    start = first_poses(filmed.camera, model[0], filmed.track.points)
+    start = initial_poses(filmed.camera, model[0], filmed.track.points)
     poses = fit_poses(filmed.camera, model, filmed.track.points[..., :2], np.ones(478), start)
     apart = np.degrees(to_axis_angle(multiply(filmed.turns * [1, -1, -1, -1], poses.turns)))
     assert np.abs(apart).max() < 0.3  # the noise of the points is left

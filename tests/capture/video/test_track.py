@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elocute.capture.video.face_detector import Faces, no_faces
+from elocute.capture.video.face_detector import DetectedFaces, no_faces
 from elocute.capture.video.face_tracking import track_face
 from elocute.errors import CaptureError
 
@@ -23,7 +23,7 @@ class Detector:
         self.points = filmed.track.points.astype(np.float32)
         self.shifts, self.lost, self.scale, self.count = shifts or (0.0,), lost, scale, 0
 
-    def __call__(self, picture: np.ndarray) -> Faces:
+    def __call__(self, picture: np.ndarray) -> DetectedFaces:
         number, self.count = self.count, self.count + 1
         if number in self.lost:
             return no_faces()
@@ -33,7 +33,7 @@ class Detector:
             s * one + np.array([x, 0, 0], np.float32)
             for x, s in zip(self.shifts, scales, strict=True)
         ]
-        return Faces(np.array(faces), np.ones(len(faces), np.float32))
+        return DetectedFaces(np.array(faces), np.ones(len(faces), np.float32))
 
 
 @pytest.fixture
@@ -111,7 +111,7 @@ def test_a_variable_frame_rate_is_laid_on_a_clock(make_video, tmp_path, filmed):
     shown = there.reshape(len(times), -1, 3).astype(np.float32)
     pictures = iter(shown)
     track = track_face(
-        clip, lambda _: Faces(next(pictures)[None], np.ones(1, np.float32)), fps=25.0
+        clip, lambda _: DetectedFaces(next(pictures)[None], np.ones(1, np.float32)), fps=25.0
     )
     assert "variable frame rate" in track.notes[0]
     assert track.frame_count == pytest.approx(times[-1] * 25, abs=2)
@@ -169,4 +169,4 @@ def test_senseless_rates_are_refused(video, filmed, fps):
 
 def test_a_detector_of_another_shape_is_told_so():
     with pytest.raises(CaptureError, match="478"):
-        Faces(np.zeros((1, 68, 2), np.float32), np.ones(1, np.float32))
+        DetectedFaces(np.zeros((1, 68, 2), np.float32), np.ones(1, np.float32))

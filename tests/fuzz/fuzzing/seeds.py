@@ -175,13 +175,13 @@ def frames(folder: Path) -> None:
     """A registered frame of a capture, and the person's own face beside it."""
     from elocute.capture.frame_store import FrameRecord, write_frame
     from elocute.capture.registration.accuracy import SurfaceError
-    from elocute.capture.registration.model_fit import Shape
-    from elocute.capture.registration.pose import Pose
+    from elocute.capture.registration.model_fit import ModelParameters
+    from elocute.capture.registration.pose import HeadPose
     from elocute.capture.registration.register import Registration
 
     points = small_head().template.astype(np.float64)
     surface = SurfaceError(**dict.fromkeys(SurfaceError.__dataclass_fields__, 0.5))
-    shape = Shape(np.zeros(2), np.zeros(3), Pose(np.zeros(3), np.zeros((2, 3))))
+    shape = ModelParameters(np.zeros(2), np.zeros(3), HeadPose(np.zeros(3), np.zeros((2, 3))))
     found = Registration(points, points, shape, 0 * points, surface, 1.0, 0.1, ("a note",))
     record = FrameRecord(3, "", surface, 1.0, 68, 0.1, ("a note",))
     write_frame(place(folder, "good") / "00003.npz", "key", record, found)
@@ -277,11 +277,11 @@ def landmarks(folder: Path) -> None:
 
 def capture_folders(folder: Path) -> None:
     from elocute.capture.scans.scan_file import write_scan
-    from elocute.capture.scans.scan_sequence import SequenceFacts, write_facts
+    from elocute.capture.scans.scan_sequence import SequenceMetadata, write_metadata
 
     head, inner = small_head(), place(folder, "one")
-    facts = SequenceFacts(subject="anna", sentence="ah", text="ah", sound="ah.wav", neutral=0)
-    write_facts(inner, facts)
+    metadata = SequenceMetadata(subject="anna", sentence="ah", text="ah", sound="ah.wav", neutral=0)
+    write_metadata(inner, metadata)
     for number in range(2):
         write_scan(inner / f"{number:05}.ply", head.template, head.triangles)
     write_wav(inner / "ah.wav")
@@ -495,11 +495,11 @@ def tracks(folder: Path) -> None:
     """Lips tracked in video, as `grid` has them, and a sound beside them."""
     import soundfile
 
-    from elocute.corpus.importers.grid import NOSE, SCALARS
-    from elocute.corpus.importers.lip_fit import CONTOURS
+    from elocute.corpus.importers.grid import SCALARS
+    from elocute.head.mediapipe_face_mesh import LIP_CONTOURS, UNDER_NOSE
 
     inner, count = place(folder, "one"), 14
-    numbers = np.array(sorted({NOSE, *(n for contour in CONTOURS for n in contour)}))
+    numbers = np.array(sorted({UNDER_NOSE, *(n for contour in LIP_CONTOURS for n in contour)}))
     rng = np.random.default_rng(0)
     still = rng.normal(0, 30, (len(numbers), 3))
     wave = np.abs(np.sin(np.arange(count) / 2))

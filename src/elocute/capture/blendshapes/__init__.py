@@ -1,4 +1,12 @@
-"""Speech blendshapes: a linear basis learned from registered speech (in the wild 2019, 3.3)."""
+"""Speech blendshapes: a linear basis learned from registered speech (in the wild 2019, 3.3).
+
+blendshape_learning    a corpus to a head whose shapes are the basis
+principal_components   principal directions in one pass over more meshes than fit into memory
+settings               how many shapes, and how sparse
+localised_components   shapes that each move a part of the face
+basis_motion           a basis as a Motion that shows each shape in turn
+basis_comparison       how well a basis represents faces it was not learned from
+"""
 
 from __future__ import annotations
 
@@ -8,30 +16,35 @@ from elocute.lazy import lazy
 
 if TYPE_CHECKING:
     from elocute.capture.blendshapes.basis_comparison import (
-        Basis,
-        Projection,
-        project,
+        BasisProjection,
+        ReconstructionErrors,
+        reconstruction_errors,
         strongest_shapes,
     )
-    from elocute.capture.blendshapes.basis_motion import sweep
+    from elocute.capture.blendshapes.basis_motion import sweep_shapes
     from elocute.capture.blendshapes.blendshape_learning import Blendshapes, learn_blendshapes
     from elocute.capture.blendshapes.settings import BlendshapeConfig
 
 __all__ = [
-    "Basis",
+    "BasisProjection",
     "BlendshapeConfig",
     "Blendshapes",
-    "Projection",
+    "ReconstructionErrors",
     "learn_blendshapes",
-    "project",
+    "reconstruction_errors",
     "strongest_shapes",
-    "sweep",
+    "sweep_shapes",
 ]
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "basis_comparison": ("Basis", "Projection", "project", "strongest_shapes"),
-        "basis_motion": ("sweep",),
+        "basis_comparison": (
+            "BasisProjection",
+            "ReconstructionErrors",
+            "reconstruction_errors",
+            "strongest_shapes",
+        ),
+        "basis_motion": ("sweep_shapes",),
         "blendshape_learning": ("Blendshapes", "learn_blendshapes"),
         "settings": ("BlendshapeConfig",),
     },

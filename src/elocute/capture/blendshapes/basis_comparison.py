@@ -1,4 +1,4 @@
-"""How well a basis can represent faces that it was not learned from (in the wild 2019, 6.3)."""
+"""How well a basis represents faces it was not learned from (in the wild 2019, 6.3)."""
 
 from __future__ import annotations
 
@@ -12,34 +12,39 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.numerics.ridge import with_ridge
 
-Array = NDArray[np.float32]
-Doubles = NDArray[np.float64]
+Float32Array = NDArray[np.float32]
+Float64Array = NDArray[np.float64]
 BLOCK_FRAMES = 256
-RIDGE = 1e-9  # of the greatest eigenvalue: shapes that say the same
+RIDGE = 1e-9  # of the greatest eigenvalue: shapes that are dependent
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
+class ReconstructionErrors:
     """Errors of one basis.
 
-    name        of the basis
-    components  how many shapes it has
-    errors_mm   (frame,) mean distance of vertices between a mesh and its projection
+    Attributes
+    ----------
+    name
+        Of the basis.
+    components
+        How many shapes it has.
+    errors_mm
+        (frame,) mean distance of vertices between a mesh and its projection.
     """
 
     name: str
     components: int
-    errors_mm: Doubles
+    errors_mm: Float64Array
 
     @property
     def mean_mm(self) -> float:
         return float(self.errors_mm.mean())
 
 
-class Basis:
-    """Least-squares projection onto shapes (component, vertex, 3)."""
+class BasisProjection:
+    """Least-squares projection onto shapes (component, vertex, 3) m."""
 
-    def __init__(self, name: str, shapes: Array) -> None:
+    def __init__(self, name: str, shapes: Float32Array) -> None:
         self.name = name
         self.flat = shapes.reshape(len(shapes), -1).astype(np.float64)
         gram = self.flat @ self.flat.T
@@ -48,7 +53,7 @@ class Basis:
         # Orthonormal directions of the span, so that projecting needs no solving.
         self.directions = (vectors[:, kept] / np.sqrt(values[kept])).T @ self.flat
 
-    def errors_mm(self, displacements: Array) -> Doubles:
+    def errors_mm(self, displacements: Float32Array) -> Float64Array:
         """(frame,) mean distance of vertices in mm of (frame, vertex, 3) m."""
         flat = displacements.reshape(len(displacements), -1).astype(np.float64)
         left = flat - (flat @ self.directions.T) @ self.directions
@@ -56,13 +61,34 @@ class Basis:
         return lengths.mean(axis=1) * 1000
 
 
-def project(
+def reconstruction_errors(
     corpus: Corpus,
     names: Sequence[str],
-    bases: Sequence[Basis],
+    bases: Sequence[BasisProjection],
     progress: Callable[[float], None] | None = None,
-) -> list[Projection]:
-    """Project every frame of some clips onto every basis. Raises CorpusError."""
+) -> list[ReconstructionErrors]:
+    """Project every frame of some clips onto every basis.
+
+    Parameters
+    ----------
+    corpus
+        With meshes of the bases' topology.
+    names
+        Of the clips.
+    bases
+        To be compared.
+    progress
+        Called with the share of the clips that are done, 0 to 1.
+
+    Returns
+    -------
+    Errors of each basis, in the order given.
+
+    Raises
+    ------
+    CorpusError
+        Where a basis has another number of vertices.
+    """
     for basis in bases:
         if basis.flat.shape[1] != corpus.vertex_count * 3:
             raise CorpusError.about(
@@ -70,7 +96,7 @@ def project(
                 found=f"{basis.flat.shape[1] // 3} vertices",
                 allowed=f"{corpus.vertex_count}, as {corpus.folder} has",
             )
-    errors: list[list[Doubles]] = [[] for _ in bases]
+    errors: list[list[Float64Array]] = [[] for _ in bases]
     for done, name in enumerate(names, 1):
         for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
             block = corpus.displacements(name, start, start + BLOCK_FRAMES)
@@ -79,18 +105,32 @@ def project(
         if progress:
             progress(done / len(names))
     return [
-        Projection(basis.name, len(basis.flat), np.concatenate(found))
+        ReconstructionErrors(basis.name, len(basis.flat), np.concatenate(found))
         for basis, found in zip(bases, errors, strict=True)
     ]
 
 
 def strongest_shapes(
-    corpus: Corpus, names: Sequence[str], shapes: Array, count: int
+    corpus: Corpus, names: Sequence[str], shapes: Float32Array, count: int
 ) -> NDArray[np.intp]:
-    """The shapes of a basis that together explain some clips best, one added after another.
+    """The shapes of a basis that together explain some clips best, added greedily one after
+    another.
 
-    A comparison at equal numbers of components is with these. Orthogonal matching pursuit on the
+    For comparing bases at equal numbers of components. Orthogonal matching pursuit on the
     covariance of the clips in the span of the basis.
+
+    Parameters
+    ----------
+    corpus, names
+        The clips.
+    shapes
+        (component, vertex, 3) m.
+    count
+        How many to choose.
+
+    Returns
+    -------
+    (count,) ascending indices.
     """
     flat = shapes.reshape(len(shapes), -1).astype(np.float64)
     cross = np.zeros((len(flat), len(flat)))
@@ -110,8 +150,8 @@ def strongest_shapes(
     return np.array(sorted(chosen), np.intp)
 
 
-def _energy(gram: Doubles, cross: Doubles, chosen: list[int]) -> float:
-    """Squared displacement that the span of some shapes holds: tr(G⁻¹·C) over them."""
+def _energy(gram: Float64Array, cross: Float64Array, chosen: list[int]) -> float:
+    """Squared displacement captured by the span of some shapes: tr(G⁻¹·C) over them."""
     part = np.ix_(chosen, chosen)
     steadied = with_ridge(gram[part], RIDGE * len(chosen))
     return float(np.trace(np.linalg.solve(steadied, cross[part])))

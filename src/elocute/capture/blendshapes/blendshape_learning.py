@@ -8,8 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.blendshapes.localised_components import localised
-from elocute.capture.blendshapes.principal_components import Principal, principal_directions
+from elocute.capture.blendshapes.localised_components import localise_components
+from elocute.capture.blendshapes.principal_components import (
+    PrincipalComponents,
+    principal_directions,
+)
 from elocute.capture.blendshapes.settings import COMPONENTS, COMPONENTS_MAX, BlendshapeConfig
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.statistics import displacement_blocks
@@ -19,16 +22,21 @@ from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import one_line
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
 class Blendshapes:
     """A learned basis.
 
-    head       shapes `speech00`, `speech01`, …: a weight of 1 is one deviation, (vertex, 3) m
-    explained  (component,) share of the squared displacement that the first so many hold
-    frames     how many meshes it was learned from
+    Attributes
+    ----------
+    head
+        Shapes `speech00`, `speech01`, …: a weight of 1 is one standard deviation, (vertex, 3) m.
+    explained
+        (component,) share of the squared displacement explained by the shapes so far.
+    frames
+        How many meshes it was learned from.
     """
 
     head: HeadModel
@@ -46,12 +54,32 @@ def learn_blendshapes(
 ) -> Blendshapes:
     """Learn a basis from clips: every mesh minus its speaker's neutral face, then components.
 
-    Signs are fixed so that each component, on its own, lowers or (where it moves nothing down)
-    pushes forward what it moves most. Raises CorpusError where nothing moves.
+    Signs are fixed so that each component lowers what it moves most or, where that is a movement in
+    depth or to the side, moves it forward or to the left.
+
+    Parameters
+    ----------
+    corpus
+        With clips of one topology.
+    names
+        Of the clips to learn from.
+    config
+        How many shapes and of what kind; the paper's by default.
+    progress
+        Called with the share of the frames that are done, 0 to 1.
+
+    Raises
+    ------
+    CorpusError
+        Where nothing moves, or the corpus does not say how vertices are joined.
+
+    References
+    ----------
+    "Speech in the wild" (2019), section 3.3.
     """
     config = config or BlendshapeConfig()
     wanted = config.count or COMPONENTS_MAX
-    blocks = _told(
+    blocks = _with_progress(
         displacement_blocks(corpus, names), sum(corpus.entry(n).frames for n in names), progress
     )
     found = principal_directions(blocks, max(wanted, COMPONENTS))
@@ -59,30 +87,32 @@ def learn_blendshapes(
         raise CorpusError.about(corpus.folder, found="nothing moves", allowed="clips of speech")
     count = _count(found, config)
     if config.sparsity:
-        shapes, deviations = localised(found, count, config.sparsity)
+        shapes, deviations = localise_components(found, count, config.sparsity)
     else:
         shapes, deviations = found.directions[:count], found.deviations[:count]
     basis = _signed(shapes) * np.asarray(deviations, np.float32)[:, None]
     return Blendshapes(
-        head_of(corpus, basis.reshape(len(basis), -1, 3)), _explained(found, shapes), found.frames
+        _head_with_basis(corpus, basis.reshape(len(basis), -1, 3)),
+        _explained(found, shapes),
+        found.frames,
     )
 
 
-def _count(found: Principal, config: BlendshapeConfig) -> int:
+def _count(found: PrincipalComponents, config: BlendshapeConfig) -> int:
     if config.count is not None:
         return min(config.count, len(found.strengths))
     enough = np.flatnonzero(found.explained >= (config.variance or 1.0) - 1e-9)
     return int(enough[0]) + 1 if len(enough) else len(found.strengths)
 
 
-def _explained(found: Principal, shapes: Array) -> NDArray[np.float64]:
-    """Share of the energy in the span of the first one, two, … shapes."""
+def _explained(found: PrincipalComponents, shapes: Float32Array) -> NDArray[np.float64]:
+    """(component,) share of the energy in the span of the first one, two, … shapes."""
     basis, _ = np.linalg.qr(shapes.T.astype(np.float64))
     inside = (found.directions.astype(np.float64) * found.strengths[:, None]) @ basis
     return np.cumsum(np.square(inside).sum(axis=0)) / max(found.energy, 1e-300)
 
 
-def _signed(shapes: Array) -> Array:
+def _signed(shapes: Float32Array) -> Float32Array:
     """(component, number): the coordinate that moves most goes down, forward or to the left."""
     most = np.abs(shapes).argmax(axis=1)
     values = shapes[np.arange(len(shapes)), most]
@@ -90,7 +120,7 @@ def _signed(shapes: Array) -> Array:
     return shapes * (np.sign(values) * wanted).astype(np.float32)[:, None]
 
 
-def head_of(corpus: Corpus, basis: Array) -> HeadModel:
+def _head_with_basis(corpus: Corpus, basis: Float32Array) -> HeadModel:
     """The corpus's head with other shapes; the built-in one where its mesh is the corpus's."""
     names = tuple(f"speech{index:02d}" for index in range(len(basis)))
     builtin = load_builtin_head()
@@ -117,7 +147,7 @@ def head_of(corpus: Corpus, basis: Array) -> HeadModel:
     )
 
 
-def _told(
+def _with_progress(
     blocks: Iterable[NDArray[np.floating]], frames: int, progress: object
 ) -> Iterator[NDArray[np.floating]]:
     done = 0

@@ -1,8 +1,8 @@
-"""Components that move a part of the face each, instead of all of it.
+"""Components that each move a part of the face instead of all of it.
 
 Minimises ½‖X − A·C‖² + λ·Σ‖c‖ over vertices of every component (Neumann et al. 2013, without
-their map of supports), by block coordinate descent: a component at a time is fitted to what the
-others leave, and vertices that gain less than λ by it stay still.
+their support maps), by block coordinate descent: one component at a time is fitted to the
+residual of the others, and vertices that gain less than λ by it stay still.
 """
 
 from __future__ import annotations
@@ -10,23 +10,35 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.blendshapes.principal_components import Principal
+from elocute.capture.blendshapes.principal_components import PrincipalComponents
 
-Array = NDArray[np.float32]
-SWEEPS = 20
+Float32Array = NDArray[np.float32]
+ITERATIONS = 20
 
 
-def localised(principal: Principal, count: int, sparsity: float) -> tuple[Array, Array]:
-    """(component, number) unit shapes and (component,) their deviations, strongest first.
+def localise_components(
+    principal: PrincipalComponents, count: int, sparsity: float
+) -> tuple[Float32Array, Float32Array]:
+    """Sparse components from principal ones.
 
-    principal holds the motion as its strongest directions; sparsity 0…1 says how much a vertex
-    must gain, relative to the strongest vertex of a component.
+    Parameters
+    ----------
+    principal
+        The motion as its strongest directions.
+    count
+        How many components.
+    sparsity
+        0 to 1: the least gain of a vertex that moves, relative to a component's strongest vertex.
+
+    Returns
+    -------
+    Unit shapes (component, number) and their deviations (component,), strongest first.
     """
     data = principal.directions * principal.deviations[:, None].astype(np.float32)
     shapes = data[:count].copy()
     weights = np.eye(len(data), len(shapes), dtype=np.float32)
     left = data - weights @ shapes
-    for _ in range(SWEEPS):
+    for _ in range(ITERATIONS):
         for index in range(len(shapes)):
             left += np.outer(weights[:, index], shapes[index])
             weights[:, index], shapes[index] = _one(left, weights[:, index], sparsity)
@@ -38,8 +50,10 @@ def localised(principal: Principal, count: int, sparsity: float) -> tuple[Array,
     return shapes[order] / lengths[order, None], strength[order]
 
 
-def _one(left: Array, weight: Array, sparsity: float) -> tuple[Array, Array]:
-    """Weights (row,) of unit length and the shape (number,) that best explain what is left."""
+def _one(
+    left: Float32Array, weight: Float32Array, sparsity: float
+) -> tuple[Float32Array, Float32Array]:
+    """Weights (row,) of unit length and the shape (number,) that best explain the residual."""
     weight = weight / max(float(np.linalg.norm(weight)), 1e-12)
     shape = _shrunk(weight @ left, sparsity)
     length = float(np.linalg.norm(shape))
@@ -50,7 +64,7 @@ def _one(left: Array, weight: Array, sparsity: float) -> tuple[Array, Array]:
     return weight, _shrunk(weight @ left, sparsity)
 
 
-def _shrunk(shape: Array, sparsity: float) -> Array:
+def _shrunk(shape: Float32Array, sparsity: float) -> Float32Array:
     moved = shape.reshape(-1, 3)
     lengths = np.linalg.norm(moved, axis=1, keepdims=True)
     least = sparsity * float(lengths.max(initial=0))

@@ -10,23 +10,29 @@ from numpy.typing import NDArray
 
 from elocute.one_line_repr import one_line
 
-Array = NDArray[np.float32]
+Float32Array = NDArray[np.float32]
 OVERSAMPLING = 4  # directions kept while blocks come in, for each one wanted
 KEPT_LEAST = 96
 NEGLIGIBLE = 1e-14  # of the greatest squared singular value
 
 
 @dataclass(frozen=True, eq=False)
-class Principal:
+class PrincipalComponents:
     """Directions about the origin, which is the neutral face: no motion has no weight.
 
-    directions (component, number) orthonormal, strongest first
-    strengths  (component,) singular values
-    frames     how many rows were seen
-    energy     Σ of all squared numbers, those outside the directions included
+    Attributes
+    ----------
+    directions
+        (component, number) orthonormal, strongest first.
+    strengths
+        (component,) singular values.
+    frames
+        How many rows there were.
+    energy
+        Sum of all squared numbers, including those outside the directions.
     """
 
-    directions: Array
+    directions: Float32Array
     strengths: NDArray[np.float64]
     frames: int
     energy: float
@@ -40,15 +46,25 @@ class Principal:
 
     @property
     def explained(self) -> NDArray[np.float64]:
-        """(component,) share of the squared displacement that the first so many directions hold."""
+        """(component,) share of the squared displacement explained by the directions so far."""
         return np.cumsum(self.strengths**2) / max(self.energy, 1e-300)
 
 
-def principal_directions(blocks: Iterable[NDArray[np.floating]], count: int) -> Principal:
-    """Singular vectors of blocks (frame, …) laid on one another, one pass, bounded memory.
+def principal_directions(blocks: Iterable[NDArray[np.floating]], count: int) -> PrincipalComponents:
+    """Singular vectors of stacked blocks in one pass, with bounded memory.
 
-    What is known so far, each direction as long as it is strong, stands for all frames before
-    (sequential Karhunen-Loève, Levy and Lindenbaum 2000).
+    What is known so far, each direction scaled by its strength, stands for all frames before.
+
+    Parameters
+    ----------
+    blocks
+        (frame, …) displacements from the neutral face.
+    count
+        How many directions.
+
+    References
+    ----------
+    Levy and Lindenbaum (2000), sequential Karhunen-Loève.
     """
     kept = max(KEPT_LEAST, OVERSAMPLING * count)
     directions, strengths = None, np.zeros(0)
@@ -61,11 +77,11 @@ def principal_directions(blocks: Iterable[NDArray[np.floating]], count: int) -> 
             rows = np.concatenate([directions * strengths[:, None].astype(np.float32), rows])
         directions, strengths = _strongest(rows, kept)
     if directions is None:
-        return Principal(np.zeros((0, 0), np.float32), strengths, 0, 0.0)
-    return Principal(directions[:count], strengths[:count], frames, energy)
+        return PrincipalComponents(np.zeros((0, 0), np.float32), strengths, 0, 0.0)
+    return PrincipalComponents(directions[:count], strengths[:count], frames, energy)
 
 
-def _strongest(rows: Array, count: int) -> tuple[Array, NDArray[np.float64]]:
+def _strongest(rows: Float32Array, count: int) -> tuple[Float32Array, NDArray[np.float64]]:
     """Right singular vectors and values of (row, number) by the small Gram matrix."""
     wide = rows.astype(np.float64)
     values, vectors = np.linalg.eigh(wide @ wide.T)

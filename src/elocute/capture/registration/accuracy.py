@@ -12,7 +12,7 @@ from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 REACH_M = 0.02
 """Points of the scan further away than this are no part of the head."""
@@ -21,10 +21,16 @@ FACE_REACH_M = 0.01
 
 @dataclass(frozen=True)
 class SurfaceError:
-    """Distance from scan points to the registered surface in mm (VOCA 2019, section 6).
+    """Distance from scan points to the registered surface (VOCA 2019, section 6).
 
-    covered  share of the scan's points within 20 mm of the surface; the rest is not counted
-    face     share of the face that has a point of the scan within 10 mm
+    Attributes
+    ----------
+    median, mean, p95
+        mm, of the points within 20 mm.
+    covered
+        Share of the scan's points within 20 mm of the surface.
+    face
+        Share of the face that has a point of the scan within 10 mm.
     """
 
     median: float
@@ -34,18 +40,29 @@ class SurfaceError:
     face: float = 1.0
 
     def record(self) -> dict[str, float]:
+        """Values by name, rounded to 10 nm."""
         return {name: round(value, 5) for name, value in asdict(self).items()}
 
 
-def scan_distances(template: Template, vertices: Floats, scan: Scan) -> Floats:
-    """(point,) mm from each point of the scan to the surface; infinite beyond 20 mm."""
+def scan_distances(template: Template, vertices: Float64Array, scan: Scan) -> Float64Array:
+    """Distance of each point of a scan from the template's surface.
+
+    Parameters
+    ----------
+    vertices
+        (vertex, 3) m, the template's shape in the scan's frame.
+
+    Returns
+    -------
+    (point,) mm; infinite beyond 20 mm.
+    """
     surface = template.surface(vertices)
     squared = surface.closest(scan.points, REACH_M, near=3).squared
     return 1000 * np.sqrt(squared)
 
 
-def face_seen(head: HeadModel, vertices: Floats, points: Floats) -> float:
-    """Share of the face's vertices with a point (point, 3) m near; 1 for a head without places."""
+def face_coverage(head: HeadModel, vertices: Float64Array, points: Float64Array) -> float:
+    """Share of the face's vertices with a point (point, 3) m near; 1 for a head without regions."""
     from scipy.spatial import KDTree
 
     face = vertices[head.regions["face"]] if "face" in head.regions else vertices[:0]
@@ -55,8 +72,8 @@ def face_seen(head: HeadModel, vertices: Floats, points: Floats) -> float:
     return float(np.isfinite(apart).mean())
 
 
-def surface_error(distances_mm: Floats) -> SurfaceError:
-    """Of distances (point,), infinite where a point is no part of the head."""
+def surface_error(distances_mm: Float64Array) -> SurfaceError:
+    """Statistics of distances (point,) mm, infinite where a point is no part of the head."""
     near = distances_mm[np.isfinite(distances_mm)]
     if not len(near):
         return SurfaceError(np.inf, np.inf, np.inf, 0.0)
@@ -68,8 +85,10 @@ def surface_error(distances_mm: Floats) -> SurfaceError:
     )
 
 
-def landmark_error_mm(head: HeadModel, vertices: Floats, landmarks: Landmarks) -> float | None:
-    """Mean distance of the good landmarks but the jaw line's, or None where there are none."""
+def landmark_error_mm(
+    head: HeadModel, vertices: Float64Array, landmarks: Landmarks
+) -> float | None:
+    """Mean distance of the good landmarks without the jaw line, or None without any."""
     good = np.flatnonzero(landmarks.good)
     good = good[good >= 17]
     if not len(good) or not len(head.landmarks):
@@ -78,7 +97,9 @@ def landmark_error_mm(head: HeadModel, vertices: Floats, landmarks: Landmarks) -
     return float(1000 * np.linalg.norm(apart, axis=1).mean())
 
 
-def correspondence_mm(head: HeadModel, vertices: Floats, truth: Floats) -> dict[str, float]:
-    """Mean distance of vertices (vertex, 3) m to where they truly are, for each named region."""
+def correspondence_mm(
+    head: HeadModel, vertices: Float64Array, truth: Float64Array
+) -> dict[str, float]:
+    """Mean distance of vertices (vertex, 3) m from the truth, for each named region, mm."""
     apart = 1000 * np.linalg.norm(vertices - truth, axis=1)
     return {name: float(apart[where].mean()) for name, where in head.regions.items() if len(where)}

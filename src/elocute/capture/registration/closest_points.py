@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.integer]
+Float64Array = NDArray[np.float64]
+IndexArray = NDArray[np.integer]
 
 SAMPLE_M = 0.004
 """Spacing of the samples by which a triangle of a coarse mesh is found."""
@@ -20,28 +20,47 @@ SAMPLES_MAX = 12  # along an edge: beyond, triangles are found by their nearest 
 
 
 @dataclass(frozen=True, eq=False)
-class Attached:
-    """Points laid on a mesh.
+class ClosestPoints:
+    """The point of a mesh closest to each query point.
 
-    triangle  (query,) which triangle
-    bary      (query, 3) where in it
-    points    (query, 3) m
-    squared   (query,) m², squared distance
+    Attributes
+    ----------
+    triangle
+        (query,) index of its triangle.
+    bary
+        (query, 3) barycentric coordinates in it.
+    points
+        (query, 3) m.
+    squared
+        (query,) m², squared distance; infinite where none is within reach.
     """
 
     triangle: NDArray[np.intp]
-    bary: Floats
-    points: Floats
-    squared: Floats
+    bary: Float64Array
+    points: Float64Array
+    squared: Float64Array
 
     __repr__ = one_line
 
 
-def on_triangles(query: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
-    """(query, 3) barycentric coordinates of the point of triangle abc closest to each query.
+def closest_on_triangles(
+    query: Float64Array, a: Float64Array, b: Float64Array, c: Float64Array
+) -> Float64Array:
+    """Barycentric coordinates of the point of one triangle closest to each query point.
 
-    All arrays (query, 3). The regions of Ericson, Real-Time Collision Detection (2005), 5.1.5,
-    taken all at once: inside by the plane, else the closest of three edges.
+    Parameters
+    ----------
+    query, a, b, c
+        (query, 3) points and the corners of their triangles.
+
+    Returns
+    -------
+    (query, 3).
+
+    References
+    ----------
+    Ericson, Real-Time Collision Detection (2005), 5.1.5: inside by the plane, else the closest of
+    three edges.
     """
     ab, ac, ap = b - a, c - a, query - a
     d00, d01, d11 = _dot(ab, ab), _dot(ab, ac), _dot(ac, ac)
@@ -56,7 +75,9 @@ def on_triangles(query: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
     return bary
 
 
-def _on_edges(query: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
+def _on_edges(
+    query: Float64Array, a: Float64Array, b: Float64Array, c: Float64Array
+) -> Float64Array:
     corners = (a, b, c)
     best = np.full(len(query), np.inf)
     bary = np.zeros((len(query), 3))
@@ -75,19 +96,24 @@ def _on_edges(query: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
     return bary
 
 
-def _dot(a: Floats, b: Floats) -> Floats:
+def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
     return np.einsum("ij,ij->i", a, b)
 
 
 @dataclass(frozen=True, eq=False)
-class FineMesh:
+class DenseMesh:
     """A dense mesh (a scan): the closest triangle is one around the closest vertex.
 
-    points (vertex, 3) m, each part of a triangle; triangles (triangle, 3).
+    Attributes
+    ----------
+    points
+        (vertex, 3) m, each part of a triangle.
+    triangles
+        (triangle, 3).
     """
 
-    points: Floats
-    triangles: Indices
+    points: Float64Array
+    triangles: IndexArray
 
     __repr__ = one_line
 
@@ -108,13 +134,13 @@ class FineMesh:
         step = np.where(step < counts[:, None], step, 0)
         return (order // 3)[np.minimum(starts[:, None] + step, len(order) - 1)]
 
-    def closest(self, query: Floats, reach_m: float = np.inf) -> Attached:
+    def closest(self, query: Float64Array, reach_m: float = np.inf) -> ClosestPoints:
         """The closest points to query (query, 3) m; beyond reach_m their distance is infinite."""
         _, vertex = self.tree.query(query, distance_upper_bound=reach_m)
         found = vertex < len(self.points)
         vertex = np.where(found, vertex, 0)
         fans = self._fans[vertex]
-        best = Attached(
+        best = ClosestPoints(
             fans[:, 0],
             np.zeros((len(query), 3)),
             np.zeros((len(query), 3)),
@@ -128,24 +154,33 @@ class FineMesh:
 
 
 @dataclass(frozen=True, eq=False)
-class Lattice:
+class TriangleSamples:
     """Samples on the triangles of a coarse mesh, by which the closest triangle is found.
 
-    triangle (sample,), bary (sample, 3): made once for a topology, valid for all its shapes.
+    Made once for a topology, valid for all its shapes.
+
+    Attributes
+    ----------
+    triangle
+        (sample,) index of the triangle.
+    bary
+        (sample, 3) barycentric coordinates in it.
     """
 
     triangle: NDArray[np.intp]
-    bary: Floats
+    bary: Float64Array
 
     __repr__ = one_line
 
-    def points(self, vertices: Floats, triangles: Indices) -> Floats:
+    def points(self, vertices: Float64Array, triangles: IndexArray) -> Float64Array:
         corners = vertices[triangles[self.triangle]]
         return np.einsum("sc,sca->sa", self.bary, corners)
 
 
-def lattice_of(vertices: Floats, triangles: Indices, spacing_m: float = SAMPLE_M) -> Lattice:
-    """Samples no further apart than about spacing_m, one per triangle at least."""
+def sample_triangles(
+    vertices: Float64Array, triangles: IndexArray, spacing_m: float = SAMPLE_M
+) -> TriangleSamples:
+    """Samples no further apart than about spacing_m, at least one per triangle."""
     corners = vertices[triangles]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     parts = np.clip(np.ceil(edges / spacing_m), 1, SAMPLES_MAX).astype(int)
@@ -155,10 +190,10 @@ def lattice_of(vertices: Floats, triangles: Indices, spacing_m: float = SAMPLE_M
         inner = _inner_samples(int(count))
         triangle.append(np.repeat(rows, len(inner)))
         bary.append(np.tile(inner, (len(rows), 1)))
-    return Lattice(np.concatenate(triangle), np.concatenate(bary))
+    return TriangleSamples(np.concatenate(triangle), np.concatenate(bary))
 
 
-def _inner_samples(count: int) -> Floats:
+def _inner_samples(count: int) -> Float64Array:
     """(sample, 3) centres of the count² small triangles into which a triangle divides."""
     samples = []
     for i in range(count):
@@ -172,14 +207,21 @@ def _inner_samples(count: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class CoarseMesh:
-    """A mesh with large triangles (a template): found by samples on them.
+    """A mesh with large triangles (a template), searched by samples on them.
 
-    vertices (vertex, 3) m, triangles (triangle, 3), lattice of the same triangles.
+    Attributes
+    ----------
+    vertices
+        (vertex, 3) m.
+    triangles
+        (triangle, 3).
+    triangle_samples
+        Of the same triangles.
     """
 
-    vertices: Floats
-    triangles: Indices
-    lattice: Lattice
+    vertices: Float64Array
+    triangles: IndexArray
+    triangle_samples: TriangleSamples
 
     __repr__ = one_line
 
@@ -187,23 +229,23 @@ class CoarseMesh:
     def _tree(self) -> Any:
         from scipy.spatial import KDTree
 
-        samples = self.lattice.points(self.vertices, self.triangles)
+        samples = self.triangle_samples.points(self.vertices, self.triangles)
         return KDTree(samples, balanced_tree=False, compact_nodes=False, leafsize=16)
 
-    def closest(self, query: Floats, reach_m: float = np.inf, near: int = 2) -> Attached:
+    def closest(self, query: Float64Array, reach_m: float = np.inf, near: int = 2) -> ClosestPoints:
         """The closest points to query (query, 3) m, among the triangles of `near` samples."""
         _, sample = self._tree.query(query, k=near, distance_upper_bound=reach_m)
         sample = sample.reshape(len(query), near)
-        best = Attached(
+        best = ClosestPoints(
             np.zeros(len(query), np.intp),
             np.zeros((len(query), 3)),
             np.zeros((len(query), 3)),
             np.full(len(query), np.inf),
         )
-        count = len(self.lattice.triangle)
+        count = len(self.triangle_samples.triangle)
         before = np.full(len(query), -1)
         for column in range(near):
-            triangle = self.lattice.triangle[np.minimum(sample[:, column], count - 1)]
+            triangle = self.triangle_samples.triangle[np.minimum(sample[:, column], count - 1)]
             rows = np.flatnonzero((sample[:, column] < count) & (triangle != before))
             before = triangle
             _improve(best, rows, query[rows], triangle[rows], self.vertices, self.triangles)
@@ -211,16 +253,16 @@ class CoarseMesh:
 
 
 def _improve(
-    best: Attached,
+    best: ClosestPoints,
     rows: NDArray[np.intp],
-    query: Floats,
+    query: Float64Array,
     triangle: NDArray[np.intp],
-    vertices: Floats,
-    triangles: Indices,
+    vertices: Float64Array,
+    triangles: IndexArray,
 ) -> None:
     """Take a triangle for rows where it is closer than what was found before."""
     a, b, c = (vertices[triangles[triangle, corner]] for corner in range(3))
-    bary = on_triangles(query, a, b, c)
+    bary = closest_on_triangles(query, a, b, c)
     points = bary[:, :1] * a + bary[:, 1:2] * b + bary[:, 2:] * c
     left = query - points
     squared = _dot(left, left)

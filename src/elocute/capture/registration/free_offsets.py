@@ -15,81 +15,116 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.matching import Matches, Samples, match, robust_weights
+from elocute.capture.registration.correspondences import (
+    Correspondences,
+    ScanSamples,
+    find_correspondences,
+    robust_weights,
+)
 from elocute.capture.registration.template import Template
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 NOISE_M = 2e-4
 
 
 @dataclass(frozen=True)
-class Softness:
-    """One step towards the scan.
+class OffsetStage:
+    """Settings of one step towards the scan.
 
-    bend_m     length over which offsets may bend: shorter follows more, noise too
-    stretch_m  length over which they may change at all; keeps unseen parts quiet
-    hold       share of the area by which an offset is drawn back to the model
-    reach_m    furthest match
-    facing     smallest cosine between the normals of a match
+    Attributes
+    ----------
+    bend_m
+        Length over which offsets may bend: shorter follows more detail, and more noise.
+    stretch_m
+        Length over which they may change at all; keeps unseen parts quiet.
+    anchor
+        Share of the area by which an offset is drawn back to the model.
+    reach_m
+        The largest distance of a correspondence.
+    facing
+        The smallest cosine between the normals of a correspondence.
     """
 
     bend_m: float
     stretch_m: float = 3e-4
-    hold: float = 1e-3
+    anchor: float = 1e-3
     reach_m: float = 0.004
     facing: float = 0.6
 
 
-COLD = (Softness(0.008, reach_m=0.006), Softness(0.004), Softness(0.003, reach_m=0.003))
-WARM = (Softness(0.004), Softness(0.003, reach_m=0.003))
+COLD_STAGES = (
+    OffsetStage(0.008, reach_m=0.006),
+    OffsetStage(0.004),
+    OffsetStage(0.003, reach_m=0.003),
+)
+WARM_STAGES = (OffsetStage(0.004), OffsetStage(0.003, reach_m=0.003))
 
 
-def free_offsets(
+def fit_offsets(
     template: Template,
-    model: Floats,
-    samples: Samples,
+    model: Float64Array,
+    samples: ScanSamples,
     *,
-    start: Floats | None = None,
-    steps: Sequence[Softness] = COLD,
-) -> Floats:
-    """(vertex, 3) m to be added to the model (vertex, 3) m, posed as the scan; zero off the skin.
+    start: Float64Array | None = None,
+    stages: Sequence[OffsetStage] = COLD_STAGES,
+) -> Float64Array:
+    """Smooth offsets from the model to the scan (VOCA 2019, section 6).
 
-    start  offsets (vertex, 3) m of the frame before, turned as this one
+    Parameters
+    ----------
+    template
+        Its skin may move.
+    model
+        (vertex, 3) m, the fitted model in the scan's frame.
+    samples
+        Of the scan.
+    start
+        Offsets (vertex, 3) m of the frame before, posed as this one.
+    stages
+        Settings, coarse to fine.
+
+    Returns
+    -------
+    (vertex, 3) m to be added to the model; zero off the skin.
     """
     offsets = np.zeros_like(model) if start is None else start.copy()
-    for step in steps:
-        matched = match(
-            template, model + offsets, samples, reach_m=step.reach_m, facing=step.facing
+    for stage in stages:
+        matched = find_correspondences(
+            template, model + offsets, samples, reach_m=stage.reach_m, facing=stage.facing
         )
-        offsets[template.skin] += _change(template, offsets[template.skin], matched, samples, step)
+        offsets[template.skin] += _change(template, offsets[template.skin], matched, samples, stage)
     return offsets
 
 
 def _change(
-    template: Template, offsets: Floats, matched: Matches, samples: Samples, step: Softness
-) -> Floats:
-    """(free, 3) m: the best change of offsets (free, 3) m for given matches."""
+    template: Template,
+    offsets: Float64Array,
+    matched: Correspondences,
+    samples: ScanSamples,
+    stage: OffsetStage,
+) -> Float64Array:
+    """(free, 3) m: the best change of offsets (free, 3) m for given correspondences."""
     from scipy.sparse import csr_matrix, diags
 
-    corners = template.place_in_skin[template.triangles[matched.triangle]]
+    corners = template.skin_index[template.triangles[matched.triangle]]
     rows = np.flatnonzero((corners >= 0).all(axis=1))
     weights = robust_weights(matched.gap[rows], NOISE_M) * samples.areas[matched.sample[rows]]
     starts = 3 * np.arange(len(rows) + 1)
     spread: Any = csr_matrix(
         (matched.bary[rows].ravel(), corners[rows].ravel(), starts), (len(rows), len(offsets))
     )
-    smooth = step.bend_m**4 * template.bending + step.stretch_m**2 * template.stretching
-    smooth = smooth + diags(step.hold * template.skin_areas)
+    smooth = stage.bend_m**4 * template.bend_matrix + stage.stretch_m**2 * template.stretch_matrix
+    smooth = smooth + diags(stage.anchor * template.skin_areas)
     weighted = spread.T @ diags(weights)
     target = matched.gap[rows, None] * matched.normals[rows]
-    return solve_symmetric(
+    return _solve_symmetric(
         (weighted @ spread + smooth).tocsc(), weighted @ target - smooth @ offsets
     )
 
 
-def solve_symmetric(matrix: Any, side: Floats) -> Floats:
-    """x of matrix · x = side, for a sparse positive definite matrix."""
+def _solve_symmetric(matrix: Any, side: Float64Array) -> Float64Array:
+    """x of matrix · x = side, for a sparse, positive definite matrix."""
     from scipy.sparse.linalg import splu
 
     # No pivoting is needed, and the order of a symmetric matrix fills in least.

@@ -14,48 +14,66 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.matching import Matches, Samples, match, robust_weights
-from elocute.capture.registration.pose import Pose, turning_joints
+from elocute.capture.registration.correspondences import (
+    Correspondences,
+    ScanSamples,
+    find_correspondences,
+    robust_weights,
+)
+from elocute.capture.registration.pose import HeadPose, posed_joints
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.motion.joint_jacobians import Rig, joint_slopes, vertex_transforms
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, multiply
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 MM = 1000.0
 NOISE_M = 1e-4
 """Smallest scale of the robust weights: about a scanner's noise."""
 TURN_COST = 1e-3
-"""Of a squared radian of the neck, in mm² of mean squared distance: it moves little."""
+"""Cost of a squared radian of the neck, in mm² of mean squared distance: it moves little."""
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
-    """What the model says about one scan.
+class ModelParameters:
+    """The head model fitted to one scan.
 
-    identity    (identity,) standard deviations; (0,) where the face is known
-    expression  (expression,) weights
-    pose        where the head stands
+    Attributes
+    ----------
+    identity
+        (identity,) standard deviations; (0,) where the face is known.
+    expression
+        (expression,) weights.
+    pose
+        Where the head stands.
     """
 
-    identity: Floats
-    expression: Floats
-    pose: Pose
+    identity: Float64Array
+    expression: Float64Array
+    pose: HeadPose
 
 
 @dataclass(frozen=True)
-class Round:
-    """Some steps of the fit with the same settings.
+class FitStage:
+    """Some iterations of the fit with the same settings.
 
-    steps       how many
-    reach_m     furthest match
-    facing      smallest cosine between the normals of a match
-    landmarks   weight of the mean squared landmark distance against the surface's
-    believed_m  landmarks that are further off than this, root mean square, weigh less by its
-                fourth power: once the surface is near, it knows better than a detector
-    identity, expression  cost of a squared coefficient in mm² of mean squared distance
+    Attributes
+    ----------
+    steps
+        How many.
+    reach_m
+        The largest distance of a correspondence.
+    facing
+        The smallest cosine between the normals of a correspondence.
+    landmarks
+        Weight of the mean squared landmark distance relative to the surface's.
+    identity, expression
+        Cost of a squared coefficient in mm² of mean squared distance.
+    trusted_m
+        Landmarks further off than this (root mean square) weigh less, by its fourth power: once the
+        surface is near, it is more accurate than a landmark detector.
     """
 
     steps: int
@@ -64,117 +82,143 @@ class Round:
     landmarks: float
     identity: float = 2e-3
     expression: float = 2e-3
-    believed_m: float = np.inf
+    trusted_m: float = np.inf
 
 
-BELIEVED_M = 0.0015
-COLD = (
-    Round(3, 0.03, 0.3, 1.0, 0.2, 0.2),
-    Round(4, 0.015, 0.4, 0.1, 0.02, 0.02),
-    Round(4, 0.006, 0.5, 0.01, believed_m=BELIEVED_M),
-    Round(3, 0.003, 0.6, 0.003, 5e-4, 5e-4, BELIEVED_M),
+TRUSTED_LANDMARKS_M = 0.0015
+COLD_STAGES = (
+    FitStage(3, 0.03, 0.3, 1.0, 0.2, 0.2),
+    FitStage(4, 0.015, 0.4, 0.1, 0.02, 0.02),
+    FitStage(4, 0.006, 0.5, 0.01, trusted_m=TRUSTED_LANDMARKS_M),
+    FitStage(3, 0.003, 0.6, 0.003, 5e-4, 5e-4, TRUSTED_LANDMARKS_M),
 )
 """From landmarks alone."""
-WARM = (
-    Round(3, 0.006, 0.5, 0.01, believed_m=BELIEVED_M),
-    Round(2, 0.003, 0.6, 0.003, 5e-4, 5e-4, BELIEVED_M),
+WARM_STAGES = (
+    FitStage(3, 0.006, 0.5, 0.01, trusted_m=TRUSTED_LANDMARKS_M),
+    FitStage(2, 0.003, 0.6, 0.003, 5e-4, 5e-4, TRUSTED_LANDMARKS_M),
 )
 """From the frame before."""
 BOUNDS = (-0.25, 1.25)
-"""Of a weight of a shape that is drawn to go from 0 to 1 (ARKit's); others are free."""
+"""Of the weight of a shape made for weights from 0 to 1 (ARKit's); others are unbounded."""
 
 
 @dataclass(frozen=True, eq=False)
 class ModelFit:
-    """A template with what all steps share."""
+    """Gauss-Newton fit of a template's identity (where wanted), expression and pose."""
 
     template: Template
     with_identity: bool
 
     @property
-    def basis(self) -> Floats:
+    def basis(self) -> Float64Array:
         """(identity + expression, vertex · 3)."""
         parts = [self.template.basis]
         if self.with_identity:
             parts.insert(0, self.template.identity_basis)
         return np.concatenate(parts).reshape(sum(map(len, parts)), -1)
 
-    def neutral_start(self, pose: Pose) -> Shape:
+    def neutral_start(self, pose: HeadPose) -> ModelParameters:
+        """The template itself at a pose."""
         count = len(self.template.identity_basis) if self.with_identity else 0
-        return Shape(np.zeros(count), np.zeros(len(self.template.basis)), pose)
+        return ModelParameters(np.zeros(count), np.zeros(len(self.template.basis)), pose)
 
-    def joints(self, shape: Shape) -> Floats:
+    def joints(self, parameters: ModelParameters) -> Float64Array:
         """(joint, 3) m of this identity."""
         head = self.template.head
-        return head.identity_joints(shape.identity.astype(np.float32)).astype(np.float64)
+        return head.identity_joints(parameters.identity.astype(np.float32)).astype(np.float64)
 
-    def zero(self, shape: Shape) -> Floats:
+    def zero_pose_vertices(self, parameters: ModelParameters) -> Float64Array:
         """(vertex, 3) m in zero pose."""
         head = self.template
-        moved = np.tensordot(shape.expression, head.basis, 1)
-        if len(shape.identity):
-            moved = moved + np.tensordot(shape.identity, head.identity_basis, 1)
+        moved = np.tensordot(parameters.expression, head.basis, 1)
+        if len(parameters.identity):
+            moved = moved + np.tensordot(parameters.identity, head.identity_basis, 1)
         return head.vertices + moved
 
-    def posed(self, shape: Shape) -> Floats:
-        """(vertex, 3) m as the scan stands."""
-        matrices, shifts = vertex_transforms(self._rig(shape), shape.pose.turns)
-        moved = np.einsum("vab,vb->va", matrices, self.zero(shape)) + shifts
-        return moved + shape.pose.translation
+    def posed_vertices(self, parameters: ModelParameters) -> Float64Array:
+        """(vertex, 3) m in the scan's frame."""
+        matrices, shifts = vertex_transforms(self._rig(parameters), parameters.pose.turns)
+        moved = np.einsum("vab,vb->va", matrices, self.zero_pose_vertices(parameters)) + shifts
+        return moved + parameters.pose.translation
 
-    def _rig(self, shape: Shape) -> Rig:
+    def _rig(self, parameters: ModelParameters) -> Rig:
         head = self.template.head
-        return Rig(self.joints(shape), head.joint_parents, head.skin_weights.astype(np.float64))
+        return Rig(
+            self.joints(parameters), head.joint_parents, head.skin_weights.astype(np.float64)
+        )
 
     def fit(
-        self, samples: Samples, landmarks: Landmarks, start: Shape, rounds: Sequence[Round] = COLD
-    ) -> Shape:
-        """The shape nearest to samples and landmarks, from a start near it."""
+        self,
+        samples: ScanSamples,
+        landmarks: Landmarks,
+        start: ModelParameters,
+        stages: Sequence[FitStage] = COLD_STAGES,
+    ) -> ModelParameters:
+        """The parameters nearest to samples and landmarks.
+
+        Parameters
+        ----------
+        samples
+            Of the scan.
+        landmarks
+            In the scan's frame; may hold none that are good.
+        start
+            Parameters near the result.
+        stages
+            Settings, coarse to fine.
+        """
         basis = np.ascontiguousarray(self.basis.T)
-        shape = start
-        for turn in rounds:
-            for _ in range(turn.steps):
-                shape = self._step(samples, landmarks, shape, turn, basis)
-        return shape
+        parameters = start
+        for stage in stages:
+            for _ in range(stage.steps):
+                parameters = self._step(samples, landmarks, parameters, stage, basis)
+        return parameters
 
     def _step(
-        self, samples: Samples, landmarks: Landmarks, shape: Shape, turn: Round, basis: Floats
-    ) -> Shape:
-        posed = self.posed(shape)
-        matched = match(
-            self.template, posed, samples, reach_m=turn.reach_m, facing=turn.facing, near=1
+        self,
+        samples: ScanSamples,
+        landmarks: Landmarks,
+        parameters: ModelParameters,
+        stage: FitStage,
+        basis: Float64Array,
+    ) -> ModelParameters:
+        posed = self.posed_vertices(parameters)
+        matched = find_correspondences(
+            self.template, posed, samples, reach_m=stage.reach_m, facing=stage.facing, near=1
         )
         weights = robust_weights(matched.gap, NOISE_M)
-        slopes = self._surface_slopes(matched, shape, basis)
+        slopes = self._surface_slopes(matched, parameters, basis)
         total = max(float(weights.sum()), 1e-9)
-        # Few matches say little: landmarks then count for more.
+        # With few correspondences landmarks count for more.
         scaled = MM * slopes * np.sqrt(weights / total)[:, None]
         left = MM * matched.gap * np.sqrt(weights / total)
         gram, side = scaled.T @ scaled, scaled.T @ left
-        if turn.landmarks:
-            self._add_landmarks(gram, side, landmarks, shape, posed, basis, turn)
-        return self._solved(gram, side, shape, turn)
+        if stage.landmarks:
+            self._add_landmarks(gram, side, landmarks, parameters, posed, basis, stage)
+        return self._solved(gram, side, parameters, stage)
 
-    def _surface_slopes(self, matched: Matches, shape: Shape, basis: Floats) -> Floats:
+    def _surface_slopes(
+        self, matched: Correspondences, parameters: ModelParameters, basis: Float64Array
+    ) -> Float64Array:
         """(match, unknown) m: how the surface under each match rises along its normal."""
         corners = self.template.triangles[matched.triangle]
-        return self._slopes(corners, matched.bary, matched.normals, shape, basis)
+        return self._slopes(corners, matched.bary, matched.normals, parameters, basis)
 
     def _slopes(
         self,
         corners: NDArray[np.integer],
-        bary: Floats,
-        along: Floats,
-        shape: Shape,
-        basis: Floats,
-    ) -> Floats:
+        bary: Float64Array,
+        along: Float64Array,
+        parameters: ModelParameters,
+        basis: Float64Array,
+    ) -> Float64Array:
         """(point, unknown): shapes, joints, translation; along (point, 3) unit directions."""
         from scipy.sparse import csr_matrix
 
         head = self.template.head
         weights = np.einsum("pc,pcj->pj", bary, head.skin_weights.astype(np.float64)[corners])
-        rig = Rig(self.joints(shape), head.joint_parents, weights)
-        matrices, _ = vertex_transforms(rig, shape.pose.turns)
+        rig = Rig(self.joints(parameters), head.joint_parents, weights)
+        matrices, _ = vertex_transforms(rig, parameters.pose.turns)
         back = np.einsum("pab,pa->pb", matrices, along)
         rows = bary[:, :, None] * back[:, None, :]
         columns = 3 * corners[:, :, None].astype(np.int64) + np.arange(3)
@@ -182,46 +226,48 @@ class ModelFit:
         spread: Any = csr_matrix(
             (rows.ravel(), columns.ravel(), starts), (len(corners), len(basis))
         )
-        points = np.einsum("pc,pca->pa", bary, self.zero(shape)[corners])
-        turning = joint_slopes(rig, shape.pose.turns, points, turning_joints(head))
+        points = np.einsum("pc,pca->pa", bary, self.zero_pose_vertices(parameters)[corners])
+        turning = joint_slopes(rig, parameters.pose.turns, points, posed_joints(head))
         return np.concatenate(
             [spread @ basis, np.einsum("pa,pak->pk", along, turning), along], axis=1
         )
 
     def _add_landmarks(
         self,
-        gram: Floats,
-        side: Floats,
+        gram: Float64Array,
+        side: Float64Array,
         landmarks: Landmarks,
-        shape: Shape,
-        posed: Floats,
-        basis: Floats,
-        turn: Round,
+        parameters: ModelParameters,
+        posed: Float64Array,
+        basis: Float64Array,
+        stage: FitStage,
     ) -> None:
         vertices, places, shares = self.template.landmark_weights(landmarks)
         if not len(vertices):
             return
         apart, shares = places - posed[vertices], shares / shares.sum()
         off_m = float(np.sqrt(shares @ np.square(apart).sum(axis=1)))
-        belief = min(1.0, turn.believed_m / max(off_m, 1e-9)) ** 4
-        shares = MM * np.sqrt(turn.landmarks * belief * shares)
+        belief = min(1.0, stage.trusted_m / max(off_m, 1e-9)) ** 4
+        shares = MM * np.sqrt(stage.landmarks * belief * shares)
         left = apart * shares[:, None]
         for axis in range(3):
             along = np.zeros((len(vertices), 3))
             along[:, axis] = shares
             slopes = self._slopes(
-                vertices[:, None], np.ones((len(vertices), 1)), along, shape, basis
+                vertices[:, None], np.ones((len(vertices), 1)), along, parameters, basis
             )
             gram += slopes.T @ slopes
             side += slopes.T @ left[:, axis]
 
-    def _solved(self, gram: Floats, side: Floats, shape: Shape, turn: Round) -> Shape:
+    def _solved(
+        self, gram: Float64Array, side: Float64Array, parameters: ModelParameters, stage: FitStage
+    ) -> ModelParameters:
         """The step that solves the normal equations, with ridge and bounds."""
         head = self.template.head
-        identities, expressions = len(shape.identity), len(shape.expression)
-        joints = turning_joints(head)
-        known = np.concatenate([shape.identity, shape.expression])
-        cost = np.r_[np.full(identities, turn.identity), np.full(expressions, turn.expression)]
+        identities, expressions = len(parameters.identity), len(parameters.expression)
+        joints = posed_joints(head)
+        known = np.concatenate([parameters.identity, parameters.expression])
+        cost = np.r_[np.full(identities, stage.identity), np.full(expressions, stage.expression)]
         count = len(known)
         damping = np.r_[cost, np.zeros(3), np.full(3 * len(joints) - 3, TURN_COST), np.zeros(3)]
         gram = gram + np.diag(damping + 1e-9 * np.diag(gram) + 1e-12)
@@ -230,15 +276,15 @@ class ModelFit:
         low, high = np.full(len(side), -np.inf), np.full(len(side), np.inf)
         if "jawOpen" in head.expression_names:
             span = slice(identities, count)
-            low[span], high[span] = (bound - shape.expression for bound in BOUNDS)
+            low[span], high[span] = (bound - parameters.expression for bound in BOUNDS)
         step = solve_box(gram, side, np.minimum(low, 0), np.maximum(high, 0))
-        turns = shape.pose.turns.copy()
+        turns = parameters.pose.turns.copy()
         small = from_axis_angle(step[count:-3].reshape(-1, 3))
         turns[joints] = multiply(small, turns[joints])
         turns /= np.linalg.norm(turns, axis=1, keepdims=True)
         return replace(
-            shape,
-            identity=shape.identity + step[:identities],
-            expression=shape.expression + step[identities:count],
-            pose=Pose(shape.pose.translation + step[-3:], turns),
+            parameters,
+            identity=parameters.identity + step[:identities],
+            expression=parameters.expression + step[identities:count],
+            pose=HeadPose(parameters.pose.translation + step[-3:], turns),
         )

@@ -20,31 +20,39 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.closest_points import FineMesh
+from elocute.capture.registration.closest_points import DenseMesh
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.normals import vertex_normals
 from elocute.numerics.rigid_alignment import rigid_alignment
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
-SOLVED = 5e-2  # share of the first residual at which conjugate gradients stop
-ENOUGH = 0.3  # share at which a solution may be used where that takes too long
-ROUNDS_MAX = 12
-"""Steps of conjugate gradients after which a new factor is cheaper."""
+CONVERGED = 5e-2  # share of the first residual at which conjugate gradients stop
+ACCEPTED = 0.3  # share at which a solution may be used where that takes too long
+CG_STEPS_MAX = 12
+"""Steps of conjugate gradients beyond which a new factorisation is cheaper."""
 
 
 @dataclass(frozen=True)
-class Stiffness:
-    """One level.
+class StiffnessLevel:
+    """Settings of one level.
 
-    alpha      weight of the edges; coordinates are scaled to a head of size one
-    landmarks  β
-    steps      at most so many
-    settled    mean movement in m below which the level is done
-    reach_m    furthest match
-    facing     smallest cosine between normals of a match
+    Attributes
+    ----------
+    alpha
+        Weight of the edges, α; coordinates are scaled to a head of size one.
+    landmarks
+        Weight of the landmarks, β.
+    steps
+        The most steps.
+    settled
+        Mean movement in m below which the level is done.
+    reach_m
+        The largest distance of a correspondence.
+    facing
+        The smallest cosine between the normals of a correspondence.
     """
 
     alpha: float
@@ -55,42 +63,42 @@ class Stiffness:
     facing: float = 0.6
 
 
-COLD = (
-    Stiffness(10.0, 5.0),
-    Stiffness(2.0, 1.0),
-    Stiffness(0.3, 0.1, reach_m=0.01),
-    Stiffness(0.03, 0.0, reach_m=0.006),
-    Stiffness(0.003, 0.0, reach_m=0.004),
+COLD_LEVELS = (
+    StiffnessLevel(10.0, 5.0),
+    StiffnessLevel(2.0, 1.0),
+    StiffnessLevel(0.3, 0.1, reach_m=0.01),
+    StiffnessLevel(0.03, 0.0, reach_m=0.006),
+    StiffnessLevel(0.003, 0.0, reach_m=0.004),
 )
 """From a template that stands roughly where the scan does."""
-WARM = (
-    Stiffness(0.3, 0.1, 1, reach_m=0.01),
-    Stiffness(0.03, 0.0, 1, reach_m=0.006),
-    Stiffness(0.003, 0.0, 2, reach_m=0.004),
+WARM_LEVELS = (
+    StiffnessLevel(0.3, 0.1, 1, reach_m=0.01),
+    StiffnessLevel(0.03, 0.0, 1, reach_m=0.006),
+    StiffnessLevel(0.003, 0.0, 2, reach_m=0.004),
 )
 """From the shape of the frame before."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Aim:
+class _AlignedScan:
     """A scan in the frame of the head: surface, normals (point, 3), rims (point,), landmarks."""
 
-    surface: FineMesh
-    normals: Floats
+    surface: DenseMesh
+    normals: Float64Array
     boundary: NDArray[np.bool_]
     landmarks: Landmarks
 
 
 @dataclass(frozen=True, eq=False)
-class Nicp:
-    """Non-rigid ICP of one template's skin; keeps its factors from scan to scan."""
+class NonrigidIcp:
+    """Non-rigid ICP of one template's skin; keeps its factorisations from scan to scan."""
 
     template: Template
     factors: dict[float, Any] = field(default_factory=dict, repr=False)
 
     @cached_property
     def _triangles(self) -> NDArray[np.intp]:
-        triangles = self.template.place_in_skin[self.template.head.triangles]
+        triangles = self.template.skin_index[self.template.head.triangles]
         return triangles[(triangles >= 0).all(axis=1)]
 
     @cached_property
@@ -120,22 +128,35 @@ class Nicp:
 
     def register(
         self,
-        start: Floats,
+        start: Float64Array,
         scan: Scan,
         landmarks: Landmarks,
-        levels: Sequence[Stiffness] = COLD,
-    ) -> tuple[Floats, int]:
-        """Vertices (vertex, 3) m laid over the scan, and how many steps that took.
+        levels: Sequence[StiffnessLevel] = COLD_LEVELS,
+    ) -> tuple[Float64Array, int]:
+        """Lay the template over a scan.
 
-        start (vertex, 3) m is the template in the scan's frame: fixed, adapted by Eq. 1 of
-        "Speech in the wild" (2019), or the frame before. Only the skin
-        moves; eyes, teeth and tongue stay as they came.
+        Parameters
+        ----------
+        start
+            (vertex, 3) m, the template in the scan's frame: fixed, adapted by Eq. 1 of "Speech in
+            the wild" (2019), or the frame before.
+        scan
+            With its holes; points on their rims are not matched.
+        landmarks
+            In the scan's frame.
+        levels
+            Settings, stiff to soft.
+
+        Returns
+        -------
+        Vertices (vertex, 3) m, of which only the skin has moved (not eyes, teeth and tongue), and
+        how many steps that took.
         """
         skin = self.template.skin
         # In the frame of the head the matrix is nearly the same for all frames of a person.
         rotation, shift = rigid_alignment(self.template.vertices[skin], start[skin])
-        aim = _Aim(
-            FineMesh((scan.points - shift) @ rotation, scan.triangles),
+        aim = _AlignedScan(
+            DenseMesh((scan.points - shift) @ rotation, scan.triangles),
             scan.normals @ rotation,
             scan.boundary,
             Landmarks((landmarks.points - shift) @ rotation, landmarks.confidence),
@@ -158,8 +179,10 @@ class Nicp:
         result[skin] = current @ rotation.T + shift
         return result, steps
 
-    def _targets(self, current: Floats, aim: _Aim, level: Stiffness) -> tuple[Floats, Floats]:
-        """Weights (free,) and targets (free, 3) m: closest points, and landmarks in one with them.
+    def _targets(
+        self, current: Float64Array, aim: _AlignedScan, level: StiffnessLevel
+    ) -> tuple[Float64Array, Float64Array]:
+        """Weights (free,) and targets (free, 3) m: closest points, combined with landmarks.
 
         No match across a hole's rim, beyond reach, or between surfaces that face apart (4.3).
         """
@@ -176,7 +199,7 @@ class Nicp:
         targets = np.where(kept[:, None], found.points, 0)
         if level.landmarks:
             vertices, places, shares = self.template.landmark_weights(aim.landmarks)
-            rows = self.template.place_in_skin[vertices]
+            rows = self.template.skin_index[vertices]
             pull = level.landmarks * shares
             total = weights[rows] + pull
             targets[rows] = (
@@ -186,14 +209,19 @@ class Nicp:
         return weights, targets
 
     def _solved(
-        self, alpha: float, source: Floats, weights: Floats, aims: Floats, maps: Floats
-    ) -> Floats:
+        self,
+        alpha: float,
+        source: Float64Array,
+        weights: Float64Array,
+        aims: Float64Array,
+        maps: Float64Array,
+    ) -> Float64Array:
         """(free, 4, 3): the maps that minimise E for given matches."""
         from scipy.sparse import bsr_matrix
 
         count = len(source)
         blocks = weights[:, None, None] * source[:, :, None] * source[:, None, :]
-        # A trace of stiffness to nothing at all, for vertices cut off from every match.
+        # A trace of regularisation for vertices cut off from every match.
         blocks = blocks + 1e-9 * np.eye(4)
         data = bsr_matrix((blocks, np.arange(count), np.arange(count + 1)))
         matrix = (alpha * self._edges + data.tocsr()).tocsr()
@@ -218,7 +246,9 @@ def _factor(matrix: Any) -> Any:
     )
 
 
-def _conjugate(matrix: Any, side: Floats, guess: Floats, factor: Any) -> Floats | None:
+def _conjugate(
+    matrix: Any, side: Float64Array, guess: Float64Array, factor: Any
+) -> Float64Array | None:
     """x of matrix · x = side (row, column) by preconditioned conjugate gradients.
 
     None where a dozen steps come to nothing: the factor is then too old.
@@ -228,8 +258,8 @@ def _conjugate(matrix: Any, side: Floats, guess: Floats, factor: Any) -> Floats 
     first = np.linalg.norm(left, axis=0) + 1e-9
     near = factor.solve(left)
     along, power = near.copy(), (left * near).sum(axis=0)
-    for _ in range(ROUNDS_MAX):
-        if (np.linalg.norm(left, axis=0) <= SOLVED * first).all():
+    for _ in range(CG_STEPS_MAX):
+        if (np.linalg.norm(left, axis=0) <= CONVERGED * first).all():
             return x
         image = matrix @ along
         step = power / np.maximum((along * image).sum(axis=0), 1e-300)
@@ -239,4 +269,4 @@ def _conjugate(matrix: Any, side: Floats, guess: Floats, factor: Any) -> Floats 
         before, power = power, (left * near).sum(axis=0)
         along = near + power / np.maximum(before, 1e-300) * along
     # The next matches correct what is left of a solution that is nearly there.
-    return x if (np.linalg.norm(left, axis=0) <= ENOUGH * first).all() else None
+    return x if (np.linalg.norm(left, axis=0) <= ACCEPTED * first).all() else None

@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 from elocute.capture.registration import free_offsets, model_fit, nonrigid_icp
 from elocute.capture.registration.accuracy import (
     SurfaceError,
-    face_seen,
+    face_coverage,
     landmark_error_mm,
     scan_distances,
     surface_error,
 )
-from elocute.capture.registration.matching import Samples, samples_of
-from elocute.capture.registration.model_fit import ModelFit, Shape
-from elocute.capture.registration.nonrigid_icp import Nicp
-from elocute.capture.registration.pose import Pose, posed, unposed
-from elocute.capture.registration.start_pose import start_pose
+from elocute.capture.registration.correspondences import ScanSamples, sample_scan
+from elocute.capture.registration.initial_pose import find_initial_pose
+from elocute.capture.registration.model_fit import ModelFit, ModelParameters
+from elocute.capture.registration.nonrigid_icp import NonrigidIcp
+from elocute.capture.registration.pose import HeadPose, apply_pose, remove_pose
 from elocute.capture.registration.template import Template, adaptive_template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
@@ -33,7 +33,7 @@ from elocute.errors import CaptureError
 from elocute.head.mesh import with_template
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 MODEL_POINTS = 6_000
 SURFACE_POINTS = 40_000
@@ -47,20 +47,30 @@ LOST_FACE = 0.5
 class Registration:
     """A scan in the topology of the head.
 
-    vertices    (vertex, 3) m in the scan's own frame
-    zero        (vertex, 3) m in zero pose
-    shape       the model under it
-    offsets     (vertex, 3) m in zero pose, what was added to the model
-    surface     distance from the scan
-    landmark_mm mean distance to the landmarks given, or None without
-    seconds     of processor time that the registration took, without reading and measuring
-    notes       what had to be taken away from the scan
+    Attributes
+    ----------
+    vertices
+        (vertex, 3) m in the scan's own frame.
+    zero
+        (vertex, 3) m in zero pose.
+    parameters
+        The model underneath.
+    offsets
+        (vertex, 3) m in zero pose, what was added to the model.
+    surface
+        Distance of the scan from the surface.
+    landmark_mm
+        Mean distance to the landmarks given, or None without any.
+    seconds
+        Processor time of the registration, without reading and measuring.
+    notes
+        What had to be removed from the scan.
     """
 
-    vertices: Floats
-    zero: Floats
-    shape: Shape
-    offsets: Floats
+    vertices: Float64Array
+    zero: Float64Array
+    parameters: ModelParameters
+    offsets: Float64Array
     surface: SurfaceError
     landmark_mm: float | None
     seconds: float
@@ -68,7 +78,7 @@ class Registration:
 
     @property
     def lost(self) -> str:
-        """Why this is no registration to be used, or ""."""
+        """Why this registration must not be used, or ""."""
         if self.surface.covered < LOST_COVERED:
             return f"only {100 * self.surface.covered:.0f} % of the scan is near the head"
         if self.surface.face < LOST_FACE:
@@ -85,34 +95,75 @@ def register_neutral(
 ) -> tuple[Template, Registration]:
     """A person's own template from a scan of a resting face, and that scan's registration.
 
-    What little expression the face shows is taken out of the template. Raises CaptureError for
-    a scan without a head.
+    What little expression the face shows is taken out of the template.
+
+    Parameters
+    ----------
+    head
+        The topology, with identity and expression bases.
+    scan
+        In metres; `checked_scan` is applied.
+    landmarks
+        The scan's 68 landmarks; with too few good ones the head is searched for.
+
+    Returns
+    -------
+    The person's template, and the registration: ask its `lost`.
+
+    Raises
+    ------
+    CaptureError
+        For a scan without a head.
     """
     general = Template(head)
     found = _register(general, ModelFit(general, True), scan, landmarks, None)
-    shown = np.tensordot(found.shape.expression, general.basis, 1)
+    shown = np.tensordot(found.parameters.expression, general.basis, 1)
     neutral = (found.zero - shown).astype(np.float32)
-    own = with_template(_with_joints(head, found.shape), neutral, head.name)
+    own = with_template(_with_joints(head, found.parameters), neutral, head.name)
     # The joints were found with the identity; `with_template` would guess them once more.
-    joints = head.identity_joints(found.shape.identity.astype(np.float32)).astype(np.float32)
+    joints = head.identity_joints(found.parameters.identity.astype(np.float32)).astype(np.float32)
     return Template(replace(own, joint_positions=joints)), found
 
 
-def _with_joints(head: HeadModel, shape: Shape) -> HeadModel:
-    return head.with_identity(shape.identity.astype(np.float32)) if len(shape.identity) else head
+def _with_joints(head: HeadModel, parameters: ModelParameters) -> HeadModel:
+    return (
+        head.with_identity(parameters.identity.astype(np.float32))
+        if len(parameters.identity)
+        else head
+    )
 
 
 def register_scan(
     template: Template, scan: Scan, landmarks: Landmarks, before: Registration | None = None
 ) -> Registration:
-    """A scan of a person whose template is known; from the frame before, or from scratch.
+    """Register a scan of a person whose template is known (VOCA 2019, section 6).
 
-    A frame that is lost from the one before is tried once more from scratch, and the better of
-    the two is taken: ask `lost` of the result. Raises CaptureError for a scan without a head, and
-    where the frame before is of a template with an identity, as a neutral face is.
+    A frame that is lost when started from the frame before is tried once more from scratch, and the
+    better of the two is returned.
+
+    Parameters
+    ----------
+    template
+        The person's.
+    scan
+        In metres; `checked_scan` is applied.
+    landmarks
+        The scan's 68 landmarks; with too few good ones the head is searched for.
+    before
+        The frame before, or None to start from scratch.
+
+    Returns
+    -------
+    The registration: ask its `lost`.
+
+    Raises
+    ------
+    CaptureError
+        For a scan without a head, and where the frame before was fitted with an identity, as a
+        neutral face is.
     """
     fit = ModelFit(template, False)
-    if before is not None and len(before.shape.identity):
+    if before is not None and len(before.parameters.identity):
         raise CaptureError.about(
             "the frame before", found="a fit of an identity", allowed="a result of register_scan"
         )
@@ -132,35 +183,55 @@ def register_nonrigid(
     landmarks: Landmarks,
     *,
     adapted: bool = True,
-    icp: Nicp | None = None,
+    icp: NonrigidIcp | None = None,
     before: Registration | None = None,
 ) -> tuple[Registration, int]:
-    """A scan by non-rigid ICP ("Speech in the wild" 2019, 3.2), and its steps.
+    """Register a scan by non-rigid ICP ("Speech in the wild" 2019, 3.2).
 
-    adapted  start from the adaptive template of Eq. 1; else from the neutral face, as usual
-    icp      of the same template, to use its factors again
-    before   the frame before: what it had beyond its template is kept, and fewer steps do
+    Parameters
+    ----------
+    template
+        The person's.
+    scan
+        In metres; `checked_scan` is applied.
+    landmarks
+        The scan's 68 landmarks.
+    adapted
+        Start from the adaptive template of Eq. 1; otherwise from the neutral face, as usual.
+    icp
+        Of the same template, so that its factorisations are used again.
+    before
+        The frame before: its offsets from the template are kept, and fewer steps suffice.
 
-    Raises CaptureError for a scan without a head.
+    Returns
+    -------
+    The registration, and how many steps it took.
+
+    Raises
+    ------
+    CaptureError
+        For a scan without a head.
     """
     started = time.thread_time()
     scan, notes = checked_scan(scan)
     fit = ModelFit(template, False)
-    shape = fit.neutral_start(start_pose(template, samples_of(scan), landmarks))
+    parameters = fit.neutral_start(find_initial_pose(template, sample_scan(scan), landmarks))
     if adapted and landmarks.enough and len(template.head.landmarks):
-        shape = replace(shape, expression=_adapted(template, landmarks, shape.pose))
-    start = fit.posed(shape)
+        parameters = replace(
+            parameters, expression=_landmark_expression(template, landmarks, parameters.pose)
+        )
+    start = fit.posed_vertices(parameters)
     if before is not None:
-        start = start + _turned(template, before.offsets, shape.pose)
-    levels = nonrigid_icp.COLD if before is None else nonrigid_icp.WARM
-    vertices, steps = (icp or Nicp(template)).register(start, scan, landmarks, levels)
+        start = start + _posed_offsets(template, before.offsets, parameters.pose)
+    levels = nonrigid_icp.COLD_LEVELS if before is None else nonrigid_icp.WARM_LEVELS
+    vertices, steps = (icp or NonrigidIcp(template)).register(start, scan, landmarks, levels)
     seconds = time.thread_time() - started
-    zero = unposed(template.head, vertices, shape.pose)
+    zero = remove_pose(template.head, vertices, parameters.pose)
     found = Registration(
         vertices,
         zero,
-        shape,
-        zero - fit.zero(shape),
+        parameters,
+        zero - fit.zero_pose_vertices(parameters),
         _surface(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks),
         seconds,
@@ -180,26 +251,31 @@ def _register(
     started = time.thread_time()
     if notes is None:
         scan, notes = checked_scan(scan)
-    samples = samples_of(scan)
+    samples = sample_scan(scan)
     if not len(samples.points):
         raise CaptureError.about(scan.name, found="nothing but rims", allowed="a surface")
     if before is None:
-        shape = _cold_shape(template, fit, samples, landmarks)
-        added, steps = None, free_offsets.COLD
+        parameters = _cold_start(template, fit, samples, landmarks)
+        added, stages = None, free_offsets.COLD_STAGES
     else:
-        shape = fit.fit(samples.some(MODEL_POINTS), landmarks, before.shape, model_fit.WARM)
-        added, steps = _turned(template, before.offsets, shape.pose), free_offsets.WARM
-    model = fit.posed(shape)
-    some = samples.some(SURFACE_POINTS, seed=1)
-    vertices = model + free_offsets.free_offsets(template, model, some, start=added, steps=steps)
+        parameters = fit.fit(
+            samples.subset(MODEL_POINTS), landmarks, before.parameters, model_fit.WARM_STAGES
+        )
+        added, stages = (
+            _posed_offsets(template, before.offsets, parameters.pose),
+            free_offsets.WARM_STAGES,
+        )
+    model = fit.posed_vertices(parameters)
+    some = samples.subset(SURFACE_POINTS, seed=1)
+    vertices = model + free_offsets.fit_offsets(template, model, some, start=added, stages=stages)
     seconds = time.thread_time() - started
-    head = _with_joints(template.head, shape)
-    zero = unposed(head, vertices, shape.pose)
+    head = _with_joints(template.head, parameters)
+    zero = remove_pose(head, vertices, parameters.pose)
     return Registration(
         vertices,
         zero,
-        shape,
-        zero - fit.zero(shape),
+        parameters,
+        zero - fit.zero_pose_vertices(parameters),
         _surface(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks),
         seconds,
@@ -207,31 +283,33 @@ def _register(
     )
 
 
-def _surface(template: Template, vertices: Floats, scan: Scan) -> SurfaceError:
+def _surface(template: Template, vertices: Float64Array, scan: Scan) -> SurfaceError:
     found = surface_error(scan_distances(template, vertices, scan))
-    return replace(found, face=face_seen(template.head, vertices, scan.points))
+    return replace(found, face=face_coverage(template.head, vertices, scan.points))
 
 
-def _cold_shape(template: Template, fit: ModelFit, samples: Samples, landmarks: Landmarks) -> Shape:
+def _cold_start(
+    template: Template, fit: ModelFit, samples: ScanSamples, landmarks: Landmarks
+) -> ModelParameters:
     """From scratch: pose by landmarks or search, expression by Eq. 1, then the model fit."""
-    start = fit.neutral_start(start_pose(template, samples, landmarks))
+    start = fit.neutral_start(find_initial_pose(template, samples, landmarks))
     if landmarks.enough and len(template.head.landmarks) and not fit.with_identity:
-        start = replace(start, expression=_adapted(template, landmarks, start.pose))
-    return fit.fit(samples.some(MODEL_POINTS), landmarks, start, model_fit.COLD)
+        start = replace(start, expression=_landmark_expression(template, landmarks, start.pose))
+    return fit.fit(samples.subset(MODEL_POINTS), landmarks, start, model_fit.COLD_STAGES)
 
 
-def _adapted(template: Template, landmarks: Landmarks, pose: Pose) -> Floats:
-    """(expression,) that the landmarks show, once they stand in the frame of the head."""
+def _landmark_expression(template: Template, landmarks: Landmarks, pose: HeadPose) -> Float64Array:
+    """(expression,) that the landmarks show, moved into the frame of the head (Eq. 1)."""
     low, high = model_fit.BOUNDS
     places = np.nan_to_num(landmarks.points)
     frame = np.zeros_like(template.vertices)
     frame[template.head.landmarks] = places
-    back = unposed(template.head, frame, pose)[template.head.landmarks]
+    back = remove_pose(template.head, frame, pose)[template.head.landmarks]
     _, coefficients = adaptive_template(template, Landmarks(back, landmarks.confidence))
     return np.clip(coefficients, low, high)
 
 
-def _turned(template: Template, added: Floats, pose: Pose) -> Floats:
-    """(vertex, 3) m: offsets in zero pose, turned as the head is."""
-    base = posed(template.head, template.vertices, pose)
-    return posed(template.head, template.vertices + added, pose) - base
+def _posed_offsets(template: Template, added: Float64Array, pose: HeadPose) -> Float64Array:
+    """(vertex, 3) m: offsets in zero pose, turned with the head."""
+    base = apply_pose(template.head, template.vertices, pose)
+    return apply_pose(template.head, template.vertices + added, pose) - base

@@ -9,25 +9,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.closest_points import CoarseMesh, Lattice, lattice_of
+from elocute.capture.registration.closest_points import (
+    CoarseMesh,
+    TriangleSamples,
+    sample_triangles,
+)
 from elocute.capture.scans.landmarks import JAW_LINE, Landmarks
-from elocute.errors import CaptureError
 from elocute.head.model import HeadModel
 from elocute.numerics.ridge import ridge_coefficients
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
-FAR_SIDE = ("hair",)
-"""Materials that are no surface a scanner measures: brows and lashes stand on the skin."""
+UNSCANNED_MATERIALS = ("hair",)
+"""Materials whose surface no scanner measures: brows and lashes stand on the skin."""
 COTANGENT_MAX = 5.0
 JAW_LINE_WEIGHT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """One head prepared for registration.
+    """A head prepared for registration.
 
-    head  its template is the neutral face from which registration starts
+    Attributes
+    ----------
+    head
+        Its template is the neutral face from which registration starts.
     """
 
     head: HeadModel
@@ -36,12 +42,13 @@ class Template:
     def triangles(self) -> NDArray[np.int32]:
         """(triangle, 3) of the surface that scans show."""
         names = self.head.material_names
-        unseen = [index for index, name in enumerate(names) if name in FAR_SIDE]
+        unseen = [index for index, name in enumerate(names) if name in UNSCANNED_MATERIALS]
         return self.head.triangles[~np.isin(self.head.triangle_material, unseen)]
 
     @cached_property
-    def lattice(self) -> Lattice:
-        return lattice_of(self.vertices, self.triangles)
+    def triangle_samples(self) -> TriangleSamples:
+        """Samples on the triangles, by which closest triangles are found."""
+        return sample_triangles(self.vertices, self.triangles)
 
     @cached_property
     def rim(self) -> NDArray[np.bool_]:
@@ -53,13 +60,13 @@ class Template:
         return (count == 1)[place].reshape(keys.shape)
 
     @cached_property
-    def vertices(self) -> Floats:
+    def vertices(self) -> Float64Array:
         """(vertex, 3) m, the neutral face."""
         return self.head.template.astype(np.float64)
 
-    def surface(self, vertices: Floats) -> CoarseMesh:
+    def surface(self, vertices: Float64Array) -> CoarseMesh:
         """The template's surface in another shape (vertex, 3) m."""
-        return CoarseMesh(vertices, self.triangles, self.lattice)
+        return CoarseMesh(vertices, self.triangles, self.triangle_samples)
 
     @cached_property
     def neutral_surface(self) -> CoarseMesh:
@@ -67,25 +74,25 @@ class Template:
         return self.surface(self.vertices)
 
     @cached_property
-    def neutral_normals(self) -> Floats:
+    def neutral_normals(self) -> Float64Array:
         """(triangle, 3) unit normals of the neutral face."""
         a, b, c = (self.vertices[self.triangles[:, corner]] for corner in range(3))
         normals = np.cross(b - a, c - a)
         return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
 
     @cached_property
-    def basis(self) -> Floats:
+    def basis(self) -> Float64Array:
         """(expression, vertex, 3) m."""
         return self.head.expression_basis.astype(np.float64)
 
     @cached_property
-    def identity_basis(self) -> Floats:
+    def identity_basis(self) -> Float64Array:
         """(identity, vertex, 3) m per standard deviation."""
         return self.head.identity_basis.astype(np.float64)
 
     @cached_property
     def skin(self) -> NDArray[np.intp]:
-        """(free,) vertices that may leave the model: the part that bears the landmarks.
+        """(free,) vertices that may leave the model: the connected part that bears the landmarks.
 
         Eyes, teeth and tongue are hardly measured: they stay with the model. A head without
         landmarks is free in its largest part.
@@ -102,16 +109,16 @@ class Template:
         return np.flatnonzero(label == np.bincount(label[bearing]).argmax())
 
     @cached_property
-    def place_in_skin(self) -> NDArray[np.intp]:
+    def skin_index(self) -> NDArray[np.intp]:
         """(vertex,) index into `skin`, -1 for the others."""
         place = np.full(self.head.vertex_count, -1)
         place[self.skin] = np.arange(len(self.skin))
         return place
 
     @cached_property
-    def skin_areas(self) -> Floats:
+    def skin_areas(self) -> Float64Array:
         """(free,) m²: a third of the triangles around each vertex of the skin."""
-        triangles = self.place_in_skin[self.head.triangles]
+        triangles = self.skin_index[self.head.triangles]
         triangles = triangles[(triangles >= 0).all(axis=1)]
         a, b, c = (self.vertices[self.skin[triangles[:, corner]]] for corner in range(3))
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
@@ -119,11 +126,11 @@ class Template:
         return np.maximum(total, 1e-9).astype(np.float64)
 
     @cached_property
-    def stretching(self) -> Any:
+    def stretch_matrix(self) -> Any:
         """(free, free) sparse: Σ over edges of cotangent weight times squared difference."""
         from scipy.sparse import coo_matrix, diags
 
-        triangles = self.place_in_skin[self.head.triangles]
+        triangles = self.skin_index[self.head.triangles]
         triangles = triangles[(triangles >= 0).all(axis=1)]
         corners = self.vertices[self.skin[triangles]]
         rows, columns, weights = [], [], []
@@ -145,13 +152,15 @@ class Template:
         return (diags(np.asarray(links.sum(axis=1)).ravel()) - links).tocsc()
 
     @cached_property
-    def bending(self) -> Any:
-        """(free, free) sparse: ∫ |Δd|² over the skin, per m² of d; K M⁻¹ K of the cotangent K."""
+    def bend_matrix(self) -> Any:
+        """(free, free) sparse: ∫ |Δd|² over the skin, per m² of d: K M⁻¹ K of stretch matrix K."""
         from scipy.sparse import diags
 
-        return (self.stretching @ diags(1 / self.skin_areas) @ self.stretching).tocsc()
+        return (self.stretch_matrix @ diags(1 / self.skin_areas) @ self.stretch_matrix).tocsc()
 
-    def landmark_weights(self, landmarks: Landmarks) -> tuple[NDArray[np.intp], Floats, Floats]:
+    def landmark_weights(
+        self, landmarks: Landmarks
+    ) -> tuple[NDArray[np.intp], Float64Array, Float64Array]:
         """Vertices (landmark,), their measured places (landmark, 3) m and weights (landmark,).
 
         Only good landmarks; the jaw line counts a tenth. Empty for a head without landmarks.
@@ -164,26 +173,28 @@ class Template:
         vertices = self.head.landmarks[good].astype(np.intp)
         return vertices, landmarks.points[good], weights
 
-    def require_landmarks(self) -> None:
-        """Raises CaptureError for a head that names none."""
-        if not len(self.head.landmarks):
-            raise CaptureError.about(
-                f"head {self.head.name!r}",
-                found="names no landmarks",
-                allowed="for landmarks a head that names its own",
-            )
-
 
 def adaptive_template(
     template: Template, landmarks: Landmarks, *, regularisation: float = 1e-7
-) -> tuple[Floats, Floats]:
+) -> tuple[Float64Array, Float64Array]:
     """The neutral face with the expression that a scan's landmarks show.
 
-    "Speech in the wild" (2019), Eq. 1: c = argmin |l - A(x + U c)|², with ridge; l are the scan's
-    landmarks in the frame of the head (zero pose), x the registered neutral, U the expression
-    basis. Returns x + U c (vertex, 3) m and c (expression,).
+    Parameters
+    ----------
+    template
+        The registered neutral face x with the expression basis U.
+    landmarks
+        The scan's landmarks l, in the frame of the head (zero pose).
+    regularisation
+        Cost of a squared coefficient in m² of mean squared landmark distance.
 
-    regularisation  cost of a squared coefficient in m² of mean squared landmark distance
+    Returns
+    -------
+    x + U c (vertex, 3) m, and c (expression,).
+
+    References
+    ----------
+    "Speech in the wild" (2019), Eq. 1: c = argmin |l - A(x + U c)|², here with a ridge.
     """
     vertices, places, weights = template.landmark_weights(landmarks)
     if not len(vertices):

@@ -20,9 +20,9 @@ from typing import Any
 from elocute.errors import CaptureError
 from elocute.files.json_records import finite_number, parse_json
 
-COUNT = 68
-ALLOWED = f"{COUNT} points of x, y, z in the unit of the scan"
-Row = list[float] | None
+LANDMARK_COUNT = 68
+ALLOWED = f"{LANDMARK_COUNT} points of x, y, z in the unit of the scan"
+LandmarkPoint = list[float] | None
 """x, y, z; None for a point that is not seen."""
 
 PLACES: dict[str, range] = {
@@ -49,8 +49,8 @@ KNOWN_GROUPS = ("pts", "ibug68", "ibug_68", "face_ibug_68", "face_ibug_68_trimes
 NAMED_AT_MOST = 8
 
 
-def ljson_points(text: str, path: Path) -> list[Row]:
-    """The 68 points of a .ljson in iBUG's order. Raises CaptureError for what is none."""
+def ljson_points(text: str, path: Path) -> list[LandmarkPoint]:
+    """The 68 points of a .ljson in iBUG's order. Raises CaptureError for a file of another kind."""
     record = parse_json(text, path, allowed=ALLOWED, error=CaptureError)
     if not isinstance(record, dict):
         raise _refused(path, f"JSON of a {type(record).__name__}")
@@ -62,10 +62,10 @@ def ljson_points(text: str, path: Path) -> list[Row]:
     return _placed(path, *_points_and_labels(path, record))
 
 
-def pts_points(text: str, path: Path) -> list[Row]:
+def pts_points(text: str, path: Path) -> list[LandmarkPoint]:
     """The points of a .pts, `n_points: 68 { x y z … }`; `nan` is a point that is not seen.
 
-    Raises CaptureError for what is none.
+    Raises CaptureError for a file of another kind.
     """
     inside = re.search(r"\{([^{}]*)\}", text)
     if inside is None:
@@ -82,12 +82,12 @@ def pts_points(text: str, path: Path) -> list[Row]:
     return _placed(path, [None if u else p for p, u in zip(points, unseen, strict=True)], [])
 
 
-Labels = list[tuple[str, list[int]]]
+LabelledPoints = list[tuple[str, list[int]]]
 
 
-def _first_version(path: Path, groups: list[Any]) -> tuple[list[Row], Labels]:
-    points: list[Row] = []
-    labels: Labels = []
+def _first_version(path: Path, groups: list[Any]) -> tuple[list[LandmarkPoint], LabelledPoints]:
+    points: list[LandmarkPoint] = []
+    labels: LabelledPoints = []
     for group in groups:
         marks = group.get("landmarks") if isinstance(group, dict) else None
         if not isinstance(marks, list) or not all(isinstance(mark, dict) for mark in marks):
@@ -98,7 +98,7 @@ def _first_version(path: Path, groups: list[Any]) -> tuple[list[Row], Labels]:
     return points, labels
 
 
-def _chosen_group(path: Path, groups: dict[str, Any]) -> tuple[list[Row], Labels]:
+def _chosen_group(path: Path, groups: dict[str, Any]) -> tuple[list[LandmarkPoint], LabelledPoints]:
     """The group called as iBUG's are, else the only one with 68 points, else the only one."""
     read = {
         name: _points_and_labels(path, group)
@@ -106,7 +106,7 @@ def _chosen_group(path: Path, groups: dict[str, Any]) -> tuple[list[Row], Labels
         if isinstance(group, dict)
     }
     named = [name for name in read if _name(name) in KNOWN_GROUPS]
-    whole = [name for name in read if len(read[name][0]) == COUNT]
+    whole = [name for name in read if len(read[name][0]) == LANDMARK_COUNT]
     for choice in (named, whole, list(read)):
         if len(choice) == 1:
             return read[choice[0]]
@@ -114,7 +114,9 @@ def _chosen_group(path: Path, groups: dict[str, Any]) -> tuple[list[Row], Labels
     raise _refused(path, f"groups {', '.join(sizes) or 'none'}")
 
 
-def _points_and_labels(path: Path, record: dict[str, Any]) -> tuple[list[Row], Labels]:
+def _points_and_labels(
+    path: Path, record: dict[str, Any]
+) -> tuple[list[LandmarkPoint], LabelledPoints]:
     marks = record.get("landmarks", record)
     points = marks.get("points") if isinstance(marks, dict) else None
     if not isinstance(points, list):
@@ -134,23 +136,23 @@ def _label(path: Path, label: Any, count: int) -> tuple[str, list[int]]:
     return _name(label.get("label")), mask
 
 
-def _placed(path: Path, points: list[Row], labels: Labels) -> list[Row]:
+def _placed(path: Path, points: list[LandmarkPoint], labels: LabelledPoints) -> list[LandmarkPoint]:
     """Rows in iBUG's order: by labels that are known, else as they come."""
     known = [(name, mask) for name, mask in labels if name in PLACES]
     if not known:
-        if len(points) != COUNT:
-            raise _refused(path, f"{len(points)} points{_told(labels)}")
+        if len(points) != LANDMARK_COUNT:
+            raise _refused(path, f"{len(points)} points{_label_list(labels)}")
         return points
-    placed: dict[int, Row] = {}
+    placed: dict[int, LandmarkPoint] = {}
     for name, mask in known:
         places = PLACES[name]
         if len(mask) != len(places):
             raise _refused(path, f"{len(mask)} points of {name}, which has {len(places)}")
         placed |= {place: points[index] for place, index in zip(places, mask, strict=True)}
-    return [placed.get(place) for place in range(COUNT)]
+    return [placed.get(place) for place in range(LANDMARK_COUNT)]
 
 
-def _row(path: Path, point: Any) -> Row:
+def _row(path: Path, point: Any) -> LandmarkPoint:
     if point is None or (isinstance(point, list) and None in point):
         return None
     values = [finite_number(value) for value in point] if isinstance(point, list) else []
@@ -163,7 +165,7 @@ def _name(label: Any) -> str:
     return re.sub(r"[^a-z0-9]+", "_", label.lower()) if isinstance(label, str) else ""
 
 
-def _told(labels: Iterable[tuple[str, list[int]]]) -> str:
+def _label_list(labels: Iterable[tuple[str, list[int]]]) -> str:
     names = [name for name, _ in labels][:NAMED_AT_MOST]
     return f" labelled {', '.join(names)}" if names else ""
 

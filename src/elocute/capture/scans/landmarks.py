@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.scans.landmark_formats import COUNT, ljson_points, pts_points
+from elocute.capture.scans.landmark_formats import LANDMARK_COUNT, ljson_points, pts_points
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import parse_json
 from elocute.files.reading import read_text
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 GOOD_MIN = 20
 """Landmarks below which a scan is flagged."""
@@ -29,22 +29,31 @@ JAW_LINE = range(17)
 
 @dataclass(frozen=True, eq=False)
 class Landmarks:
-    """iBUG's 68 points in space.
+    """The 68 landmarks of iBUG's scheme, in space.
 
-    points      (68, 3) m; NaN where one is not known
-    confidence  (68,) 0…1; 0 where a point is not known
+    Attributes
+    ----------
+    points
+        (68, 3) m; NaN where one is unknown.
+    confidence
+        (68,) 0 to 1; 0 where a point is unknown.
+
+    Raises
+    ------
+    CaptureError
+        For other shapes.
     """
 
-    points: Floats
-    confidence: Floats
+    points: Float64Array
+    confidence: Float64Array
 
     def __post_init__(self) -> None:
         points = np.array(self.points, np.float64)
         confidence = np.array(self.confidence, np.float64)
-        if points.shape != (COUNT, 3) or confidence.shape != (COUNT,):
+        if points.shape != (LANDMARK_COUNT, 3) or confidence.shape != (LANDMARK_COUNT,):
             raise CaptureError(
                 f"landmarks: found {points.shape} points, {confidence.shape} confidences; "
-                f"allowed: ({COUNT}, 3) and ({COUNT},)"
+                f"allowed: ({LANDMARK_COUNT}, 3) and ({LANDMARK_COUNT},)"
             )
         unknown = ~np.isfinite(points).all(axis=1) | ~np.isfinite(confidence)
         confidence[unknown], points[unknown] = 0, np.nan
@@ -53,17 +62,18 @@ class Landmarks:
 
     @property
     def good(self) -> NDArray[np.bool_]:
-        """(68,) those that may be used."""
+        """(68,) those confident enough to be used."""
         return self.confidence >= CONFIDENT
 
     @property
     def enough(self) -> bool:
+        """Whether there are enough good ones for a registration."""
         return int(self.good.sum()) >= GOOD_MIN
 
 
 def no_landmarks() -> Landmarks:
-    """Landmarks of which none is known."""
-    return Landmarks(np.full((COUNT, 3), np.nan), np.zeros(COUNT))
+    """68 unknown points."""
+    return Landmarks(np.full((LANDMARK_COUNT, 3), np.nan), np.zeros(LANDMARK_COUNT))
 
 
 def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
@@ -80,13 +90,13 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise CaptureError.about(path, found="no landmarks", allowed=" ".join(readers))
-    allowed = f"{COUNT} points of x, y, z in the unit of the scan"
+    allowed = f"{LANDMARK_COUNT} points of x, y, z in the unit of the scan"
     text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CaptureError)
     try:
         points, confidence = reader(text, path)
         points = [[math.nan] * 3 if p is None or None in p else p for p in points]
         array = np.array(points, np.float64)
-        if array.shape != (COUNT, 3):
+        if array.shape != (LANDMARK_COUNT, 3):
             raise ValueError(f"shape {array.shape}")
         if confidence is None:
             confidence = np.isfinite(array).all(axis=1).astype(np.float64)
@@ -102,7 +112,7 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
 
 
 def write_landmarks(path: str | Path, landmarks: Landmarks) -> None:
-    """A .json that `read_landmarks` reads, in metres. Raises OutputError."""
+    """Write a .json that `read_landmarks` reads, in metres. Raises OutputError."""
     rows = np.round(landmarks.points, 7).tolist()
     record = {
         "points": [row if all(map(math.isfinite, row)) else None for row in rows],

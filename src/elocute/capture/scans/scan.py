@@ -1,4 +1,4 @@
-"""Scan: one raw 3D picture of a head, as a scanner gives it."""
+"""Scan: one raw triangle mesh of a head, as a scanner gives it."""
 
 from __future__ import annotations
 
@@ -13,24 +13,29 @@ from elocute.errors import CaptureError
 from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 POINTS_RANGE = (500, 4_000_000)
 STRAY_SHARE = 0.001
-"""A part with fewer of the points than this, that hangs on nothing, is thrown away."""
+"""A separate part with a smaller share of the points than this is removed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """A triangle mesh without known topology: holes, noise and stray parts are normal.
+    """A triangle mesh of unknown topology: holes, noise and stray parts are normal.
 
-    points     (point, 3) float64 m, +Y roughly up where there are no landmarks
-    triangles  (triangle, 3) int32
-    colors     (point, 3) uint8 sRGB, or None for a scan without texture
+    Attributes
+    ----------
+    points
+        (point, 3) float64 m, +Y roughly up where there are no landmarks.
+    triangles
+        (triangle, 3) int32.
+    colors
+        (point, 3) uint8 sRGB, or None for a scan without texture.
     """
 
     name: str
-    points: Floats
+    points: Float64Array
     triangles: NDArray[np.int32]
     colors: NDArray[np.uint8] | None = None
     unit_m: float = 1.0
@@ -39,13 +44,13 @@ class Scan:
     __repr__ = one_line
 
     @cached_property
-    def normals(self) -> Floats:
+    def normals(self) -> Float64Array:
         """(point, 3) unit normals, triangles weighted by area."""
         return vertex_normals(self.points, self.triangles).astype(np.float64)
 
     @cached_property
     def boundary(self) -> NDArray[np.bool_]:
-        """(point,) whether it lies on the rim of a hole: what is closest there may be elsewhere."""
+        """(point,) whether it lies on the rim of a hole, where closest points mean little."""
         count = len(self.points)
         start = self.triangles.astype(np.int64).ravel()
         stop = np.roll(self.triangles, -1, axis=1).astype(np.int64).ravel()
@@ -59,7 +64,7 @@ class Scan:
         return found
 
     @cached_property
-    def areas(self) -> Floats:
+    def areas(self) -> Float64Array:
         """(point,) m²: a third of the triangles around each point."""
         a, b, c = (self.points[self.triangles[:, corner]] for corner in range(3))
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
@@ -69,11 +74,16 @@ class Scan:
 
 
 def checked_scan(scan: Scan) -> tuple[Scan, tuple[str, ...]]:
-    """A scan fit for registration, and notes on what had to be taken away.
+    """A scan fit for registration, and notes on what was removed.
 
     Points that are not finite, triangles without area, points without triangle and small stray
-    parts go. Raises CaptureError for a scan that holds no head: too few points, a size that is
-    no head's in metres (naming the unit that fits), one of a single plane.
+    parts are removed.
+
+    Raises
+    ------
+    CaptureError
+        For a scan that holds no head: too few points, a single plane, or a size that is no head's
+        in metres (the unit that fits is named).
     """
     notes = []
     finite = np.asarray(np.isfinite(scan.points).all(axis=1), bool)

@@ -1,4 +1,4 @@
-"""What is wrong with scans, before hours are spent on them."""
+"""Faults of scans, found before hours are spent on them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pathlib import Path
 from elocute.audio.read import read_audio
 from elocute.capture.scans.scan import checked_scan
 from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, open_sequence
-from elocute.capture.sequence_tracking import frame_landmarks
 from elocute.corpus.corpus_checks import Finding
 from elocute.errors import AudioError, CaptureError, ElocuteError
 
@@ -25,10 +24,28 @@ def check_scans(
     every: int = 1,
     progress: Callable[[float], None] | None = None,
 ) -> list[Finding]:
-    """Look at every `every`th scan of all sequences in a folder.
+    """Look at scans of all sequences in a folder.
 
-    Errors are scans and landmarks that cannot be used; warnings what will be interpolated or left
-    out. Raises CaptureError for a folder without scans.
+    Parameters
+    ----------
+    folder
+        Of scans, or of such folders.
+    fps, unit
+        Override what capture.json says.
+    every
+        Only every so many scans.
+    progress
+        Called with the share of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    Errors for scans and landmarks that cannot be used, warnings for what will be interpolated or
+    left out.
+
+    Raises
+    ------
+    CaptureError
+        For a folder without scans.
     """
     findings: list[Finding] = []
     folders = find_sequences(folder)
@@ -65,7 +82,7 @@ def _of_sequence(sequence: ScanSequence) -> Iterator[Finding]:
     except AudioError as error:
         yield Finding("error", sequence.name, str(error))
         return
-    seen = sequence.frame_count / sequence.facts.fps
+    seen = sequence.frame_count / sequence.metadata.fps
     if abs(heard - seen) > LENGTH_APART_S:
         yield Finding("warning", sequence.name, f"{seen:.2f} s of scans, {heard:.2f} s of sound")
 
@@ -78,6 +95,6 @@ def _of_scan(sequence: ScanSequence, number: int, notes: Counter[str]) -> Iterat
         return
     notes.update(re.sub(r"^\d+ ", "", note) for note in found)
     try:
-        frame_landmarks(sequence, number)
+        sequence.landmarks(number)
     except ElocuteError as error:
         yield Finding("error", sequence.name, str(error), number)

@@ -41,12 +41,19 @@ _TYPES = {
 
 
 def read_scan(path: str | Path, unit: str = "m") -> Scan:
-    """The scan in a file, as it is, in metres; `checked_scan` says whether it is any use.
+    """The scan in a file as it is, in metres; `checked_scan` says whether it is usable.
 
-    unit   of the numbers in the file: m, mm, cm, dm or inch
+    Parameters
+    ----------
+    path
+        A .ply or .obj up to 1 GB. Colours come from the vertices or from a texture.
+    unit
+        Of the numbers in the file: m, mm, cm, dm or inch.
 
-    Colours come from the vertices or from a texture. Raises CaptureError for a file that is
-    missing, too large or no mesh, and for an unknown unit.
+    Raises
+    ------
+    CaptureError
+        For a file that is missing, too large or no mesh, and for an unknown unit.
     """
     path, scale = Path(path), unit_m(unit)
     if path.suffix.lower() not in SUFFIXES:
@@ -64,7 +71,7 @@ def read_scan(path: str | Path, unit: str = "m") -> Scan:
 
 
 def unit_m(unit: str) -> float:
-    """Metres in a unit. Raises CaptureError for one that is not known."""
+    """Metres in a unit. Raises CaptureError for an unknown one."""
     known = {"m": 1.0, **UNITS}
     if unit not in known:
         raise CaptureError.about(f"unit {unit[:60]!r}", found="unknown", allowed=", ".join(known))

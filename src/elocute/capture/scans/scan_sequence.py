@@ -14,6 +14,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from elocute.capture.scans.landmarks import GOOD_MIN, Landmarks, no_landmarks, read_landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.capture.scans.scan_file import SUFFIXES, read_scan, unit_m
 from elocute.corpus.clip import check_name
@@ -30,16 +31,30 @@ LANDMARK_SUFFIXES = (".ljson", ".json", ".pts")
 
 
 @dataclass(frozen=True)
-class SequenceFacts:
+class SequenceMetadata:
     """What capture.json says.
 
-    fps       frames per second; frame number n is at (n - first number) / fps
-    unit      of the coordinates: m, mm, cm, dm or inch
-    subject   who moves; one neutral face for all sequences of a subject
-    sentence  an identifier of what is said
-    text      the words, or ""
-    sound     file name in the folder, or ""
-    neutral   number of a frame with a resting face, or None for the first
+    Attributes
+    ----------
+    fps
+        Frames per second; frame number n is at (n - first number) / fps seconds.
+    unit
+        Of the coordinates: m, mm, cm, dm or inch.
+    subject
+        Who is scanned; all sequences of a subject share one neutral face.
+    sentence
+        An identifier of what is said.
+    text
+        The words, or "".
+    sound
+        File name in the folder, or "".
+    neutral
+        Number of a frame with a resting face, or None for the first.
+
+    Raises
+    ------
+    CaptureError
+        For a value that is not allowed.
     """
 
     fps: float = 60.0
@@ -73,17 +88,26 @@ class SequenceFacts:
 class ScanSequence:
     """Scans in the order of their numbers, read when asked for.
 
-    numbers (frame,) rise but may have gaps: `missing` names them.
+    Attributes
+    ----------
+    folder
+        Where they are.
+    metadata
+        What capture.json says.
+    numbers
+        (frame,) ascending, with gaps possible: `missing` names them.
+    files
+        (frame,) their paths.
     """
 
     folder: Path
-    facts: SequenceFacts
+    metadata: SequenceMetadata
     numbers: tuple[int, ...]
     files: tuple[Path, ...]
 
     @property
     def name(self) -> str:
-        return f"{self.facts.subject}.{self.facts.sentence}"
+        return f"{self.metadata.subject}.{self.metadata.sentence}"
 
     @property
     def missing(self) -> tuple[int, ...]:
@@ -93,20 +117,20 @@ class ScanSequence:
 
     @property
     def frame_count(self) -> int:
-        """Frames of the motion: gaps count."""
+        """Frames of the motion; gaps count."""
         return self.numbers[-1] - self.numbers[0] + 1
 
     @property
     def neutral(self) -> int:
         """Number of the frame that shows the resting face."""
-        return self.numbers[0] if self.facts.neutral is None else self.facts.neutral
+        return self.numbers[0] if self.metadata.neutral is None else self.metadata.neutral
 
     @property
     def sound_path(self) -> Path | None:
-        return self.folder / self.facts.sound if self.facts.sound else None
+        return self.folder / self.metadata.sound if self.metadata.sound else None
 
     def file(self, number: int) -> Path:
-        """Raises CaptureError for a number that is not there."""
+        """The path of a scan. Raises CaptureError for a number that is not there."""
         if number not in self.numbers:
             raise CaptureError.about(
                 self.folder,
@@ -117,7 +141,7 @@ class ScanSequence:
 
     def scan(self, number: int) -> Scan:
         """The scan as it is in the file. Raises CaptureError."""
-        return read_scan(self.file(number), self.facts.unit)
+        return read_scan(self.file(number), self.metadata.unit)
 
     def landmark_file(self, number: int) -> Path | None:
         """The file of the frame's landmarks, if there is one."""
@@ -128,23 +152,51 @@ class ScanSequence:
                     return folder / (stem + suffix)
         return None
 
+    def landmarks(self, number: int) -> Landmarks:
+        """The landmarks of a scan; unknown ones where there is no file of them.
+
+        Raises CaptureError for a file that cannot be read and for one with too few good points:
+        such a scan is flagged and its frame interpolated, never silently used.
+        """
+        path = self.landmark_file(number)
+        if path is None:
+            return no_landmarks()
+        landmarks = read_landmarks(path, unit_m(self.metadata.unit))
+        if not landmarks.enough:
+            raise CaptureError.about(
+                path,
+                found=f"{int(landmarks.good.sum())} good landmarks",
+                allowed=f"{GOOD_MIN} or more",
+            )
+        return landmarks
+
 
 def open_sequence(
     folder: str | Path, *, fps: float | None = None, unit: str | None = None
 ) -> ScanSequence:
-    """The scans in a folder; fps and unit go before what capture.json says.
+    """The scans in a folder.
 
-    Without capture.json the folder's name is the sentence, and fps has to be said. Raises
-    CaptureError for a folder without scans, two files of one number, and facts that are wrong.
+    Parameters
+    ----------
+    folder
+        Of numbered .ply or .obj files. Without capture.json its name is the sentence, and fps must
+        be given.
+    fps, unit
+        Override what capture.json says.
+
+    Raises
+    ------
+    CaptureError
+        For a folder without scans, two files of one number, and metadata that is wrong.
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise CaptureError.about(folder, found="no such folder", allowed="a folder of scans")
-    facts = _read_facts(folder, fps)
+    metadata = _read_metadata(folder, fps)
     changed: dict[str, Any] = {"fps": fps, "unit": unit}
-    facts = replace(facts, **{k: v for k, v in changed.items() if v is not None})
+    metadata = replace(metadata, **{k: v for k, v in changed.items() if v is not None})
     numbered = _numbered(folder)
-    sequence = ScanSequence(folder, facts, tuple(numbered), tuple(numbered.values()))
+    sequence = ScanSequence(folder, metadata, tuple(numbered), tuple(numbered.values()))
     if sequence.neutral not in numbered:
         raise CaptureError.about(
             folder / MANIFEST,
@@ -175,14 +227,14 @@ def find_sequences(folder: str | Path) -> list[Path]:
     return found
 
 
-def write_facts(folder: Path, facts: SequenceFacts) -> None:
-    """capture.json of a folder. Raises OutputError."""
+def write_metadata(folder: Path, metadata: SequenceMetadata) -> None:
+    """Write capture.json into a folder. Raises OutputError."""
     record = {"format": FORMAT, "version": VERSION}
-    record |= {field.name: getattr(facts, field.name) for field in fields(facts)}
+    record |= {field.name: getattr(metadata, field.name) for field in fields(metadata)}
     write_record(folder / MANIFEST, record, indent=1)
 
 
-def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
+def _read_metadata(folder: Path, fps: float | None) -> SequenceMetadata:
     path = folder / MANIFEST
     if not path.is_file():
         if fps is None:
@@ -193,8 +245,8 @@ def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
                 remedy="or say `fps` and `unit`",
             )
         plain = re.sub(r"[^A-Za-z0-9_.-]", "-", folder.resolve().name).lstrip("_.-")
-        return SequenceFacts(fps=fps, sentence=plain or "sequence")
-    known = {field.name: type(field.default) for field in fields(SequenceFacts)}
+        return SequenceMetadata(fps=fps, sentence=plain or "sequence")
+    known = {field.name: type(field.default) for field in fields(SequenceMetadata)}
     allowed_facts = f'{{"format": "{FORMAT}", "version": {VERSION}, "fps": 60, "unit": "mm", …}}'
     record = read_record(
         path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed_facts, error=CaptureError
@@ -211,7 +263,7 @@ def _read_facts(folder: Path, fps: float | None) -> SequenceFacts:
                 raise ValueError(f"{name} is {str(value)[:60]!r}")
             if isinstance(value, str) and len(value) > TEXT_MAX:
                 raise ValueError(f"{name} of {len(value)} characters")
-        return SequenceFacts(**values)
+        return SequenceMetadata(**values)
     except CaptureError as error:
         raise CaptureError(f"{path}: {error}") from error
     except (ValueError, KeyError, TypeError) as error:

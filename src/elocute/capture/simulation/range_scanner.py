@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 # yaw, pitch in degrees of orthographic cameras: none from behind, as in a capture booth.
 CAMERAS = (
@@ -22,37 +22,50 @@ CAMERAS = (
     (0.0, -50.0),
     (0.0, 55.0),
 )
-FACING_MIN = 0.25  # cosine below which stereo finds nothing
-OVERLAP = 0.06  # cosine by which a camera may face a place worse and still keep it
+FACING_MIN = 0.25  # cosine to the viewing direction below which stereo fails
+OVERLAP = 0.06  # cosine by which another camera may face a place better
 STEP_MAX = 3.0  # depth from pixel to pixel, in pixels, beyond which there is an edge
 RIM_M = 0.004
 AWAY_M = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """One camera's picture of the surface.
+class RangeImage:
+    """What one camera sees of a surface.
 
-    triangle  (point,) fine triangle that a pixel shows
-    bary      (point, 3)
-    ray       (point, 3) unit direction from the camera
-    cell      (point, 2) pixel
+    Attributes
+    ----------
+    triangle
+        (point,) fine triangle that a pixel shows.
+    bary
+        (point, 3) barycentric coordinates in it.
+    ray
+        (point, 3) unit direction from the camera.
+    cell
+        (point, 2) pixel.
     """
 
     triangle: NDArray[np.intp]
-    bary: Floats
-    ray: Floats
+    bary: Float64Array
+    ray: Float64Array
     cell: NDArray[np.intp]
 
     __repr__ = one_line
 
 
-def look(
-    points: Floats, triangles: NDArray[np.int32], spacing_m: float, jitter: Floats
-) -> list[Seen]:
-    """What each camera sees of a surface (point, 3) m, where it faces it most.
+def render_range_images(
+    points: Float64Array, triangles: NDArray[np.int32], spacing_m: float, jitter: Float64Array
+) -> list[RangeImage]:
+    """The parts of a surface that each camera faces best.
 
-    Pixels are spacing_m wide; jitter (2,) shifts the grids.
+    Parameters
+    ----------
+    points, triangles
+        (point, 3) m and (triangle, 3), the surface.
+    spacing_m
+        Width of a pixel.
+    jitter
+        (2,) shift of the pixel grids, in pixels.
     """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
@@ -67,24 +80,28 @@ def look(
     best = facing.argmax(axis=1)
     seen = []
     for camera, ray in enumerate(rays):
-        picture = _shot(scene, points, ray, spacing_m, jitter)
+        picture = _depth_camera(scene, points, ray, spacing_m, jitter)
         # A camera keeps what no other faces much better; so patches overlap by a little.
         kept = facing[picture.triangle, camera] > np.maximum(
             FACING_MIN, facing[picture.triangle, best[picture.triangle]] - OVERLAP
         )
         seen.append(
-            Seen(picture.triangle[kept], picture.bary[kept], picture.ray[kept], picture.cell[kept])
+            RangeImage(
+                picture.triangle[kept], picture.bary[kept], picture.ray[kept], picture.cell[kept]
+            )
         )
     return seen
 
 
-def _direction(yaw_deg: float, pitch_deg: float) -> Floats:
-    """(3,) where a camera looks that stands at this yaw and pitch of the head's front."""
+def _direction(yaw_deg: float, pitch_deg: float) -> Float64Array:
+    """(3,) viewing direction of a camera at this yaw and pitch from the head's front."""
     yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
     return -np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
 
 
-def _shot(scene: Any, points: Floats, ray: Floats, spacing_m: float, jitter: Floats) -> Seen:
+def _depth_camera(
+    scene: Any, points: Float64Array, ray: Float64Array, spacing_m: float, jitter: Float64Array
+) -> RangeImage:
     right = np.cross(ray, [0.0, 1.0, 0.0])
     right /= np.linalg.norm(right)
     up = np.cross(right, ray)
@@ -101,15 +118,18 @@ def _shot(scene: Any, points: Floats, ray: Floats, spacing_m: float, jitter: Flo
     found = np.flatnonzero(hit["primID"] >= 0)
     u, v = hit["u"][found].astype(np.float64), hit["v"][found].astype(np.float64)
     bary = np.stack([1 - u - v, u, v], axis=1)
-    return Seen(
+    return RangeImage(
         hit["primID"][found].astype(np.intp), bary, rays[found].astype(np.float64), cells[found]
     )
 
 
-def mesh_of(
-    seen: Seen, points: Floats, spacing_m: float, kept: NDArray[np.bool_]
+def triangulate_range_image(
+    seen: RangeImage, points: Float64Array, spacing_m: float, kept: NDArray[np.bool_]
 ) -> NDArray[np.int32]:
-    """(triangle, 3) between neighbouring pixels on one surface; points (point, 3) m measured."""
+    """(triangle, 3) between neighbouring pixels on one surface.
+
+    points (point, 3) m as measured; kept (point,) those that are used.
+    """
     if not len(points):
         return np.zeros((0, 3), np.int32)
     width, height = seen.cell.max(axis=0) + 2

@@ -19,10 +19,18 @@ from elocute.audio.waveform import Waveform
 from elocute.audio.write import write_flac
 from elocute.capture.scans.landmarks import Landmarks, write_landmarks
 from elocute.capture.scans.scan_file import write_scan
-from elocute.capture.scans.scan_sequence import SequenceFacts, write_facts
+from elocute.capture.scans.scan_sequence import SequenceMetadata, write_metadata
 from elocute.capture.settings import Scanner
-from elocute.capture.simulation.range_scanner import Seen, look, mesh_of
-from elocute.capture.simulation.smooth_surface import Refinement, refinement_of, smooth_points
+from elocute.capture.simulation.range_scanner import (
+    RangeImage,
+    render_range_images,
+    triangulate_range_image,
+)
+from elocute.capture.simulation.smooth_surface import (
+    Subdivision,
+    phong_tessellation,
+    subdivide_triangles,
+)
 from elocute.errors import CaptureError
 from elocute.files.arrays import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
@@ -32,42 +40,71 @@ from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, no_turn
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 PARTS = 3  # each template triangle becomes PARTS² on the rounded surface
 BUMPS, BUMP_WIDTH_M = 60, 0.012
 MOUTH_BUMPS, MOUTH_WIDTH_M = 6, 0.008
-INSIDE = ("mouth", "teeth", "gums", "tongue")  # wet and dark: stereo sees little of it
-LEFT_OUT = ("hair",)
+WET_MATERIALS = ("mouth", "teeth", "gums", "tongue")  # wet and dark: stereo sees little of it
+UNSCANNED_MATERIALS = ("hair",)
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
-    """What was scanned: vertices (vertex, 3) m of the head's topology, posed and in zero pose,
-    translation (3,) m and turns (joint, 4) wxyz that lead from one to the other."""
+class GroundTruth:
+    """What was scanned.
 
-    posed: Floats
-    zero: Floats
-    translation: Floats
-    turns: Floats
+    Attributes
+    ----------
+    posed, zero
+        Vertices (vertex, 3) m of the head's topology, posed and in zero pose.
+    translation, turns
+        (3,) m and (joint, 4) unit quaternions wxyz that lead from zero pose to posed.
+    """
+
+    posed: Float64Array
+    zero: Float64Array
+    translation: Float64Array
+    turns: Float64Array
 
 
 @dataclass(frozen=True, eq=False)
 class ScannedFrame:
-    """One simulated scan with its truth; lengths in metres."""
+    """One simulated scan and its truth.
 
-    points: Floats
+    Attributes
+    ----------
+    points
+        (point, 3) m.
+    triangles
+        (triangle, 3).
+    colors
+        (point, 3) uint8 sRGB, or None.
+    landmarks
+        With the scanner's noise.
+    truth
+        Where the template's vertices were.
+    """
+
+    points: Float64Array
     triangles: NDArray[np.int32]
     colors: NDArray[np.uint8] | None
     landmarks: Landmarks
-    truth: Truth
+    truth: GroundTruth
 
     __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
-    """A motion before the scanner; `frame` scans one frame of it."""
+class ScanSimulator:
+    """A motion in front of a scanner; `frame` scans one frame of it.
+
+    Attributes
+    ----------
+    motion
+        Of a head that names its regions and landmarks.
+    scanner
+        How scans are taken.
+    """
 
     motion: Motion
     scanner: Scanner
@@ -80,22 +117,22 @@ class Stage:
     def triangles(self) -> NDArray[np.int32]:
         """(triangle, 3) of what a scanner can see."""
         names = self.head.material_names
-        unseen = [index for index, name in enumerate(names) if name in LEFT_OUT]
+        unseen = [index for index, name in enumerate(names) if name in UNSCANNED_MATERIALS]
         return self.head.triangles[~np.isin(self.head.triangle_material, unseen)]
 
     @cached_property
-    def refinement(self) -> Refinement:
-        return refinement_of(self.triangles, PARTS)
+    def refinement(self) -> Subdivision:
+        return subdivide_triangles(self.triangles, PARTS)
 
     @cached_property
-    def bumps(self) -> Floats:
+    def bumps(self) -> Float64Array:
         """(vertex, 3) m that this face has beyond its identity."""
         rng = np.random.default_rng(self.scanner.seed)
         places = self.head.template[self.head.regions["skin"]]
         return self._bumps(rng, places, BUMPS, BUMP_WIDTH_M)
 
     @cached_property
-    def mouth_bumps(self) -> Floats:
+    def mouth_bumps(self) -> Float64Array:
         """(bump, vertex, 3) m by which the mouth moves beyond its expressions."""
         rng = np.random.default_rng(self.scanner.seed + 1)
         places = self.head.template[self.head.regions["lips"]]
@@ -105,16 +142,16 @@ class Stage:
     @cached_property
     def spacing_m(self) -> float:
         """Pixel that gives about as many points as were asked for, on the neutral face."""
-        surface = smooth_points(self.head.template, self.triangles, self.refinement)
+        surface = phong_tessellation(self.head.template, self.triangles, self.refinement)
         coarse, rng = 0.003, np.random.default_rng(self.scanner.seed)
-        views = look(surface, self.refinement.triangles, coarse, np.zeros(2))
-        count = sum(int((~self._lost(seen, rng)).sum()) for seen in views)
+        views = render_range_images(surface, self.refinement.triangles, coarse, np.zeros(2))
+        count = sum(int((~self._dropouts(seen, rng)).sum()) for seen in views)
         return coarse * float(np.sqrt(count / self.scanner.points))
 
     def _bumps(
         self, rng: np.random.Generator, places: NDArray[np.float32], count: int, width_m: float
-    ) -> Floats:
-        """(vertex, 3) m: `count` round bumps of which any vertex feels about one."""
+    ) -> Float64Array:
+        """(vertex, 3) m: `count` round bumps, of which about one affects any vertex."""
         template = self.head.template.astype(np.float64)
         total = np.zeros_like(template)
         for place in places[rng.integers(len(places), size=count)]:
@@ -122,7 +159,7 @@ class Stage:
             total += np.exp(-far / 2)[:, None] * rng.normal(0, self.scanner.bumps_mm / 1000, 3)
         return total
 
-    def truth(self, frame: int) -> Truth:
+    def truth(self, frame: int) -> GroundTruth:
         """Where every vertex is at a frame."""
         seconds = frame / self.motion.fps
         zero = self.motion.vertices(frame, frame + 1)[0].astype(np.float64) + self.bumps
@@ -143,16 +180,16 @@ class Stage:
         weights = self.head.skin_weights.astype(np.float64)
         matrices = np.tensordot(weights, rotations, 1)
         posed = np.einsum("vab,vb->va", matrices, zero) + weights @ shifts + translation
-        return Truth(posed, zero, translation, turns)
+        return GroundTruth(posed, zero, translation, turns)
 
     def frame(self, frame: int) -> ScannedFrame:
         """Scan one frame."""
         truth = self.truth(frame)
         rng = np.random.default_rng((self.scanner.seed, 2, frame))
         fine = self.refinement
-        surface = smooth_points(truth.posed, self.triangles, fine)
-        views = look(surface, fine.triangles, self.spacing_m, rng.random(2))
-        patches = [self._patch(seen, surface, rng) for seen in views]
+        surface = phong_tessellation(truth.posed, self.triangles, fine)
+        views = render_range_images(surface, fine.triangles, self.spacing_m, rng.random(2))
+        patches = [self._view_mesh(seen, surface, rng) for seen in views]
         points, triangles, colors = _joined(patches)
         return ScannedFrame(
             points,
@@ -162,41 +199,41 @@ class Stage:
             truth,
         )
 
-    def _patch(
-        self, seen: Seen, surface: Floats, rng: np.random.Generator
-    ) -> tuple[Floats, NDArray[np.int32], NDArray[np.uint8]]:
+    def _view_mesh(
+        self, seen: RangeImage, surface: Float64Array, rng: np.random.Generator
+    ) -> tuple[Float64Array, NDArray[np.int32], NDArray[np.uint8]]:
         """One camera's points with noise, its triangles and colours."""
         fine = self.refinement
         corners = fine.triangles[seen.triangle]
         exact = np.einsum("pc,pca->pa", seen.bary, surface[corners])
         depth = _stereo_noise(seen, rng) * self.scanner.noise_mm / 1000
         points = exact + depth[:, None] * seen.ray
-        kept = ~self._lost(seen, rng)
-        triangles = mesh_of(seen, points, self.spacing_m, kept)
+        kept = ~self._dropouts(seen, rng)
+        triangles = triangulate_range_image(seen, points, self.spacing_m, kept)
         shares = np.einsum("pc,pck->pk", seen.bary, fine.bary[corners])
         colors = self.head.vertex_color[self.triangles[fine.parent[corners[:, 0]]]]
         painted = np.einsum("pk,pka->pa", shares, colors.astype(np.float64))
         return points, triangles, np.clip(painted + 0.5, 0, 255).astype(np.uint8)
 
-    def _lost(self, seen: Seen, rng: np.random.Generator) -> NDArray[np.bool_]:
-        """(point,) where stereo fails: blots in the hair and inside the mouth."""
+    def _dropouts(self, seen: RangeImage, rng: np.random.Generator) -> NDArray[np.bool_]:
+        """(point,) where stereo fails: patches of the hair and inside the mouth."""
         parents = self.refinement.parent[self.refinement.triangles[seen.triangle, 0]]
-        lost = _blots(seen.cell, rng) < self.scanner.holes
-        return lost & self._hard[parents]
+        lost = _dropout_field(seen.cell, rng) < self.scanner.holes
+        return lost & self._dropout_prone[parents]
 
     @cached_property
-    def _hard(self) -> NDArray[np.bool_]:
-        """(triangle,) whether stereo fails there now and then."""
+    def _dropout_prone(self) -> NDArray[np.bool_]:
+        """(triangle,) whether stereo sometimes fails there."""
         names = self.head.material_names
-        unseen = [index for index, name in enumerate(names) if name in LEFT_OUT]
-        inside = [index for index, name in enumerate(names) if name in INSIDE]
+        unseen = [index for index, name in enumerate(names) if name in UNSCANNED_MATERIALS]
+        inside = [index for index, name in enumerate(names) if name in WET_MATERIALS]
         material = self.head.triangle_material
         scalp = np.zeros(self.head.vertex_count, bool)
         scalp[self.head.regions["scalp"]] = True
         hard = np.isin(material, inside) | scalp[self.head.triangles].any(axis=1)
         return hard[~np.isin(material, unseen)]
 
-    def _landmarks(self, truth: Truth, rng: np.random.Generator) -> Landmarks:
+    def _landmarks(self, truth: GroundTruth, rng: np.random.Generator) -> Landmarks:
         points = truth.posed[self.head.landmarks]
         noise = rng.normal(0, self.scanner.landmark_mm / 1000, points.shape)
         return Landmarks(points + noise, np.ones(len(points)))
@@ -207,11 +244,11 @@ def simulate_scans(
     folder: str | Path,
     *,
     scanner: Scanner | None = None,
-    facts: SequenceFacts | None = None,
+    metadata: SequenceMetadata | None = None,
     sound: Waveform | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """A folder of scans of a motion of a head that names its places, and the truth beside them.
+    """Write a folder of simulated scans of a motion, and the truth beside them.
 
         00000.ply …         in metres
         landmarks/          00000.json …
@@ -219,29 +256,51 @@ def simulate_scans(
         truth/zero.npy      (frame, vertex, 3) m, the same in zero pose
         truth/template.npy  (vertex, 3) m, the neutral face
 
-    Raises OutputError for a folder that is there, CaptureError for a head without places.
+    Parameters
+    ----------
+    motion
+        Of a head that names its regions and landmarks; the scans have its frame rate.
+    folder
+        A new folder.
+    scanner
+        How scans are taken.
+    metadata
+        Subject, sentence and text for capture.json.
+    sound
+        Written beside the scans, as long as the motion.
+    progress
+        Called with the share of the frames that are done, 0 to 1.
+
+    Raises
+    ------
+    OutputError
+        For a folder that exists.
+    CaptureError
+        For a head without regions and landmarks.
     """
     if not len(motion.head.landmarks) or "scalp" not in motion.head.regions:
         raise CaptureError.about(
-            f"head {motion.head.name!r}", found="names no places", allowed="the built-in head"
+            f"head {motion.head.name!r}",
+            found="names no regions or landmarks",
+            allowed="the built-in head",
         )
-    stage = Stage(motion, scanner or Scanner())
-    facts = replace(facts or SequenceFacts(), fps=motion.fps, unit="m")
+    simulator = ScanSimulator(motion, scanner or Scanner())
+    metadata = replace(metadata or SequenceMetadata(), fps=motion.fps, unit="m")
     with write_folder_atomically(folder) as draft:
         if sound is not None:
-            facts = replace(facts, sound="sound.flac")
-            _write_sound(draft / facts.sound, sound, motion.duration_s)
-        write_facts(draft, facts)
+            metadata = replace(metadata, sound="sound.flac")
+            _write_sound(draft / metadata.sound, sound, motion.duration_s)
+        write_metadata(draft, metadata)
         (draft / "landmarks").mkdir()
         (draft / "truth").mkdir()
-        template = (motion.head.template + stage.bumps).astype(np.float32)
+        template = (motion.head.template + simulator.bumps).astype(np.float32)
         save_npy(draft / "truth" / "template.npy", template)
         with (
             RowWriter(draft / "truth" / "vertices.npy", template.shape) as posed,
             RowWriter(draft / "truth" / "zero.npy", template.shape) as zero,
         ):
             for number in range(motion.frame_count):
-                scanned = stage.frame(number)
+                scanned = simulator.frame(number)
                 write_scan(
                     draft / f"{number:05d}.ply", scanned.points, scanned.triangles, scanned.colors
                 )
@@ -257,24 +316,24 @@ def _write_sound(path: Path, sound: Waveform, seconds: float) -> None:
     write_flac(path, sound.samples[: round(seconds * sound.sample_rate)], sound.sample_rate)
 
 
-def _stereo_noise(seen: Seen, rng: np.random.Generator) -> Floats:
+def _stereo_noise(seen: RangeImage, rng: np.random.Generator) -> Float64Array:
     """(point,) standard normal: half of the variance from pixel to pixel, half over about five."""
     if not len(seen.cell):
         return np.zeros(0)
-    smooth = _field(seen.cell, rng, 5.0)
+    smooth = _noise_field(seen.cell, rng, 5.0)
     return np.sqrt(0.5) * (rng.normal(size=len(smooth)) + smooth)
 
 
-def _blots(cells: NDArray[np.intp], rng: np.random.Generator) -> Floats:
-    """(point,) 0…1 evenly distributed, alike over about twelve pixels."""
+def _dropout_field(cells: NDArray[np.intp], rng: np.random.Generator) -> Float64Array:
+    """(point,) 0 to 1, uniformly distributed, correlated over about twelve pixels."""
     if not len(cells):
         return np.zeros(0)
-    field = _field(cells, rng, 12.0)
+    field = _noise_field(cells, rng, 12.0)
     return np.argsort(np.argsort(field)) / len(field)
 
 
-def _field(cells: NDArray[np.intp], rng: np.random.Generator, width: float) -> Floats:
-    """(point,) standard normal noise on a grid of pixels, alike over `width` of them."""
+def _noise_field(cells: NDArray[np.intp], rng: np.random.Generator, width: float) -> Float64Array:
+    """(point,) standard normal noise on a grid of pixels, correlated over `width` of them."""
     from scipy.ndimage import gaussian_filter
 
     noise = gaussian_filter(rng.normal(size=cells.max(axis=0) + 1), width / 2)
@@ -282,8 +341,8 @@ def _field(cells: NDArray[np.intp], rng: np.random.Generator, width: float) -> F
 
 
 def _joined(
-    patches: list[tuple[Floats, NDArray[np.int32], NDArray[np.uint8]]],
-) -> tuple[Floats, NDArray[np.int32], NDArray[np.uint8]]:
+    patches: list[tuple[Float64Array, NDArray[np.int32], NDArray[np.uint8]]],
+) -> tuple[Float64Array, NDArray[np.int32], NDArray[np.uint8]]:
     """One mesh of several, without points that no triangle uses."""
     points = np.concatenate([patch[0] for patch in patches])
     colors = np.concatenate([patch[2] for patch in patches])

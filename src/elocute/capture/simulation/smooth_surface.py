@@ -10,29 +10,34 @@ from numpy.typing import NDArray
 from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 ROUNDNESS = 0.75  # Boubekeur and Alexa's own choice
 
 
 @dataclass(frozen=True, eq=False)
-class Refinement:
+class Subdivision:
     """Triangles cut into parts², the same for every shape of a mesh.
 
-    parent     (fine point,) the triangle it lies on
-    bary       (fine point, 3) where in it
-    triangles  (fine triangle, 3) into fine points
+    Attributes
+    ----------
+    parent
+        (fine point,) the triangle it lies on.
+    bary
+        (fine point, 3) barycentric coordinates in it.
+    triangles
+        (fine triangle, 3) into fine points.
     """
 
     parent: NDArray[np.intp]
-    bary: Floats
+    bary: Float64Array
     triangles: NDArray[np.int32]
 
     __repr__ = one_line
 
 
-def refinement_of(triangles: NDArray[np.integer], parts: int) -> Refinement:
-    """Cut every triangle into parts² like it; points on shared edges are kept twice."""
+def subdivide_triangles(triangles: NDArray[np.integer], parts: int) -> Subdivision:
+    """Cut every triangle into parts² similar ones; points on shared edges are kept twice."""
     places = [(i, j) for i in range(parts + 1) for j in range(parts + 1 - i)]
     index = {place: number for number, place in enumerate(places)}
     small = []
@@ -45,20 +50,20 @@ def refinement_of(triangles: NDArray[np.integer], parts: int) -> Refinement:
     bary = np.column_stack([1 - uv.sum(axis=1), uv])
     count = len(triangles)
     fine = np.array(small)[None] + len(places) * np.arange(count)[:, None, None]
-    return Refinement(
+    return Subdivision(
         np.repeat(np.arange(count), len(places)),
         np.tile(bary, (count, 1)),
         fine.reshape(-1, 3).astype(np.int32),
     )
 
 
-def smooth_points(
-    vertices: NDArray[np.floating], triangles: NDArray[np.integer], where: Refinement
-) -> Floats:
-    """(fine point, 3) m on the rounded surface: Phong tessellation (Boubekeur and Alexa 2008).
+def phong_tessellation(
+    vertices: NDArray[np.floating], triangles: NDArray[np.integer], where: Subdivision
+) -> Float64Array:
+    """(fine point, 3) m on the rounded surface through vertices (vertex, 3) m.
 
     A point of the flat triangle is drawn towards its projections onto the tangent planes at the
-    three corners; corners stay where they are.
+    three corners; corners stay where they are (Phong tessellation, Boubekeur and Alexa 2008).
     """
     vertices = vertices.astype(np.float64)
     normals = vertex_normals(vertices, triangles).astype(np.float64)

@@ -1,14 +1,15 @@
 """From a video of somebody talking to Motion of the built-in head.
 
-video_frames.py          pictures and their times out of a container
-face_detector.py         a picture to 478 points: MediaPipe's, or any callable like it
-face_tracking.py         one face over time, on a constant clock, gaps bridged and flagged
-face_mesh_points.py      where the 478 points lie on the built-in head
-camera.py                projection and head pose
-person_fit.py            whose face: identity, camera and what is left between model and detector
-frame_fit.py             every frame: pose, jaw, ARKit's shapes and gaze; lips that touch are closed
-video_to_motion.py       all of it in one call
-video_to_corpus.py       videos as clips of a corpus
+`video_to_motion` holds the whole path in one call; a video goes through these in turn:
+
+video_frames          pictures and their times from a video file
+face_detector         a picture to the 478 points of each face: MediaPipe's, or any callable
+face_tracking         one face over time, on a constant clock, gaps bridged and flagged
+face_mesh_points      where the 478 points lie on the built-in head, and how far to trust each
+camera_fit            pinhole camera, head poses and the linear equations of projected points
+person_fit            whose face: identity, camera, and the template refined to what is seen
+frame_fit             every frame: pose, ARKit weights and gaze by least squares
+lip_and_lid_contact   rows for the gaps of lips and lids; what is tracked as closed is closed
 """
 
 from __future__ import annotations
@@ -18,25 +19,19 @@ from typing import TYPE_CHECKING
 from elocute.lazy import lazy
 
 if TYPE_CHECKING:
-    from elocute.capture.video.face_detector import Faces, mediapipe_detector
-    from elocute.capture.video.landmarks_68 import mediapipe_landmarks
-    from elocute.capture.video.video_to_corpus import write_corpus
+    from elocute.capture.video.face_detector import DetectedFaces, mediapipe_detector
     from elocute.capture.video.video_to_motion import VideoCapture, capture_video
 
 __all__ = [
-    "Faces",
+    "DetectedFaces",
     "VideoCapture",
     "capture_video",
     "mediapipe_detector",
-    "mediapipe_landmarks",
-    "write_corpus",
 ]
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "face_detector": ("Faces", "mediapipe_detector"),
-        "landmarks_68": ("mediapipe_landmarks",),
-        "video_to_corpus": ("write_corpus",),
+        "face_detector": ("DetectedFaces", "mediapipe_detector"),
         "video_to_motion": ("VideoCapture", "capture_video"),
     },
 )

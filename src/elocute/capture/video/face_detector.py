@@ -1,4 +1,4 @@
-"""Detectors: a picture in, 478 points of each face in it out.
+"""Face detectors: a picture in, 478 points of each face in it out.
 
 A detector is a plain callable, so anybody can bring their own; `mediapipe_detector` is the one
 that comes with the extra `video`.
@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.face_mesh_topology import POINT_COUNT
 from elocute.errors import CaptureError, MachineError
+from elocute.head.mediapipe_face_mesh import POINT_COUNT
 from elocute.one_line_repr import one_line
 
 FACES_MAX = 4
@@ -28,14 +28,21 @@ INSTALL = (
 
 
 @dataclass(frozen=True, eq=False)
-class Faces:
+class DetectedFaces:
     """The faces of one picture.
 
-    points      (face, 478, 3) pixels: x to the right, y down, from the picture's upper left
-                corner; depth away from the camera, in about the same unit, weak
-    confidence  (face,) 0…1
+    Attributes
+    ----------
+    points
+        (face, 478, 3) pixels: x to the right, y down, from the picture's upper left corner; depth
+        away from the camera in about the same unit, and unreliable.
+    confidence
+        (face,) 0 to 1.
 
-    Raises CaptureError for other shapes.
+    Raises
+    ------
+    CaptureError
+        For other shapes.
     """
 
     points: NDArray[np.float32]
@@ -59,23 +66,34 @@ class Faces:
         return len(self.points)
 
 
-Detector = Callable[[NDArray[np.uint8]], Faces]
-"""(height, width, 3) sRGB to Faces. Pictures of a video are given in their order."""
+FaceDetector = Callable[[NDArray[np.uint8]], DetectedFaces]
+"""(height, width, 3) sRGB to DetectedFaces. Pictures of a video come in their order."""
 
 
-def no_faces() -> Faces:
-    return Faces(np.zeros((0, POINT_COUNT, 3), np.float32), np.zeros(0, np.float32))
+def no_faces() -> DetectedFaces:
+    """The faces of a picture without any."""
+    return DetectedFaces(np.zeros((0, POINT_COUNT, 3), np.float32), np.zeros(0, np.float32))
 
 
 @contextlib.contextmanager
-def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detector]:
-    """MediaPipe's face mesh with irises (its models lie in its wheel; nothing is downloaded).
+def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[FaceDetector]:
+    """MediaPipe's face mesh with irises. Its models come in its wheel; nothing is downloaded.
 
-    faces  the most that are looked for
-    still  pictures have nothing to do with one another; else each helps with the next
+    Parameters
+    ----------
+    faces
+        The most faces that are looked for.
+    still
+        True where pictures are unrelated; otherwise each picture helps with the next.
 
-    It tells no confidence: a face that is found counts as 1. Raises MachineError where the extra
-    or a system library is missing.
+    Yields
+    ------
+    A detector. MediaPipe gives no confidence: a face that is found counts as 1.
+
+    Raises
+    ------
+    MachineError
+        Where the extra `video` or a system library is missing.
     """
     solution = _face_mesh()
     with _quiet():
@@ -86,14 +104,14 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detec
             min_detection_confidence=0.5,
             min_tracking_confidence=0.5,
         )
-        # Its threads talk while they start; the first picture waits for them.
+        # Its threads write notes while they start; the first picture waits for them.
         mesh.process(np.zeros((64, 64, 3), np.uint8))
     met = False
 
-    def detect(picture: NDArray[np.uint8]) -> Faces:
+    def detect(picture: NDArray[np.uint8]) -> DetectedFaces:
         nonlocal met
         height, width = picture.shape[:2]
-        with contextlib.nullcontext() if met else _quiet():  # the first face makes it talk too
+        with contextlib.nullcontext() if met else _quiet():  # the first face writes notes too
             found = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
         met = met or bool(found)
         if not found:
@@ -101,7 +119,7 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[Detec
         points = [[(p.x, p.y, p.z) for p in face.landmark] for face in found]
         # Depth comes in the unit of x.
         scale = np.array([width, height, width], np.float32)
-        return Faces(np.array(points, np.float32) * scale, np.ones(len(points), np.float32))
+        return DetectedFaces(np.array(points, np.float32) * scale, np.ones(len(points), np.float32))
 
     try:
         yield detect
@@ -124,7 +142,7 @@ def _face_mesh() -> Any:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """MediaPipe's C++ writes notes to the error stream that nobody can act on."""
+    """Silence notes that MediaPipe's C++ code writes to the error stream."""
     saved = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:

@@ -10,24 +10,33 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.face_mesh_topology import POINT_COUNT
 from elocute.files.arrays import read_npz
 from elocute.files.atomic import write_atomically
+from elocute.head.mediapipe_face_mesh import CHIN, IRIS, LIPS, POINT_COUNT, RIM
 from elocute.one_line_repr import one_line
 
 TABLE_PATH = Path(__file__).parent / "assets" / "face_points.npz"
 TABLE_MAX_BYTES = 10_000_000
+CHIN_TRUST = 3.0  # jaw and lower lip open a mouth alike; the chin tells them apart
+HALF_TRUST_MM = 2.0  # a spread at which a point's trust is half
 
 
 @dataclass(frozen=True, eq=False)
 class FacePoints:
-    """Each point as a place in a triangle of the head (made by recipes/face_points.py).
+    """Each point of the face mesh as a place in a triangle of the head.
 
-    vertices   (478, 3) vertex indices
-    shares     (478, 3) barycentric coordinates
-    spread_mm  (478,) how far to doubt a place: the median distance of the detector's sightings,
-               or twice how far sides differ or the place was moved onto a line, if that is more;
-               1.8 mm in the median, most at the rim of the face
+    Made by recipes/face_points.py.
+
+    Attributes
+    ----------
+    vertices
+        (478, 3) vertex indices.
+    shares
+        (478, 3) barycentric coordinates.
+    spread_mm
+        (478,) uncertainty of a place: the median distance of the detector's sightings, or twice how
+        far sides differ or the place was moved onto a line, if that is more; 1.8 mm in the median,
+        most at the rim of the face.
     """
 
     vertices: NDArray[np.int32]
@@ -49,7 +58,7 @@ def builtin_face_points() -> FacePoints:
     return FacePoints(stored["vertices"], stored["shares"], stored["spread_mm"])
 
 
-def save_table(points: FacePoints, path: Path = TABLE_PATH) -> None:
+def save_face_points(points: FacePoints, path: Path = TABLE_PATH) -> None:
     """Write the table. Raises OutputError."""
     assert len(points.vertices) == POINT_COUNT
     packed = io.BytesIO()
@@ -61,3 +70,18 @@ def save_table(points: FacePoints, path: Path = TABLE_PATH) -> None:
     )
     with write_atomically(path) as draft:
         draft.write_bytes(packed.getvalue())
+
+
+def point_trust(table: FacePoints) -> NDArray[np.float64]:
+    """How much each point counts in a fit: little where it slides over the skin.
+
+    Returns
+    -------
+    (478,) weights, 1 for a point that lies where it belongs; the chin counts more.
+    """
+    trust = 1 / (1 + (table.spread_mm.astype(np.float64) / HALF_TRUST_MM) ** 2)
+    trust[list(RIM)] *= 0.3
+    trust[IRIS:] *= 0.5
+    trust[list(LIPS)] = 1.0
+    trust[list(CHIN)] = CHIN_TRUST
+    return trust

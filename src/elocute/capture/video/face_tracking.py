@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.face_detector import Detector
-from elocute.capture.video.face_mesh_topology import EYE_CORNERS, GAP_PAIRS, POINT_COUNT
+from elocute.capture.video.face_detector import FaceDetector
 from elocute.capture.video.video_frames import Video
 from elocute.errors import CaptureError
+from elocute.head.mediapipe_face_mesh import EYE_CORNERS, GAP_PAIRS, POINT_COUNT
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 SIDES = ("left", "right")
 NEAR = 0.8  # share of its size that a face moves between two pictures at most
@@ -23,7 +23,7 @@ PRESENT = 0.25  # share of the pictures in which somebody must be seen to count
 SMALL = 0.4  # a face this much smaller than the largest is somebody in the background
 CONFIDENT = 0.3  # a face found with less is not used
 SEEN_MIN = 0.3  # share of the pictures with a face below which nothing is fitted
-STALL_S = 0.25  # without a picture for longer, nothing is known of a face that talks
+STALL_S = 0.25  # a gap between pictures too long to bridge a talking face
 FPS_RANGE = (5.0, 240.0)
 RATES = (23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 119.88, 120, 240)
 
@@ -32,15 +32,28 @@ RATES = (23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 119.88, 120, 240
 class FaceTrack:
     """478 points of one face on a constant clock.
 
-    points     (frame, 478, 3) pixels, as detectors give them; frame f is at time f / fps
-    seen       (frame,) False where no face was found: points are bridged from those around
-    fps        frames per second
-    size       (width, height) of the pictures, pixels
-    has_sound  whether the file has a sound track
-    notes      what a person should know, a line each
+    Attributes
+    ----------
+    points
+        (frame, 478, 3) pixels, as detectors give them; frame f is at f / fps seconds.
+    seen
+        (frame,) False where no face was found: points are bridged from the frames around.
+    fps
+        Frames per second.
+    size
+        (width, height) of the pictures, pixels.
+    has_sound
+        Whether the file has a sound track.
+    notes
+        Messages for the user, a line each.
+
+    Raises
+    ------
+    CaptureError
+        For other shapes, no frame, and points that are not finite.
     """
 
-    points: Floats
+    points: Float64Array
     seen: NDArray[np.bool_]
     fps: float
     size: tuple[int, int]
@@ -57,7 +70,7 @@ class FaceTrack:
                 f"allowed: (frames, {POINT_COUNT}, 3) and (frames,), one frame or more"
             )
         if not np.isfinite(self.points).all():
-            raise CaptureError("face track: found NaN or infinity; allowed: bridged points")
+            raise CaptureError("face track: found NaN or infinity; allowed: _bridged points")
 
     @property
     def frame_count(self) -> int:
@@ -70,7 +83,7 @@ class FaceTrack:
         return float(np.median(np.linalg.norm(right - left, axis=1)))
 
     @property
-    def lip_gap(self) -> Floats:
+    def lip_gap(self) -> Float64Array:
         """(frame,) distance of the inner lips, mean of the middle pairs, in eye distances."""
         right, left = (self.points[:, corner] for corner in EYE_CORNERS)
         pairs = np.array(GAP_PAIRS)
@@ -79,7 +92,7 @@ class FaceTrack:
 
 
 @dataclass(eq=False)
-class _Trail:
+class _Trajectory:
     """One person through the pictures."""
 
     numbers: list[int] = field(default_factory=list)
@@ -102,7 +115,7 @@ class _Trail:
 
 def track_face(
     path: str | Path,
-    detect: Detector,
+    detect: FaceDetector,
     *,
     face: str | int | None = None,
     fps: float | None = None,
@@ -110,29 +123,42 @@ def track_face(
 ) -> FaceTrack:
     """Follow one face through a video.
 
-    face  which, where there are several: "left" or "right" in the picture, or a number, 1 for
-          the leftmost; None takes the only one (people far behind do not count)
-    fps   frames per second of the track; None: the video's own
+    Parameters
+    ----------
+    path
+        A video file.
+    detect
+        Takes a picture, gives the 478 points of each face.
+    face
+        Which face, where there are several: "left" or "right" in the picture, or a number, 1 for
+        the leftmost. None takes the only one; people far behind do not count.
+    fps
+        Frames per second of the track; None for the video's own.
+    progress
+        Called with the share of the pictures that are done, 0 to 1.
 
-    Raises CaptureError for no video, no face, and several faces where none is chosen.
+    Raises
+    ------
+    CaptureError
+        For a file that is no video, no face, and several faces where none is chosen.
     """
     times: list[float] = []
-    trails: list[_Trail] = []
+    trajectories: list[_Trajectory] = []
     size = (0, 0)
     with Video(path) as video:
         for time_s, picture in video.pictures():
             size = (picture.shape[1], picture.shape[0])
             faces = detect(picture)
-            _follow(trails, len(times), faces.points[faces.confidence >= CONFIDENT])
+            _assign_faces(trajectories, len(times), faces.points[faces.confidence >= CONFIDENT])
             times.append(time_s)
-            if progress and video.promised:
-                progress(min(1.0, len(times) / video.promised))
+            if progress and video.expected_pictures:
+                progress(min(1.0, len(times) / video.expected_pictures))
     if not times:
         raise CaptureError.about(path, found="no pictures in it", allowed="a video of a face")
-    trail = _chosen(Path(path), trails, len(times), face)
+    trajectory = _choose_face(Path(path), trajectories, len(times), face)
     notes = [video.note] if video.note else []
     rate = _rate(times, video.rate) if fps is None else fps
-    track = _on_clock(np.array(times), trail, size, rate, notes)
+    track = _on_constant_clock(np.array(times), trajectory, size, rate, notes)
     if not video.has_sound:
         notes.append("no sound in it: motion only")
     lost = int((~track.seen).sum())
@@ -145,37 +171,43 @@ def _size(points: NDArray[np.float32]) -> float:
     return float(np.ptp(points[:, :2], axis=0).max())
 
 
-def _follow(trails: list[_Trail], number: int, faces: NDArray[np.float32]) -> None:
-    """Give each face of a picture to the trail that was nearest, or to a new one."""
+def _assign_faces(trajectories: list[_Trajectory], number: int, faces: NDArray[np.float32]) -> None:
+    """Give each face of a picture to the nearest trajectory, or to a new one."""
     pairs = sorted(
-        (trail.apart(one), t, f) for t, trail in enumerate(trails) for f, one in enumerate(faces)
+        (trajectory.apart(one), t, f)
+        for t, trajectory in enumerate(trajectories)
+        for f, one in enumerate(faces)
     )
-    free_trails, free_faces = set(range(len(trails))), set(range(len(faces)))
+    free_trails, free_faces = set(range(len(trajectories))), set(range(len(faces)))
     for apart, t, f in pairs:
         if apart < NEAR and t in free_trails and f in free_faces:
             free_trails.remove(t)
             free_faces.remove(f)
-            trails[t].numbers.append(number)
-            trails[t].points.append(faces[f])
+            trajectories[t].numbers.append(number)
+            trajectories[t].points.append(faces[f])
     for f in sorted(free_faces):
-        trails.append(_Trail([number], [faces[f]]))
+        trajectories.append(_Trajectory([number], [faces[f]]))
 
 
-def _chosen(path: Path, trails: list[_Trail], count: int, face: str | int | None) -> _Trail:
-    if not trails:
+def _choose_face(
+    path: Path, trajectories: list[_Trajectory], count: int, face: str | int | None
+) -> _Trajectory:
+    if not trajectories:
         raise CaptureError.about(
             path,
             found=f"no face in {count} pictures",
             allowed="a face seen from the front",
             remedy="more light, nearer, or less turned away",
         )
-    people = [trail for trail in trails if len(trail.numbers) >= PRESENT * count]
-    people = people or [max(trails, key=lambda trail: len(trail.numbers))]
-    people.sort(key=lambda trail: trail.middle_x)
+    people = [
+        trajectory for trajectory in trajectories if len(trajectory.numbers) >= PRESENT * count
+    ]
+    people = people or [max(trajectories, key=lambda trajectory: len(trajectory.numbers))]
+    people.sort(key=lambda trajectory: trajectory.middle_x)
     choice = "left, right" + "".join(f", {n + 1}" for n in range(len(people)))
     if face is None:
-        largest = max(trail.size for trail in people)
-        people = [trail for trail in people if trail.size > SMALL * largest]
+        largest = max(trajectory.size for trajectory in people)
+        people = [trajectory for trajectory in people if trajectory.size > SMALL * largest]
         if len(people) > 1:
             raise CaptureError.about(
                 path,
@@ -202,7 +234,7 @@ def _chosen(path: Path, trails: list[_Trail], count: int, face: str | int | None
 
 
 def _rate(times: list[float], said: float | None) -> float:
-    """Frames per second: the step that is usual between pictures, as a rate people use."""
+    """Frames per second: the usual step between pictures, as a common frame rate."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1 / (said or 25.0)
     rate = 1 / step
     if said and abs(said - rate) < 0.02 * rate:
@@ -211,8 +243,12 @@ def _rate(times: list[float], said: float | None) -> float:
     return nearest if abs(nearest - rate) < 0.03 * rate else float(np.clip(rate, *FPS_RANGE))
 
 
-def _on_clock(
-    times: Floats, trail: _Trail, size: tuple[int, int], fps: float, notes: list[str]
+def _on_constant_clock(
+    times: Float64Array,
+    trajectory: _Trajectory,
+    size: tuple[int, int],
+    fps: float,
+    notes: list[str],
 ) -> FaceTrack:
     """Points at times f / fps, linear between pictures; before the first and after the last held.
 
@@ -228,7 +264,7 @@ def _on_clock(
         notes.append(f"variable frame rate: laid on a constant clock of {fps:g} Hz")
     count = max(1, round((times[-1] + step) * fps))
     clock = np.arange(count) / fps
-    known_s, known = times[trail.numbers], np.array(trail.points, np.float64)
+    known_s, known = times[trajectory.numbers], np.array(trajectory.points, np.float64)
     after = np.clip(np.searchsorted(known_s, clock - 1e-6), 0, len(known) - 1)
     exact = np.abs(known_s[after] - clock) < 1e-3 / fps
     before = np.where(exact, after, np.maximum(after - 1, 0))
@@ -237,7 +273,7 @@ def _on_clock(
     share[before == after] = 0
     points = known[before] + share[:, None, None] * (known[after] - known[before])
     outside = np.maximum(known_s[0] - clock, clock - known_s[-1])
-    numbers = np.array(trail.numbers)
+    numbers = np.array(trajectory.numbers)
     seen = (numbers[after] - numbers[before] <= 1) & (span <= STALL_S)
     seen &= outside <= max(step, 1 / fps) * 0.6
     return FaceTrack(points, seen, fps, size)

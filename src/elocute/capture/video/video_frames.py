@@ -21,12 +21,23 @@ ALLOWED = "a video: .mp4 .mov .mpg .mkv .webm .avi"
 class Video:
     """An open video; iterate `pictures()` once. Use as a context manager.
 
-    has_sound   whether there is a sound track
-    promised    how many pictures the file promises, or None
-    rate        pictures per second as the file says, or None
-    note        why the pictures ended early, or ""
+    Attributes
+    ----------
+    path
+        The file.
+    has_sound
+        Whether it has a sound track.
+    expected_pictures
+        How many pictures the file says it has, or None.
+    rate
+        Pictures per second as the file says, or None.
+    note
+        Why the pictures ended early, or "".
 
-    Raises CaptureError for what is no video.
+    Raises
+    ------
+    CaptureError
+        For a file that is missing, empty or no video.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -52,7 +63,7 @@ class Video:
         self.has_sound = bool(self._file.streams.audio)
         self.rate = float(self._stream.average_rate) if self._stream.average_rate else None
         seconds = (self._file.duration or 0) / 1e6
-        self.promised = self._stream.frames or round(seconds * (self.rate or 0)) or None
+        self.expected_pictures = self._stream.frames or round(seconds * (self.rate or 0)) or None
         self.note = ""
 
     def __enter__(self) -> Video:
@@ -63,11 +74,19 @@ class Video:
             self._file.close()
 
     def pictures(self) -> Iterator[tuple[float, NDArray[np.uint8]]]:
-        """Time in seconds since the start of the container, and (height, width, 3) sRGB.
+        """Pictures in order, each with its time.
 
-        Upright and with square pixels, at most SIDE_MAX on the longer side. Sound read from the
-        same file (`audio.read`) starts at the same zero. A file that breaks off ends here, and
-        `note` says so; CaptureError where nothing came before.
+        Yields
+        ------
+        Time in seconds since the start of the container, and (height, width, 3) uint8 sRGB:
+        upright, with square pixels, at most SIDE_MAX on the longer side. Sound read from the same
+        file (`audio.read`) starts at the same zero.
+
+        Raises
+        ------
+        CaptureError
+            Where nothing can be decoded. A file that breaks off later ends there, and `note` says
+            so.
         """
         import av.error
 
@@ -92,7 +111,7 @@ class Video:
                 ) from error
 
     def _upright(self, frame: Any) -> NDArray[np.uint8]:
-        # Known only now: containers guess what the first picture tells.
+        # Known only now: containers guess what the first picture says.
         aspect = float(self._stream.codec_context.sample_aspect_ratio or 1)
         wide, high = frame.width * aspect, float(frame.height)
         scale = min(1.0, SIDE_MAX / max(wide, high))

@@ -1,4 +1,4 @@
-"""A video of somebody talking as Motion of the built-in head."""
+"""A video of somebody talking as Motion of the built-in head: the whole path in one call."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.video.face_detector import FACES_MAX, Detector, mediapipe_detector
+from elocute.capture.video.face_detector import FACES_MAX, FaceDetector, mediapipe_detector
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.capture.video.face_tracking import FaceTrack, track_face
-from elocute.capture.video.frame_fit import Fitted, fit_frames
+from elocute.capture.video.frame_fit import FittedFrames, fit_frames
 from elocute.capture.video.person_fit import Person, fit_person
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
@@ -21,39 +21,47 @@ from elocute.numerics.quaternions import from_axis_angle, no_turn, to_axis_angle
 from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-STRANGE = 3.0  # times the usual miss
-STRANGE_MIN = 0.06  # eye distances: less is never strange
+OUTLIER = 3.0  # times the median miss
+OUTLIER_MIN = 0.06  # eye distances: below it nothing is an outlier
 TRACKING = 0.8  # share of the time that finding the face takes
 JOINTS = ("neck", "head")
-"""The turn of the head is shared by these evenly."""
+"""These share the rotation of the head evenly."""
 
 
 @dataclass(frozen=True, eq=False)
 class VideoCapture:
-    """What a video became.
+    """A captured video.
 
-    motion   the person's face on the built-in head, turned as in the picture; frame f is at time
-             f / fps after the start of the file, where its sound starts too
-    person   whose face it is
-    track    the points seen
-    fitted   how the model lies on them
-    flagged  (frame,) no face there, or one that no face can make: bridged from those around
+    Attributes
+    ----------
+    motion
+        The person's face on the built-in head, turned as in the picture; frame f is at f / fps
+        seconds after the start of the file, where its sound starts too.
+    person
+        Whose face it is.
+    track
+        The points as seen.
+    fitted
+        How the model lies on them.
+    flagged
+        (frame,) where no face was found, or points that fit no face: bridged from the frames
+        around.
     """
 
     motion: Motion
     person: Person
     track: FaceTrack
-    fitted: Fitted
+    fitted: FittedFrames
     flagged: NDArray[np.bool_]
 
     __repr__ = one_line
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a person should know, a line each."""
+        """Messages for the user, a line each."""
         strange = int((self.flagged & self.track.seen).sum())
         more = (f"{strange} frames in which the points fit no face: bridged",) if strange else ()
         return (*self.track.notes, *more)
@@ -67,19 +75,36 @@ class VideoCapture:
 def capture_video(
     path: str | Path,
     *,
-    detector: Detector | None = None,
+    detector: FaceDetector | None = None,
     face: str | int | None = None,
     fps: float | None = None,
     progress: Progress | None = None,
 ) -> VideoCapture:
     """Find a face in a video and move the built-in head as it moves.
 
-    detector  a picture to the 478 points of each face; None: MediaPipe's (extra `video`)
-    face      which face, where there are several: "left", "right" or a number from the left
-    fps       frames per second of the motion; None: the video's own
+    Parameters
+    ----------
+    path
+        A video file that FFmpeg reads.
+    detector
+        Takes a picture, gives the 478 points of each face; None for MediaPipe's (extra `video`).
+    face
+        Which face, where there are several: "left", "right" or a number from the left.
+    fps
+        Frames per second of the motion; None for the video's own.
+    progress
+        Called with the share of the work that is done, 0 to 1.
 
-    Raises CaptureError for what is no video, no face and several faces; MachineError where the
-    extra is missing.
+    Returns
+    -------
+    The motion with all that it was fitted from.
+
+    Raises
+    ------
+    CaptureError
+        For a file that is no video, no face in it, or several faces where none is chosen.
+    MachineError
+        Where the extra `video` is missing.
     """
 
     def tracking(share: float) -> None:
@@ -93,27 +118,42 @@ def capture_video(
         track = track_face(path, detector, face=face, progress=tracking)
     captured = fit_track(track, lambda share: tracking(1 + share * (1 / TRACKING - 1)))
     if fps is not None:
-        captured = replace(captured, motion=resampled(captured.motion, fps))
+        captured = replace(captured, motion=resample_motion(captured.motion, fps))
     return captured
 
 
 def fit_track(track: FaceTrack, progress: Progress | None = None) -> VideoCapture:
-    """From points to motion: whose face, then every frame."""
+    """Fit the person, then every frame, to a tracked face.
+
+    Parameters
+    ----------
+    track
+        478 points per frame, pixels.
+    progress
+        Called with the share of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    Motion of the built-in head at the track's frame rate; frames whose points fit no face are
+    bridged.
+    """
     table = builtin_face_points()
     person = fit_person(load_builtin_head(), table, track)
     fitted = fit_frames(person, table, track, progress)
     miss = fitted.miss.mean(axis=1)
     usual = float(np.median(miss[track.seen]))
-    flagged = ~track.seen | (miss > max(STRANGE * usual, STRANGE_MIN))
+    flagged = ~track.seen | (miss > max(OUTLIER * usual, OUTLIER_MIN))
     if flagged.all():
         flagged[:] = False
-    weights = bridged(fitted.weights, flagged)
-    turns = from_axis_angle(bridged(to_axis_angle(fitted.poses.turns), flagged))
-    motion = Motion(person.head, weights.astype(np.float32), track.fps, rotations_of(person, turns))
+    weights = _bridged(fitted.weights, flagged)
+    turns = from_axis_angle(_bridged(to_axis_angle(fitted.poses.turns), flagged))
+    motion = Motion(
+        person.head, weights.astype(np.float32), track.fps, _joint_rotations(person, turns)
+    )
     return VideoCapture(motion, person, track, fitted, flagged)
 
 
-def rotations_of(person: Person, turns: Floats) -> NDArray[np.float32]:
+def _joint_rotations(person: Person, turns: Float64Array) -> NDArray[np.float32]:
     """(frame, joint, 4) of the head's turns (frame, 4): half by the neck, half by the head."""
     names = person.head.joint_names
     rotations = no_turn(len(turns), len(names))
@@ -123,14 +163,27 @@ def rotations_of(person: Person, turns: Floats) -> NDArray[np.float32]:
     return rotations
 
 
-def bridged(values: Floats, flagged: NDArray[np.bool_]) -> Floats:
-    """(frame, …) with flagged frames taken from those around them, linear; ends held."""
+def _bridged(values: Float64Array, flagged: NDArray[np.bool_]) -> Float64Array:
+    """(frame, …) with flagged frames interpolated linearly from their neighbours; ends held."""
     good = np.flatnonzero(~flagged)
     return interpolate(good, values[good], np.arange(len(values)))
 
 
-def resampled(motion: Motion, fps: float) -> Motion:
-    """The same at another frame rate: cubic without overshoot, so closed lips stay closed."""
+def resample_motion(motion: Motion, fps: float) -> Motion:
+    """A motion at another frame rate: cubic without overshoot, so closed lips stay closed.
+
+    Parameters
+    ----------
+    motion
+        Weights 0 to 1 on the head's shapes.
+    fps
+        Frames per second wanted.
+
+    Raises
+    ------
+    MotionError
+        For a frame rate that is not allowed.
+    """
     other = motion.at_fps(fps)  # turns, and the number of frames
     weights = monotone_cubic(motion.times_s, motion.weights.astype(np.float64), other.times_s)
     return replace(other, weights=np.clip(weights, 0, 1).astype(np.float32))

@@ -21,31 +21,28 @@ from elocute.audio.waveform import SPEECH_RATE
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import Progress, finish
-from elocute.corpus.importers.lip_fit import (
-    CONTOURS,
-    INNER_LOWER,
-    INNER_UPPER,
-    SPEECH_SHAPES,
-    Lips,
-    fit_lips,
-    lip_rows,
-)
+from elocute.corpus.importers.lip_fit import SPEECH_SHAPES, Lips, fit_lips, lip_rows
 from elocute.corpus.importers.splits import chosen_splits
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npz
 from elocute.files.json_records import parse_json
 from elocute.head.builtin import load_builtin_head
+from elocute.head.mediapipe_face_mesh import (
+    INNER_LOWER,
+    INNER_UPPER,
+    LIP_CONTOURS,
+    UNDER_NOSE,
+)
 from elocute.motion.motion import FPS_MAX
-from elocute.motion.mouth_measures import TRACKED_CLOSED, TRACKED_OPEN, TRACKED_RESTING
+from elocute.motion.mouth_measures import TRACKED_CLOSED, TRACKED_RESTING, tracked_opening_share
 from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.resampling import interpolate
-from elocute.numerics.smoothing import gaussian_smoothed, smoothstep
+from elocute.numerics.smoothing import gaussian_smoothed
 
 Floats = NDArray[np.float64]
 
 SUBJECT = "grid"
 NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
-NOSE = 2  # below the nose: what the tracked distances start from
 CALM_FRAMES = 2.0  # standard deviation of the blur that steadies the nose
 FIELDS_MAX_BYTES = 16_000_000
 FRAMES_MAX = 100_000
@@ -167,8 +164,8 @@ def read_track(path: Path) -> Track:
             raise ValueError("no rate or unit")
         if any(len(values) != len(given) for values in scalars.values()):
             raise ValueError("fields of different lengths")
-        contours = [[index[number] for number in contour] for contour in CONTOURS]
-        nose = gaussian_smoothed(_bridged(given[:, index[NOSE]], valid), CALM_FRAMES)
+        contours = [[index[number] for number in contour] for contour in LIP_CONTOURS]
+        nose = gaussian_smoothed(_bridged(given[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
         points = _bridged(given, valid)[:, contours] - nose[:, None, None]
         scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     except CorpusError:
@@ -218,11 +215,10 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     seen from the front, a head that turns looks like a jaw that slides.
     """
     seen = track.scalars["inner_opening_mean"]
-    ease = np.clip((seen - TRACKED_CLOSED) / (TRACKED_OPEN - TRACKED_CLOSED), 0, 1)
-    ease = smoothstep(ease)
+    ease = tracked_opening_share(seen)
     points = scale * (track.points - rest.points)
     points[..., 0] -= points[..., 0].mean(axis=(1, 2), keepdims=True)
-    upper, lower = CONTOURS.index(INNER_UPPER), CONTOURS.index(INNER_LOWER)
+    upper, lower = LIP_CONTOURS.index(INNER_UPPER), LIP_CONTOURS.index(INNER_LOWER)
     middle = (points[:, upper] + points[:, lower]) / 2
     half = ease[:, None, None] * (points[:, upper] - points[:, lower]) / 2
     points[:, upper], points[:, lower] = middle + half, middle - half

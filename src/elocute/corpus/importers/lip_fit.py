@@ -43,13 +43,6 @@ SPEECH_SHAPES = (
     "mouthLabiodental",
 )
 
-# MediaPipe's face mesh, from the right mouth corner to the left one.
-OUTER_UPPER = (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291)
-OUTER_LOWER = (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291)
-INNER_UPPER = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308)
-INNER_LOWER = (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308)
-CONTOURS = (OUTER_UPPER, OUTER_LOWER, INNER_UPPER, INNER_LOWER)
-
 AXIS_WEIGHTS = (1.0, 1.0, 0.2)  # x, y, z
 GAP_WEIGHT, CLOSED_GAP_WEIGHT = 2.0, 30.0
 MEAN_GAP_WEIGHT, WIDTH_WEIGHT, LIP_WEIGHT, JAW_WEIGHT = 8.0, 3.0, 2.0, 2.0
@@ -69,7 +62,8 @@ SMOOTH_MM2 = 6.0  # what a squared change between two frames costs
 class Lips:
     """Tracked lips as displacements from the talker's rest, at the size of the head.
 
-    points  (frame, contour, point, 3) mm, along CONTOURS; inner lips that touch move together
+    points  (frame, contour, point, 3) mm, along LIP_CONTOURS of the face mesh; inner lips that
+            touch move together
     gap     (frame,) mm between the inner lips, 0 where they touch
     closed  (frame,) whether they do
     width, upper, lower, jaw  (frame,) mm wider than at rest, and further from the nose

@@ -1,4 +1,4 @@
-"""Videos as clips of a corpus, so that they can train a decoder or give a style."""
+"""Videos as clips of a corpus, for training a decoder or fitting a style."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
-from elocute.capture.video.video_to_motion import VideoCapture, resampled
+from elocute.capture.video.video_to_motion import VideoCapture, resample_motion
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import even_split
@@ -19,7 +19,7 @@ FPS = 60.0
 NOTE = "Captured from video by Elocute: weights of the built-in head, in zero pose."
 
 
-def write_corpus(
+def write_video_corpus(
     folder: str | Path,
     captures: Iterable[tuple[Path, VideoCapture]],
     *,
@@ -29,11 +29,31 @@ def write_corpus(
 ) -> list[str]:
     """Write a corpus of one subject: each video a clip, its sentence the file's name.
 
-    The template is the face of the first video; weights are those of each video's own rest.
-    texts  file name without suffix to the words said
+    The template is the face of the first video; weights are relative to each video's own rest.
 
-    Returns notes for a person. Raises CaptureError for a video without sound (a corpus pairs
-    sound with motion) and what `corpus_writer` raises; nothing is left behind then.
+    Parameters
+    ----------
+    folder
+        Where the corpus goes.
+    captures
+        Video files and what they became, one after another.
+    subject
+        The subject's name.
+    fps
+        Frames per second of the corpus.
+    texts
+        File name without suffix to the words said.
+
+    Returns
+    -------
+    Notes for the user.
+
+    Raises
+    ------
+    CaptureError
+        For a video without sound: a corpus pairs sound with motion.
+    CorpusError, OutputError
+        As `corpus_writer`. Nothing is left behind then.
     """
     head = load_builtin_head()
     notes: list[str] = []
@@ -50,7 +70,7 @@ def write_corpus(
         note=NOTE,
     ) as writer:
         while True:
-            writer.add(clip_of(path, captured, subject, fps, (texts or {}).get(path.stem, "")))
+            writer.add(_video_clip(path, captured, subject, fps, (texts or {}).get(path.stem, "")))
             notes += [f"{path.name}: {note}" for note in captured.notes]
             following = next(done, None)
             if following is None:
@@ -60,7 +80,7 @@ def write_corpus(
     return notes
 
 
-def clip_of(path: Path, captured: VideoCapture, subject: str, fps: float, text: str) -> Clip:
+def _video_clip(path: Path, captured: VideoCapture, subject: str, fps: float, text: str) -> Clip:
     """One video as a Clip at `fps`, as long as its motion and its sound both last."""
     if not captured.track.has_sound:
         raise CaptureError.about(
@@ -70,6 +90,6 @@ def clip_of(path: Path, captured: VideoCapture, subject: str, fps: float, text: 
             remedy="write -o take.npz instead, which takes motion alone",
         )
     sound = read_audio(path, sample_rate=SPEECH_RATE)
-    frames = resampled(captured.motion, fps).weights[: max(1, round(sound.duration_s * fps))]
+    frames = resample_motion(captured.motion, fps).weights[: max(1, round(sound.duration_s * fps))]
     sentence = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem).strip("_.-") or "clip"
     return Clip(subject, sentence, text, sound, frames)

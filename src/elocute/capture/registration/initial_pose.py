@@ -1,4 +1,4 @@
-"""Where the head roughly is in a scan: by landmarks, or by trying many poses without."""
+"""Roughly where the head is in a scan: from landmarks, or by trying many poses without them."""
 
 from __future__ import annotations
 
@@ -7,31 +7,43 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.matching import Samples
-from elocute.capture.registration.pose import Pose, laid_over, posed
+from elocute.capture.registration.correspondences import ScanSamples
+from elocute.capture.registration.pose import HeadPose, align_head, apply_pose
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.errors import CaptureError
 from elocute.numerics.rigid_alignment import rigid_alignment
 
-Floats = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 TRIES, STEPS, POINTS = 4, 25, 700
 TRIM = 0.85  # share of the points that count: hair and shoulders may differ
 FAR_MM = 12.0
-"""Mean distance of a laid-over head at which it is no head, or not these landmarks."""
+"""Mean distance of an aligned head beyond which the scan or the landmarks show no head."""
 FIRST_STEPS = 8
 
 
-def start_pose(template: Template, samples: Samples, landmarks: Landmarks) -> Pose:
+def find_initial_pose(template: Template, samples: ScanSamples, landmarks: Landmarks) -> HeadPose:
     """A pose within some millimetres and degrees.
 
-    Raises CaptureError for a scan that is mirrored or inside out, landmarks that lie off the
-    scan, and a scan in which no head is found.
+    Parameters
+    ----------
+    template
+        The person's, or a general one.
+    samples
+        Of the scan.
+    landmarks
+        The scan's; without enough good ones 24 directions are tried.
+
+    Raises
+    ------
+    CaptureError
+        For a scan that is mirrored or inside out, landmarks off the scan, and a scan in which no
+        head is found.
     """
     vertices, places, weights = template.landmark_weights(landmarks)
     if not len(vertices) or not landmarks.enough:
-        return _searched(template, samples)
+        return _search_pose(template, samples)
     from scipy.spatial import KDTree
 
     off = np.median(KDTree(samples.points).query(places)[0])
@@ -41,12 +53,12 @@ def start_pose(template: Template, samples: Samples, landmarks: Landmarks) -> Po
             "its unit"
         )
     model = template.vertices[vertices]
-    pose = laid_over(template.head, model, places, weights)
-    left = _apart_mm(posed(template.head, template.vertices, pose)[vertices], places)
+    pose = align_head(template.head, model, places, weights)
+    left = _apart_mm(apply_pose(template.head, template.vertices, pose)[vertices], places)
     if left > FAR_MM:
-        flipped = laid_over(template.head, model * [-1, 1, 1], places, weights)
+        flipped = align_head(template.head, model * [-1, 1, 1], places, weights)
         moved = template.vertices * [-1, 1, 1]
-        mirrored = _apart_mm(posed(template.head, moved, flipped)[vertices], places)
+        mirrored = _apart_mm(apply_pose(template.head, moved, flipped)[vertices], places)
         if mirrored < left / 2:
             raise CaptureError("scan: found mirrored; allowed: left on the left; negate its x")
         raise CaptureError(
@@ -55,16 +67,16 @@ def start_pose(template: Template, samples: Samples, landmarks: Landmarks) -> Po
     return pose
 
 
-def _apart_mm(first: Floats, second: Floats) -> float:
+def _apart_mm(first: Float64Array, second: Float64Array) -> float:
     return float(1000 * np.linalg.norm(first - second, axis=1).mean())
 
 
-def _searched(template: Template, samples: Samples) -> Pose:
+def _search_pose(template: Template, samples: ScanSamples) -> HeadPose:
     """Rigid closest points from 24 directions; the upright ones are tried first."""
-    some = samples.some(POINTS)
-    drafts = [_followed(template, some, turn, FIRST_STEPS) for turn in _directions()]
+    some = samples.subset(POINTS)
+    drafts = [_rigid_icp(template, some, turn, FIRST_STEPS) for turn in _directions()]
     drafts.sort(key=lambda draft: draft[0])
-    settled = [_followed(template, some, rigid, STEPS) for _, rigid in drafts[:TRIES]]
+    settled = [_rigid_icp(template, some, rigid, STEPS) for _, rigid in drafts[:TRIES]]
     best_mm, (rotation, shift) = min(settled, key=lambda found: found[0])
     if best_mm > FAR_MM:
         raise CaptureError(
@@ -72,13 +84,13 @@ def _searched(template: Template, samples: Samples) -> Pose:
             "faces wound outwards; or give `landmarks`"
         )
     model = template.vertices
-    return laid_over(template.head, model, model @ rotation.T + shift)
+    return align_head(template.head, model, model @ rotation.T + shift)
 
 
-_Rigid = tuple[Floats, Floats]  # rotation (3, 3) and shift (3,) m
+_Rigid = tuple[Float64Array, Float64Array]  # rotation (3, 3) and shift (3,) m
 
 
-def _directions() -> list[Floats]:
+def _directions() -> list[Float64Array]:
     """The 24 rotations (3, 3) that map axes to axes."""
     found = []
     for order in itertools.permutations(range(3)):
@@ -90,8 +102,8 @@ def _directions() -> list[Floats]:
     return sorted(found, key=lambda rotation: -np.trace(rotation))
 
 
-def _followed(
-    template: Template, samples: Samples, start: Floats | _Rigid, steps: int
+def _rigid_icp(
+    template: Template, samples: ScanSamples, start: Float64Array | _Rigid, steps: int
 ) -> tuple[float, _Rigid]:
     """Trimmed distance in mm and the rigid motion after some steps of closest points.
 
@@ -109,7 +121,7 @@ def _followed(
         found = surface.closest(local, near=1)
         normals = template.neutral_normals[found.triangle]
         facing = np.einsum("ij,ij->i", normals, samples.normals @ rotation)
-        # A point whose normal faces the other way counts as far off: fronts are no backs.
+        # A point whose normal faces the other way counts as far off: a front is no back.
         far = np.sqrt(found.squared) + 0.03 * (facing < 0.2)
         kept = far <= np.quantile(far, TRIM)
         apart = float(1000 * far[kept].mean())

@@ -1,29 +1,31 @@
-"""Facts about MediaPipe's face mesh: which of its 478 points lie where.
+"""MediaPipe's face mesh: which of its 478 points lie where.
 
-Points 0 to 467 are the face mesh's, 468 to 477 the irises' (centre first, then their rim).
+Points 0 to 467 are the face mesh's, 468 to 477 the irises' (centre first, then the rim).
 Right and left are the person's own; a picture shows a person's right side on its left.
 """
 
 from __future__ import annotations
 
-from elocute.corpus.importers.lip_fit import (
-    CONTOURS,
-    INNER_LOWER,
-    INNER_UPPER,
-    OUTER_LOWER,
-    OUTER_UPPER,
-)
-
 POINT_COUNT = 478
 IRIS = 468
-LIP_CONTOURS = CONTOURS
-LIPS = tuple(sorted({point for contour in CONTOURS for point in contour}))
+
+# The lips, from the right mouth corner to the left one.
+OUTER_UPPER = (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291)
+OUTER_LOWER = (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291)
+INNER_UPPER = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308)
+INNER_LOWER = (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308)
+LIP_CONTOURS = (OUTER_UPPER, OUTER_LOWER, INNER_UPPER, INNER_LOWER)
+LIPS = tuple(sorted({point for contour in LIP_CONTOURS for point in contour}))
 INNER_LIPS = tuple(sorted({*INNER_UPPER, *INNER_LOWER}))
 OUTER_LIPS = tuple(sorted({*OUTER_UPPER, *OUTER_LOWER}))
 # Middle pairs of the inner lips, upper and lower: their mean distance is the lips' gap.
 GAP_PAIRS = tuple(zip(INNER_UPPER[3:8], INNER_LOWER[3:8], strict=True))
+UNDER_NOSE = 2  # where the nose meets the upper lip
 
-EYE_CORNERS = (33, 263)  # the outer ones, right and left: the unit of length in pictures
+EYE_CORNERS = (
+    33,
+    263,
+)  # the outer ones, right and left: their distance is the unit of length in pictures
 # From the outer corner to the inner one.
 LIDS = {
     "upper_right": (33, 246, 161, 160, 159, 158, 157, 173, 133),
@@ -71,4 +73,4 @@ RIM = (
     67,
     109,
 )
-CHIN = (152, 175, 199, 200, 148, 377, 171, 396, 208, 428)  # they tell how far the jaw drops
+CHIN = (152, 175, 199, 200, 148, 377, 171, 396, 208, 428)  # shows how far the jaw drops
