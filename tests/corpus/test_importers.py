@@ -188,7 +188,7 @@ def test_a_prepared_biwi_folder_is_known_by_its_mesh(prepared_biwi, tmp_path):
     for note, start, option in zip(
         notes[1:],
         ("lengths: ", "frames/s: 25", "split: "),
-        ("--units", "--fps", "--split"),
+        ("`units`", "`fps`", "`split`"),
         strict=True,
     ):
         assert note.startswith(start) and option in note

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -55,6 +56,17 @@ def started(commands: Path, *before: str) -> subprocess.CompletedProcess[str]:
 def test_no_command_opens_a_socket(commands):
     done = started(commands)
     assert done.returncode == 0, done.stderr
+
+
+def test_no_library_keeps_anything_of_its_own_in_the_home_folder(commands, tmp_path):
+    """onnxruntime 1.31 keeps an identifier there, and what it would send to its maker."""
+    home = os.environ | {"HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path / "state")}
+    done = subprocess.run(
+        python("-m", "tests.promises.offline", commands), env=home, cwd=ROOT, capture_output=True
+    )
+    assert done.returncode == 0, done.stderr
+    kept = {path.relative_to(tmp_path).parts[0] for path in tmp_path.rglob("*") if path.is_file()}
+    assert kept <= {"state"}
 
 
 @pytest.mark.system

@@ -24,7 +24,7 @@ app = Commands("Train models on a corpus.")
 
 Output = typer.Option(..., "-o", "--output", help="Folder for checkpoint, log and model.")
 Device = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu.")
-Resume = typer.Option(False, help="Go on from the checkpoint in the output folder.")
+Resume = typer.Option(False, help="Resume from the checkpoint in the output folder.")
 
 
 @app.command("voca")

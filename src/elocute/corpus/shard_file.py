@@ -213,7 +213,7 @@ def _text(path: Path, row: int, value: Any) -> str:
         text = None
     if not isinstance(text, str) or len(text) > TEXT_MAX:
         raise CorpusError.about(
-            f"{path}, row {row}", found="cannot be used (a text that is none)", allowed="names"
+            f"{path}, row {row}", found="cannot be used (not valid text)", allowed="names"
         )
     return text
 

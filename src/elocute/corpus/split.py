@@ -1,4 +1,4 @@
-"""Split: which clips teach, which choose, which judge; and what leaks between them."""
+"""Split: which clips are for training, validation and test; and what leaks between them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def split_by_subject(
 ) -> Split:
     """Whole subjects apart, and no sentence in two parts (VOCA 2019, section 5).
 
-    All sentences of the other subjects teach. Of the subjects named for validation and test,
+    All sentences of the other subjects are for training. Of the subjects named for validation and test,
     only sentences that nobody of another part speaks are kept. Raises CorpusError for a subject
     that is not there or named twice, or a part left empty.
     """

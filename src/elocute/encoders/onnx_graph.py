@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import ModelError
-from elocute.files.onnx_session import session_of
+from elocute.files.onnx_session import load_onnxruntime, session_of
 from elocute.files.protobuf import write_message
 
 IR_VERSION = 8  # July 2021; its operator sets go up to 15
@@ -66,8 +66,7 @@ class Network:
     """
 
     def __init__(self, graph: bytes, weights: Mapping[str, NDArray], threads: int = 1) -> None:
-        import onnxruntime
-
+        onnxruntime = load_onnxruntime()
         large = {name: each for name, each in weights.items() if each.nbytes > WRITTEN_MAX_BYTES}
         self._weights = {
             name: onnxruntime.OrtValue.ortvalue_from_numpy(each) for name, each in large.items()

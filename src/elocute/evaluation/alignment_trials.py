@@ -108,7 +108,7 @@ def matched_parts(source: Sequence[str], target: Sequence[str]) -> list[tuple[in
 
 
 def read_parts(path: Path) -> tuple[tuple[tuple[float, float, str], ...], Interval | None]:
-    """Parts and the word of a `.json`. Raises AlignmentError for a file that is none."""
+    """Parts and the word of a `.json`. Raises AlignmentError for an invalid file."""
     allowed = '{"phones": [[start_s, end_s, phone], …]}'
     record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AlignmentError)
     try:

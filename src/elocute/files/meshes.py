@@ -82,7 +82,7 @@ def check_picture(
 ) -> tuple[int, int]:
     """Width and height of a picture whose pixels are not yet decoded.
 
-    Raises `error` for what is no picture of PICTURE_FORMATS, and one that would unpack to far
+    Raises `error` for what is not a picture of PICTURE_FORMATS, and one that would unpack to far
     more than its size.
     """
     from PIL import Image

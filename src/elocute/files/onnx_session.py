@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -63,8 +64,7 @@ def session_of(
     `initializers` are weights by name (onnxruntime.OrtValue) that the model declares without
     holding them. Raises `error` where onnxruntime does not take it.
     """
-    import onnxruntime
-
+    onnxruntime = load_onnxruntime()
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
     options.log_severity_level = 4  # what it says in many lines, our error says in one
@@ -76,6 +76,20 @@ def session_of(
         )  # a second try, which it tells on standard output, would end as the first
     except Exception as problem:  # onnxruntime has no common base of its own
         raise error.about(subject, found="no ONNX network", allowed=allowed) from problem
+
+
+def load_onnxruntime() -> Any:
+    """The module onnxruntime, told to send nothing.
+
+    Releases from 1.31 on count sessions, keep an identifier below the user's cache folder and send
+    both to their maker, from threads of their own that start with the import. They heed the
+    environment then; the call is for a program that imported onnxruntime before.
+    """
+    os.environ["ORT_DISABLE_TELEMETRY"] = "1"
+    import onnxruntime
+
+    onnxruntime.disable_telemetry_events()
+    return onnxruntime
 
 
 def _tensors_elsewhere(message: memoryview, kind: str, depth: int) -> Iterator[bool]:

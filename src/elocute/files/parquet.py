@@ -41,7 +41,7 @@ Fields = dict[tuple[int, int], Any]
 def unpacked_bytes(file: BinaryIO) -> int:
     """What all columns of an open Parquet file take in memory, at most.
 
-    Raises ValueError for a file that is none, not whole, or has a part in another file.
+    Raises ValueError for a file that is invalid, not whole, or has a part in another file.
     """
     return sum(_column_bytes(file, *place) for place in _columns(_footer(file)))
 

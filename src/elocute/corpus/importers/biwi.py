@@ -56,7 +56,7 @@ def convert_biwi(
 ) -> list[str]:
     """Write the corpus folder `output`; returns a line for each thing assumed or skipped.
 
-    The unit is told by the size of the head, or by `units` (as for `metres_per_unit`); `split`
+    The unit follows from the size of the head, or by `units` (as for `metres_per_unit`); `split`
     is as for `splits.chosen_splits`. Scanners look at faces from the front with y down;
     where the neutral mesh looks along -Z, all is turned by half a turn about x.
 
@@ -130,7 +130,7 @@ def read_vl(path: Path) -> Array:
 def read_neutral_obj(path: Path) -> tuple[Array, NDArray[np.int32]]:
     """Vertices (vertex, 3) and triangles or quads (face, 4), triangles repeating their last.
 
-    Raises CorpusError for what is no mesh.
+    Raises CorpusError for a file that is not a mesh.
     """
     vertices: list[list[float]] = []
     faces: list[list[int]] = []

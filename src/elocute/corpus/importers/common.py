@@ -38,7 +38,7 @@ RATE_MAX = 1_000_000
 
 
 def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str | None) -> float:
-    """What to multiply lengths by: as told by `units`, else judged by the size of a head.
+    """What to multiply lengths by: as `units` says, else from the size of a head.
 
     units  a name in units.UNITS, `m`, or metres as a number
 
@@ -93,7 +93,7 @@ def metres_of(units: str) -> float:
 
 
 def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Array:
-    """(vertex, 3). Raises CorpusError for another shape or count, and what is no array."""
+    """(vertex, 3). Raises CorpusError for another shape or count, and for what is not an array."""
     template: NDArray[Any] = value if isinstance(value, np.ndarray) else np.zeros(0)
     fits = template.dtype.kind in "fiu" and template.ndim == 2 and template.shape[1] == 3
     if not fits or not len(template):
@@ -202,7 +202,7 @@ def even_split(entries: Sequence[Entry], notes: list[str]) -> Split:
         test, validation = subjects[-share:], subjects[-2 * share : -share]
         try:
             split = split_by_subject(entries, validation, test)
-            notes.append(f"split: even, {', '.join(validation)} choose, {', '.join(test)} judge")
+            notes.append(f"split: even, validation {', '.join(validation)}, test {', '.join(test)}")
             return split
         except CorpusError:
             notes.append("split: even, by subjects and sentences; clips between them are unused")

@@ -1,4 +1,4 @@
-"""Which clips of an imported corpus teach, choose and judge: as published, even, or as told."""
+"""Training, validation and test clips of an imported corpus: as published, even, or as chosen."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OWN_SENTENCES = frozenset(f"sentence{number}" for number in range(21, 41))
 BIWI_SEEN = ("F2", "F3", "F4", "M3", "M4", "M5")
 BIWI_UNSEEN = ("F1", "F5", "F6", "F7", "F8", "M1", "M2", "M6")
 BIWI_PARTS = (range(1, 33), range(33, 37), range(37, 41))
-"""Sentences that train, choose and judge (FaceFormer 2022, section 4.1, and work after it)."""
+"""Training, validation and test sentences (FaceFormer 2022, section 4.1, and work after it)."""
 
 NAMED = ("published", "even", "sentences")
 ALLOWED = "published, even, sentences, or subjects VALIDATION/TEST, as ann,bob/cy"
@@ -83,7 +83,7 @@ def _by_names(entries: Sequence[Entry], wanted: str, notes: list[str]) -> Split:
     strange = sorted({*validation, *test} - {entry.subject for entry in entries})
     if strange or set(validation) & set(test):
         return split_by_subject(entries, validation, test)  # which says what is wrong
-    told = f"{', '.join(validation) or 'nobody'} choose, {', '.join(test)} judge"
+    told = f"validation {', '.join(validation) or 'none'}, test {', '.join(test)}"
     try:
         split = split_by_subject(entries, validation, test)
         notes.append(f"split: {told}")
@@ -138,11 +138,11 @@ def _biwi(entries: Sequence[Entry], numbers: dict[str, str], notes: list[str]) -
         return {}
     splits = {"default": Split(*seen)}
     said = (
-        f"split: BIWI's as published: {' '.join(BIWI_SEEN)} train with e01 to e32, choose with "
-        "e33 to e36, judge with e37 to e40 (Test-A)"
+        f"split: BIWI's as published: {' '.join(BIWI_SEEN)} train on e01 to e32, validation "
+        "e33 to e36, test e37 to e40 (Test-A)"
     )
     if unseen := part(BIWI_UNSEEN, BIWI_PARTS[2]):
         splits["test-b"] = Split(seen[0], seen[1], unseen)
-        said += "; in the split test-b the other subjects judge (Test-B)"
+        said += "; in the split test-b the other subjects are the test (Test-B)"
     notes.append(f"{said}; `split` sets another")
     return splits

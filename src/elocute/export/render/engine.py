@@ -69,7 +69,7 @@ def open_renderer(
 
 
 def picture_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height, as whole numbers. Raises InputError for what is no size of a picture."""
+    """Width and height, as whole numbers. Raises InputError for an invalid size."""
     try:
         sides = [whole_number(side) for side in itertools.islice(size, 3)]
     except TypeError:

@@ -82,7 +82,7 @@ def fit(
     folder
         Where to leave checkpoint.safetensors, log.csv and TensorBoard's events.
     resume
-        Go on from the checkpoint in `folder`.
+        Resume from the checkpoint in `folder`.
     report
         Called after every epoch.
     device

@@ -38,7 +38,7 @@ def train_crnn(
         Where to leave model.onnx, checkpoint.safetensors, log.csv, TensorBoard's events and the
         features of all clips.
     resume
-        Go on from the checkpoint in `folder`.
+        Resume from the checkpoint in `folder`.
     report
         Called with progress.
     note

@@ -73,7 +73,7 @@ def fit(
     folder
         Where to leave checkpoint.safetensors, log.csv and TensorBoard's events, if anywhere.
     resume
-        Go on from the checkpoint in `folder`, bit for bit on one CPU.
+        Resume from the checkpoint in `folder`, bit for bit on one CPU.
     report
         Called after every epoch.
     device

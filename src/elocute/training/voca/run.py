@@ -40,7 +40,7 @@ def train_voca(
     split
         Name of the corpus's split.
     resume
-        Go on from the checkpoint in `folder`.
+        Resume from the checkpoint in `folder`.
     report
         Called with progress.
     note
