@@ -217,3 +217,30 @@ def test_a_model_that_says_less_or_more_of_itself(tmp_path: Path, outputs: bytes
     (tmp_path / "forged.onnx").write_bytes(whole.replace(found, forged))
     with pytest.raises(elocute.InputError, match=r"forged\.onnx"):
         elocute.animate(SILENCE, rate=16000, model=tmp_path / "forged.onnx")
+
+
+@pytest.mark.parametrize("name", [None, b"a.npz", 5, ["a.npz"]])
+def test_what_is_no_path(name: Any):
+    for use in (
+        lambda: elocute.load_motion(name),
+        lambda: elocute.save_motion(TAKE.motion, name),
+        lambda: elocute.read_audio(name),
+    ):
+        with pytest.raises(elocute.InputError, match=r"path: .*; allowed: the name of a file"):
+            use()
+
+
+def test_a_channel_that_is_none_and_a_closed_file(speech_wav: Path):
+    with pytest.raises(elocute.InputError, match="no channel"):
+        elocute.animate(speech_wav, channel=np.zeros(3))  # pyright: ignore[reportArgumentType]
+    with speech_wav.open("rb") as file:
+        pass
+    with pytest.raises(elocute.InputError, match="closed file; allowed: an open binary file"):
+        elocute.animate(file)
+
+
+def test_zeros_are_refused_however_many(tmp_path: Path):
+    with (tmp_path / "a.mp3").open("wb") as file:
+        file.truncate(1 << 40)  # takes no room on the disk
+    with pytest.raises(elocute.InputError, match="nothing but zeros at its start"):
+        elocute.read_audio(tmp_path / "a.mp3")

@@ -35,6 +35,14 @@ def test_the_same_command_runs_twice(say, tmp_path, cli):
     assert not list((tmp_path / "take.obj").glob("*.npz"))  # it is the take, no folder of takes
 
 
+def test_a_face_among_keyframes_is_an_input(tmp_path, talk, refused):
+    face = tmp_path / "face.json"
+    face.write_text("[0.5]")
+    keys = f"0:{face}; 1:ada"
+    refused("edit", talk, "--identity-over-time", keys, "-o", face, "--overwrite", says="input")
+    assert face.read_text() == "[0.5]"
+
+
 def test_a_recording_beside_the_glb_is_not_replaced(say, tmp_path, refused):
     """`animate x.flac -o take.glb` once replaced an unrelated take.wav."""
     speech, mine = say("x.flac"), tmp_path / "take.wav"

@@ -28,7 +28,9 @@ from elocute.audio.decoders import (
 from elocute.audio.wav_header import UNKNOWN_SIZES, WavHeader, read_wav_header
 from elocute.audio.waveform import Waveform, check_rate, check_samples
 from elocute.errors import AudioError
-from elocute.files.reading import open_regular
+from elocute.files.reading import open_regular, path_of
+from elocute.numerics.given import whole_number
+from elocute.one_line_repr import brief
 
 __all__ = [
     "AudioInfo",
@@ -39,6 +41,7 @@ __all__ = [
     "resampled_blocks",
 ]
 
+START_BYTES = 1 << 16
 DURATION_MAX_S = 24 * 3600.0
 DURATIONS_ALLOWED = f"{DURATION_MAX_S / 3600:g} hours"
 BLOCK_S = 10.0
@@ -66,7 +69,7 @@ class AudioStream:
     """
 
     def __init__(self, path: str | Path, channel: int | None = None) -> None:
-        self.path = Path(path)
+        self.path = path_of(path, AudioError)
         self._channel = channel
         self._decoder = open_decoder(self.path)
         self.info = self._decoder.info
@@ -101,10 +104,10 @@ class AudioStream:
     def _check_header(self) -> None:
         info, channel = self.info, self._channel
         check_format(self.path, info.sample_rate, info.channels)
-        if channel is not None and channel not in range(info.channels):
+        if channel is not None and whole_number(channel) not in range(info.channels):
             raise AudioError.about(
                 self.path,
-                found=f"no channel {channel}",
+                found=f"no channel {brief(channel)}",
                 allowed=f"0 to {info.channels - 1}",
                 remedy="choose one of these, or none to mix all of them",
             )
@@ -294,6 +297,7 @@ def open_decoder(path: Path) -> Decoder:
     with path.open("rb") as file:
         head = file.read(24)
     _check_outer_size(path, head)
+    _check_start(path)
     if not head.startswith(HEADS):
         return ContainerDecoder(path)
     import soundfile
@@ -302,6 +306,16 @@ def open_decoder(path: Path) -> Decoder:
         return SoundFileDecoder(path)
     except soundfile.LibsndfileError:
         return ContainerDecoder(path)
+
+
+def _check_start(path: Path) -> None:
+    """Refuse what begins with nothing but zeros: decoders would look for sound to its very end."""
+    with path.open("rb") as file:
+        start = file.read(START_BYTES)
+    if len(start) == START_BYTES and not any(start):
+        raise AudioError.about(
+            path, found="nothing but zeros at its start", allowed=f"a file: {FORMATS}", remedy=AGAIN
+        )
 
 
 def _check_file(path: Path) -> None:

@@ -168,6 +168,8 @@ def _spool(given: Any, path: Path, subject: str) -> None:
                     )
                 file.write(chunk)
             _check_bytes(subject, count)
+    except ValueError as error:  # of a closed file
+        raise AudioError.about(subject, found=str(error), allowed="an open binary file") from error
     except OSError as error:
         free = shutil.disk_usage(path.parent).free
         raise AudioError.about(

@@ -63,7 +63,8 @@ def edit_command(
     """Pose, blinks, gaze, shapes and faces of a stored motion. All seconds are the input's."""
     from elocute.motion.store import load_motion
 
-    plan = OutputPlan([identity] if identity else [])
+    faces = [identity] if identity else _faces_over_time(identity_over_time)
+    plan = OutputPlan(faces)
     check_drawing(output, drawing)
     for target in output:
         plan_motion(
@@ -140,6 +141,13 @@ def _blinks(times: str | None, per_minute: float | None, seed: int, instead: boo
             motion, moments, per_minute=per_minute or 0.0, seed=seed, replace=instead
         )
     ]
+
+
+def _faces_over_time(changing: str | None) -> list[str]:
+    """The names and files of faces among the keyframes."""
+    if changing is None:
+        return []
+    return [name for _, name in split_keyframes("--identity-over-time", changing)]
 
 
 def _faces(constant: str | None, changing: str | None) -> list[Edit]:

@@ -29,7 +29,7 @@ from elocute.corpus.split import Entry, Split
 from elocute.errors import CorpusError
 from elocute.files.arrays import ArrayFile, read_npy
 from elocute.files.json_records import finite_number, read_record
-from elocute.files.reading import is_file
+from elocute.files.reading import is_file, path_of
 from elocute.motion.motion import FPS_MAX
 from elocute.one_line_repr import one_line
 
@@ -179,7 +179,7 @@ def open_corpus(folder: str | Path) -> Corpus:
 
     Raises CorpusError with what is wrong and where.
     """
-    folder = Path(folder)
+    folder = path_of(folder, CorpusError)
     corpus = _corpus_of(folder, _read_manifest(folder))
     _check_arrays(corpus)
     return corpus

@@ -41,8 +41,8 @@ def split_by_subject(
     """Whole subjects apart, and no sentence in two parts (VOCA 2019, section 5).
 
     All sentences of the other subjects are for training. Of the subjects named for validation and
-    test, only sentences that nobody of another part speaks are kept. Raises CorpusError for a subject
-    that is not there or named twice, or a part left empty.
+    test, only sentences that nobody of another part speaks are kept. Raises CorpusError for a
+    subject that is not there or named twice, or for a part left empty.
     """
     validation, test = set(validation), set(test)
     known = {entry.subject for entry in entries}

@@ -20,6 +20,7 @@ from functools import cache
 from pathlib import Path
 
 from elocute.errors import OutputError, printable
+from elocute.files.reading import path_of
 
 STALE_DAYS = 7.0
 """Drafts of other machines, whose processes cannot be asked for, are left alone for this long."""
@@ -36,7 +37,7 @@ def check_output(path: str | Path) -> Path:
     before long work so that nothing is computed for a place that cannot take it.
     Devices, pipes and sockets are refused: they would be replaced, for everybody.
     """
-    path = Path(path)
+    path = path_of(path, OutputError)
     folder = path.parent
     try:
         if not folder.is_dir():
@@ -119,8 +120,20 @@ def moved_aside(path: Path) -> Iterator[None]:
         try:
             yield
         except BaseException:
-            before.replace(path)
+            _put_back(before, path)
             raise
+
+
+def _put_back(before: Path, path: Path) -> None:
+    """Where its place is taken, beside it under a new name: never lost with the draft."""
+    try:
+        before.replace(path)
+    except OSError as error:
+        kept = Path(tempfile.mkdtemp(prefix=f"{path.name[:32]}.before-", dir=path.parent))
+        before.replace(kept / path.name)
+        raise OutputError.about(
+            path, found=f"cannot be put back; it is kept in {printable(kept)}"
+        ) from error
 
 
 @contextlib.contextmanager

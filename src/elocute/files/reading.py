@@ -13,8 +13,19 @@ from pathlib import Path
 from typing import BinaryIO
 
 from elocute.errors import InputError
+from elocute.one_line_repr import brief
 
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+
+
+def path_of(name: object, error: type[InputError] = InputError) -> Path:
+    """A path that a caller gave. Raises `error` for what is not one."""
+    if not isinstance(name, str | os.PathLike):
+        raise error.about("path", found=brief(name), allowed="the name of a file or folder")
+    try:
+        return Path(name)
+    except TypeError:  # a path object that stands for bytes
+        raise error.about("path", found=brief(name), allowed="a name as text") from None
 
 
 @contextmanager
@@ -32,7 +43,7 @@ def open_regular(
     line, for a file that is missing, larger, a folder, a pipe or a device, or cannot be read;
     so does an error of the operating system inside the block.
     """
-    path = Path(path)
+    path = path_of(path, error)
     try:
         descriptor = os.open(path, os.O_RDONLY | _WITHOUT_WAITING)
     except (OSError, ValueError) as problem:
