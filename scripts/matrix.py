@@ -37,7 +37,7 @@ LEFT_OUT = "not shared_data and not browser and not cluster"
 RUN_TIME = [
     "tests/audio/test_formats.py",
     "tests/audio/test_hostile_sound.py",
-    "tests/audio/test_given.py",
+    "tests/audio/test_speech_input.py",
     "tests/audio/test_waveform.py",
     "tests/cli/test_cli.py",
     "tests/cli/test_doctor.py",
@@ -79,7 +79,6 @@ EXTRAS = [
     "tests/capture/scans",
     "tests/cli/test_align.py",
     "tests/cli/test_train.py",
-    "--ignore=tests/training/test_real_talker.py",
 ]
 
 
@@ -100,15 +99,27 @@ ENVIRONMENTS = {
     "newest": Environment(RUN_TIME, "capture", newest_python=True),
     # Its metadata wants NumPy 1 and JAX; these are what the face mesh really loads.
     "mediapipe": Environment(
-        MEDIAPIPE, "capture", before=(("--no-deps", "mediapipe==0.10.21"),),
-        beside=("absl-py", "attrs", "flatbuffers", "protobuf>=4.25.3,<5", "matplotlib",
-                "opencv-contrib-python-headless", "sounddevice"),
+        MEDIAPIPE,
+        "capture",
+        before=(("--no-deps", "mediapipe==0.10.21"),),
+        beside=(
+            "absl-py",
+            "attrs",
+            "flatbuffers",
+            "protobuf>=4.25.3,<5",
+            "matplotlib",
+            "opencv-contrib-python-headless",
+            "sounddevice",
+        ),
     ),
     "extras": Environment(
-        EXTRAS, "train,encoders,wild,cluster,capture", lowest=True, before=((TORCH,),),
+        EXTRAS,
+        "train,encoders,wild,cluster,capture",
+        lowest=True,
+        before=((TORCH,),),
         beside=("librosa", "python_speech_features", "duckdb", "pandas"),
     ),
-}  # fmt: skip
+}
 
 
 def main() -> int:
@@ -177,10 +188,26 @@ def try_environment(name: str, python: str, wheel: Path, room: Path) -> tuple[bo
     where = output([inside, "-c", "import elocute; print(elocute.__file__)"])
     assert Path(where).is_relative_to(room), f"the tests would not run on the wheel: {where}"
     tests = subprocess.run(
-        [inside, "-m", "pytest", "-q", "-n", "2", "--dist", "loadscope", "-m", LEFT_OUT,
-         "-p", "no:cacheprovider", *wanted.tests],
-        cwd=ROOT, text=True, stdout=subprocess.PIPE, env=clean_environment(),
-    )  # fmt: skip
+        [
+            inside,
+            "-m",
+            "pytest",
+            "-q",
+            "-n",
+            "2",
+            "--dist",
+            "loadscope",
+            "-m",
+            LEFT_OUT,
+            "-p",
+            "no:cacheprovider",
+            *wanted.tests,
+        ],
+        cwd=ROOT,
+        text=True,
+        stdout=subprocess.PIPE,
+        env=clean_environment(),
+    )
     print("\n".join(tests.stdout.splitlines()[-60:]), flush=True)
     count = re.findall(r"\d+ (?:passed|failed|errors?)", tests.stdout.splitlines()[-1])
     row = f"{version_of(inside)} | {versions(inside)} | {', '.join(count)}"
@@ -240,8 +267,9 @@ def choose_python(newest: bool, wish: str | None) -> str | None:
     known = {python: version_of(python) for python in candidates()}
     fit = {
         python: tuple(int(part) for part in version.split("."))
-        for python, version in known.items() if version
-    }  # fmt: skip
+        for python, version in known.items()
+        if version
+    }
     lowest = tuple(int(part) for part in (wish or LOWEST_PYTHON).split("."))
     if newest and not wish:
         fit = {python: version for python, version in fit.items() if version[:2] > lowest}
@@ -264,8 +292,9 @@ def candidates() -> Iterator[str]:
     if uv := shutil.which("uv"):
         told = subprocess.run(
             [uv, "python", "find", "--no-python-downloads", f">{LOWEST_PYTHON}.999"],
-            capture_output=True, text=True,
-        )  # fmt: skip
+            capture_output=True,
+            text=True,
+        )
         yield from told.stdout.split()[:1]
 
 
