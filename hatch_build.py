@@ -46,10 +46,19 @@ def build(web: Path, assets: Path) -> None:
     run(web, "npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
     esbuild = web / "node_modules/esbuild/bin/esbuild"
     bundle = subprocess.run(
-        [*node(esbuild), "src/viewer.js", "--bundle", "--minify", "--format=iife",
-         "--target=es2020", "--legal-comments=none"],
-        cwd=web, check=True, capture_output=True,
-    ).stdout  # fmt: skip
+        [
+            *node(esbuild),
+            "src/viewer.js",
+            "--bundle",
+            "--minify",
+            "--format=iife",
+            "--target=es2020",
+            "--legal-comments=none",
+        ],
+        cwd=web,
+        check=True,
+        capture_output=True,
+    ).stdout
     # The bundle stands inside a <script>: nothing in it may end one.
     text = bundle.decode().replace("</script", "<\\/script").replace("<!--", "<\\!--")
     (assets / "viewer.js").write_text(text, encoding="utf-8")

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from elocute._version import __version__
-from elocute.lazy import lazy
+from elocute.lazy_loading import lazy
 from elocute.notebook_repr import register_view
 
 if TYPE_CHECKING:

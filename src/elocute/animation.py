@@ -39,7 +39,7 @@ from elocute.models.streaming import FPS_RANGE, STRENGTH_RANGE, check_range
 from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
-from elocute.numerics.given import check_kind
+from elocute.numerics.input_checks import check_kind
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
 

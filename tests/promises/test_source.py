@@ -195,7 +195,7 @@ def test_onnxruntime_is_imported_where_it_is_told_to_report_nothing():
 
 
 # The one mechanism by which a package loads its own names when they are first asked for.
-LAZY = re.compile(r"(.+/)?__init__\.py|lazy\.py")
+LAZY = re.compile(r"(.+/)?__init__\.py|lazy_loading\.py")
 
 
 def dynamic_imports(text: str, place: str) -> list[str]:

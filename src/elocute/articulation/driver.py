@@ -31,7 +31,7 @@ from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import InputError
 from elocute.motion.blink_timing import blink_curve
 from elocute.motion.curves import Curves
-from elocute.numerics.given import check_kind, real_number
+from elocute.numerics.input_checks import check_kind, real_number
 from elocute.one_line_repr import brief
 
 FloatArray = NDArray[np.floating]

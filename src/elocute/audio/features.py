@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
-from elocute.numerics.given import NUMBERS_MAX, floats_of, real_number, whole_number
+from elocute.numerics.input_checks import NUMBERS_MAX, floats_of, real_number, whole_number
 from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import brief, one_line
 

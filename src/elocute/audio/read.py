@@ -29,7 +29,7 @@ from elocute.audio.wav_header import UNKNOWN_SIZES, WavHeader, read_wav_header
 from elocute.audio.waveform import Waveform, check_rate, check_samples
 from elocute.errors import AudioError
 from elocute.files.reading import open_regular, path_of
-from elocute.numerics.given import whole_number
+from elocute.numerics.input_checks import whole_number
 from elocute.one_line_repr import brief
 
 __all__ = [

@@ -16,7 +16,7 @@ from elocute.audio.read import open_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 from elocute.files.reading import bytes_text
-from elocute.numerics.given import NUMBERS_MAX, array_of, whole_number
+from elocute.numerics.input_checks import NUMBERS_MAX, array_of, whole_number
 from elocute.one_line_repr import brief
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import AudioError
-from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
+from elocute.numerics.input_checks import NUMBERS_MAX, array_of, real_number
 from elocute.one_line_repr import brief
 
 RATE_RANGE = (4000, 768_000)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from elocute.lazy import lazy
+from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
     from elocute.evaluation.confidence_intervals import Interval, mean_interval

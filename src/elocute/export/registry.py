@@ -13,7 +13,7 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import OutputError
 from elocute.export.options import GlbOptions, HtmlOptions, PictureOptions
 from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.given import check_kind
+from elocute.numerics.input_checks import check_kind
 from elocute.one_line_repr import brief
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from elocute.errors import HeadError
-from elocute.numerics.given import NUMBERS_MAX
+from elocute.numerics.input_checks import NUMBERS_MAX
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel

@@ -12,7 +12,7 @@ from elocute.models.crnn import CrnnModel
 from elocute.models.model_file import check_file, open_session, stored_record
 from elocute.models.protocol import SpeechModel
 from elocute.models.voca import VocaModel
-from elocute.numerics.given import check_kind
+from elocute.numerics.input_checks import check_kind
 
 DEFAULT_MODEL = articulation.NAME
 

@@ -29,7 +29,7 @@ from elocute.models.protocol import (
 from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.styles import checked_style
 from elocute.motion.curves import Curves
-from elocute.numerics.given import NUMBERS_MAX, array_of, real_number
+from elocute.numerics.input_checks import NUMBERS_MAX, array_of, real_number
 from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief

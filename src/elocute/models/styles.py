@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from elocute.articulation.style import Style, parse_mix
 from elocute.errors import ModelError
 from elocute.files.json_records import finite_number, read_record, write_record
-from elocute.numerics.given import check_kind
+from elocute.numerics.input_checks import check_kind
 
 Float32Array = NDArray[np.float32]
 EVEN = "even"

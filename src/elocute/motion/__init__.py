@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from elocute.lazy import lazy
+from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
     from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion, motion_from_curves

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.given import check_kind, floats_of, real_number
+from elocute.numerics.input_checks import check_kind, floats_of, real_number
 from elocute.one_line_repr import brief
 
 # Apple's names in the order of the Live Link Face recordings.

@@ -12,7 +12,13 @@ from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
 from elocute.notebook_repr import html_of
-from elocute.numerics.given import NUMBERS_MAX, check_kind, floats_of, real_number, whole_number
+from elocute.numerics.input_checks import (
+    NUMBERS_MAX,
+    check_kind,
+    floats_of,
+    real_number,
+    whole_number,
+)
 from elocute.numerics.quaternions import blend
 from elocute.numerics.resampling import frame_places, neighbours, read_rows
 from elocute.one_line_repr import brief

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.files.arrays import ArrayFile
 from elocute.motion.motion import checked_fps
-from elocute.numerics.given import array_of
+from elocute.numerics.input_checks import array_of
 from elocute.one_line_repr import one_line
 
 BLOCK_FRAMES = 256

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from elocute.lazy import lazy
+from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
     from elocute.capture.blendshapes.basis_comparison import (

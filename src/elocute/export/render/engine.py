@@ -12,7 +12,7 @@ from elocute.errors import InputError, MachineError
 from elocute.export.render.camera import Camera, portrait
 from elocute.export.render.choices import BACKENDS
 from elocute.head.model import HeadModel
-from elocute.numerics.given import whole_number
+from elocute.numerics.input_checks import whole_number
 from elocute.one_line_repr import brief
 
 SIDE_RANGE = (16, 8192)

@@ -24,7 +24,7 @@ from elocute.motion.blink_timing import (
 )
 from elocute.motion.edits.shape import shape_index
 from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.given import floats_of, real_number, whole_number
+from elocute.numerics.input_checks import floats_of, real_number, whole_number
 from elocute.one_line_repr import brief
 
 IDENTITY_NAME = re.compile(r"identity(\d{3})")

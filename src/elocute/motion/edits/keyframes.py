@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
-from elocute.numerics.given import floats_of
+from elocute.numerics.input_checks import floats_of
 from elocute.one_line_repr import brief
 
 KEYS_MAX = 1_000_000

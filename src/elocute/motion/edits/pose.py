@@ -11,7 +11,7 @@ from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.given import check_kind
+from elocute.numerics.input_checks import check_kind
 from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 

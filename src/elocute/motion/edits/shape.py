@@ -9,7 +9,7 @@ import numpy as np
 from elocute.errors import MotionError
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.given import check_kind
+from elocute.numerics.input_checks import check_kind
 from elocute.numerics.monotone_cubic import monotone_cubic
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from elocute.errors import MotionError
 from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.given import real_number
+from elocute.numerics.input_checks import real_number
 from elocute.one_line_repr import brief
 
 
