@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import soundfile
 import soxr
+from av.audio.stream import AudioStream
+from av.video.stream import VideoStream
 
 
 def write_track(
@@ -25,9 +27,9 @@ def write_track(
     with av.open(str(path), "w", options=options or {}) as container:
         film = container.add_stream(picture, rate=25) if picture else None
         sound = container.add_stream(codec, rate=rate, layout="mono")
-        assert isinstance(sound, av.AudioStream)
+        assert isinstance(sound, AudioStream)
         if film is not None:
-            assert isinstance(film, av.VideoStream)
+            assert isinstance(film, VideoStream)
             film.width = film.height = 64
             film.pix_fmt = "yuv420p"
             _write_black(container, film, round(len(samples) / rate * 25))

@@ -3,6 +3,8 @@
 import av
 import numpy as np
 import pytest
+from av.audio.stream import AudioStream
+from av.video.stream import VideoStream
 from PIL import Image
 
 from elocute.audio.read import read_audio
@@ -18,7 +20,7 @@ def video(take, tmp_path_factory):
     return path
 
 
-def length_s(stream: av.VideoStream | av.AudioStream) -> float:
+def length_s(stream: VideoStream | AudioStream) -> float:
     assert stream.duration is not None and stream.time_base is not None
     return float(stream.duration * stream.time_base)
 
