@@ -1,13 +1,16 @@
-"""`scripts/setup` never runs apt without saying so first. apt and Python are stand-ins here."""
+"""`scripts/setup` never runs apt without saying so first, and its pins install everywhere."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import subprocess
+import sys
+from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
+from packaging.specifiers import SpecifierSet
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a script for Debian and its like")
@@ -17,7 +20,7 @@ if [ "$2" = venv ]; then mkdir -p .venv/bin; cp "$0" .venv/bin/python; fi
 
 
 def setup(folder: Path, user: int, **variables: str) -> tuple[str, list[str]]:
-    """What it prints, and what apt-get was asked, where libEGL is missing."""
+    """What it prints, and what apt-get was asked, where libEGL is missing; both are stand-ins."""
     (folder / "scripts").mkdir()
     shutil.copy(ROOT / "scripts/setup", folder / "scripts/setup")
     tools = folder / "bin"
@@ -59,3 +62,25 @@ def test_others_are_told_what_to_run(tmp_path, user, variables):
     first, asked = setup(tmp_path, user, **variables)
     assert first.startswith("setup: for fast rendering and all tests run: sudo apt-get install -y ")
     assert asked == []
+
+
+def requires_python(name: str) -> str:
+    said = metadata(name)
+    return said["Requires-Python"] if "Requires-Python" in said else ""
+
+
+@pytest.mark.skipif(sys.version_info[:2] != (3, 11), reason="the pins are for Python 3.11")
+def test_pinned_versions_install_on_every_python_of_their_series():
+    """A pin that wants 3.11.5 breaks `make test` on Debian's 3.11.2, and on no newer machine."""
+    pins = [
+        line.partition("==")[0]
+        for line in (ROOT / "constraints/dev.txt").read_text().splitlines()
+        if not line.startswith("#")
+    ]
+    assert len(pins) > 100
+    wanted = {name: requires_python(name) for name in pins}
+    assert {
+        name: pythons
+        for name, pythons in wanted.items()
+        if not SpecifierSet(pythons).contains("3.11.0")
+    } == {}

@@ -222,7 +222,7 @@ class ContainerDecoder:
         early = None
         try:
             for frame in self._file.decode(self._stream):
-                channels = _channels(frame.layout)
+                channels = frame.layout.nb_channels
                 if early is None:
                     early = self._early(frame)
                     yield from self._silence(-early, channels, size)
@@ -261,11 +261,6 @@ class ContainerDecoder:
     def close(self) -> None:
         with contextlib.suppress(Exception):
             self._file.close()
-
-
-def _channels(layout: Any) -> int:
-    """How many; PyAV before 13 only lists them."""
-    return getattr(layout, "nb_channels", 0) or len(layout.channels)
 
 
 def _has_frame_count(path: Path) -> bool:
