@@ -11,8 +11,9 @@ both ends of the sentence are free, the word goes in whole. A run that
 is broken off goes on where it was. Settings were tuned on --part tuning:
 other words by other voices. Per method: mean error in frames (Eq. 11; lower is better), mean
 intersection-over-union of phones carried over and of the word found (higher is better), and p of
-Wilcoxon's signed-rank test over words of what `dcaw` gains over it. `dcaw` is this project's
-method of that name, not the published one (docs/measurements/alignment.md).
+Wilcoxon's signed-rank test over words of what --judged gains over it. METHOD/together is fitted
+once, to all words; --ablation leaves the parts of the learned methods out, one by one
+(docs/measurements/alignment.md).
 """
 
 from __future__ import annotations
@@ -33,10 +34,12 @@ ROOT = Path(__file__).resolve().parents[1]
 import torch
 
 from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
+from elocute.evaluation.alignment_ablation import ablation
 from elocute.evaluation.alignment_scores import (
     Row,
+    contender,
     judge_folder,
-    judge_word,
+    judge_words,
     pairs_of_words,
     summarise,
     word_names,
@@ -58,7 +61,7 @@ def main() -> None:
         {"words": synthetic, "find": synthetic, "natural": natural, "visual": visual}[
             given.experiment
         ](given, rows, record)
-    table = summarise(rows)
+    table = summarise(rows, given.judged)
     print(
         f"{given.name}: {len({row.word for row in rows})} words, "
         f"{sum(row.pairs for row in rows) // len(table)} pairs, "
@@ -98,12 +101,25 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--part", default="report", choices=("report", "tuning"))
     parser.add_argument("--noise-db", type=float)
     parser.add_argument("--encoder", default="fbank")
-    parser.add_argument("--methods", default=f"{DEFAULT_METHODS},ctw/expected,dctw/expected")
+    parser.add_argument("--methods", default=DEFAULT_METHODS)
+    parser.add_argument("--ablation", action="store_true", help="parts left out, in their stead")
+    parser.add_argument("--together", action="store_true", help="with --ablation: one fit for all")
+    parser.add_argument("--judged")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--table", action="store_true", help="print what is there, judge nothing")
     given = parser.parse_args()
     noise = "clean" if given.noise_db is None else f"{given.noise_db:g}dB"
-    given.name = f"{given.experiment}-{given.part}-{given.encoder}-{noise}-{given.seed}"
+    way = "/together" if given.together else ""
+    given.judged = given.judged or f"dcaw{way}"
+    given.contenders = (
+        ablation(given.together)
+        if given.ablation
+        else [contender(m) for m in given.methods.split(",")]
+    )
+    named = given.experiment, given.part, given.encoder, noise, given.seed
+    given.name = "-".join(map(str, (*named, *(["ablation"] if given.ablation else []))))
+    if any(each.together for each in given.contenders):
+        given.name += f"-{given.words}-together"  # what is fitted depends on all of the words
     return given
 
 
@@ -134,27 +150,32 @@ def judged(
     texts: Sequence[str],
     sentences: Path | None = None,
 ) -> None:
-    wanted = [text for text in texts if text not in {row.word for row in rows}]
-    if wanted:
+    known = {row.word for row in rows}
+    if not known.issuperset(texts):
         _, broken = judge_folder(
             folder,
-            given.methods.split(","),
+            given.contenders,
             sentences=sentences,
             encoder=given.encoder,
             noise_db=given.noise_db,
-            words=wanted,
+            words=texts,
             seed=given.seed,
+            known=known,
             done=keep(rows, record),
         )
         print(*(f"left out: {line}" for line in broken), sep="\n", file=sys.stderr)
 
 
 def visual(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
-    known, done = {row.word for row in rows}, keep(rows, record)
-    for word, takes in list(visual_words(given.data).items())[: given.words]:
-        pairs = pairs_of_words(takes)
-        if len(pairs) > 1 and word not in known:
-            done(0.0, judge_word(word, pairs, given.methods.split(","), given.seed))
+    takes = list(visual_words(given.data).items())[: given.words]
+    pairs = {word: pairs_of_words(each) for word, each in takes}
+    judge_words(
+        {word: each for word, each in pairs.items() if len(each) > 1},
+        given.contenders,
+        seed=given.seed,
+        known={row.word for row in rows},
+        done=keep(rows, record),
+    )
 
 
 if __name__ == "__main__":

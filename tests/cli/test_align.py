@@ -49,18 +49,34 @@ def test_two_recordings_are_aligned_and_drawn(
 def test_a_method_that_learns_says_how_far_it_is(words: Path) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
     from elocute.alignment import speech_view
-    from elocute.alignment.config import DcawConfig, DctwConfig
+    from elocute.alignment.config import CcaSoftConfig, DcawConfig, DctwConfig
     from elocute.alignment.methods import align
     from elocute.audio.read import read_audio
 
     views = [speech_view(read_audio(words / "first" / f"{name}.wav")) for name in "ab"]
     for method, config in (
         ("dcaw", DcawConfig(steps=3)),
+        ("cca-soft", CcaSoftConfig(steps=3)),
         ("dctw", DctwConfig(steps=5, rounds=2)),
     ):
         told: list[float] = []
         align(views, method, config, done=told.append)
         assert told == [(step + 1) / config.steps for step in range(config.steps)]
+
+
+def test_attention_is_drawn_and_the_posterior_apart(
+    words: Path, tmp_path: Path, cli: Callable[..., object]
+) -> None:
+    pytest.importorskip("torch", reason="needs the extra `train`")
+    from PIL import Image
+
+    pair, widths = (words / "first" / "a.wav", words / "first" / "b.wav"), {}
+    for method in ("dcaw", "cca-soft"):
+        plot = tmp_path / f"{method}.png"
+        cli("align", *pair, "--method", method, "--plot", plot)
+        with Image.open(plot) as drawn:
+            widths[method] = drawn.width
+    assert widths["cca-soft"] > 1.6 * widths["dcaw"]  # two matrices beside each other
 
 
 def test_bad_input_of_align_is_one_line(
@@ -99,13 +115,25 @@ def test_methods_are_judged_by_known_times(
 
 def test_learned_methods_are_judged_beside_them(words: Path, cli: Callable[..., object]) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
-    names = ["dtw", "dctw", "dcaw", "dctw/expected"]
+    names = ["dtw", "dctw", "cca-soft", "dcaw", "dcaw/together", "dctw/expected", "dcaw/features"]
     done = cli("evaluate", "alignment", words, "--methods", ",".join(names), "--json")
     methods = json.loads(done.stdout)["methods"]  # pyright: ignore
     assert list(methods) == names
     # Three takes that differ in pace alone teach little, and should spoil as little.
     assert all(methods[name]["error_frames"] < 1.5 for name in names)
     assert methods["dctw/expected"]["error_frames"] != methods["dctw"]["error_frames"]
+
+
+def test_an_ablation_leaves_out_every_part(words: Path, cli: Callable[..., object]) -> None:
+    pytest.importorskip("torch", reason="needs the extra `train`")
+    done = cli("evaluate", "alignment", words, "--ablation", "--together", "--json")
+    methods = json.loads(done.stdout)["methods"]  # pyright: ignore
+    for name in ("dtw", "ctw/together", "cca-soft: no guide", "cca-soft: no prior"):
+        assert "against" in methods[name]
+    assert "against" not in methods["dcaw/together"]
+    parts = {name.removeprefix("dcaw: ") for name in methods if name.startswith("dcaw: ")}
+    assert {"attention fixed", "attention uniform", "attention diagonal", "attention off"} <= parts
+    assert methods["dcaw: attention off"] != methods["dcaw/together"]
 
 
 def test_bad_input_of_the_judgement(
@@ -116,7 +144,9 @@ def test_bad_input_of_the_judgement(
     refused(*command, tmp_path, says="no folder of recordings")
     refused(*command, words, "--methods", "dtw,magic", says="magic")
     refused(*command, words, "--methods", ",", says="none")
-    refused(*command, words, "--methods", "softdtw/expected", says="dtw, ctw, dctw, dcaw")
+    refused(*command, words, "--methods", "softdtw/expected", says="nothing after its name")
+    refused(*command, words, "--methods", "dtw/loudly", says="expected, features, together")
+    refused(*command, words, "--methods", "dtw,ctw", "--judged", "dcaw", says="dtw, ctw")
     refused(*command, words, "--noise-db", "90", says="60")
     (tmp_path / "word").mkdir()
     for name in ("a", "b"):

@@ -37,9 +37,14 @@ class Alignment:
     score
         0 to 1, higher is better: mean correlation of the compared features along the path.
     attention
-        (source frame, target frame), columns sum to one; None where a method has none.
+        (source frame, target frame), columns sum to one; None where a method has none, and for
+        three or more views.
     whole
         False where the ends of the first view are free.
+    posterior
+        (source frame, target frame), columns sum to one: how probably frames belong together, of a
+        method that reads its path by soft-DTW. It is no attention: distances of features are all
+        that it knows.
 
     Raises
     ------
@@ -52,6 +57,7 @@ class Alignment:
     score: float
     attention: FloatArray | None = None
     whole: bool = True
+    posterior: FloatArray | None = None
 
     __repr__ = one_line
 
@@ -60,8 +66,10 @@ class Alignment:
         check_path(path, [len(view) for view in self.features], self.whole)
         if not 0 <= self.score <= 1:
             raise AlignmentError.about("score", found=f"{self.score}", allowed="0 to 1")
-        if self.attention is not None:
-            _check_attention(self.attention, [len(view) for view in self.features[:2]])
+        for name in ("attention", "posterior"):
+            weights = getattr(self, name)
+            if weights is not None:
+                _check_columns(weights, [len(view) for view in self.features[:2]], name)
         object.__setattr__(self, "path", path)
 
     def source_frames(self) -> NDArray[np.float64]:
@@ -89,12 +97,12 @@ def check_path(path: WarpingPath, lengths: Sequence[int], whole: bool = True) ->
         )
 
 
-def _check_attention(attention: FloatArray, lengths: Sequence[int]) -> None:
-    sums = attention.sum(axis=0, dtype=np.float64) if attention.ndim == 2 else np.zeros(1)
-    if attention.shape != tuple(lengths) or np.abs(sums - 1).max() > COLUMN_TOLERANCE:
+def _check_columns(weights: FloatArray, lengths: Sequence[int], name: str) -> None:
+    sums = weights.sum(axis=0, dtype=np.float64) if weights.ndim == 2 else np.zeros(1)
+    if weights.shape != tuple(lengths) or np.abs(sums - 1).max() > COLUMN_TOLERANCE:
         raise AlignmentError.about(
-            "attention",
-            found=f"shape {attention.shape}, columns {sums.min():g} to {sums.max():g}",
+            name,
+            found=f"shape {weights.shape}, columns {sums.min():g} to {sums.max():g}",
             allowed=f"{tuple(lengths)}, columns that sum to one",
         )
 
@@ -110,7 +118,7 @@ def check_views(views: Sequence[object], same_width: bool, subject: str = "views
             subject,
             found=f"{' and '.join(map(str, sorted(widths)))} features",
             allowed="equal counts with this method",
-            remedy="use ctw, dctw or dcaw",
+            remedy="use ctw, dctw, cca-soft or dcaw",
         )
     for one, other in pairwise(sorted(map(len, group))):
         if one * other > CELLS_MAX:

@@ -11,6 +11,7 @@ from elocute.alignment.aligner import Aligner, dtw_aligner, soft_dtw_aligner
 from elocute.alignment.alignment import Alignment, FloatArray, Views, check_views
 from elocute.alignment.config import (
     AlignConfig,
+    CcaSoftConfig,
     CtwConfig,
     DcawConfig,
     DctwConfig,
@@ -53,6 +54,13 @@ METHODS: dict[str, Method] = {
         lambda groups, config, seed, done: _deep("dctw", "fit_dctw")(groups, config, seed, done),
         True,
     ),
+    "cca-soft": Method(
+        CcaSoftConfig,
+        lambda groups, config, seed, done: _deep("cca_soft", "fit_cca_soft")(
+            groups, config, seed, done
+        ),
+        True,
+    ),
     "dcaw": Method(
         DcawConfig,
         lambda groups, config, seed, done: _deep("dcaw", "fit_dcaw")(groups, config, seed, done),
@@ -86,7 +94,7 @@ def fit_aligner(
         Groups of (frame, feature) arrays: (source, target) or more views, equally many in each
         group; view k has the same number of features in all groups.
     method
-        One of `METHODS`: dtw, softdtw, ctw, dctw, dcaw.
+        One of `METHODS`: dtw, softdtw, ctw, dctw, cca-soft, dcaw.
     config
         Settings of that method; its defaults where None.
     seed
@@ -109,7 +117,8 @@ def fit_aligner(
     References
     ----------
     DTW: Sakoe & Chiba 1978. Soft-DTW: Cuturi & Blondel 2017. CTW: Zhou & de la Torre 2009. DCTW:
-    Trigeorgis et al. 2016. DCAW: after Tzirakis et al. 2019, section 4.1.
+    Trigeorgis et al. 2016. DCAW: Tzirakis et al. 2019, section 4.1, with the differences that
+    `elocute.alignment.dcaw` names.
     """
     chosen = resolve_method(method)
     config = chosen.config() if config is None else config

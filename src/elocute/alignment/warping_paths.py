@@ -13,9 +13,11 @@ from elocute.alignment.dtw import dtw
 PROBABILITY_MIN = 1e-8
 
 
-def attention_path(attention: NDArray[np.floating], open_source: bool = False) -> WarpingPath:
+def attention_path(
+    attention: NDArray[np.floating], band: float | None = None, open_source: bool = False
+) -> WarpingPath:
     """The most probable monotone path (step, 2): the cheapest through -log attention."""
-    return dtw(-np.log(np.maximum(attention, PROBABILITY_MIN)), open_source=open_source)[0]
+    return dtw(-np.log(np.maximum(attention, PROBABILITY_MIN)), band, open_source)[0]
 
 
 def expected_path(

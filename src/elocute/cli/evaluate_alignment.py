@@ -14,7 +14,7 @@ from elocute.cli import options
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, needs_extra
 
-DEFAULT_METHODS = "diagonal,dtw,softdtw,ctw,dctw,dcaw"
+DEFAULT_METHODS = "diagonal,dtw,softdtw,ctw,dctw,cca-soft,dcaw"
 COLUMNS = ("method", "error frames", "p of error", "overlap", "p of overlap", "found")
 NOISE_RANGE_DB = (-20.0, 60.0)
 
@@ -25,9 +25,22 @@ def alignment_command(
         None, help="The same words in sentences, in which they are to be found."
     ),
     methods: str = typer.Option(
-        DEFAULT_METHODS, help="Methods to compare, commas between; ctw/expected: its soft reading."
+        DEFAULT_METHODS,
+        help="Methods to compare, commas between. After a name: /together, fitted once to all "
+        "words; /expected, read along soft-DTW's expected alignment; /features, read by DTW.",
     ),
-    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones, …"),
+    ablation: bool = typer.Option(
+        False, help="Instead, learned methods with and without each of their parts."
+    ),
+    together: bool = typer.Option(
+        False, help="With --ablation: learned methods are fitted once, to all words."
+    ),
+    judged: str | None = typer.Option(
+        None, help="The method that the others are tested against; without it, dcaw."
+    ),
+    encoder: str = typer.Option(
+        "fbank", help="Speech encoder: fbank, phones, …; windows: 41 x 128 x 3."
+    ),
     noise_db: float | None = typer.Option(None, help="Speech over babble, in decibels."),
     words: int | None = typer.Option(None, min=1, help="Only the first so many words."),
     seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of the learned methods."),
@@ -41,10 +54,11 @@ def alignment_command(
     """
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
-    from elocute.encoders.registry import resolve_encoder
 
     with needs_extra("alignment", "wild"):
+        from elocute.alignment.sound_views import check_view_name
         from elocute.evaluation import alignment_scores as judge
+        from elocute.evaluation.alignment_ablation import ablation as parts_left_out
     names = list(dict.fromkeys(name.strip() for name in methods.split(",") if name.strip()))
     low, high = NOISE_RANGE_DB
     if noise_db is not None and not low <= noise_db <= high:
@@ -54,13 +68,18 @@ def alignment_command(
     for place in (folder, sentences):
         if place is not None and not place.is_dir():
             raise InputError.about(place, found="no folder", allowed="a folder of words")
-    resolve_encoder(encoder)
+    check_view_name(encoder)
+    contenders = parts_left_out(together) if ablation else list(map(judge.contender, names))
+    rows_named = [each.name for each in contenders]
+    if judged is not None and judged not in rows_named:
+        raise InputError.about("--judged", found=judged, allowed=", ".join(rows_named))
+    judged = judged or ("dcaw/together" if ablation and together else "dcaw")
     files = check_tables(table)
     plan = plan_files([folder], files, False, False)
     with progress_bar("aligning", as_json) as progress:
         rows, broken = judge.judge_folder(
             folder,
-            names,
+            contenders,
             sentences=sentences,
             encoder=encoder,
             noise_db=noise_db,
@@ -68,7 +87,7 @@ def alignment_command(
             seed=seed,
             done=lambda share, _rows: progress(share) if progress else None,
         )
-    found = judge.summarise(rows)
+    found = judge.summarise(rows, judged)
     write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])
     if as_json:
         record: dict[str, Any] = {"methods": found, "encoder": encoder, "left_out": broken}
@@ -76,7 +95,7 @@ def alignment_command(
     else:
         if per_word:
             for row in rows:
-                print(f"{row.word:16} {row.method:10} {row.error_frames:7.3f} {row.overlap:6.3f}")
+                print(f"{row.word:16} {row.method:28} {row.error_frames:7.3f} {row.overlap:6.3f}")
         print_table(found)
     for line in broken:
         print(f"elocute: {line}", file=sys.stderr)
@@ -91,15 +110,15 @@ def _cells(method: str, cells: dict[str, Any]) -> list[Any]:
 
 
 def print_table(table: dict[str, dict[str, Any]]) -> None:
-    """One line per method; p is of dcaw's gain over it."""
+    """One line per method; p is of the gain of the judged method over it."""
     print(
-        f"{'method':10} {'error':>8} {'p':>8} {'overlap':>8} {'p':>8} {'found':>7}   "
+        f"{'method':28} {'error':>8} {'p':>8} {'overlap':>8} {'p':>8} {'found':>7}   "
         "error in frames: lower is better; overlap, found: higher"
     )
     for method, cells in table.items():
         tests = cells.get("against", {})
         ps = [f"{tests[m]['p']:8.2g}" if tests else " " * 8 for m in ("error_frames", "overlap")]
         print(
-            f"{method:10} {cells['error_frames']:8.3f} {ps[0]} {cells['overlap']:8.3f} {ps[1]}"
+            f"{method:28} {cells['error_frames']:8.3f} {ps[0]} {cells['overlap']:8.3f} {ps[1]}"
             f" {cells['found']:7.3f}"
         )

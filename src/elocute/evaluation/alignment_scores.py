@@ -1,12 +1,13 @@
 """Methods of alignment against known times: errors of each, and whether differences are chance.
 
-Each method is fitted once per word to all of the word's pairs, without any truth, and then aligns
-each of them. Words are what the paired test counts, since pairs of one word share recordings.
+Each method is fitted without any truth, to all pairs of one word or (`/together`) of all words at
+once, and then aligns each of them. Words are what the paired test counts, since pairs of one word
+share recordings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from elocute.alignment.aligner import Aligner, find_dtw_path
+from elocute.alignment.aligner import Aligner, find_dtw_path, read_features
+from elocute.alignment.alignment import FloatArray
 from elocute.alignment.alignment import WarpingPath as Steps
 from elocute.alignment.config import DtwPathConfig
 from elocute.alignment.methods import fit_aligner, resolve_method
-from elocute.alignment.sound_views import DEFAULT, speech_view
+from elocute.alignment.sound_views import DEFAULT, WINDOWS, speech_view
 from elocute.alignment.warping_paths import diagonal_path
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
@@ -26,12 +28,50 @@ from elocute.errors import AlignmentError, ElocuteError
 from elocute.evaluation.alignment_trials import Pair, Take, read_parts, sentence_pair, word_pair
 from elocute.evaluation.path_errors import carried_overlap, path_error
 
-EXPECTED = "/expected"
-"""After a method's name: its features, with the path read along the expected alignment."""
 SOFTNESS = 0.1
 DIAGONAL = "diagonal"
 """No method: frames matched in proportion. What others are worth is what they add to it."""
+READINGS = {"features": None, "expected": SOFTNESS}
+"""How else features may be read: by the cheapest path, or along soft-DTW's expected alignment."""
+TOGETHER = "together"
 MEASURES = ("error_frames", "overlap", "found")
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A method as it takes part: its row's name, settings, and how it is fitted and read.
+
+    settings: those that are not the method's defaults. together: fitted once, to the pairs of all
+    words. reading: one of `READINGS`, or empty for the method's own.
+    """
+
+    name: str
+    method: str
+    settings: tuple[tuple[str, Any], ...] = ()
+    together: bool = False
+    reading: str = ""
+
+    @property
+    def fit_key(self) -> tuple[object, ...]:
+        """Equal where the same fit will do."""
+        return self.method, self.settings, self.together
+
+
+def contender(name: str) -> Contender:
+    """METHOD, METHOD/together, METHOD/expected, … as a contender. Raises AlignmentError."""
+    method, *ways = name.split("/")
+    if method != DIAGONAL:
+        resolve_method(method)
+    allowed = {TOGETHER, *READINGS} if method not in (DIAGONAL, "softdtw") else set()
+    unknown = [way for way in ways if way not in allowed]
+    if unknown or len(set(ways) & set(READINGS)) > 1:
+        raise AlignmentError.about(
+            f"method {name!r}",
+            found="/".join(unknown or ways),
+            allowed=", ".join(sorted(allowed)) or "nothing after its name",
+        )
+    reading = next((way for way in ways if way in READINGS), "")
+    return Contender(name, method, together=TOGETHER in ways, reading=reading)
 
 
 @dataclass(frozen=True)
@@ -87,38 +127,70 @@ def pairs_to_find(sentences: Sequence[Take], words: Sequence[Take], each: int = 
     return pairs
 
 
-def judge_word(
-    word: str, pairs: Sequence[Pair], methods: Sequence[str], seed: int = 0
+def judge_words(
+    words: Mapping[str, Sequence[Pair]],
+    contenders: Sequence[Contender],
+    *,
+    seed: int = 0,
+    encoder: str = DEFAULT,
+    known: Collection[str] = (),
+    done: Callable[[float, list[Row]], None] | None = None,
 ) -> list[Row]:
-    """One row per method. Open ends where the pairs are words to be found in sentences."""
-    views = [(pair.source.view, pair.target.view) for pair in pairs]
-    rows, known = [], {}
-    for method in methods:
-        name = method.removesuffix(EXPECTED)
-        if name == DIAGONAL:
-            paths = [diagonal_path(len(source), len(target)) for source, target in views]
-        else:
-            if name not in known:
-                config = resolve_method(name).config(open_source=not pairs[0].whole)
-                known[name] = fit_aligner(views, name, config, seed)
-            fitted = known[name] if name == method else read_softly(known[name])
-            paths = [each.path for each in fitted.align_all(views)]
-        scores = np.array([_scores(p, path) for p, path in zip(pairs, paths, strict=True)])
-        error, overlap, found = scores.mean(axis=0)
-        rows.append(Row(word, method, len(pairs), float(error), float(overlap), float(found)))
+    """One row for each word and contender. Open ends where pairs are words in sentences.
+
+    words: pairs of each. known: words to fit to, where contenders are fitted together, but not to
+    judge. `done` hears the share and the rows of each word as it is judged.
+    """
+    every = [pair for pairs in words.values() for pair in pairs]
+    fits = {
+        each.fit_key: _fitted(each, every, seed, encoder) for each in contenders if each.together
+    }
+    rows: list[Row] = []
+    for place, (word, pairs) in enumerate(words.items()):
+        if word in known:
+            continue
+        own_fits = dict(fits)
+        own: list[Row] = []
+        for each in contenders:
+            if each.fit_key not in own_fits:
+                own_fits[each.fit_key] = _fitted(each, pairs, seed, encoder)
+            paths = _paths(own_fits[each.fit_key], each, pairs)
+            scores = [_scores(pair, path) for pair, path in zip(pairs, paths, strict=True)]
+            error, overlap, found = map(float, np.mean(scores, axis=0))
+            own.append(Row(word, each.name, len(pairs), error, overlap, found))
+        rows += own
+        if done:
+            done((place + 1) / len(words), own)
     return rows
 
 
-def read_softly(fitted: Aligner) -> Aligner:
-    """The same features, paths read along the expected alignment. Raises AlignmentError for a
-    method that reads its paths in its own way."""
+def _fitted(each: Contender, pairs: Sequence[Pair], seed: int, encoder: str) -> Aligner | None:
+    if each.method == DIAGONAL:
+        return None
+    settings = dict(each.settings)
+    if each.method == "dcaw":
+        settings["windows"] = encoder == WINDOWS
+    config = resolve_method(each.method).config(open_source=not pairs[0].whole, **settings)
+    return fit_aligner(_views(pairs), each.method, config, seed)
+
+
+def _paths(fitted: Aligner | None, each: Contender, pairs: Sequence[Pair]) -> list[Steps]:
+    if fitted is None:
+        return [diagonal_path(len(source), len(target)) for source, target in _views(pairs)]
+    if each.reading:
+        fitted = read_otherwise(fitted, READINGS[each.reading])
+    return [found.path for found in fitted.align_all(_views(pairs))]
+
+
+def _views(pairs: Sequence[Pair]) -> list[tuple[FloatArray, FloatArray]]:
+    return [(pair.source.view, pair.target.view) for pair in pairs]
+
+
+def read_otherwise(fitted: Aligner, softness: float | None) -> Aligner:
+    """The same features and costs, with paths by DTW, or softly; of DCAW without its attention."""
     if not isinstance(fitted.config, DtwPathConfig):
-        raise AlignmentError.about(
-            f"method {EXPECTED}",
-            found=type(fitted.config).__name__,
-            allowed="dtw, ctw, dctw, dcaw",
-        )
-    config = replace(fitted.config, softness=SOFTNESS)
+        return read_features(fitted, softness)
+    config = replace(fitted.config, softness=softness)
     return replace(fitted, config=config, find_path=partial(find_dtw_path, config))
 
 
@@ -167,43 +239,38 @@ def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str
 
 def judge_folder(
     folder: Path,
-    methods: Sequence[str],
+    contenders: Sequence[Contender],
     *,
     sentences: Path | None = None,
     encoder: str = DEFAULT,
     noise_db: float | None = None,
     words: Sequence[str] | None = None,
     seed: int = 0,
+    known: Collection[str] = (),
     done: Callable[[float, list[Row]], None] | None = None,
 ) -> tuple[list[Row], list[str]]:
     """Every word of a folder, or those named: rows, and what could not be used.
 
     sentences: a folder of the same words in sentences, in which they are to be found; noise is
-    then in the sentences alone. `done` hears the share and the rows of each word as it is judged.
-    Raises AlignmentError where nothing can be judged.
+    then in the sentences alone. The rest as for `judge_words`. Raises AlignmentError where nothing
+    can be judged.
     """
-    for method in methods:
-        if method != DIAGONAL:
-            resolve_method(method.removesuffix(EXPECTED))
-    names = word_names(folder, sentences) if words is None else words
-    rows, broken = [], []
-    for place, name in enumerate(names):
+    broken: list[str] = []
+    usable: dict[str, list[Pair]] = {}
+    for name in word_names(folder, sentences) if words is None else words:
         pairs, wrong = _pairs(folder, name, sentences, encoder, noise_db)
         broken += wrong
-        own: list[Row] = []
         if len(pairs) < 2:
             broken.append(f"{name}: {len(pairs)} pairs whose phones agree; allowed: two or more")
         else:
-            own = judge_word(name, pairs, methods, seed)
-        rows += own
-        if done:
-            done((place + 1) / len(names), own)
-    if not rows:
+            usable[name] = pairs
+    if not usable:
         raise AlignmentError.about(
             folder,
             found=broken[0] if broken else "no folder of recordings of a word",
             allowed="WORD/NAME.wav with NAME.json, two recordings of a word or more",
         )
+    rows = judge_words(usable, contenders, seed=seed, encoder=encoder, known=known, done=done)
     return rows, broken
 
 
