@@ -5,6 +5,7 @@
     python -m benchmarks.alignment find --words 20              (c) a word in a sentence
     python -m benchmarks.alignment natural --data ../shared/data        (b) digits and phrases
     python -m benchmarks.alignment visual --data ../shared/data         (d) a talker's mouth
+    python -m benchmarks.alignment three --words 8              (e) three recordings at once
 
 Speech is made once, in --folder. Every method has the same features and, in (c), the same help:
 both ends of the sentence are free, the word goes in whole. A run that
@@ -24,15 +25,19 @@ import os
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from itertools import combinations
 from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 ROOT = Path(__file__).resolve().parents[1]
 
+import numpy as np
 import torch
 
+from elocute.alignment.aligner import Aligner
+from elocute.alignment.methods import fit_aligner
 from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
 from elocute.evaluation.alignment_ablation import ablation
 from elocute.evaluation.alignment_scores import (
@@ -41,13 +46,18 @@ from elocute.evaluation.alignment_scores import (
     judge_folder,
     judge_words,
     pairs_of_words,
+    path_scores,
+    read_takes,
     summarise,
     word_names,
 )
+from elocute.evaluation.alignment_trials import Take, word_pair
 from recipes.alignment.natural import natural_words
 from recipes.alignment.speak import TUNING_VOICES, VOICES, speak_all, speak_sentences
 from recipes.alignment.texts import FRAMES, TUNING_WORDS, WORDS
 from recipes.alignment.visual import visual_words
+
+TRIPLES = 15  # of a word
 
 
 def main() -> None:
@@ -58,9 +68,13 @@ def main() -> None:
     record = given.folder / f"{given.name}.jsonl"
     rows = known_rows(record)
     if not given.table:
-        {"words": synthetic, "find": synthetic, "natural": natural, "visual": visual}[
-            given.experiment
-        ](given, rows, record)
+        {
+            "words": synthetic,
+            "find": synthetic,
+            "natural": natural,
+            "visual": visual,
+            "three": three,
+        }[given.experiment](given, rows, record)
     table = summarise(rows, given.judged)
     print(
         f"{given.name}: {len({row.word for row in rows})} words, "
@@ -94,7 +108,7 @@ def keep(rows: list[Row], record: Path):
 
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("experiment", choices=("words", "find", "natural", "visual"))
+    parser.add_argument("experiment", choices=EXPERIMENTS)
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "alignment")
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data")
     parser.add_argument("--words", type=int, default=24)
@@ -118,7 +132,7 @@ def arguments() -> argparse.Namespace:
     )
     named = given.experiment, given.part, given.encoder, noise, given.seed
     given.name = "-".join(map(str, (*named, *(["ablation"] if given.ablation else []))))
-    if any(each.together for each in given.contenders):
+    if given.experiment == "three" or any(each.together for each in given.contenders):
         given.name += f"-{given.words}-together"  # what is fitted depends on all of the words
     return given
 
@@ -177,6 +191,50 @@ def visual(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
         done=keep(rows, record),
     )
 
+
+def three(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
+    """Three recordings aligned at once, by methods fitted together to all triples.
+
+    Each pair of columns of the path is judged as a path of two. `dcaw: pair by pair` does not let
+    the attention of each pair see the other pairs.
+    """
+    speak_all(given.folder, "words", WORDS[: given.words], VOICES)
+    groups: dict[str, list[tuple[Take, ...]]] = {}
+    for word in WORDS[: given.words]:
+        takes = read_takes(given.folder / "words" / word, given.encoder, given.noise_db)[0]
+        triples = combinations(takes, 3)
+        alike = [t for t in triples if all(word_pair(*two) for two in combinations(t, 2))]
+        groups[word] = alike[:: max(1, len(alike) // TRIPLES)]
+    every = [tuple(take.view for take in triple) for found in groups.values() for triple in found]
+    fitted = {name: fit_aligner(every, name, seed=given.seed) for name in ("dtw", "ctw", "dcaw")}
+    fitted["dcaw: pair by pair"] = replace(fitted["dcaw"], all_pairs=False)
+    done, known = keep(rows, record), {row.word for row in rows}
+    for word, triples in groups.items():
+        if triples and word not in known:
+            done(0.0, [_row_of_triples(word, name, fitted[name], triples) for name in fitted])
+
+
+def _row_of_triples(
+    word: str, name: str, aligner: Aligner, triples: Sequence[tuple[Take, ...]]
+) -> Row:
+    found = []
+    for triple in triples:
+        path = aligner.align(*(take.view for take in triple)).path
+        for i, j in combinations(range(3), 2):
+            pair = word_pair(triple[i], triple[j])
+            assert pair is not None
+            found.append(path_scores(pair, np.unique(path[:, [i, j]], axis=0)))
+    error, overlap, whole = map(float, np.mean(found, axis=0))
+    return Row(word, name, len(found), error, overlap, whole)
+
+
+EXPERIMENTS = {
+    "words": synthetic,
+    "find": synthetic,
+    "natural": natural,
+    "visual": visual,
+    "three": three,
+}
 
 if __name__ == "__main__":
     main()

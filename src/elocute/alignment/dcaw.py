@@ -154,8 +154,14 @@ def dcaw_aligner(config: DcawConfig, network: DcawNetwork, widths: Sequence[int]
 
 
 def output_features(network: DcawNetwork, view: FloatArray, place: int) -> ViewFeatures:
-    """What the network makes of a view: canonical variates, as the last fold left them."""
-    return ViewFeatures(encode_view(network, view, place))
+    """What the network makes of a view: canonical variates, as the last fold left them.
+
+    A recurrent network counts frames even where nothing moves: a still view stays still.
+    """
+    outputs = encode_view(network, view, place)
+    if (view == view[0]).all():
+        outputs = np.broadcast_to(outputs.mean(axis=0), outputs.shape).copy()
+    return ViewFeatures(outputs)
 
 
 def attention_cost(network: DcawNetwork, source: ViewFeatures, target: ViewFeatures) -> CostMatrix:

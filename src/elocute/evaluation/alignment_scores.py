@@ -155,7 +155,7 @@ def judge_words(
             if each.fit_key not in own_fits:
                 own_fits[each.fit_key] = _fitted(each, pairs, seed, encoder)
             paths = _paths(own_fits[each.fit_key], each, pairs)
-            scores = [_scores(pair, path) for pair, path in zip(pairs, paths, strict=True)]
+            scores = [path_scores(pair, path) for pair, path in zip(pairs, paths, strict=True)]
             error, overlap, found = map(float, np.mean(scores, axis=0))
             own.append(Row(word, each.name, len(pairs), error, overlap, found))
         rows += own
@@ -194,7 +194,8 @@ def read_otherwise(fitted: Aligner, softness: float | None) -> Aligner:
     return replace(fitted, config=config, find_path=partial(find_dtw_path, config))
 
 
-def _scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
+def path_scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
+    """Error in frames, overlap of the parts carried over, and of the whole word (`Row`)."""
     rate = pair.source.rate
     sources, targets = [s for s, _ in pair.spans], [t for _, t in pair.spans]
     true = (sources[0][0], sources[-1][1])
