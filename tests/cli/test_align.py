@@ -73,7 +73,7 @@ def test_attention_is_drawn_and_the_posterior_apart(
     pair, widths = (words / "first" / "a.wav", words / "first" / "b.wav"), {}
     for method in ("dcaw", "cca-soft"):
         plot = tmp_path / f"{method}.png"
-        cli("align", *pair, "--method", method, "--plot", plot)
+        cli("align", *pair, "--method", method, "--plot", plot, "--json")
         with Image.open(plot) as drawn:
             widths[method] = drawn.width
     assert widths["cca-soft"] > 1.6 * widths["dcaw"]  # two matrices beside each other
