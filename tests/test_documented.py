@@ -228,7 +228,12 @@ def _make_vocaset(place: Path, name: str, request: pytest.FixtureRequest) -> Non
 
     python2: Any = request.getfixturevalue("python2")
     if name == "VOCASET":
-        people = (splits.TRAIN[0], splits.TRAIN[1], splits.VALIDATION[0], splits.TEST[0])
+        people = (
+            splits.VOCASET_TRAIN[0],
+            splits.VOCASET_TRAIN[1],
+            splits.VOCASET_VALIDATION[0],
+            splits.VOCASET_TEST[0],
+        )
         request.getfixturevalue("sources").write_vocaset(place, python2, people)
     else:
         place.write_bytes(python2.dumps(python2.flame(vertices=5023)))

@@ -24,7 +24,12 @@ def elocute(*arguments: object) -> str:
 
 
 def test_three_commands(tmp_path: Path, sources: Any, python2: Any, speech_wav: Path) -> None:
-    people = (splits.TRAIN[0], splits.TRAIN[1], splits.VALIDATION[0], splits.TEST[0])
+    people = (
+        splits.VOCASET_TRAIN[0],
+        splits.VOCASET_TRAIN[1],
+        splits.VOCASET_VALIDATION[0],
+        splits.VOCASET_TEST[0],
+    )
     sources.write_vocaset(tmp_path / "VOCASET", python2, people)
     flame = tmp_path / "generic_model.pkl"
     flame.write_bytes(python2.dumps(python2.flame(vertices=5023)))
@@ -56,7 +61,7 @@ def test_lips_and_dynamics_are_measured_without_naming_vertices(
     tmp_path: Path, sources: Any, python2: Any
 ) -> None:
     """On FLAME's mesh the published lists are taken, and the table goes into files."""
-    people = (splits.TRAIN[0], splits.VALIDATION[0], splits.TEST[0])
+    people = (splits.VOCASET_TRAIN[0], splits.VOCASET_VALIDATION[0], splits.VOCASET_TEST[0])
     sources.write_vocaset(tmp_path / "VOCASET", python2, people)
     elocute("corpus", "convert", tmp_path / "VOCASET", "-o", tmp_path / "corpus")
     train = "train", "voca", tmp_path / "corpus", "-o", tmp_path / "trained", "--epochs", "1"

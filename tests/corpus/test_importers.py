@@ -17,16 +17,16 @@ from elocute.corpus.importers import splits
 from elocute.corpus.importers.biwi import convert_biwi
 from elocute.corpus.importers.common import metres_per_unit
 from elocute.corpus.importers.folder import convert_folder
-from elocute.corpus.importers.grid import SCALARS, grid_clips, read_track
+from elocute.corpus.importers.grid import SCALARS, grid_clips, read_tracked_lips
 from elocute.corpus.importers.registry import convert, detect_format
 from elocute.corpus.importers.vocaset import convert_vocaset
-from elocute.corpus.split import leaks
+from elocute.corpus.split import find_leaks
 from elocute.errors import CorpusError, InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 
-TWO = (splits.TRAIN[0], splits.VALIDATION[0], splits.TEST[0])
+TWO = (splits.VOCASET_TRAIN[0], splits.VOCASET_VALIDATION[0], splits.VOCASET_TEST[0])
 
 
 @pytest.fixture
@@ -70,7 +70,7 @@ def test_the_published_split_keeps_own_sentences_only(voca):
     assert len(split.train) == 3
     assert [name.rsplit("_", 1)[1] for name in split.validation] == ["sentence21", "sentence40"]
     assert [name.rsplit("_", 1)[1] for name in split.test] == ["sentence21", "sentence40"]
-    assert leaks(corpus.entries, split) == []
+    assert find_leaks(corpus.entries, split) == []
 
 
 def test_sentences_have_one_name_where_the_words_are_the_same(voca, tmp_path):
@@ -89,7 +89,7 @@ def test_other_subjects_get_an_even_split(tmp_path, sources, python2):
     sources.write_vocaset(tmp_path / "v", python2, ("ann", "bob", "cy"), (1, 2))
     corpus, notes = converted(tmp_path / "v")
     assert any(note.startswith("split: even") for note in notes)
-    assert leaks(corpus.entries, corpus.split()) == []
+    assert find_leaks(corpus.entries, corpus.split()) == []
     assert all(corpus.split().parts().values())
 
 
@@ -138,7 +138,7 @@ def test_the_folder_convention_is_read(tmp_path, sources):
     told = "\n".join(notes)
     assert "taken as mm" in told and "A_e02: no sound" in told and "who_e01: no template" in told
     assert "C_e03: " in told
-    assert leaks(corpus.entries, corpus.split()) == []
+    assert find_leaks(corpus.entries, corpus.split()) == []
 
 
 def test_the_folder_convention_is_refused_by_name(tmp_path, sources):
@@ -355,7 +355,7 @@ def test_real_lips_move_the_head_as_they_were_tracked(shared_data, tmp_path):
         frames = clip.frames[:]
         assert frames.min() >= 0 and frames.max() <= 1
         assert residual_mm < 1.5
-        track = read_track(tmp_path / f"{clip.sentence}.npz")
+        track = read_tracked_lips(tmp_path / f"{clip.sentence}.npz")
         tracked = track.scalars["inner_opening_mean"]
         measures = measure_mouth(Motion(head, frames, 25.0))
         count = min(len(tracked), len(frames))
@@ -393,7 +393,7 @@ def test_a_tracked_clip_without_its_fields_is_refused(tmp_path):
     for fields in without:
         np.savez(tmp_path / "a.npz", **fields)
         with pytest.raises(CorpusError, match=r"a\.npz: no tracked lips"):
-            read_track(tmp_path / "a.npz")
+            read_tracked_lips(tmp_path / "a.npz")
     with pytest.raises(CorpusError, match="nowhere a closed mouth"):
         next(grid_clips(tmp_path, leave_out=set(), fps=60.0))
     soundfile.write(tmp_path / "b.wav", np.zeros(100), 16000)

@@ -40,7 +40,7 @@ from elocute.files.arrays import ArrayFile, RowWriter, read_npz
 from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
-from elocute.jobs.pool import Failed
+from elocute.jobs.pool import FailedTask
 from elocute.jobs.process_pool import run_local
 
 CORPUS, MADE = "corpus", "corpus.sha256"
@@ -255,7 +255,7 @@ def _track_all(
     )
     lost: dict[str, str] = {}
     for chunk, outcome in run_local(_track_chunk, tasks, min(jobs, len(chunks))):
-        if isinstance(outcome, Failed):
+        if isinstance(outcome, FailedTask):
             lost[chunk.sequence] = outcome.reason
         count(len(chunk.numbers))
     return lost

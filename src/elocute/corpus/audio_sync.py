@@ -66,7 +66,7 @@ class LagSums:
 
 
 @dataclass(frozen=True)
-class Offset:
+class SyncOffset:
     """seconds that the motion comes late (negative: early); r there; gain over r at no lag."""
 
     seconds: float
@@ -74,7 +74,7 @@ class Offset:
     gain: float
 
 
-def openness(sound: Waveform) -> Floats:
+def expected_openness(sound: Waveform) -> Floats:
     """(value,) at RATE: how far the mouth should be open by what the speech encoder hears."""
     encoder = builtin_encoder()
     heard = np.exp(encoder.encode(sound.resample(SPEECH_RATE).samples))
@@ -87,7 +87,7 @@ def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
     """Correlation sums of one clip; None where it is too short or one of both is constant."""
     if min(sound.duration_s, len(activity) / fps) * RATE < 3 * LAGS[-1]:
         return None
-    voice = openness(sound)
+    voice = expected_openness(sound)
     times = np.arange(int(len(activity) / fps * RATE)) / RATE
     mouth = _smoothed(np.interp(times, np.arange(len(activity)) / fps, activity))
     count = min(len(voice), len(mouth))
@@ -105,7 +105,7 @@ def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
     return LagSums(products, squares_s, squares_m, count / RATE)
 
 
-def estimate_offset(sums: LagSums) -> Offset:
+def estimate_offset(sums: LagSums) -> SyncOffset:
     """The lag of the highest correlation, between values by a parabola."""
     r = sums.products / np.sqrt(sums.sound * sums.motion)
     best = int(r.argmax())
@@ -116,7 +116,7 @@ def estimate_offset(sums: LagSums) -> Offset:
         shift = 0.5 * (low - high) / bend if bend < 0 else 0.0
     zero = len(LAGS) // 2
     seconds = (float(LAGS[best]) + float(shift)) / RATE
-    return Offset(seconds, float(r[best]), float(r[best] - r[zero]))
+    return SyncOffset(seconds, float(r[best]), float(r[best] - r[zero]))
 
 
 def _smoothed(values: Floats) -> Floats:

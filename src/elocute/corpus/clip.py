@@ -14,12 +14,12 @@ from elocute.files.arrays import ArrayFile
 from elocute.one_line_repr import one_line
 
 # Names become file names: nothing else may stand in them.
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}")
+NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}")
 
 
 def check_name(name: str, what: str) -> str:
     """`name` itself; CorpusError where it could not be a file name anywhere."""
-    if not NAME.fullmatch(name):
+    if not NAME_PATTERN.fullmatch(name):
         raise CorpusError.about(
             f"{what} {name[:60]!r}",
             found="no plain name",

@@ -12,12 +12,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elocute.audio.waveform import Waveform
-from elocute.corpus.audio_sync import LAG_MAX_S, LagSums, Offset, estimate_offset, lag_sums
+from elocute.corpus.audio_sync import LAG_MAX_S, LagSums, SyncOffset, estimate_offset, lag_sums
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.frame_rates import TOLERANCE, fitting_rate
-from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, height, is_head_sized
-from elocute.corpus.motion_checks import MotionFacts, Places, examine, find_places
-from elocute.corpus.split import Entry, Split, leaks
+from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, is_head_sized, longest_side
+from elocute.corpus.motion_checks import (
+    MotionFacts,
+    MotionRegions,
+    examine_motion,
+    find_motion_regions,
+)
+from elocute.corpus.split import ClipEntry, Split, find_leaks
 from elocute.errors import AudioError
 
 TURN_MAX_DEG, SHIFT_MAX_MM = 2.0, 5.0
@@ -57,9 +62,9 @@ class _Sums:
     """Correlation sums by subject, and clips that are off by themselves."""
 
     subjects: dict[str, LagSums] = field(default_factory=dict)
-    clips: list[tuple[str, str, Offset]] = field(default_factory=list)
+    clips: list[tuple[str, str, SyncOffset]] = field(default_factory=list)
 
-    def add(self, entry: Entry, sums: LagSums) -> None:
+    def add(self, entry: ClipEntry, sums: LagSums) -> None:
         known = self.subjects.get(entry.subject)
         self.subjects[entry.subject] = sums if known is None else known + sums
         offset = estimate_offset(sums)
@@ -77,7 +82,7 @@ def check_corpus(corpus: Corpus, progress: Callable[[float], None] | None = None
     """
     found = list(_templates(corpus))
     found += _splits(corpus)
-    places = find_places(corpus)
+    places = find_motion_regions(corpus)
     sums = _Sums()
     clips: list[Finding] = []
     lengths: list[_Length] = []
@@ -98,7 +103,7 @@ def _templates(corpus: Corpus) -> Iterator[Finding]:
         if not np.isfinite(template).all():
             yield Finding("error", subject, "template: NaN or infinity")
             continue
-        size = height(template)
+        size = longest_side(template)
         if not is_head_sized(size):
             low, high = HEIGHT_RANGE_M
             unit = fitting_unit(size)
@@ -111,7 +116,7 @@ def _splits(corpus: Corpus) -> Iterator[Finding]:
     # One or two people cannot be told apart by subject: measures then hold for them alone.
     few = len(corpus.subjects) < 3
     for name, split in corpus.splits.items():
-        lines = leaks(corpus.entries, split)
+        lines = find_leaks(corpus.entries, split)
         if not few and _by_sentence(corpus, split, lines):
             told = "parts share subjects but no sentence: measures hold for these people alone"
             yield Finding("warning", f"split {name}", told)
@@ -132,9 +137,9 @@ def _by_sentence(corpus: Corpus, split: Split, lines: list[str]) -> bool:
 
 
 def _clip(
-    corpus: Corpus, entry: Entry, places: Places, sums: _Sums, lengths: list[_Length]
+    corpus: Corpus, entry: ClipEntry, places: MotionRegions, sums: _Sums, lengths: list[_Length]
 ) -> Iterator[Finding]:
-    facts = examine(corpus, entry.name, places)
+    facts = examine_motion(corpus, entry.name, places)
     yield from _motion(entry, facts)
     try:
         sound = corpus.sound(entry.name)
@@ -176,7 +181,7 @@ def _wrong_rate(corpus: Corpus, lengths: list[_Length]) -> Finding | None:
     return Finding(level, "corpus", told)
 
 
-def _motion(entry: Entry, facts: MotionFacts) -> Iterator[Finding]:
+def _motion(entry: ClipEntry, facts: MotionFacts) -> Iterator[Finding]:
     if facts.broken is not None:
         yield Finding("error", entry.name, "motion: NaN or infinity", facts.broken)
         return
@@ -212,17 +217,17 @@ def _offsets(sums: _Sums) -> Iterator[Finding]:
                 yield Finding("warning", name, _told(single))
 
 
-def _sure(sums: LagSums) -> Offset | None:
+def _sure(sums: LagSums) -> SyncOffset | None:
     offset = estimate_offset(sums)
     enough = sums.seconds >= POOLED_SECONDS and offset.gain > POOLED_GAIN and offset.r > POOLED_R
     return offset if enough and abs(offset.seconds) > OFFSET_MAX_S else None
 
 
-def _same(offset: Offset, said: Offset | None) -> bool:
+def _same(offset: SyncOffset, said: SyncOffset | None) -> bool:
     return said is not None and abs(offset.seconds - said.seconds) < SAME_OFFSET_S
 
 
-def _told(offset: Offset) -> str:
+def _told(offset: SyncOffset) -> str:
     than = "after" if offset.seconds > 0 else "before"
     return (
         f"offset: motion comes {1000 * abs(offset.seconds):.0f} ms {than} the sound "

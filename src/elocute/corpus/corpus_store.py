@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip, check_name
-from elocute.corpus.split import Entry, Split
+from elocute.corpus.split import ClipEntry, Split
 from elocute.errors import CorpusError
 from elocute.files.arrays import ArrayFile, read_npy
 from elocute.files.json_records import finite_number, read_record
@@ -58,7 +58,7 @@ class Corpus:
     components: tuple[str, ...]
     topology: str
     subjects: tuple[str, ...]
-    entries: tuple[Entry, ...]
+    entries: tuple[ClipEntry, ...]
     splits: dict[str, Split] = field(default_factory=dict)
     note: str = ""
 
@@ -96,7 +96,7 @@ class Corpus:
         return faces.astype(np.int32)
 
     @cached_property
-    def by_name(self) -> dict[str, Entry]:
+    def by_name(self) -> dict[str, ClipEntry]:
         return {entry.name: entry for entry in self.entries}
 
     @property
@@ -107,7 +107,7 @@ class Corpus:
     def frame_count(self) -> int:
         return sum(entry.frames for entry in self.entries)
 
-    def entry(self, name: str) -> Entry:
+    def entry(self, name: str) -> ClipEntry:
         """Raises CorpusError for a clip that is not there."""
         if name not in self.by_name:
             raise CorpusError.about(
@@ -259,13 +259,13 @@ def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
     return corpus
 
 
-def _entry(clip: dict[str, Any]) -> Entry:
+def _entry(clip: dict[str, Any]) -> ClipEntry:
     subject = check_name(_text(clip["subject"]), "subject")
     sentence = check_name(_text(clip["sentence"]), "sentence")
     start, frames = clip["start"], clip["frames"]
     if type(start) is not int or type(frames) is not int or max(start, frames) > COUNT_MAX:
         raise ValueError("start and frames that are no whole numbers")
-    return Entry(f"{subject}.{sentence}", subject, sentence, _text(clip["text"]), start, frames)
+    return ClipEntry(f"{subject}.{sentence}", subject, sentence, _text(clip["text"]), start, frames)
 
 
 def _text(value: Any) -> str:

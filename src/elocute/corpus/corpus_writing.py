@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from elocute.audio.write import write_flac
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.corpus_store import Corpus, manifest_of, open_corpus, write_manifest
-from elocute.corpus.split import Entry, Split
+from elocute.corpus.split import ClipEntry, Split
 from elocute.errors import CorpusError
 from elocute.files.arrays import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
@@ -50,7 +50,7 @@ class CorpusWriter:
             {},
             note,
         )
-        self.entries: list[Entry] = []
+        self.entries: list[ClipEntry] = []
         self.splits: dict[str, Split] = {}
         stacked = np.stack(list(templates.values())).astype(np.float32)
         self._shape = stacked.shape[1:] if basis is None else (len(basis),)
@@ -92,7 +92,7 @@ class CorpusWriter:
             self._rows.add(clip.frames[block : block + BLOCK])
         self._names.add(clip.name)
         self.entries.append(
-            Entry(clip.name, clip.subject, clip.sentence, clip.text, start, len(clip.frames))
+            ClipEntry(clip.name, clip.subject, clip.sentence, clip.text, start, len(clip.frames))
         )
 
     def close(self) -> None:

@@ -7,13 +7,13 @@ from statistics import median
 
 from elocute.corpus.topologies import Topology
 
-USUAL = 30.0
-RATES = (24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0)
+USUAL_FPS = 30.0
+KNOWN_FPS = (24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0)
 TOLERANCE = 0.03
 """Sounds and motion differ in length by this share at most where a rate fits."""
 
 
-def frame_rate(
+def choose_frame_rate(
     lengths: Sequence[tuple[int, float]],
     topology: Topology | None,
     told: float | None,
@@ -24,14 +24,14 @@ def frame_rate(
     lengths  of some clips, frames and seconds of sound
     """
     measured = median(frames / seconds for frames, seconds in lengths) if lengths else None
-    fitting = fitting_rate(measured, topology.rates if topology else (USUAL,))
+    fitting = fitting_rate(measured, topology.rates if topology else (USUAL_FPS,))
     if told is not None:
         if fitting is not None and abs(told / fitting - 1) > TOLERANCE:
             notes.append(
                 f"frames/s: {told:g} as `fps` says, but the lengths of the sounds fit {fitting:g}"
             )
         return told
-    usual = topology.rates[0] if topology else USUAL
+    usual = topology.rates[0] if topology else USUAL_FPS
     if fitting is None:
         why = (
             "there are no sounds to tell it by"
@@ -48,7 +48,7 @@ def fitting_rate(measured: float | None, usual: Sequence[float] = ()) -> float |
     """The usual rate within TOLERANCE of what was measured, else the nearest of RATES, or None."""
     if measured is None:
         return None
-    for rates in (usual, RATES):
+    for rates in (usual, KNOWN_FPS):
         near = [rate for rate in rates if abs(measured / rate - 1) <= TOLERANCE]
         if near:
             return min(near, key=lambda rate: abs(measured / rate - 1))

@@ -10,7 +10,7 @@ HEIGHT_RANGE_M = (0.1, 0.6)  # from a mask of the face to a head with shoulders
 TYPICAL_HEIGHT_M = 0.25
 
 
-def height(template: NDArray[np.floating]) -> float:
+def longest_side(template: NDArray[np.floating]) -> float:
     """Longest side of the box around vertices (vertex, 3), in their own unit; NaN for none."""
     finite = template[np.isfinite(template).all(axis=1)]
     return float(np.ptp(finite, axis=0).max()) if len(finite) else float("nan")

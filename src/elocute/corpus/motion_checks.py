@@ -22,7 +22,7 @@ RIGID_SHARE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class MotionRegions:
     """moving: the vertices that move most, the mouth; steady: those that move least."""
 
     moving: NDArray[np.integer]
@@ -50,7 +50,7 @@ class MotionFacts:
     posed: int = 0
 
 
-def find_places(corpus: Corpus) -> Places:
+def find_motion_regions(corpus: Corpus) -> MotionRegions:
     """Vertices by how much they move about within clips, judged by a sample of frames."""
     spread = np.zeros(corpus.vertex_count)
     entries = corpus.entries
@@ -63,14 +63,14 @@ def find_places(corpus: Corpus) -> Places:
     order = np.argsort(spread, kind="stable")
     count = len(order)
     moving = order[-max(1, min(MOVING_COUNT, count // 4)) :]
-    return Places(np.sort(moving), np.sort(order[: max(4, round(RIGID_SHARE * count))]))
+    return MotionRegions(np.sort(moving), np.sort(order[: max(4, round(RIGID_SHARE * count))]))
 
 
 def sampled_frames(count: int) -> NDArray[np.integer]:
     return np.unique(np.linspace(0, count - 1, SAMPLE_FRAMES).round().astype(int))
 
 
-def examine(corpus: Corpus, name: str, places: Places) -> MotionFacts:
+def examine_motion(corpus: Corpus, name: str, places: MotionRegions) -> MotionFacts:
     """One pass over a clip's frames, BLOCK_FRAMES at a time."""
     activity, before, start = [], None, 0
     jump, jump_m = None, SPEED_MAX_M_S / corpus.fps

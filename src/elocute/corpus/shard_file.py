@@ -15,7 +15,7 @@ from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
 from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES
 from elocute.files.atomic import write_atomically
-from elocute.files.parquet import unpacked_bytes
+from elocute.files.parquet_size import unpacked_bytes
 from elocute.files.reading import bytes_text, open_regular
 
 FILE_MAX_BYTES = 4_000_000_000
@@ -34,16 +34,16 @@ class ShardEntry:
     sha256: str
 
 
-def parquet() -> Any:
+def pyarrow_parquet() -> Any:
     """pyarrow.parquet. Raises MachineError with what to install."""
     with needs_extra("reading shards", "wild"):
         import pyarrow.parquet
     return pyarrow.parquet
 
 
-def schema(components: int) -> Any:
+def shard_schema(components: int) -> Any:
     """The columns of docs/design.md: `parameters` is a list of `components` floats per frame."""
-    parquet()
+    pyarrow_parquet()
     import pyarrow as pa
 
     row = pa.list_(pa.float32(), components)
@@ -76,7 +76,7 @@ def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) ->
                 allowed=f"{components}, the shapes of the basis",
             )
     with write_atomically(path) as draft:
-        parquet().write_table(_table(clips, components), draft, compression="zstd")
+        pyarrow_parquet().write_table(_table(clips, components), draft, compression="zstd")
         digest = sha256_of(draft)
     return ShardEntry(path.name, len(clips), digest)
 
@@ -96,7 +96,7 @@ def _table(clips: Sequence[WordClip], components: int) -> Any:
         pa.ListArray.from_arrays(ends, pa.FixedSizeListArray.from_arrays(flat, components)),
         pa.array([clip.confidence for clip in clips], pa.float32()),
     ]
-    return pa.Table.from_arrays(columns, schema=schema(components))
+    return pa.Table.from_arrays(columns, schema=shard_schema(components))
 
 
 def sha256_of(path: Path) -> str:
@@ -105,7 +105,7 @@ def sha256_of(path: Path) -> str:
         return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
 
 
-def fault(path: Path, entry: ShardEntry, components: int) -> str | None:
+def shard_fault(path: Path, entry: ShardEntry, components: int) -> str | None:
     """Why a shard cannot be used, or None."""
     if not path.is_file():
         return "no such file"
@@ -120,11 +120,11 @@ def fault(path: Path, entry: ShardEntry, components: int) -> str | None:
         return str(error)
     if rows != entry.rows:
         return f"{rows} rows instead of {entry.rows}"
-    same = _plain_types(found).equals(schema(components))
+    same = _plain_types(found).equals(shard_schema(components))
     return None if same else "other columns than a shard has"
 
 
-def read_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, str]]:
+def read_text_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, str]]:
     """Some text columns of all rows, few rows in memory. Raises CorpusError naming the row."""
     row = 0
     for batch in _batches(path, names):
@@ -161,7 +161,7 @@ def _opened(path: Path) -> Iterator[Any]:
     """
     _check_unpacked(path)
     try:
-        file = parquet().ParquetFile(path, read_dictionary=list(TEXTS))
+        file = pyarrow_parquet().ParquetFile(path, read_dictionary=list(TEXTS))
     except _arrow_errors() as error:
         raise _unreadable(path, error) from error
     with file:

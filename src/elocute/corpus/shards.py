@@ -21,10 +21,10 @@ import numpy as np
 from elocute.audio.waveform import Waveform
 from elocute.corpus.shard_file import (
     ShardEntry,
-    fault,
-    parquet,
+    pyarrow_parquet,
     read_clips,
-    read_columns,
+    read_text_columns,
+    shard_fault,
     write_shard,
 )
 from elocute.corpus.shard_writing import (
@@ -58,7 +58,7 @@ __all__ = [
 ]
 
 MANIFEST_MAX_BYTES = 64_000_000
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}\.parquet")
+SHARD_NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}\.parquet")
 SHA256 = re.compile(r"[0-9a-f]{64}")
 SOUNDS_KEPT = 4  # recordings in memory: words often follow one another in one file
 
@@ -148,11 +148,11 @@ def open_shards(folder: str | Path, sound_root: str | Path) -> Shards:
     MachineError without pyarrow.
     """
     folder, sound_root = Path(folder), Path(sound_root)
-    parquet()
+    pyarrow_parquet()
     components, entries, note = _read_manifest(folder)
     if not sound_root.is_dir():
         raise CorpusError.about(sound_root, found="no folder", allowed="the folder of the sounds")
-    faults = {entry: fault(folder / entry.name, entry, components) for entry in entries}
+    faults = {entry: shard_fault(folder / entry.name, entry, components) for entry in entries}
     usable = tuple(entry for entry, why in faults.items() if why is None)
     broken = tuple((entry.name, why) for entry, why in faults.items() if why is not None)
     if not usable:
@@ -169,7 +169,7 @@ def _check_apart(folder: Path, entries: Sequence[ShardEntry]) -> None:
     names: set[str] = set()
     parts: dict[str, str] = {}
     for entry in entries:
-        for row in read_columns(folder / entry.name, ("clip", "speaker", "split")):
+        for row in read_text_columns(folder / entry.name, ("clip", "speaker", "split")):
             try:
                 take_apart(row["clip"], row["speaker"], row["split"], names, parts)
             except CorpusError as error:
@@ -219,6 +219,6 @@ def _digest(value: object) -> str:
 
 
 def _shard_name(name: object) -> str:
-    if not isinstance(name, str) or not NAME.fullmatch(name):
+    if not isinstance(name, str) or not SHARD_NAME_PATTERN.fullmatch(name):
         raise ValueError(f"shard {str(name)[:80]!r}")
     return name

@@ -10,7 +10,7 @@ from elocute.one_line_repr import one_line
 
 
 @dataclass(frozen=True)
-class Entry:
+class ClipEntry:
     """A clip as the manifest lists it; its frames are start … start + frames of the motion."""
 
     name: str
@@ -36,7 +36,7 @@ class Split:
 
 
 def split_by_subject(
-    entries: Sequence[Entry], validation: Iterable[str], test: Iterable[str]
+    entries: Sequence[ClipEntry], validation: Iterable[str], test: Iterable[str]
 ) -> Split:
     """Whole subjects apart, and no sentence in two parts (VOCA 2019, section 5).
 
@@ -73,7 +73,7 @@ def split_by_subject(
     return Split(*(tuple(parts[name]) for name in ("train", "validation", "test")))
 
 
-def leaks(entries: Sequence[Entry], split: Split) -> list[str]:
+def find_leaks(entries: Sequence[ClipEntry], split: Split) -> list[str]:
     """What two parts share, a line each: subjects, sentences, or one text under two names."""
     by_name = {entry.name: entry for entry in entries}
     where: dict[tuple[str, str], set[str]] = {}

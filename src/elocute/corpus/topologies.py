@@ -18,7 +18,6 @@ from elocute.files.reading import read_text
 
 ASSETS = Path(__file__).parent / "assets"
 LIST_MAX_BYTES = 1_000_000
-LISTS = ("lips", "upper_face")
 
 
 @dataclass(frozen=True, eq=False)

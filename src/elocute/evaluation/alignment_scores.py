@@ -23,8 +23,14 @@ from elocute.alignment.warping_paths import diagonal_path
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
 from elocute.errors import AlignmentError, ElocuteError
-from elocute.evaluation.alignment_trials import Pair, Take, read_parts, sentence_pair, word_pair
 from elocute.evaluation.path_errors import carried_overlap, path_error
+from elocute.evaluation.timed_recordings import (
+    RecordingPair,
+    TimedRecording,
+    read_phone_times,
+    sentence_pair,
+    word_pair,
+)
 
 EXPECTED = "/expected"
 """After a method's name: its features, with the path read along the expected alignment."""
@@ -35,7 +41,7 @@ MEASURES = ("error_frames", "overlap", "found")
 
 
 @dataclass(frozen=True)
-class Row:
+class WordScore:
     """One word by one method: means over its pairs.
 
     error_frames: Eq. 11, lower is better. overlap: mean intersection-over-union of phones carried
@@ -50,9 +56,9 @@ class Row:
     found: float
 
 
-def read_takes(
+def read_recordings(
     folder: Path, encoder: str = DEFAULT, noise_db: float | None = None
-) -> tuple[list[Take], list[str]]:
+) -> tuple[list[TimedRecording], list[str]]:
     """All NAME.wav of a word with their NAME.json, and what is wrong with those left out.
 
     noise_db: speech over babble of the same voices (backwards), in decibels; None for clean.
@@ -60,24 +66,26 @@ def read_takes(
     takes, broken = [], []
     for path in sorted(folder.glob("*.wav")):
         try:
-            parts, word = read_parts(path.with_suffix(".json"))
+            parts, word = read_phone_times(path.with_suffix(".json"))
             sound = read_audio(path)
             if noise_db is not None:
                 seed = sum(path.stem.encode()) + len(folder.name)
                 sound = with_noise(sound, babble(sound, seed), -noise_db)
-            takes.append(Take(path.stem, speech_view(sound, encoder), parts, word))
+            takes.append(TimedRecording(path.stem, speech_view(sound, encoder), parts, word))
         except ElocuteError as error:
             broken.append(str(error))
     return takes, broken
 
 
-def pairs_of_words(takes: Sequence[Take]) -> list[Pair]:
+def word_pairs(takes: Sequence[TimedRecording]) -> list[RecordingPair]:
     """Every two recordings of a word that say it with nearly the same phones."""
     pairs = (word_pair(takes[i], takes[j]) for j in range(len(takes)) for i in range(j))
     return [pair for pair in pairs if pair]
 
 
-def pairs_to_find(sentences: Sequence[Take], words: Sequence[Take], each: int = 3) -> list[Pair]:
+def sentence_pairs(
+    sentences: Sequence[TimedRecording], words: Sequence[TimedRecording], each: int = 3
+) -> list[RecordingPair]:
     """Each sentence with so many recordings of its word by others, taken turn by turn."""
     pairs = []
     for place, sentence in enumerate(sentences):
@@ -87,9 +95,9 @@ def pairs_to_find(sentences: Sequence[Take], words: Sequence[Take], each: int = 
     return pairs
 
 
-def judge_word(
-    word: str, pairs: Sequence[Pair], methods: Sequence[str], seed: int = 0
-) -> list[Row]:
+def score_word(
+    word: str, pairs: Sequence[RecordingPair], methods: Sequence[str], seed: int = 0
+) -> list[WordScore]:
     """One row per method. Open ends where the pairs are words to be found in sentences."""
     views = [(pair.source.view, pair.target.view) for pair in pairs]
     rows, known = [], {}
@@ -101,15 +109,15 @@ def judge_word(
             if name not in known:
                 config = resolve_method(name).config(open_source=not pairs[0].whole)
                 known[name] = fit_aligner(views, name, config, seed)
-            fitted = known[name] if name == method else read_softly(known[name])
+            fitted = known[name] if name == method else with_expected_path(known[name])
             paths = [each.path for each in fitted.align_all(views)]
-        scores = np.array([_scores(p, path) for p, path in zip(pairs, paths, strict=True)])
+        scores = np.array([_pair_scores(p, path) for p, path in zip(pairs, paths, strict=True)])
         error, overlap, found = scores.mean(axis=0)
-        rows.append(Row(word, method, len(pairs), float(error), float(overlap), float(found)))
+        rows.append(WordScore(word, method, len(pairs), float(error), float(overlap), float(found)))
     return rows
 
 
-def read_softly(fitted: Aligner) -> Aligner:
+def with_expected_path(fitted: Aligner) -> Aligner:
     """The same features, paths read along the expected alignment. Raises AlignmentError for a
     method that reads its paths in its own way."""
     if not isinstance(fitted.config, DtwPathConfig):
@@ -122,7 +130,7 @@ def read_softly(fitted: Aligner) -> Aligner:
     return replace(fitted, config=config, find_path=partial(find_dtw_path, config))
 
 
-def _scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
+def _pair_scores(pair: RecordingPair, path: Steps) -> tuple[float, float, float]:
     rate = pair.source.rate
     sources, targets = [s for s, _ in pair.spans], [t for _, t in pair.spans]
     true = (sources[0][0], sources[-1][1])
@@ -131,7 +139,7 @@ def _scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
     return path_error(path, pair.truth), carried_overlap(path, sources, targets, rate), found
 
 
-def summarise(rows: Sequence[Row], judged: str = "dcaw") -> dict[str, dict[str, Any]]:
+def compare_methods(rows: Sequence[WordScore], judged: str = "dcaw") -> dict[str, dict[str, Any]]:
     """Per method: means over words, and Wilcoxon's signed-rank test of `judged` against it.
 
     p is two-sided, over words; `better` says for how many words the judged method has the lower
@@ -145,11 +153,13 @@ def summarise(rows: Sequence[Row], judged: str = "dcaw") -> dict[str, dict[str, 
         for measure in MEASURES:
             table[method][measure] = float(np.mean([getattr(row, measure) for row in own]))
         if method != judged and judged in methods:
-            table[method]["against"] = _tested(rows, judged, method)
+            table[method]["against"] = _wilcoxon_tests(rows, judged, method)
     return table
 
 
-def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str, float]]:
+def _wilcoxon_tests(
+    rows: Sequence[WordScore], judged: str, method: str
+) -> dict[str, dict[str, float]]:
     from scipy.stats import wilcoxon
 
     tests = {}
@@ -165,7 +175,7 @@ def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str
     return tests
 
 
-def judge_folder(
+def score_folder(
     folder: Path,
     methods: Sequence[str],
     *,
@@ -174,8 +184,8 @@ def judge_folder(
     noise_db: float | None = None,
     words: Sequence[str] | None = None,
     seed: int = 0,
-    done: Callable[[float, list[Row]], None] | None = None,
-) -> tuple[list[Row], list[str]]:
+    done: Callable[[float, list[WordScore]], None] | None = None,
+) -> tuple[list[WordScore], list[str]]:
     """Every word of a folder, or those named: rows, and what could not be used.
 
     sentences: a folder of the same words in sentences, in which they are to be found; noise is
@@ -190,11 +200,11 @@ def judge_folder(
     for place, name in enumerate(names):
         pairs, wrong = _pairs(folder, name, sentences, encoder, noise_db)
         broken += wrong
-        own: list[Row] = []
+        own: list[WordScore] = []
         if len(pairs) < 2:
             broken.append(f"{name}: {len(pairs)} pairs whose phones agree; allowed: two or more")
         else:
-            own = judge_word(name, pairs, methods, seed)
+            own = score_word(name, pairs, methods, seed)
         rows += own
         if done:
             done((place + 1) / len(names), own)
@@ -215,9 +225,9 @@ def word_names(folder: Path, sentences: Path | None = None) -> list[str]:
 
 def _pairs(
     folder: Path, name: str, sentences: Path | None, encoder: str, noise_db: float | None
-) -> tuple[list[Pair], list[str]]:
-    takes, broken = read_takes(folder / name, encoder, None if sentences else noise_db)
+) -> tuple[list[RecordingPair], list[str]]:
+    takes, broken = read_recordings(folder / name, encoder, None if sentences else noise_db)
     if sentences is None:
-        return pairs_of_words(takes), broken
-    spoken, wrong = read_takes(sentences / name, encoder, noise_db)
-    return pairs_to_find([take for take in spoken if take.word], takes), broken + wrong
+        return word_pairs(takes), broken
+    spoken, wrong = read_recordings(sentences / name, encoder, noise_db)
+    return sentence_pairs([take for take in spoken if take.word], takes), broken + wrong

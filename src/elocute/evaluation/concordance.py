@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import CorpusError
-from elocute.evaluation.confidence_intervals import CONFIDENCE, DRAWS, Interval
+from elocute.evaluation.confidence_intervals import CONFIDENCE, DRAWS, ConfidenceInterval
 
 Array = NDArray[np.float32]
 FIRST = 5  # parameters that the paper's table names one by one
@@ -17,7 +17,7 @@ TINY = 1e-12
 
 
 @dataclass(frozen=True)
-class Figures:
+class ConcordanceScore:
     """ρc over all frames of some clips taken together, and 95 % by drawing clips again.
 
     mean      of all parameters, the paper's µ28 where there are 28
@@ -27,9 +27,9 @@ class Figures:
 
     clips: int
     frames: int
-    mean: Interval
-    weighted: Interval
-    first: tuple[Interval, ...]
+    mean: ConfidenceInterval
+    weighted: ConfidenceInterval
+    first: tuple[ConfidenceInterval, ...]
 
     def record(self) -> dict[str, object]:
         """For JSON."""
@@ -42,9 +42,9 @@ class Figures:
         }
 
 
-def figures(
+def score_concordance(
     predicted: Sequence[Array], true: Sequence[Array], shares: NDArray[np.floating], seed: int = 0
-) -> Figures:
+) -> ConcordanceScore:
     """predicted, true: (frame, parameter) of each clip. Raises CorpusError for no clip."""
     if not predicted:
         raise CorpusError.about("measure", found="no clip", allowed="one or more")
@@ -55,7 +55,7 @@ def figures(
     drawn = _concordance(np.tensordot(counts, sums, 1))
     value = _concordance(sums.sum(axis=0)[None])[0]
     weights = np.asarray(shares, float) / np.sum(shares)
-    return Figures(
+    return ConcordanceScore(
         len(sums),
         int(sums[:, 0, 0].sum()),
         _interval(value.mean(), drawn.mean(axis=1)),
@@ -79,7 +79,7 @@ def _concordance(sums: NDArray[np.float64]) -> NDArray[np.float64]:
     return 2 * covariance / (var_x + var_y + (mean_x - mean_y) ** 2 + TINY)
 
 
-def _interval(value: float, draws: NDArray[np.float64]) -> Interval:
+def _interval(value: float, draws: NDArray[np.float64]) -> ConfidenceInterval:
     tail = (1 - CONFIDENCE) / 2
     low, high = np.quantile(draws, [tail, 1 - tail])
-    return Interval(float(value), float(low), float(high))
+    return ConfidenceInterval(float(value), float(low), float(high))

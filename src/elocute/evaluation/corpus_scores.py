@@ -10,24 +10,24 @@ from dataclasses import dataclass
 from typing import Any
 
 from elocute.corpus.corpus_store import Corpus
-from elocute.evaluation.confidence_intervals import Interval, summarise
+from elocute.evaluation.confidence_intervals import ConfidenceInterval, metric_intervals
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.evaluation.metrics import ClipMetrics, clip_metrics
-from elocute.evaluation.model_predictions import true_track
-from elocute.evaluation.vertex_lists import VertexList
+from elocute.evaluation.model_predictions import recorded_motion
+from elocute.evaluation.vertex_regions import VertexRegion
 from elocute.motion.vertex_motion import VertexMotion
 
-Predict = Callable[[str, str], VertexMotion]
+ClipPredictor = Callable[[str, str], VertexMotion]
 """(clip, style) to a motion of the clip's length."""
-EVERYBODY = "all"
+ALL_SUBJECTS = "all"
 
 
 @dataclass(frozen=True, eq=False)
-class Measure:
+class MetricConfig:
     """What is looked at: lists of vertices where there are any, closures where `mouth`."""
 
-    lips: VertexList | None
-    upper_face: VertexList | None
+    lips: VertexRegion | None
+    upper_face: VertexRegion | None
     mouth: bool
     closed_mm: float = CLOSED_MM
 
@@ -50,16 +50,16 @@ class ClipScore:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class SubjectScore:
     """Some clips of a subject (or EVERYBODY) predicted in a style."""
 
     subject: str
     style: str
     clips: int
-    summary: dict[str, Interval]
+    intervals: dict[str, ConfidenceInterval]
 
     def record(self) -> dict[str, Any]:
-        metrics = {name: interval.record() for name, interval in self.summary.items()}
+        metrics = {name: interval.record() for name, interval in self.intervals.items()}
         return {"subject": self.subject, "style": self.style, "clips": self.clips, **metrics}
 
 
@@ -67,14 +67,14 @@ def score_clips(
     corpus: Corpus,
     names: Sequence[str],
     styles: Sequence[str],
-    predict: Predict,
-    measure: Measure,
+    predict: ClipPredictor,
+    measure: MetricConfig,
     progress: Callable[[float], None] | None = None,
 ) -> list[ClipScore]:
     """Every clip in every style. Raises CorpusError where a prediction does not fit."""
     scores = []
     for done, name in enumerate(names, 1):
-        true, subject = true_track(corpus, name), corpus.entry(name).subject
+        true, subject = recorded_motion(corpus, name), corpus.entry(name).subject
         for style in styles:
             metrics = clip_metrics(
                 predict(name, style),
@@ -90,20 +90,22 @@ def score_clips(
     return scores
 
 
-def rows(scores: Sequence[ClipScore], seed: int = 0) -> list[Row]:
+def subject_scores(scores: Sequence[ClipScore], seed: int = 0) -> list[SubjectScore]:
     """One row per subject and style, then EVERYBODY's per style."""
     subjects = list(dict.fromkeys(score.subject for score in scores))
     styles = list(dict.fromkeys(score.style for score in scores))
     table = []
-    for subject in (*subjects, EVERYBODY):
+    for subject in (*subjects, ALL_SUBJECTS):
         for style in styles:
-            chosen = [s for s in scores if s.style == style and subject in (s.subject, EVERYBODY)]
+            chosen = [
+                s for s in scores if s.style == style and subject in (s.subject, ALL_SUBJECTS)
+            ]
             if chosen:
-                table.append(_row(subject, style, chosen, seed))
+                table.append(_subject_score(subject, style, chosen, seed))
     return table
 
 
-def best_rows(scores: Sequence[ClipScore], seed: int = 0) -> list[Row]:
+def best_style_scores(scores: Sequence[ClipScore], seed: int = 0) -> list[SubjectScore]:
     """Each subject in the style that fits them best, then EVERYBODY in their own.
 
     The style is chosen by the truth it is measured against (lip error, or vertex error where
@@ -115,9 +117,9 @@ def best_rows(scores: Sequence[ClipScore], seed: int = 0) -> list[Row]:
         styles = list(dict.fromkeys(score.style for score in mine))
         best = min(styles, key=lambda s: _error([m for m in mine if m.style == s]))
         chosen = [score for score in mine if score.style == best]
-        table.append(_row(subject, best, chosen, seed))
+        table.append(_subject_score(subject, best, chosen, seed))
         kept += chosen
-    return [*table, _row(EVERYBODY, "best", kept, seed)]
+    return [*table, _subject_score(ALL_SUBJECTS, "best", kept, seed)]
 
 
 def _error(scores: Sequence[ClipScore]) -> float:
@@ -125,5 +127,9 @@ def _error(scores: Sequence[ClipScore]) -> float:
     return lips if lips == lips else sum(score.metrics.mve_mm for score in scores)
 
 
-def _row(subject: str, style: str, scores: Sequence[ClipScore], seed: int) -> Row:
-    return Row(subject, style, len(scores), summarise([s.metrics for s in scores], seed))
+def _subject_score(
+    subject: str, style: str, scores: Sequence[ClipScore], seed: int
+) -> SubjectScore:
+    return SubjectScore(
+        subject, style, len(scores), metric_intervals([s.metrics for s in scores], seed)
+    )

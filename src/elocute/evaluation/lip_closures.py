@@ -17,13 +17,13 @@ from elocute.head.builtin import load_builtin_head
 from elocute.motion.vertex_motion import VertexMotion
 
 CLOSED_MM = 0.5  # inner-lip gap below which nobody sees an opening
-NEAR_S = 0.040  # a closure this early or late is still met
+TOLERANCE_S = 0.040  # a closure this early or late is still met
 Doubles = NDArray[np.float64]
-Run = tuple[int, int]
+FrameRun = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Closures:
+class ClosureCounts:
     """true closures, those that the prediction meets; predicted closures, those that are true."""
 
     wanted: int
@@ -54,12 +54,12 @@ def lip_opening(track: VertexMotion) -> Doubles:
     return np.maximum(np.concatenate(gaps), 0).mean(axis=1)
 
 
-def closures(
+def count_closures(
     predicted_mm: NDArray[np.floating],
     true_mm: NDArray[np.floating],
     fps: float,
     closed_mm: float = CLOSED_MM,
-) -> Closures:
+) -> ClosureCounts:
     """Count closures of two openings (frame,) in mm.
 
     Met is a true closure during which the predicted lips touch, NEAR_S early or late at most;
@@ -67,17 +67,17 @@ def closures(
     """
     predicted, true = predicted_mm < closed_mm, true_mm < closed_mm
     wanted, made = short_runs(true, fps), short_runs(predicted, fps)
-    near = round(NEAR_S * fps)
+    near = round(TOLERANCE_S * fps)
 
-    def touched(run: Run, closed: NDArray[np.bool_]) -> bool:
+    def touched(run: FrameRun, closed: NDArray[np.bool_]) -> bool:
         return bool(closed[max(0, run[0] - near) : run[1] + near].any())
 
     met = sum(touched(run, predicted) for run in wanted)
     right = sum(touched(run, true) for run in made)
-    return Closures(len(wanted), met, len(made), right)
+    return ClosureCounts(len(wanted), met, len(made), right)
 
 
-def short_runs(closed: NDArray[np.bool_], fps: float) -> list[Run]:
+def short_runs(closed: NDArray[np.bool_], fps: float) -> list[FrameRun]:
     """Start and stop (exclusive) of every stretch of True between two of False, but rests."""
     edges = np.diff(closed.astype(np.int8))
     starts, stops = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1

@@ -13,10 +13,10 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.corpus.statistics import moments
+from elocute.corpus.corpus_statistics import moments
 from elocute.errors import CorpusError
-from elocute.evaluation.lip_closures import CLOSED_MM, Closures, closures, lip_opening
-from elocute.evaluation.vertex_lists import VertexList
+from elocute.evaluation.lip_closures import CLOSED_MM, ClosureCounts, count_closures, lip_opening
+from elocute.evaluation.vertex_regions import VertexRegion
 from elocute.motion.vertex_motion import VertexMotion
 
 Doubles = NDArray[np.float64]
@@ -46,22 +46,22 @@ class ClipMetrics:
     velocity_mm: float
     jerk: float
     true_jerk: float
-    closures: Closures | None
+    closures: ClosureCounts | None
 
     def record(self) -> dict[str, object]:
         """For JSON, which knows no NaN."""
         return {name: None if value != value else value for name, value in asdict(self).items()}
 
 
-MEANS = tuple(field.name for field in fields(ClipMetrics) if field.name != "closures")
+AVERAGED_METRICS = tuple(field.name for field in fields(ClipMetrics) if field.name != "closures")
 """Metrics that are averaged over clips."""
 
 
 def clip_metrics(
     predicted: VertexMotion,
     true: VertexMotion,
-    lips: VertexList | None = None,
-    upper_face: VertexList | None = None,
+    lips: VertexRegion | None = None,
+    upper_face: VertexRegion | None = None,
     *,
     mouth: bool = False,
     closed_mm: float = CLOSED_MM,
@@ -76,7 +76,7 @@ def clip_metrics(
     jerks = (mean_jerk(predicted, lips), mean_jerk(true, lips)) if lips else (NAN, NAN)
     met = None
     if mouth:
-        met = closures(lip_opening(predicted), lip_opening(true), true.fps, closed_mm)
+        met = count_closures(lip_opening(predicted), lip_opening(true), true.fps, closed_mm)
     return ClipMetrics(
         *lve, mean_vertex_error(predicted, true), *fdd, velocity_error(predicted, true), *jerks, met
     )
@@ -97,7 +97,7 @@ def check_alike(predicted: VertexMotion, true: VertexMotion) -> None:
 
 
 def lip_vertex_error(
-    predicted: VertexMotion, true: VertexMotion, lips: VertexList
+    predicted: VertexMotion, true: VertexMotion, lips: VertexRegion
 ) -> tuple[float, float]:
     """(mm², mm): in each frame the lip vertex that is furthest off, its distance squared and as
     it is, each averaged over frames (Richard et al. 2021, MeshTalk, section 4)."""
@@ -114,7 +114,7 @@ def mean_vertex_error(predicted: VertexMotion, true: VertexMotion) -> float:
 
 
 def dynamics_deviation(
-    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
 ) -> tuple[float, float]:
     """(mm signed, mm absolute): how much livelier the true upper face is than the predicted.
 
@@ -126,7 +126,7 @@ def dynamics_deviation(
 
 
 def dynamics_deviation_of_squares(
-    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
 ) -> float:
     """mm²: the same of squared distances, signed, as the code that published figures come from
     computes it (CodeTalker's, and those of later work that took it over)."""
@@ -134,7 +134,7 @@ def dynamics_deviation_of_squares(
 
 
 def _dynamics(
-    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
 ) -> tuple[float, float, float]:
     """FDD of distances, signed and absolute, and of their squares, signed."""
     plain, squared = (
@@ -151,7 +151,7 @@ def velocity_error(predicted: VertexMotion, true: VertexMotion) -> float:
     )
 
 
-def mean_jerk(track: VertexMotion, lips: VertexList) -> float:
+def mean_jerk(track: VertexMotion, lips: VertexRegion) -> float:
     """mm/s³: length of the third difference of lip vertices; 0 for fewer than four frames."""
     steps = (
         np.linalg.norm(np.diff(block, 3, axis=0), axis=2).mean(axis=1)
@@ -161,7 +161,7 @@ def mean_jerk(track: VertexMotion, lips: VertexList) -> float:
     return _mean(steps) * track.fps**3
 
 
-def _liveliness(track: VertexMotion, places: VertexList) -> tuple[Doubles, Doubles]:
+def _liveliness(track: VertexMotion, places: VertexRegion) -> tuple[Doubles, Doubles]:
     """(vertex,) mm and mm²: deviations over time of distances from rest, and of their squares."""
     rest = np.asarray(track.template, np.float64)[places.indices] * 1000
     distances = (np.linalg.norm(b - rest, axis=2) for b in track.blocks(places.indices))

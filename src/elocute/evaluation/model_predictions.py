@@ -57,7 +57,7 @@ def clip_predictor(
     return predict
 
 
-def true_track(corpus: Corpus, name: str) -> VertexMotion:
+def recorded_motion(corpus: Corpus, name: str) -> VertexMotion:
     """A clip as it was recorded. Raises CorpusError for a clip that is not there."""
     subject = corpus.entry(name).subject
     return VertexMotion(corpus.frames(name), corpus.template(subject), corpus.fps, corpus.basis)

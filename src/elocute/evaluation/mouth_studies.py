@@ -64,7 +64,7 @@ def noise_scores(
     return scores, [clean, *openings]
 
 
-def mean_scores(clips: Sequence[Sequence[NoiseScore]]) -> list[NoiseScore]:
+def mean_noise_scores(clips: Sequence[Sequence[NoiseScore]]) -> list[NoiseScore]:
     """Level by level, the means over clips."""
     return [
         NoiseScore(*(float(mean) for mean in np.mean([list(vars(s).values()) for s in level], 0)))
@@ -142,7 +142,7 @@ def _opening(motion: Motion) -> Doubles:
     return measure_mouth(motion)["opening_mm"].astype(np.float64)
 
 
-def spread(scores: Sequence[FaceScore]) -> dict[str, dict[str, float]]:
+def face_score_spread(scores: Sequence[FaceScore]) -> dict[str, dict[str, float]]:
     """Per measure the mean, standard deviation, least and greatest over faces."""
     table = {}
     for name in asdict(scores[0]):

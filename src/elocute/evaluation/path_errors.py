@@ -11,8 +11,8 @@ from elocute.alignment.alignment import WarpingPath, check_path
 from elocute.errors import AlignmentError
 from elocute.numerics.resampling import interpolate
 
-Interval = tuple[float, float]
-FINE = 20  # points per frame on a true curve, before it becomes cells
+TimeSpan = tuple[float, float]
+POINTS_PER_FRAME = 20  # points per frame on a true curve, before it becomes cells
 
 
 def path_error(found: WarpingPath, true: WarpingPath) -> float:
@@ -30,7 +30,7 @@ def path_error(found: WarpingPath, true: WarpingPath) -> float:
     return float((there.sum() + back.sum()) / (len(found) + len(true)))
 
 
-def intersection_over_union(first: Interval, second: Interval) -> float:
+def intersection_over_union(first: TimeSpan, second: TimeSpan) -> float:
     """Of two spans of time: 1 is the same, 0 is apart."""
     common = min(first[1], second[1]) - max(first[0], second[0])
     union = max(first[1], second[1]) - min(first[0], second[0])
@@ -38,7 +38,7 @@ def intersection_over_union(first: Interval, second: Interval) -> float:
 
 
 def carried_overlap(
-    found: WarpingPath, source: Sequence[Interval], target: Sequence[Interval], rate: float
+    found: WarpingPath, source: Sequence[TimeSpan], target: Sequence[TimeSpan], rate: float
 ) -> float:
     """Mean intersection-over-union of parts carried over: higher is better, 1 is perfect.
 
@@ -56,7 +56,7 @@ def carried_overlap(
     return float(np.mean(overlaps))
 
 
-def _carried(path: WarpingPath, part: Interval, rate: float) -> Interval:
+def _carried(path: WarpingPath, part: TimeSpan, rate: float) -> TimeSpan:
     """Where a span of the target goes: edges between frames, interpolated along the path."""
     places = np.array(part) * rate
     targets, first = np.unique(path[:, 1], return_index=True)
@@ -92,7 +92,7 @@ def true_path(
         knots = np.concatenate([[[0.0, 0.0]], knots, [ends]])
     lengths = np.abs(np.diff(knots, axis=0)).max(axis=1)
     along = np.concatenate([[0], np.cumsum(np.maximum(lengths, 1e-9))])
-    fine = np.linspace(0, along[-1], max(2, int(along[-1] * FINE)))
+    fine = np.linspace(0, along[-1], max(2, int(along[-1] * POINTS_PER_FRAME)))
     curve = interpolate(along, knots, fine)
     cells = np.unique(np.floor(curve + 0.5).astype(np.intp), axis=0)
     # Cells of a curve that rises in both come out in order; sorting by the sum keeps ties so.

@@ -28,8 +28,8 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.shards import Shards
 from elocute.corpus.word_clip import SENTENCE
 from elocute.errors import AudioError, CorpusError, InputError
-from elocute.evaluation.concordance import Figures, figures
-from elocute.evaluation.real_talker import RealTalkerScore, evaluate_real
+from elocute.evaluation.concordance import ConcordanceScore, score_concordance
+from elocute.evaluation.tracked_mouth_scores import MeanMouthScore, evaluate_tracked_mouths
 from elocute.head.builtin import load_builtin_head
 from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
 from elocute.motion.curves import ARKIT_NAMES
@@ -57,7 +57,7 @@ TRAININGS = ("speaker", "word", "mse")
 PAPER = {"speaker": 0.621, "word": 0.502, "sentences": 0.463}  # µ28 on test, Table 2
 NOISES = ("white", "babble")
 SNRS_DB = (0.0, 10.0, 20.0)
-PEOPLE = {
+TRAINING_CONTENTS = {
     "speaker": "other speakers, the same words",
     "word": "other speakers, other words",
     "mse": "as the first, mean squared error",
@@ -74,9 +74,9 @@ class WildStudy:
     missing      clips that could not be heard, with the reason
     """
 
-    concordance: dict[str, Figures]
+    concordance: dict[str, ConcordanceScore]
     bases: list[ReconstructionErrors]
-    talker: dict[str, RealTalkerScore]
+    talker: dict[str, MeanMouthScore]
     missing: tuple[tuple[str, str], ...]
 
     __repr__ = one_line
@@ -124,22 +124,22 @@ def study_wild(
     config = config or CrnnTrainConfig()
     heard = cache_features(shards, folder, config.fps)
     for name in trainings:
-        rows_of(heard, name)
-    table, shares = dict[str, Figures](), shares_of(shards)
+        training_clips(heard, name)
+    table, shares = dict[str, ConcordanceScore](), variance_shares(shards)
     for name in trainings:
         trained = train_one(shards, heard, name, config, folder / name, report)
-        for part, found in judge(trained, heard, name, shares).items():
+        for part, found in score_training(trained, heard, name, shares).items():
             table[f"{name} {part}"] = found
         if name == "speaker":
             for kind in NOISES:
                 for snr in SNRS_DB:
-                    found = judge_noise(trained.network, shards, heard, kind, snr, shares)
+                    found = score_noise(trained.network, shards, heard, kind, snr, shares)
                     table[f"{kind} {snr:.0f} dB"] = found
     model, bases = folder / "speaker" / MODEL, list[ReconstructionErrors]()
     if sentences is not None:
-        table |= judge_continuous(sentences, names, model, shards)
-        bases = builtin_bases(sentences, names, shards)
-    talking = judge_talker(talker, model, talker_names) if talker else {}
+        table |= score_continuous_speech(sentences, names, model, shards)
+        bases = compare_with_arkit(sentences, names, shards)
+    talking = score_talker(talker, model, talker_names) if talker else {}
     return WildStudy(table, bases, talking, heard.missing)
 
 
@@ -153,7 +153,7 @@ def check_trainings(names: Sequence[str]) -> None:
         )
 
 
-def chosen_sentences(
+def select_sentences(
     corpus: Corpus, shards: Shards, subject: str | None = None, count: int = 50
 ) -> list[str]:
     """At most `count` clips, evenly taken, of all subjects or of one.
@@ -175,7 +175,7 @@ def chosen_sentences(
     return names[:: max(1, len(names) // count)][:count]
 
 
-def shares_of(shards: Shards) -> Array:
+def variance_shares(shards: Shards) -> Array:
     """(parameter,) of the variance, as the loss weighs them."""
     return explained_shares(torch.from_numpy(shards.basis.head.expression_basis)).numpy()
 
@@ -190,7 +190,7 @@ def _hash(word: str) -> str:
     return hashlib.sha256(word.encode()).hexdigest()
 
 
-def rows_of(heard: FeatureCache, training: str) -> dict[str, list[CachedClip]]:
+def training_clips(heard: FeatureCache, training: str) -> dict[str, list[CachedClip]]:
     """Rows of each split for one of TRAININGS. Raises CorpusError where a split is empty.
 
     "word" learns from words that are judged by nobody, and is judged on the others; clips of
@@ -206,7 +206,9 @@ def rows_of(heard: FeatureCache, training: str) -> dict[str, list[CachedClip]]:
     for part, rows in parts.items():
         if not rows:
             raise CorpusError.about(
-                "shards", found=f"no clip in {part} ({PEOPLE[training]})", allowed="one or more"
+                "shards",
+                found=f"no clip in {part} ({TRAINING_CONTENTS[training]})",
+                allowed="one or more",
             )
     return parts
 
@@ -221,7 +223,7 @@ def train_one(
 ) -> TrainedCrnn:
     """One training, resumed from `folder` where it began before; its model is left there."""
     folder.mkdir(exist_ok=True)
-    rows = rows_of(heard, training)
+    rows = training_clips(heard, training)
     loss = "mse" if training == "mse" else config.loss
     data = select_training_data(
         heard, shards.basis.head.expression_basis, rows["train"], rows["validation"]
@@ -231,20 +233,20 @@ def train_one(
     return trained
 
 
-def judge(
+def score_training(
     trained: TrainedCrnn, heard: FeatureCache, training: str, shares: Array
-) -> dict[str, Figures]:
+) -> dict[str, ConcordanceScore]:
     """Validation beside test."""
-    rows = rows_of(heard, training)
+    rows = training_clips(heard, training)
     return {
-        part: figures(*predict_clips(trained.network, heard, rows[part]), shares)
+        part: score_concordance(*predict_clips(trained.network, heard, rows[part]), shares)
         for part in ("validation", "test")
     }
 
 
-def judge_noise(
+def score_noise(
     network: Crnn, shards: Shards, heard: FeatureCache, kind: str, snr_db: float, shares: Array
-) -> Figures:
+) -> ConcordanceScore:
     """The test clips with white noise or babble under them."""
 
     def noisy(sound: Waveform) -> Waveform:
@@ -269,17 +271,17 @@ def judge_noise(
             starts = torch.from_numpy(heard.starts(row))[None]
             predicted.append(shared(torch.from_numpy(values)[None], starts)[0][0].numpy())
         true.append(targets)
-    return figures(predicted, true, shares)
+    return score_concordance(predicted, true, shares)
 
 
-def judge_sentences(
+def score_sentences(
     corpus: Corpus,
     names: Sequence[str],
     basis: Array,
     fps: float,
     shares: Array,
     predict: Callable[[Waveform], Array],
-) -> Figures:
+) -> ConcordanceScore:
     """Continuous speech: clips of a corpus, their true motion projected onto the basis."""
     flat = basis.reshape(len(basis), -1).astype(np.float64)
     if flat.shape[1] != corpus.vertex_count * 3:
@@ -300,7 +302,7 @@ def judge_sentences(
         count = min(len(found), len(wanted))
         predicted.append(found[:count])
         true.append(wanted[:count])
-    return figures(predicted, true, shares)
+    return score_concordance(predicted, true, shares)
 
 
 def compare_bases(
@@ -317,14 +319,14 @@ def compare_bases(
     return reconstruction_errors(corpus, names, bases)
 
 
-def judge_continuous(
+def score_continuous_speech(
     corpus: Corpus, names: Sequence[str], model: Path, shards: Shards
-) -> dict[str, Figures]:
+) -> dict[str, ConcordanceScore]:
     """Sentences with the state going on, and in pieces of 15 frames as the paper does."""
     opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
-    shares = shares_of(shards)
+    shares = variance_shares(shards)
     return {
-        f"sentences {joins}": judge_sentences(
+        f"sentences {joins}": score_sentences(
             corpus,
             names,
             basis,
@@ -336,7 +338,7 @@ def judge_continuous(
     }
 
 
-def builtin_bases(
+def compare_with_arkit(
     corpus: Corpus, names: Sequence[str], shards: Shards
 ) -> list[ReconstructionErrors]:
     """`compare_bases` with ARKit's shapes of the built-in head; empty on another mesh."""
@@ -348,14 +350,14 @@ def builtin_bases(
     return compare_bases(corpus, names, speech, head.expression_basis[places])
 
 
-def judge_talker(
+def score_talker(
     folder: Path, model: Path, names: list[str] | None = None
-) -> dict[str, RealTalkerScore]:
+) -> dict[str, MeanMouthScore]:
     """The real talker: the recurrent model beside VOCA and the rules."""
     eye_mm = 1000 * load_builtin_head().eye_distance_m
     found = {}
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
-        found[name], _ = evaluate_real(
+        found[name], _ = evaluate_tracked_mouths(
             folder,
             lambda sound, chosen=chosen: measure_mouth(animate(sound, model=chosen).motion),
             eye_mm,

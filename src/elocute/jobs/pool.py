@@ -13,7 +13,7 @@ JOBS_MAX = 256
 
 
 @dataclass(frozen=True)
-class Failed:
+class FailedTask:
     """Why a task came to nothing, though it was tried again."""
 
     reason: str
@@ -31,5 +31,5 @@ def one_after_another(
         try:
             outcome = work(task)
         except ElocuteError as error:
-            outcome = Failed(str(error))
+            outcome = FailedTask(str(error))
         yield task, outcome

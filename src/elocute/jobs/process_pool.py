@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from elocute.errors import ElocuteError, InputError
-from elocute.jobs.pool import JOBS_MAX, Failed, Pool
+from elocute.jobs.pool import JOBS_MAX, FailedTask, Pool
 
 TRIES = 3
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -63,7 +63,7 @@ def run_local(
             for worker in [w for w in workers if w.pipe in ready or w.process.sentinel in ready]:
                 task = worker.task
                 alive, result = _result(worker)
-                if type(result) is Failed and worker.tries < tries:
+                if type(result) is FailedTask and worker.tries < tries:
                     waiting.again(task, worker.tries)
                 else:
                     yield task, result
@@ -168,7 +168,7 @@ def _result(worker: _Worker) -> tuple[bool, Any]:
         told = f"its worker was killed ({signal.Signals(-code).name}; out of memory?)"
     else:
         told = f"its worker ended with code {code}"
-    return False, Failed(f"{told}, {worker.tries} times")
+    return False, FailedTask(f"{told}, {worker.tries} times")
 
 
 def _stop(worker: _Worker) -> None:
@@ -187,22 +187,22 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
             task = pipe.recv()
         except (EOFError, OSError):
             return
-        pipe.send(attempt(work, task))
+        pipe.send(run_task(work, task))
 
 
-def attempt(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
+def run_task(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
     """("done", result or GivenUp), or ("failed", Failed) where memory ran out."""
     try:
         return "done", work(task)
     except MemoryError:
-        return "failed", Failed("out of memory")
+        return "failed", FailedTask("out of memory")
     except ElocuteError as error:
-        return "done", GivenUp(str(error))
+        return "done", RefusedTask(str(error))
     except Exception as error:
-        return "done", GivenUp(f"{type(error).__name__}: {error}")
+        return "done", RefusedTask(f"{type(error).__name__}: {error}")
 
 
-class GivenUp(Failed):
+class RefusedTask(FailedTask):
     """For good: bad input does not become better by trying again."""
 
 

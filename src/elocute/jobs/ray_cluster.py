@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from elocute.errors import ElocuteError, InputError, MachineError
-from elocute.jobs.pool import Failed, Pool
-from elocute.jobs.process_pool import THREADS, TRIES, TaskQueue, attempt, checked_jobs
+from elocute.jobs.pool import FailedTask, Pool
+from elocute.jobs.process_pool import THREADS, TRIES, TaskQueue, checked_jobs, run_task
 
 LOCAL = "local"
 ADDRESS = re.compile(r"([A-Za-z0-9_.-]{1,253}):(\d{1,5})")
@@ -98,7 +98,7 @@ def run_ray(
             reference = ray.wait(list(running), num_returns=1)[0][0]
             worker, task, tried = running.pop(reference)
             alive, result = _result(reference, tried)
-            if type(result) is Failed and tried < tries:
+            if type(result) is FailedTask and tried < tries:
                 waiting.again(task, tried)
             else:
                 yield task, result
@@ -117,7 +117,7 @@ class _Worker:
         os.environ.update(dict.fromkeys(THREADS, "1"))  # read by torch when it is loaded
 
     def run(self, work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
-        return attempt(work, task)
+        return run_task(work, task)
 
 
 def _result(reference: Any, tried: int) -> tuple[bool, Any]:
@@ -128,11 +128,11 @@ def _result(reference: Any, tried: int) -> tuple[bool, Any]:
     try:
         kind, value = ray.get(reference)
     except OutOfMemoryError:
-        return False, Failed(f"its worker ran out of memory, {tried} times")
+        return False, FailedTask(f"its worker ran out of memory, {tried} times")
     except (RayActorError, WorkerCrashedError) as error:
         # Of every death Ray says that it may have been the lack of memory; of this one it knows.
         told = "ran out of memory" if "running low on memory" in str(error) else "died"
-        return False, Failed(f"its worker {told}, {tried} times")
+        return False, FailedTask(f"its worker {told}, {tried} times")
     except RayError as error:
         raise ClusterError(f"ray: {_line(str(error))}") from error
     return kind == "done", value

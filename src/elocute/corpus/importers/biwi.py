@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.common import Progress, Skipped, finish, metres_per_unit
-from elocute.corpus.importers.splits import chosen_splits
+from elocute.corpus.importers.common import Progress, SkippedClips, metres_per_unit, require_clips
+from elocute.corpus.importers.splits import choose_splits
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.reading import bytes_text, read_bytes
@@ -67,7 +67,7 @@ def convert_biwi(
         raise CorpusError.about(
             source, found="no SUBJECT/SENTENCE/frame_NNN.vl", allowed="the folders of B3D(AC)2"
         )
-    notes, skipped = list[str](), Skipped()
+    notes, skipped = list[str](), SkippedClips()
     neutral = {
         name: _neutral(source, name) for name in dict.fromkeys(f.parent.name for f in folders)
     }
@@ -102,9 +102,9 @@ def convert_biwi(
                 writer.add(Clip(subject, sentence, "", read_audio(sound), frames * turn))
             except (AudioError, _BrokenFrameError) as error:
                 skipped.add(str(error), f"{subject} {sentence}")
-        finish(writer, source, skipped.notes(), _names_looked_for(source))
+        require_clips(writer, source, skipped.notes(), _names_looked_for(source))
         numbers = {entry.name: entry.sentence for entry in writer.entries}
-        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+        writer.splits |= choose_splits(writer.entries, numbers, split, notes)
     return [*notes, *skipped.notes()]
 
 

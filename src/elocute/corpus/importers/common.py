@@ -15,10 +15,10 @@ from elocute.corpus.length_units import (
     TYPICAL_HEIGHT_M,
     UNITS,
     fitting_unit,
-    height,
     is_head_sized,
+    longest_side,
 )
-from elocute.corpus.split import Entry, Split, split_by_subject
+from elocute.corpus.split import ClipEntry, Split, split_by_subject
 from elocute.corpus.topologies import BIWI, topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
@@ -48,8 +48,8 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str
     for `units` that are none.
     """
     if units is not None:
-        return metres_of(units)
-    size = height(template)
+        return parse_length_unit(units)
+    size = longest_side(template)
     if topology_of(len(template)) is BIWI and UNIT_AREA_HEIGHTS[0] <= size <= UNIT_AREA_HEIGHTS[1]:
         scale = TYPICAL_HEIGHT_M / size
         boxed = bool(np.abs(np.ptp(template, axis=0) - 1).max() < BOX_TOLERANCE)
@@ -75,7 +75,7 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str
     return UNITS.get(unit, 1.0)
 
 
-def metres_of(units: str) -> float:
+def parse_length_unit(units: str) -> float:
     """Metres of a unit by name, or given as a number. Raises CorpusError."""
     known = {"m": 1.0, **UNITS}
     try:
@@ -92,7 +92,7 @@ def metres_of(units: str) -> float:
     return metres
 
 
-def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Array:
+def checked_template(source: Path, name: str, value: Any, vertices: int | None) -> Array:
     """(vertex, 3). Raises CorpusError for another shape or count, and for what is not an array."""
     template: NDArray[Any] = value if isinstance(value, np.ndarray) else np.zeros(0)
     fits = template.dtype.kind in "fiu" and template.ndim == 2 and template.shape[1] == 3
@@ -115,24 +115,24 @@ def template_of(source: Path, name: str, value: Any, vertices: int | None) -> Ar
     return single
 
 
-def plain(name: Any) -> str:
+def one_line_name(name: Any) -> str:
     """A key of a foreign file as it may stand in a line: text, short, no line ends."""
     return " ".join(str(name).split())[:NAME_MAX]
 
 
-def templates_of(source: Path, given: Any, vertices: int | None = None) -> dict[str, Array]:
+def checked_templates(source: Path, given: Any, vertices: int | None = None) -> dict[str, Array]:
     """Subject to (vertex, 3) of a pickle of templates. Raises CorpusError."""
     if not isinstance(given, dict) or not given:
         raise CorpusError.about(source, found="no templates", allowed="{subject: (vertices, 3)}")
     templates: dict[str, Array] = {}
     for key, value in given.items():
-        name = plain(key)
-        templates[name] = template_of(source, name, value, vertices)
+        name = one_line_name(key)
+        templates[name] = checked_template(source, name, value, vertices)
         vertices = len(templates[name])
     return templates
 
 
-def mapped(path: Path) -> ArrayFile:
+def open_float_array(path: Path) -> ArrayFile:
     """A .npy left on disk. Raises CorpusError for object arrays, damage and what is missing."""
     array = ArrayFile(path, allowed=FLOATS, error=CorpusError)
     if array.dtype.kind != "f":
@@ -140,7 +140,7 @@ def mapped(path: Path) -> ArrayFile:
     return array
 
 
-def waveform_of(audio: Any, sample_rate: Any) -> Waveform:
+def checked_waveform(audio: Any, sample_rate: Any) -> Waveform:
     """Sound of samples (sample,) or (sample, channel), integers scaled. Raises AudioError."""
     rate = finite_number(sample_rate.item() if isinstance(sample_rate, np.generic) else sample_rate)
     if (
@@ -159,7 +159,7 @@ def waveform_of(audio: Any, sample_rate: Any) -> Waveform:
     )
 
 
-class Skipped:
+class SkippedClips:
     """Clips left out, by reason: told one by one while they are few, summed where many."""
 
     def __init__(self) -> None:
@@ -182,14 +182,16 @@ class Skipped:
         return lines
 
 
-def finish(writer: CorpusWriter, source: Path, skipped: Sequence[str], remedy: str = "") -> None:
+def require_clips(
+    writer: CorpusWriter, source: Path, skipped: Sequence[str], remedy: str = ""
+) -> None:
     """Raises CorpusError, with the first reason of `skipped`, where no clip is left."""
     if not writer.entries:
         why = f" ({skipped[0]})" if skipped else ""
         raise CorpusError.about(source, found=f"no clip that can be used{why}", remedy=remedy)
 
 
-def even_split(entries: Sequence[Entry], notes: list[str]) -> Split:
+def even_split(entries: Sequence[ClipEntry], notes: list[str]) -> Split:
     """A split for a corpus without a published one: no subject or sentence in two parts.
 
     About a sixth of the subjects each for validation and test. Where they have no sentences of
@@ -206,18 +208,18 @@ def even_split(entries: Sequence[Entry], notes: list[str]) -> Split:
             return split
         except CorpusError:
             notes.append("split: even, by subjects and sentences; clips between them are unused")
-            return split_by_both(entries, set(validation), set(test))
+            return split_by_subject_and_sentence(entries, set(validation), set(test))
     notes.append("split: by sentences only, since subjects are fewer than three")
     return split_by_sentence(entries)
 
 
-def split_by_sentence(entries: Sequence[Entry]) -> Split:
+def split_by_sentence(entries: Sequence[ClipEntry]) -> Split:
     """Sentences 80:10:10, whoever speaks them."""
-    return split_by_both(entries, None, None)
+    return split_by_subject_and_sentence(entries, None, None)
 
 
-def split_by_both(
-    entries: Sequence[Entry], validation: set[str] | None, test: set[str] | None
+def split_by_subject_and_sentence(
+    entries: Sequence[ClipEntry], validation: set[str] | None, test: set[str] | None
 ) -> Split:
     """Sentences 70:15:15 (80:10:10 without subjects), and subjects where they are given."""
     sentences = sorted({entry.sentence for entry in entries})
@@ -225,7 +227,7 @@ def split_by_both(
     last = set(sentences[len(sentences) - held :])
     middle = set(sentences[len(sentences) - 2 * held : len(sentences) - held])
 
-    def part(entry: Entry) -> str:
+    def part(entry: ClipEntry) -> str:
         text = "test" if entry.sentence in last else ""
         text = text or ("validation" if entry.sentence in middle else "train")
         if validation is None or test is None:

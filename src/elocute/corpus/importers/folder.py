@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 from elocute.audio.read import probe_audio, read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.frame_rates import frame_rate
+from elocute.corpus.frame_rates import choose_frame_rate
 from elocute.corpus.importers.common import (
     FLOATS,
     Progress,
-    Skipped,
-    finish,
-    mapped,
+    SkippedClips,
+    checked_templates,
     metres_per_unit,
-    templates_of,
+    open_float_array,
+    require_clips,
 )
-from elocute.corpus.importers.splits import PUBLISHED, chosen_splits
+from elocute.corpus.importers.splits import VOCASET_SUBJECTS, choose_splits
 from elocute.corpus.importers.vocaset import read_texts, sentence_id
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
@@ -67,9 +67,9 @@ def convert_folder(
                 source, found=f"no folder {name}", allowed="vertices_npy, wav, templates.pkl"
             )
     path = source / "templates.pkl"
-    templates = templates_of(path, read_pickle(path))
+    templates = checked_templates(path, read_pickle(path))
     words = {} if texts is None else read_texts(texts)
-    notes, skipped = list[str](), Skipped()
+    notes, skipped = list[str](), SkippedClips()
     first = next(iter(templates.values()))
     known = topology_of(len(first))
     if known:
@@ -77,7 +77,7 @@ def convert_folder(
     scale = metres_per_unit(first, notes, units)
     arrays = sorted((source / "vertices_npy").glob("*.npy"))
     heard = {p.stem for p in (source / "wav").glob("*.wav")}
-    rate = frame_rate(_lengths(source, arrays, heard), known, fps, notes)
+    rate = choose_frame_rate(_lengths(source, arrays, heard), known, fps, notes)
     for name in sorted(heard - {p.stem for p in arrays}):
         skipped.add("no motion", name)
     scaled = {name: template * np.float32(scale) for name, template in templates.items()}
@@ -87,7 +87,7 @@ def convert_folder(
         for done, array in enumerate(arrays, 1):
             if progress:
                 progress(done / len(arrays))
-            subject, number = _parts(array.stem, templates)
+            subject, number = _subject_and_sentence(array.stem, templates)
             if {array.stem, subject, f"{subject}.{number}"} & leave_out:
                 continue
             if not subject or array.stem not in heard:
@@ -96,7 +96,7 @@ def convert_folder(
             vertices = _vertices(array, len(templates[subject]))
             text = words.get((subject, number), "")
             # VOCASET's numbers mean another text with each subject; others' mean the same.
-            lone = text or subject in PUBLISHED
+            lone = text or subject in VOCASET_SUBJECTS
             sentence = sentence_id(subject, number, text) if lone else number
             try:
                 sound = read_audio(source / "wav" / f"{array.stem}.wav")
@@ -105,13 +105,13 @@ def convert_folder(
                 numbers[clip.name] = number
             except (AudioError, CorpusError) as error:
                 skipped.add(str(error), array.stem)
-        finish(
+        require_clips(
             writer,
             source,
             skipped.notes(),
             "vertices_npy/SUBJECT_SENTENCE.npy, wav/SUBJECT_SENTENCE.wav, SUBJECT in templates.pkl",
         )
-        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+        writer.splits |= choose_splits(writer.entries, numbers, split, notes)
     return [*notes, *skipped.notes()]
 
 
@@ -123,13 +123,13 @@ def _lengths(source: Path, arrays: list[Path], heard: set[str]) -> list[tuple[in
         try:
             seconds = probe_audio(source / "wav" / f"{path.stem}.wav").duration_s
             if seconds:
-                found.append((len(mapped(path)), seconds))
+                found.append((len(open_float_array(path)), seconds))
         except (AudioError, CorpusError):
             continue
     return found
 
 
-def _parts(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
+def _subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
     """Subject and sentence of SUBJECT_SENTENCE; subjects may hold the line themselves."""
     for subject in sorted(templates, key=len, reverse=True):
         if stem.startswith(f"{subject}_"):

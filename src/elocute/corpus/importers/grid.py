@@ -20,9 +20,9 @@ from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.common import Progress, finish
-from elocute.corpus.importers.lip_fit import SPEECH_SHAPES, Lips, fit_lips, lip_rows
-from elocute.corpus.importers.splits import chosen_splits
+from elocute.corpus.importers.common import Progress, require_clips
+from elocute.corpus.importers.lip_fit import SPEECH_SHAPES, LipMotion, fit_lips, lip_shape_effects
+from elocute.corpus.importers.splits import choose_splits
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import read_npz
 from elocute.files.json_records import parse_json
@@ -52,7 +52,7 @@ SILENCE = ("sil", "sp", "")
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class TrackedLips:
     """One clip as it was tracked, in eye distances, y up and z out of the face.
 
     points   (frame, contour, point, 3) from below the nose
@@ -81,18 +81,18 @@ def grid_clips(
         raise CorpusError.about(folder, found="no NAME.npz", allowed="clips tracked in video")
     rest = resting_lips(paths)
     head = load_builtin_head()
-    rows = lip_rows(head, rest.points[0])
+    rows = lip_shape_effects(head, rest.points[0])
     columns = [head.expression_index(name) for name in SPEECH_SHAPES]
     scale = 1000 * head.eye_distance_m
     count = 0
     for path in paths:
         try:
-            track = read_track(path)
+            track = read_tracked_lips(path)
             sound = read_audio(path.with_suffix(".ogg"), sample_rate=SPEECH_RATE)
         except (CorpusError, AudioError) as error:
             notes.append(str(error))
             continue
-        weights, residual_mm = fit_lips(rows, lips_of(track, rest, scale))
+        weights, residual_mm = fit_lips(rows, lip_motion(track, rest, scale))
         frames = np.zeros((round(sound.duration_s * fps), len(head.expression_names)), np.float32)
         times = np.arange(len(frames)) / fps
         frames[:, columns] = np.clip(
@@ -139,14 +139,14 @@ def convert_grid(
             residuals.append(residual_mm)
             if progress:
                 progress((len(residuals) + len(notes)) / total)
-        finish(writer, source, notes)
+        require_clips(writer, source, notes)
         notes.append(f"residual: {np.median(residuals):.2f} mm (median over clips)")
         numbers = {entry.name: entry.sentence for entry in writer.entries}
-        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+        writer.splits |= choose_splits(writer.entries, numbers, split, notes)
     return notes
 
 
-def read_track(path: Path) -> Track:
+def read_tracked_lips(path: Path) -> TrackedLips:
     """One tracked clip; frames without a face are bridged. Raises CorpusError."""
     fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     try:
@@ -179,10 +179,10 @@ def read_track(path: Path) -> Track:
     if not np.isfinite(points).all():
         raise CorpusError.about(path, found="points that are not finite", allowed=ALLOWED)
     said = tuple(word for word in words if word not in SILENCE)
-    return Track(path.stem, fps, points, scalars, said)
+    return TrackedLips(path.stem, fps, points, scalars, said)
 
 
-def resting_lips(paths: list[Path]) -> Track:
+def resting_lips(paths: list[Path]) -> TrackedLips:
     """The talker at rest, one frame: the median of frames with nearly closed lips, over clips.
 
     Clips without such a frame, and those that cannot be read, do not count.
@@ -191,7 +191,7 @@ def resting_lips(paths: list[Path]) -> Track:
     scalars: dict[str, list[float]] = {name: [] for name in SCALARS}
     for path in paths:
         try:
-            track = read_track(path)
+            track = read_tracked_lips(path)
         except CorpusError:
             continue
         resting = track.scalars["inner_opening_mean"] < TRACKED_CLOSED
@@ -204,10 +204,10 @@ def resting_lips(paths: list[Path]) -> Track:
             paths[0].parent, found="nowhere a closed mouth", allowed="lips that rest at times"
         )
     medians = {name: np.array([np.median(values)]) for name, values in scalars.items()}
-    return Track("rest", 1.0, np.median(points, axis=0)[None], medians, ())
+    return TrackedLips("rest", 1.0, np.median(points, axis=0)[None], medians, ())
 
 
-def lips_of(track: Track, rest: Track, scale: float) -> Lips:
+def lip_motion(track: TrackedLips, rest: TrackedLips, scale: float) -> LipMotion:
     """What moved, in mm of a head whose eye corners are `scale` mm apart.
 
     Trackers see a small gap between lips that touch; it is taken away where lips are nearly
@@ -223,7 +223,7 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     half = ease[:, None, None] * (points[:, upper] - points[:, lower]) / 2
     points[:, upper], points[:, lower] = middle + half, middle - half
     change = {name: scale * (track.scalars[name] - rest.scalars[name]) for name in SCALARS}
-    return Lips(
+    return LipMotion(
         points,
         scale * ease * np.maximum(seen - TRACKED_RESTING, 0),
         seen < TRACKED_CLOSED,

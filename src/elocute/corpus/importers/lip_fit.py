@@ -48,7 +48,7 @@ GAP_WEIGHT, CLOSED_GAP_WEIGHT = 2.0, 30.0
 MEAN_GAP_WEIGHT, WIDTH_WEIGHT, LIP_WEIGHT, JAW_WEIGHT = 8.0, 3.0, 2.0, 2.0
 PULL_MM2 = 2.0  # what a squared weight costs: decides between shapes that look alike
 # Shapes that the lips of one picture hardly tell from others cost more.
-DEAR = {
+SHAPE_COSTS = {
     "mouthLabiodental": 100.0,
     "mouthShrugUpper": 40.0,
     "mouthShrugLower": 40.0,
@@ -59,7 +59,7 @@ SMOOTH_MM2 = 6.0  # what a squared change between two frames costs
 
 
 @dataclass(frozen=True, eq=False)
-class Lips:
+class LipMotion:
     """Tracked lips as displacements from the talker's rest, at the size of the head.
 
     points  (frame, contour, point, 3) mm, along LIP_CONTOURS of the face mesh; inner lips that
@@ -81,7 +81,7 @@ class Lips:
 
 
 @dataclass(frozen=True, eq=False)
-class LipRows:
+class LipShapeEffects:
     """What one unit of each speech shape does, in mm, at the places that lips were tracked.
 
     points  (component, contour, point, 3)
@@ -101,7 +101,7 @@ class LipRows:
     share: Floats
 
 
-def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
+def lip_shape_effects(head: HeadModel, rest: Floats) -> LipShapeEffects:
     """Find tracked points on the head's lips by arc length between the corners.
 
     rest  (contour, point, 3), the talker's resting lips in any unit
@@ -128,7 +128,7 @@ def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
     gaps = basis[:, upper, 1] - basis[:, lower, 1]
     third = len(upper) // 3
     chin, top, bottom = head.landmarks[8], head.landmarks[51], head.landmarks[57]
-    return LipRows(
+    return LipShapeEffects(
         np.stack(points, axis=1),
         gaps,
         gaps[:, third : len(upper) - third].mean(axis=1),
@@ -140,11 +140,11 @@ def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
     )
 
 
-def fit_lips(rows: LipRows, lips: Lips) -> tuple[Floats, float]:
+def fit_lips(rows: LipShapeEffects, lips: LipMotion) -> tuple[Floats, float]:
     """(frame, speech shape) weights in 0..1, and the RMS distance of the points in x and y, mm."""
     count = len(rows.middle)
     low, high = np.zeros(count), np.ones(count)
-    pull = PULL_MM2 * np.array([DEAR.get(name, 1.0) for name in SPEECH_SHAPES])
+    pull = PULL_MM2 * np.array([SHAPE_COSTS.get(name, 1.0) for name in SPEECH_SHAPES])
     open_gram, open_side = _normal(rows, lips, GAP_WEIGHT)
     closed_gram, closed_side = _normal(rows, lips, CLOSED_GAP_WEIGHT)
     side = np.where(lips.closed[:, None], closed_side, open_side)
@@ -161,7 +161,7 @@ def fit_lips(rows: LipRows, lips: Lips) -> tuple[Floats, float]:
     return weights, float(np.sqrt((left**2).sum(axis=-1).mean()))
 
 
-def _normal(rows: LipRows, lips: Lips, gap_weight: float) -> tuple[Floats, Floats]:
+def _normal(rows: LipShapeEffects, lips: LipMotion, gap_weight: float) -> tuple[Floats, Floats]:
     """Gram matrix (component, component) and right sides (frame, component)."""
     count, frames = len(rows.middle), len(lips.gap)
     axes = np.asarray(AXIS_WEIGHTS)

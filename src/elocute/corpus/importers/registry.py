@@ -7,16 +7,16 @@ from typing import Any
 
 from elocute.corpus.importers import biwi, vocaset
 from elocute.corpus.importers.biwi import convert_biwi
-from elocute.corpus.importers.common import Progress, metres_of
+from elocute.corpus.importers.common import Progress, parse_length_unit
 from elocute.corpus.importers.folder import convert_folder
 from elocute.corpus.importers.grid import convert_grid
-from elocute.corpus.importers.splits import check_choice
+from elocute.corpus.importers.splits import check_split_choice
 from elocute.corpus.importers.vocaset import convert_vocaset
 from elocute.errors import CorpusError
 from elocute.motion.motion import FPS_MAX
 
 FORMATS = ("vocaset", "biwi", "folder", "grid")
-KEPT = {"vocaset": vocaset.FPS, "biwi": biwi.FPS}
+FIXED_FPS = {"vocaset": vocaset.FPS, "biwi": biwi.FPS}
 """Frames a second that a format always has, and keeps."""
 
 
@@ -70,17 +70,17 @@ def convert(
         raise CorpusError.about(source, found="no folder", allowed="a folder of recordings")
     if fps is not None and not 0 < fps <= FPS_MAX:
         raise CorpusError.about(f"`fps` {fps:g}", found="no frame rate", allowed="above 0 to 1000")
-    if fps not in (None, KEPT.get(known, fps)):
+    if fps not in (None, FIXED_FPS.get(known, fps)):
         raise CorpusError.about(
-            f"`fps` {fps:g}", found=f"{known} has {KEPT[known]:g}", allowed="folder, grid only"
+            f"`fps` {fps:g}", found=f"{known} has {FIXED_FPS[known]:g}", allowed="folder, grid only"
         )
     if texts is not None and known not in ("vocaset", "folder"):
         raise CorpusError.about("`texts`", found=known, allowed="vocaset, folder")
     if units is not None:
-        metres_of(units)
+        parse_length_unit(units)
         if known not in ("biwi", "folder"):
             raise CorpusError.about("`units`", found=known, allowed="biwi, folder")
-    check_choice(split)
+    check_split_choice(split)
     shared: dict[str, Any] = {"leave_out": leave_out, "split": split, "progress": progress}
     if known == "vocaset":
         return convert_vocaset(source, output, texts=texts, **shared)

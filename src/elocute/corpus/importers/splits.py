@@ -5,12 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from elocute.corpus.importers.common import even_split, split_by_both, split_by_sentence
-from elocute.corpus.split import Entry, Split, split_by_subject
+from elocute.corpus.importers.common import (
+    even_split,
+    split_by_sentence,
+    split_by_subject_and_sentence,
+)
+from elocute.corpus.split import ClipEntry, Split, split_by_subject
 from elocute.errors import CorpusError
 
 # In the order of the released code, which is the order of its model's styles.
-TRAIN = (
+VOCASET_TRAIN = (
     "FaceTalk_170728_03272_TA",
     "FaceTalk_170904_00128_TA",
     "FaceTalk_170725_00137_TA",
@@ -20,10 +24,10 @@ TRAIN = (
     "FaceTalk_170904_03276_TA",
     "FaceTalk_170912_03278_TA",
 )
-VALIDATION = ("FaceTalk_170811_03275_TA", "FaceTalk_170908_03277_TA")
-TEST = ("FaceTalk_170809_00138_TA", "FaceTalk_170731_00024_TA")
-PUBLISHED = (*TRAIN, *VALIDATION, *TEST)
-OWN_SENTENCES = frozenset(f"sentence{number}" for number in range(21, 41))
+VOCASET_VALIDATION = ("FaceTalk_170811_03275_TA", "FaceTalk_170908_03277_TA")
+VOCASET_TEST = ("FaceTalk_170809_00138_TA", "FaceTalk_170731_00024_TA")
+VOCASET_SUBJECTS = (*VOCASET_TRAIN, *VOCASET_VALIDATION, *VOCASET_TEST)
+VOCASET_OWN_SENTENCES = frozenset(f"sentence{number}" for number in range(21, 41))
 """Of validation and test, the sentences that nobody of another part speaks (VOCA, section 5)."""
 
 BIWI_SEEN = ("F2", "F3", "F4", "M3", "M4", "M5")
@@ -31,20 +35,20 @@ BIWI_UNSEEN = ("F1", "F5", "F6", "F7", "F8", "M1", "M2", "M6")
 BIWI_PARTS = (range(1, 33), range(33, 37), range(37, 41))
 """Training, validation and test sentences (FaceFormer 2022, section 4.1, and work after it)."""
 
-NAMED = ("published", "even", "sentences")
+SPLIT_CHOICES = ("published", "even", "sentences")
 ALLOWED = "published, even, sentences, or subjects VALIDATION/TEST, as ann,bob/cy"
 
 
-def check_choice(wanted: str | None) -> None:
+def check_split_choice(wanted: str | None) -> None:
     """Raise CorpusError for a choice of `chosen_splits` that is none."""
-    if wanted is None or wanted in NAMED:
+    if wanted is None or wanted in SPLIT_CHOICES:
         return
     if wanted.count("/") != 1 or not wanted.partition("/")[2].strip(", "):
         raise CorpusError.about(f"`split` {wanted}", found="no split", allowed=ALLOWED)
 
 
-def chosen_splits(
-    entries: Sequence[Entry], numbers: dict[str, str], wanted: str | None, notes: list[str]
+def choose_splits(
+    entries: Sequence[ClipEntry], numbers: dict[str, str], wanted: str | None, notes: list[str]
 ) -> dict[str, Split]:
     """Splits by name, `default` among them; says in `notes` what was done.
 
@@ -55,9 +59,9 @@ def chosen_splits(
 
     Raises CorpusError for a choice that the corpus does not allow.
     """
-    check_choice(wanted)
+    check_split_choice(wanted)
     if wanted in (None, "published"):
-        found = _vocaset(entries, numbers, notes) or _biwi(entries, numbers, notes)
+        found = vocaset_splits(entries, numbers, notes) or biwi_splits(entries, numbers, notes)
         if found:
             return found
         if wanted:
@@ -76,7 +80,7 @@ def chosen_splits(
     return {"default": _by_names(entries, wanted or "", notes)}
 
 
-def _by_names(entries: Sequence[Entry], wanted: str, notes: list[str]) -> Split:
+def _by_names(entries: Sequence[ClipEntry], wanted: str, notes: list[str]) -> Split:
     validation, test = (
         [name.strip() for name in part.split(",") if name.strip()] for part in wanted.split("/")
     )
@@ -89,7 +93,7 @@ def _by_names(entries: Sequence[Entry], wanted: str, notes: list[str]) -> Split:
         notes.append(f"split: {told}")
         return split
     except CorpusError:
-        split = split_by_both(entries, set(validation), set(test))
+        split = split_by_subject_and_sentence(entries, set(validation), set(test))
     if not split.test or (validation and not split.validation):
         raise CorpusError.about(
             f"`split` {wanted}",
@@ -100,11 +104,11 @@ def _by_names(entries: Sequence[Entry], wanted: str, notes: list[str]) -> Split:
     return split
 
 
-def _vocaset(
-    entries: Sequence[Entry], numbers: dict[str, str], notes: list[str]
+def vocaset_splits(
+    entries: Sequence[ClipEntry], numbers: dict[str, str], notes: list[str]
 ) -> dict[str, Split]:
     """The published 8/2/2 split, or {}."""
-    if not {entry.subject for entry in entries} <= set(PUBLISHED):
+    if not {entry.subject for entry in entries} <= set(VOCASET_SUBJECTS):
         return {}
 
     def part(subjects: tuple[str, ...]) -> tuple[str, ...]:
@@ -112,13 +116,15 @@ def _vocaset(
             entry.name
             for entry in entries
             if entry.subject in subjects
-            and (subjects is TRAIN or numbers[entry.name] in OWN_SENTENCES)
+            and (subjects is VOCASET_TRAIN or numbers[entry.name] in VOCASET_OWN_SENTENCES)
         )
 
-    return {"default": Split(part(TRAIN), part(VALIDATION), part(TEST))}
+    return {"default": Split(part(VOCASET_TRAIN), part(VOCASET_VALIDATION), part(VOCASET_TEST))}
 
 
-def _biwi(entries: Sequence[Entry], numbers: dict[str, str], notes: list[str]) -> dict[str, Split]:
+def biwi_splits(
+    entries: Sequence[ClipEntry], numbers: dict[str, str], notes: list[str]
+) -> dict[str, Split]:
     """BIWI-Test-A as `default`, BIWI-Test-B as `test-b`; {} without a clip in every part."""
     if not {entry.subject for entry in entries} <= {*BIWI_SEEN, *BIWI_UNSEEN}:
         return {}

@@ -20,14 +20,14 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.common import (
     Progress,
-    finish,
-    mapped,
-    plain,
-    templates_of,
-    waveform_of,
+    checked_templates,
+    checked_waveform,
+    one_line_name,
+    open_float_array,
+    require_clips,
 )
-from elocute.corpus.importers.splits import PUBLISHED, chosen_splits
-from elocute.corpus.split import Entry
+from elocute.corpus.importers.splits import VOCASET_SUBJECTS, choose_splits
+from elocute.corpus.split import ClipEntry
 from elocute.errors import AudioError, CorpusError
 from elocute.files.arrays import ArrayFile
 from elocute.files.json_records import parse_json
@@ -67,7 +67,7 @@ def convert_vocaset(
     for name in FILES:
         if not (source / name).is_file():
             raise CorpusError.about(source, found=f"no {name}", allowed=", ".join(FILES))
-    vertices = mapped(source / "data_verts.npy")
+    vertices = open_float_array(source / "data_verts.npy")
     if vertices.ndim != 3 or vertices.shape[1:] != (VERTICES, 3):
         raise CorpusError.about(
             source / "data_verts.npy",
@@ -75,7 +75,7 @@ def convert_vocaset(
             allowed=f"(frames, {VERTICES}, 3), {VERTICES} vertices",
         )
     path = source / "templates.pkl"
-    templates = templates_of(path, read_pickle(path), VERTICES)
+    templates = checked_templates(path, read_pickle(path), VERTICES)
     rows = _nested(source / "subj_seq_to_idx.pkl")
     sounds = _nested(source / "raw_audio_fixed.pkl")
     words = {} if texts is None else read_texts(texts)
@@ -101,8 +101,8 @@ def convert_vocaset(
                     numbers[clip.name] = number
             if progress:
                 progress(done / len(order))
-        finish(writer, source, notes)
-        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+        require_clips(writer, source, notes)
+        writer.splits |= choose_splits(writer.entries, numbers, split, notes)
     return notes
 
 
@@ -146,7 +146,7 @@ def _missing(indices: Any, sound: Any) -> str:
 
 
 def _rank(subject: str) -> int:
-    return PUBLISHED.index(subject) if subject in PUBLISHED else len(PUBLISHED)
+    return VOCASET_SUBJECTS.index(subject) if subject in VOCASET_SUBJECTS else len(VOCASET_SUBJECTS)
 
 
 def _shape_told(array: ArrayFile) -> str:
@@ -159,7 +159,10 @@ def _nested(path: Path) -> dict[str, dict[str, Any]]:
     given = read_pickle(path)
     if not isinstance(given, dict) or not all(isinstance(inner, dict) for inner in given.values()):
         raise CorpusError.about(path, found="something else", allowed="{subject: {sentence: …}}")
-    return {plain(who): {plain(k): v for k, v in inner.items()} for who, inner in given.items()}
+    return {
+        one_line_name(who): {one_line_name(k): v for k, v in inner.items()}
+        for who, inner in given.items()
+    }
 
 
 def _strangers(
@@ -206,13 +209,13 @@ def _clip(
     sound: Any,
     frames: NDArray[Any],
     notes: list[str],
-    there: Sequence[Entry],
+    there: Sequence[ClipEntry],
 ) -> Clip | None:
     sentence = sentence_id(subject, number, text)
     if any(entry.name == f"{subject}.{sentence}" for entry in there):
         sentence = f"{sentence}-{number}"  # the same words said twice by one subject
     try:
-        waveform = waveform_of(sound["audio"], sound["sample_rate"])
+        waveform = checked_waveform(sound["audio"], sound["sample_rate"])
         return Clip(subject, sentence, text, waveform, frames.astype(np.float32))
     except (AudioError, CorpusError) as error:
         notes.append(f"{subject} {number}: {error}")

@@ -15,7 +15,7 @@ from elocute.errors import InputError
 from elocute.files.pickles.pickle_arrays import SparseMatrix
 from elocute.files.pickles.pickle_budget import (
     CONTAINER_BYTES,
-    Purse,
+    MemoryBudget,
     RefusedError,
     check_unfolded,
 )
@@ -23,11 +23,11 @@ from elocute.files.pickles.pickle_cursor import WHOLE, Cursor
 from elocute.files.pickles.pickle_objects import (
     add_to_dict,
     add_to_set,
-    call,
-    fill,
+    call_global,
+    fill_object,
     find_global,
-    new,
-    settled,
+    finished_value,
+    new_object,
     tuple_of,
 )
 from elocute.files.reading import read_bytes
@@ -65,8 +65,8 @@ class _Machine:
     """A stack, marks on it, and the memo."""
 
     def __init__(self, data: bytes) -> None:
-        self.purse = Purse(len(data))
-        self.cursor = Cursor(data, self.purse)
+        self.budget = MemoryBudget(len(data))
+        self.cursor = Cursor(data, self.budget)
         self.stack: list[Any] = []
         self.marks: list[int] = []
         self.memo: list[Any] = []  # by index; picklers count from 0 or 1
@@ -78,8 +78,8 @@ class _Machine:
         for _ in range(STEPS_MAX):
             name = cursor.opcode()
             if name == "STOP":
-                result = settled(self.pop(), self.purse)
-                check_unfolded(result, Purse(self.memo_max))
+                result = finished_value(self.pop(), self.budget)
+                check_unfolded(result, MemoryBudget(self.memo_max))
                 return result
             action = _ACTIONS.get(name)
             if action is None:
@@ -177,44 +177,44 @@ def _tuple(count: int | None) -> _Action:
             items = machine.pop_to_mark()
         else:
             items = [machine.pop() for _ in range(count)][::-1]
-        machine.purse.spend(CONTAINER_BYTES)
-        machine.push(tuple_of(items, machine.purse))
+        machine.budget.spend(CONTAINER_BYTES)
+        machine.push(tuple_of(items, machine.budget))
 
     return act
 
 
 def _empty(make: Callable[[], Any]) -> _Action:
     def act(machine: _Machine, _: Any) -> None:
-        machine.purse.spend(CONTAINER_BYTES)
+        machine.budget.spend(CONTAINER_BYTES)
         machine.push(make())
 
     return act
 
 
 def _list(machine: _Machine, _: Any) -> None:
-    machine.purse.spend(CONTAINER_BYTES)
-    machine.push([settled(item, machine.purse) for item in machine.pop_to_mark()])
+    machine.budget.spend(CONTAINER_BYTES)
+    machine.push([finished_value(item, machine.budget) for item in machine.pop_to_mark()])
 
 
 def _append(machine: _Machine, _: Any) -> None:
-    item = settled(machine.pop(), machine.purse)
+    item = finished_value(machine.pop(), machine.budget)
     machine.top(list).append(item)
 
 
 def _appends(machine: _Machine, _: Any) -> None:
     items = machine.pop_to_mark()
-    machine.top(list).extend(settled(item, machine.purse) for item in items)
+    machine.top(list).extend(finished_value(item, machine.budget) for item in items)
 
 
 def _dict(machine: _Machine, _: Any) -> None:
-    machine.purse.spend(CONTAINER_BYTES)
+    machine.budget.spend(CONTAINER_BYTES)
     _add_pairs(machine, result := {}, machine.pop_to_mark())
     machine.push(result)
 
 
 def _set_item(machine: _Machine, _: Any) -> None:
     value, key = machine.pop(), machine.pop()
-    add_to_dict(machine.top(dict), key, value, machine.purse)
+    add_to_dict(machine.top(dict), key, value, machine.budget)
 
 
 def _set_items(machine: _Machine, _: Any) -> None:
@@ -226,14 +226,14 @@ def _add_pairs(machine: _Machine, target: dict[Any, Any], items: list[Any]) -> N
     if len(items) % 2:
         raise RefusedError("a key without a value", WHOLE)
     for key, value in zip(items[::2], items[1::2], strict=True):
-        add_to_dict(target, key, value, machine.purse)
+        add_to_dict(target, key, value, machine.budget)
 
 
 def _add_items(machine: _Machine, _: Any) -> None:
     items = machine.pop_to_mark()
     target = machine.top(set)
     for item in items:
-        add_to_set(target, item, machine.purse)
+        add_to_set(target, item, machine.budget)
 
 
 def _global(machine: _Machine, names: tuple[str, str]) -> None:
@@ -241,7 +241,7 @@ def _global(machine: _Machine, names: tuple[str, str]) -> None:
 
 
 def _stack_global(machine: _Machine, _: Any) -> None:
-    name, module = (settled(machine.pop(), machine.purse) for _ in range(2))
+    name, module = (finished_value(machine.pop(), machine.budget) for _ in range(2))
     if not isinstance(name, str) or not isinstance(module, str):
         raise RefusedError("a global whose name is no text", "arrays and plain data")
     machine.push(find_global(module, name))
@@ -254,17 +254,17 @@ def _instance(machine: _Machine, names: tuple[str, str]) -> None:
 
 def _reduce(machine: _Machine, _: Any) -> None:
     arguments, target = machine.pop(), machine.pop()
-    machine.push(call(target, arguments, machine.purse))
+    machine.push(call_global(target, arguments, machine.budget))
 
 
 def _new_object(machine: _Machine, _: Any) -> None:
     arguments, target = machine.pop(), machine.pop()
-    machine.push(new(target, arguments))
+    machine.push(new_object(target, arguments))
 
 
 def _build(machine: _Machine, _: Any) -> None:
     state, target = machine.pop(), machine.pop()
-    fill(target, state, machine.purse)
+    fill_object(target, state, machine.budget)
     machine.push(target)
 
 

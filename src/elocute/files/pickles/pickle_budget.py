@@ -30,7 +30,7 @@ class RefusedError(Exception):
         self.found, self.allowed = found, allowed
 
 
-class Purse:
+class MemoryBudget:
     """Bytes that may be spent, so that a small file cannot unfold into a large one.
 
     Charged before memory is taken. Opcodes that make a small object are not charged one by one:
@@ -57,13 +57,13 @@ class Purse:
             raise RefusedError("too many numbers as keys", f"up to {NUMBER_KEYS_MAX}")
 
 
-def check_unfolded(root: Any, purse: Purse) -> None:
+def check_unfolded(root: Any, budget: MemoryBudget) -> None:
     """Charge all that a walk over `root` meets, what is shared as often as it is met.
 
     So whatever reads the result may walk it and copy its arrays without counting. Raises
     RefusedError where that is too much, and for containers that hold themselves.
     """
-    most = purse.left + 1
+    most = budget.left + 1
     sizes: dict[int, int] = {}  # of containers, all of which `root` keeps alive
     opened: set[int] = set()
     waiting = [root] if _parts(root) is not None else []
@@ -86,7 +86,7 @@ def check_unfolded(root: Any, purse: Purse) -> None:
                     if id(part) in opened:
                         raise RefusedError("data that holds itself", "arrays and plain data")
                     waiting.append(part)
-    purse.spend(sizes.get(id(root), _leaf_bytes(root)))
+    budget.spend(sizes.get(id(root), _leaf_bytes(root)))
 
 
 _CONTAINERS = (list, tuple, set, dict)

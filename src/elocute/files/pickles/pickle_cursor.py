@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from elocute.files.pickles.pickle_budget import Purse, RefusedError
+from elocute.files.pickles.pickle_budget import MemoryBudget, RefusedError
 
 SHORT = 255  # strings up to here are decoded at once: names, not data
 INTEGER_MAX_BYTES = 32
@@ -25,7 +25,7 @@ NAME_MAX_BYTES = 1000
 _NOT_AN_ESCAPE = re.compile(rb"\\(?![nrt'\"]|x[0-9a-fA-F]{2})")
 
 
-class Raw:
+class RawString:
     """A long string as it lies in the file; text of Python 2 (Latin-1) or bytes."""
 
     __slots__ = ("_value", "is_text", "view")
@@ -34,19 +34,19 @@ class Raw:
         self.view, self.is_text = view, is_text
         self._value: str | bytes | None = None
 
-    def value(self, purse: Purse) -> str | bytes:
+    def value(self, budget: MemoryBudget) -> str | bytes:
         """The string as a Python value; made once, so that no file can ask for it often."""
         if self._value is None:
-            purse.spend(len(self.view))
+            budget.spend(len(self.view))
             self._value = str(self.view, "latin-1") if self.is_text else self.view.tobytes()
         return self._value
 
 
 class Cursor:
-    """Reads opcodes and their arguments from `data`; copies are charged to `purse`."""
+    """Reads opcodes and their arguments from `data`; copies are charged to `budget`."""
 
-    def __init__(self, data: bytes, purse: Purse | None = None) -> None:
-        self._purse = purse or Purse(len(data))
+    def __init__(self, data: bytes, budget: MemoryBudget | None = None) -> None:
+        self._budget = budget or MemoryBudget(len(data))
         self._data, self._view, self._place = data, memoryview(data), 0
         self._opcode = ""
 
@@ -100,18 +100,18 @@ class Cursor:
             raise RefusedError(f"a frame of {size} bytes at {self._place}", WHOLE)
         return size
 
-    def string(self, size: int, is_text: bool) -> str | bytes | Raw:
+    def string(self, size: int, is_text: bool) -> str | bytes | RawString:
         return _string(self.take(size), is_text)
 
     def unicode(self, size: int) -> str:
         view = self.take(size)
-        self._purse.spend(_text_bytes(view))
+        self._budget.spend(_text_bytes(view))
         return _decoded(view, "utf-8")
 
-    def quoted(self) -> str | bytes | Raw:
+    def quoted(self) -> str | bytes | RawString:
         """A string as Python 2 writes it in its source, quotes and all."""
         line = self.line().strip()
-        self._purse.spend(len(line))
+        self._budget.spend(len(line))
         if len(line) < 2 or line[:1] not in (b"'", b'"') or line[:1] != line[-1:]:
             raise RefusedError("a string without quotes", WHOLE)
         # A pair of backslashes is one; told as \x5c, every backslash left begins an escape.
@@ -124,7 +124,7 @@ class Cursor:
         line = self.line()
         digits = line.removesuffix(b"L")
         if len(line) > DECIMAL_MAX_CHARACTERS or not re.fullmatch(rb"-?[0-9]+", digits):
-            raise RefusedError(f"no whole number: {shown(line)}", WHOLE)
+            raise RefusedError(f"no whole number: {printable_start(line)}", WHOLE)
         return int(digits)
 
     def decimal_or_bool(self) -> int | bool:
@@ -140,11 +140,11 @@ class Cursor:
                 raise ValueError
             return float(line)
         except ValueError:
-            raise RefusedError(f"no number: {shown(line)}", WHOLE) from None
+            raise RefusedError(f"no number: {printable_start(line)}", WHOLE) from None
 
     def raw_unicode(self) -> str:
         line = self.line()
-        self._purse.spend(4 * len(line))
+        self._budget.spend(4 * len(line))
         try:
             return line.decode("raw-unicode-escape")
         except UnicodeDecodeError as error:
@@ -157,7 +157,7 @@ class Cursor:
         return _decoded(line, "utf-8")
 
 
-def shown(text: str | bytes) -> str:
+def printable_start(text: str | bytes) -> str:
     """Something found, short and printable."""
     start = text[:80]
     plain = (
@@ -168,9 +168,9 @@ def shown(text: str | bytes) -> str:
     return plain if len(text) <= 80 else plain + "…"
 
 
-def _string(view: memoryview, is_text: bool) -> str | bytes | Raw:
+def _string(view: memoryview, is_text: bool) -> str | bytes | RawString:
     if len(view) > SHORT:
-        return Raw(view, is_text)
+        return RawString(view, is_text)
     return str(view, "latin-1") if is_text else view.tobytes()
 
 

@@ -18,13 +18,19 @@ from pathlib import Path
 
 from elocute.errors import InputError, OutputError
 from elocute.files.atomic import check_output, moved_aside
-from elocute.files.ledger import Source, fingerprint, recall, remember, source_text
+from elocute.files.output_history import (
+    Source,
+    fingerprint,
+    recall_output,
+    remember_output,
+    source_text,
+)
 
 REMEDY = "`overwrite` replaces it, `no_clobber` keeps it"
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedOutput:
     """One file or folder to be written.
 
     sources  what it is made from: files, or texts that name something else
@@ -45,7 +51,7 @@ class OutputPlan:
     """What a run reads and will write: `add` everything, `check` once, then write."""
 
     def __init__(self, inputs: Iterable[Source] = (), *, remedy: str = REMEDY) -> None:
-        self._inputs, self._planned = list(inputs), list[Planned]()
+        self._inputs, self._planned = list(inputs), list[PlannedOutput]()
         self._remedy, self._folders = remedy, set[Path]()
         self._seen: dict[Path, str | None] = {}
         self.kept: list[Path] = []
@@ -53,7 +59,7 @@ class OutputPlan:
 
     def add(self, path: Path, *sources: Source, beside: Path | None = None) -> None:
         """Plan an output made from `sources`, which count as inputs of the run."""
-        self._planned.append(Planned(path, sources, beside))
+        self._planned.append(PlannedOutput(path, sources, beside))
         self._inputs += sources
 
     def make_folder(self, folder: Path) -> None:
@@ -130,14 +136,14 @@ class OutputPlan:
                     aside.enter_context(moved_aside(one.path))
             yield
         for one in written:
-            remember(one.path, one.sources)
+            remember_output(one.path, one.sources)
             self._seen[one.path] = fingerprint(one.path)
 
 
-def _refuse_strangers(planned: Planned, overwrite: bool, remedy: str) -> None:
+def _refuse_strangers(planned: PlannedOutput, overwrite: bool, remedy: str) -> None:
     """Raise OutputError where what exists is not ours to replace."""
     path = planned.path
-    known = recall(path)
+    known = recall_output(path)
     if known is not None and known[1] and (overwrite or known[0] == source_text(planned.sources)):
         return
     is_folder = path.is_dir() and not path.is_symlink()
@@ -157,10 +163,10 @@ def _refuse_strangers(planned: Planned, overwrite: bool, remedy: str) -> None:
     raise OutputError.about(path, found=found, remedy=remedy)
 
 
-def _refuse_collisions(planned: list[Planned]) -> None:
+def _refuse_collisions(planned: list[PlannedOutput]) -> None:
     """Two outputs at one place, also where the file system does not tell names apart by case."""
-    first: dict[tuple[str, str], Planned] = {}
-    alike: dict[tuple[str, str], Planned] = {}
+    first: dict[tuple[str, str], PlannedOutput] = {}
+    alike: dict[tuple[str, str], PlannedOutput] = {}
     for one in planned:
         folder, name = os.path.realpath(one.path.parent), one.path.name
         other = first.setdefault((folder, name), one)
@@ -172,7 +178,7 @@ def _refuse_collisions(planned: list[Planned]) -> None:
             raise _collision(one, other)
 
 
-def _collision(one: Planned, other: Planned) -> OutputError:
+def _collision(one: PlannedOutput, other: PlannedOutput) -> OutputError:
     if one.sources == other.sources:
         return OutputError.about(
             one.path, found=f"two outputs of {one.origin} at one place", remedy="rename one"
@@ -206,7 +212,7 @@ def _by_identity(inputs: Iterable[Source]) -> dict[tuple[int, int], Source]:
     return found
 
 
-def _refuse_inputs(planned: Planned, inputs: dict[tuple[int, int], Source]) -> None:
+def _refuse_inputs(planned: PlannedOutput, inputs: dict[tuple[int, int], Source]) -> None:
     try:
         facts = planned.path.stat()
     except OSError:
@@ -217,7 +223,11 @@ def _refuse_inputs(planned: Planned, inputs: dict[tuple[int, int], Source]) -> N
         place = os.path.realpath(planned.path)
         within = [s for s in inputs.values() if Path(os.path.realpath(s)).is_relative_to(place)]
         found = f"a folder that holds an input of this run ({within[0]})" if within else None
-    if found is None and stat.S_ISREG(facts.st_mode) and not (recall(planned.path) or ("", 0))[1]:
+    if (
+        found is None
+        and stat.S_ISREG(facts.st_mode)
+        and not (recall_output(planned.path) or ("", 0))[1]
+    ):
         place = os.path.realpath(planned.path.parent)
         folders = [s for s in inputs.values() if Path(s).is_dir()]
         within = [s for s in folders if Path(place).is_relative_to(os.path.realpath(s))]

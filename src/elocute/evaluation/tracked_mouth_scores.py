@@ -24,7 +24,7 @@ from elocute.numerics.correlation import pearson
 from elocute.one_line_repr import one_line
 
 Array = NDArray[np.float64]
-Predictor = Callable[[Path], Curves]
+MouthPredictor = Callable[[Path], Curves]
 """Sound file to `opening_mm, width_mm, …` as `measure_mouth` gives them."""
 
 SOUNDS = (".ogg", ".wav", ".flac", ".mp3", ".m4a", ".opus")
@@ -33,12 +33,12 @@ LAG_STEP_S = 0.020
 # Around a word's start. With this window the tracked talker himself closes at 0.99 of his b/p
 # words and 0.46 of the others.
 CLOSURE_WINDOW_S = 0.080
-TRACKS = ("t", "inner_opening_mean", "lip_width", "valid")
-FIELDS = frozenset((*TRACKS, "words"))
+TRACKED_FIELDS = ("t", "inner_opening_mean", "lip_width", "valid")
+FIELDS = frozenset((*TRACKED_FIELDS, "words"))
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
+class TrackedMouth:
     """One tracked recording."""
 
     name: str
@@ -53,7 +53,7 @@ class Take:
 
 
 @dataclass(frozen=True)
-class TakeScore:
+class MouthScore:
     """How one prediction fared: correlations, and closures at word starts (met, counted)."""
 
     name: str
@@ -71,7 +71,7 @@ class TakeScore:
 
 
 @dataclass(frozen=True)
-class RealTalkerScore:
+class MeanMouthScore:
     """Means over takes; closures are pooled over words. Recall up, false closure down."""
 
     takes: int
@@ -86,7 +86,7 @@ class RealTalkerScore:
     real_false_closure: float
 
 
-def read_takes(folder: str | Path, names: list[str] | None = None) -> list[Path]:
+def find_tracked_mouths(folder: str | Path, names: list[str] | None = None) -> list[Path]:
     """The `.npz` files of a folder (or those called `names`), sorted. Raises InputError."""
     folder = Path(folder)
     if not folder.is_dir():
@@ -102,7 +102,7 @@ def read_takes(folder: str | Path, names: list[str] | None = None) -> list[Path]
     return paths
 
 
-def read_take(path: Path) -> Take:
+def read_tracked_mouth(path: Path) -> TrackedMouth:
     """One tracked recording. Raises InputError where a field or the sound is missing."""
     sound = next((s for s in (path.with_suffix(x) for x in SOUNDS) if s.is_file()), None)
     if sound is None:
@@ -110,7 +110,9 @@ def read_take(path: Path) -> Take:
     allowed = "a short recording with the fields of grid_s1"
     fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=allowed, only=FIELDS)
     try:
-        times_s, opening, width, valid = (np.asarray(fields[name], float) for name in TRACKS)
+        times_s, opening, width, valid = (
+            np.asarray(fields[name], float) for name in TRACKED_FIELDS
+        )
         rows = parse_json(str(fields["words"]), path, allowed=allowed)
         words = [(float(a), float(b), str(w)) for a, b, w in rows]
     except (KeyError, ValueError, TypeError) as error:
@@ -122,10 +124,10 @@ def read_take(path: Path) -> Take:
         raise InputError.about(path, found="too few valid frames", allowed="10 frames or more")
     if not (np.isfinite(times_s).all() and all(np.isfinite(t[seen]).all() for t in tracks)):
         raise InputError.about(path, found="NaN or infinity in it", allowed="finite numbers")
-    return Take(path.stem, sound, times_s, opening, width, seen, words)
+    return TrackedMouth(path.stem, sound, times_s, opening, width, seen, words)
 
 
-def score_take(take: Take, predicted: Curves, eye_distance_mm: float) -> TakeScore:
+def score_mouth(take: TrackedMouth, predicted: Curves, eye_distance_mm: float) -> MouthScore:
     """Compare one prediction with its recording; eye_distance_mm is the predicted head's."""
     predicted_times = np.arange(len(predicted.values)) / predicted.fps
     opening = predicted["opening_mm"].astype(float) / eye_distance_mm
@@ -134,7 +136,7 @@ def score_take(take: Take, predicted: Curves, eye_distance_mm: float) -> TakeSco
     width_r, width_best, _ = _correlate(take, take.width, predicted_times, width)
     met = _closures(take.words, predicted_times, opening)
     real = _closures(take.words, take.times_s[take.valid], take.opening[take.valid])
-    return TakeScore(
+    return MouthScore(
         take.name,
         opening_r,
         opening_best,
@@ -147,7 +149,7 @@ def score_take(take: Take, predicted: Curves, eye_distance_mm: float) -> TakeSco
     )
 
 
-def summarise(scores: list[TakeScore]) -> RealTalkerScore:
+def mean_mouth_score(scores: list[MouthScore]) -> MeanMouthScore:
     """Means over takes, closures pooled."""
 
     def mean(field: str) -> float:
@@ -157,7 +159,7 @@ def summarise(scores: list[TakeScore]) -> RealTalkerScore:
         total = sum(getattr(score, of) for score in scores)
         return sum(getattr(score, met) for score in scores) / total if total else float("nan")
 
-    return RealTalkerScore(
+    return MeanMouthScore(
         takes=len(scores),
         opening_r=mean("opening_r"),
         opening_best_r=mean("opening_best_r"),
@@ -172,7 +174,7 @@ def summarise(scores: list[TakeScore]) -> RealTalkerScore:
 
 
 def _correlate(
-    take: Take, tracked: Array, predicted_times: Array, predicted: Array
+    take: TrackedMouth, tracked: Array, predicted_times: Array, predicted: Array
 ) -> tuple[float, float, float]:
     """Pearson r at zero lag, the best r within ±LAG_MAX_S, and its lag (s, positive: late)."""
     times, real = take.times_s[take.valid], tracked[take.valid]
@@ -202,20 +204,20 @@ def _closures(
     return met, wanted, false, others
 
 
-def evaluate_real(
+def evaluate_tracked_mouths(
     folder: str | Path,
-    predict: Predictor,
+    predict: MouthPredictor,
     eye_distance_mm: float,
     *,
     names: list[str] | None = None,
     progress: Callable[[float], None] | None = None,
-) -> tuple[RealTalkerScore, list[TakeScore]]:
+) -> tuple[MeanMouthScore, list[MouthScore]]:
     """Measure a predictor on a folder of tracked recordings. Raises InputError."""
-    paths = read_takes(folder, names)
+    paths = find_tracked_mouths(folder, names)
     scores = []
     for done, path in enumerate(paths, 1):
-        take = read_take(path)
-        scores.append(score_take(take, predict(take.sound), eye_distance_mm))
+        take = read_tracked_mouth(path)
+        scores.append(score_mouth(take, predict(take.sound), eye_distance_mm))
         if progress:
             progress(done / len(paths))
-    return summarise(scores), scores
+    return mean_mouth_score(scores), scores

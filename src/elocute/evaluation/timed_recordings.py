@@ -19,39 +19,39 @@ from elocute.alignment.alignment import FloatArray
 from elocute.alignment.alignment import WarpingPath as Steps
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError
-from elocute.evaluation.path_errors import Interval, true_path
+from elocute.evaluation.path_errors import TimeSpan, true_path
 from elocute.files.json_records import read_record
 from elocute.one_line_repr import one_line
 
-ALIKE = 0.7  # of two recordings' phones that must be the same for a truth between them
-PARTS_MAX = 1000  # comparing two takes grows with the square of it
+SAME_PHONES_MIN = 0.7  # of two recordings' phones that must be the same for a truth between them
+PHONES_MAX = 1000  # comparing two takes grows with the square of it
 FILE_MAX_BYTES = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
+class TimedRecording:
     """One recording of a word: its view, its parts (start_s, end_s, name) in order, and where the
     word stands in it where it is a sentence. rate: frames per second of the view."""
 
     name: str
     view: FloatArray
     parts: tuple[tuple[float, float, str], ...]
-    word: Interval | None = None
+    word: TimeSpan | None = None
     rate: float = FEATURE_RATE
 
     __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class RecordingPair:
     """A source and a target of which is known what belongs together.
 
     spans: parts of the source and of the target (start_s, end_s) that are the same.
     """
 
-    source: Take
-    target: Take
-    spans: tuple[tuple[Interval, Interval], ...]
+    source: TimedRecording
+    target: TimedRecording
+    spans: tuple[tuple[TimeSpan, TimeSpan], ...]
     whole: bool = True
 
     @cached_property
@@ -63,29 +63,29 @@ class Pair:
         return true_path(edges[:, 0], edges[:, 1], self.source.rate, frames, self.whole)
 
 
-def word_pair(source: Take, target: Take) -> Pair | None:
+def word_pair(source: TimedRecording, target: TimedRecording) -> RecordingPair | None:
     """The same word whole against whole; None where the two say it too differently."""
-    matched = matched_parts([p[2] for p in source.parts], [p[2] for p in target.parts])
+    matched = matched_phones([p[2] for p in source.parts], [p[2] for p in target.parts])
     longest = max(len(source.parts), len(target.parts))
-    if sum(same for _, _, same in matched) < ALIKE * longest:
+    if sum(same for _, _, same in matched) < SAME_PHONES_MIN * longest:
         return None
-    return Pair(
+    return RecordingPair(
         source, target, tuple((source.parts[i][:2], target.parts[j][:2]) for i, j, _ in matched)
     )
 
 
-def sentence_pair(sentence: Take, word: Take) -> Pair | None:
+def sentence_pair(sentence: TimedRecording, word: TimedRecording) -> RecordingPair | None:
     """A word to be found in a sentence. Only the parts within the word are compared."""
     if sentence.word is None:
         raise AlignmentError.about(sentence.name, found="no word in it", allowed="a sentence")
     start, end = sentence.word
     inner = tuple(p for p in sentence.parts if p[0] >= start - 1e-6 and p[1] <= end + 1e-6)
-    within = Take(sentence.name, sentence.view, inner, sentence.word, sentence.rate)
+    within = TimedRecording(sentence.name, sentence.view, inner, sentence.word, sentence.rate)
     pair = word_pair(within, word)
-    return pair and Pair(pair.source, pair.target, pair.spans, whole=False)
+    return pair and RecordingPair(pair.source, pair.target, pair.spans, whole=False)
 
 
-def matched_parts(source: Sequence[str], target: Sequence[str]) -> list[tuple[int, int, bool]]:
+def matched_phones(source: Sequence[str], target: Sequence[str]) -> list[tuple[int, int, bool]]:
     """Places of parts that stand for each other (fewest edits), and whether they are the same."""
     rows, columns = len(source), len(target)
     edits = np.zeros((rows + 1, columns + 1), np.intp)
@@ -107,7 +107,7 @@ def matched_parts(source: Sequence[str], target: Sequence[str]) -> list[tuple[in
     return found[::-1]
 
 
-def read_parts(path: Path) -> tuple[tuple[tuple[float, float, str], ...], Interval | None]:
+def read_phone_times(path: Path) -> tuple[tuple[tuple[float, float, str], ...], TimeSpan | None]:
     """Parts and the word of a `.json`. Raises AlignmentError for an invalid file."""
     allowed = '{"phones": [[start_s, end_s, phone], …]}'
     record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AlignmentError)
@@ -119,9 +119,9 @@ def read_parts(path: Path) -> tuple[tuple[tuple[float, float, str], ...], Interv
         raise AlignmentError.about(
             path, found=f"no list of phones ({type(error).__name__})", allowed=allowed
         ) from error
-    if len(parts) > PARTS_MAX or (word is not None and not _in_order(np.array([word]))):
+    if len(parts) > PHONES_MAX or (word is not None and not _in_order(np.array([word]))):
         raise AlignmentError.about(
-            path, found="too many phones, or a word out of order", allowed=f"up to {PARTS_MAX}"
+            path, found="too many phones, or a word out of order", allowed=f"up to {PHONES_MAX}"
         )
     times = np.array([part[:2] for part in parts] or [(0.0, 0.0)])
     if not parts or not _in_order(times):

@@ -47,7 +47,7 @@ def displacement_blocks(corpus: Corpus, names: Iterable[str]) -> Iterator[NDArra
             yield corpus.displacements(name, start, start + BLOCK_FRAMES)
 
 
-def summary(corpus: Corpus) -> dict[str, object]:
+def corpus_summary(corpus: Corpus) -> dict[str, object]:
     """The figures of `elocute corpus info`."""
     per_subject = {
         subject: sum(e.frames for e in corpus.entries if e.subject == subject) / corpus.fps

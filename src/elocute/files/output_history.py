@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     import sqlite3
 
-NAME = "outputs.sqlite3"
+DATABASE_NAME = "outputs.sqlite3"
 ROWS_MAX = 50_000
 """The oldest are forgotten: their files are then strangers' files, which is the safe side."""
 WAIT_S = 2.0
@@ -73,7 +73,7 @@ def fingerprint(path: Path) -> str | None:
         return None if not os.path.lexists(path) else "unknown"
 
 
-def remember(path: Path, sources: Iterable[Source]) -> None:
+def remember_output(path: Path, sources: Iterable[Source]) -> None:
     """Note that `path`, as it is now, was made from `sources`. Does nothing where it cannot."""
     found, source = fingerprint(path), source_text(sources)
     if found is None:
@@ -88,10 +88,10 @@ def remember(path: Path, sources: Iterable[Source]) -> None:
             "DELETE FROM outputs WHERE id <= (SELECT max(id) FROM outputs) - ?", (ROWS_MAX,)
         )
 
-    _with_ledger(note)
+    _with_history(note)
 
 
-def recall(path: Path) -> tuple[str, bool] | None:
+def recall_output(path: Path) -> tuple[str, bool] | None:
     """What `path` was made from and whether it is still as it was made; None where unknown."""
 
     def ask(table: sqlite3.Connection) -> tuple[str, str] | None:
@@ -100,7 +100,7 @@ def recall(path: Path) -> tuple[str, bool] | None:
         ).fetchone()
         return None if row is None else (os.fsdecode(row[0]), os.fsdecode(row[1]))
 
-    known = _with_ledger(ask)
+    known = _with_history(ask)
     return None if known is None else (known[0], known[1] == fingerprint(path))
 
 
@@ -109,12 +109,12 @@ def _key(path: Path) -> bytes:
     return os.fsencode(Path(os.path.realpath(path.parent), path.name))
 
 
-def _with_ledger(ask: Callable[[sqlite3.Connection], _T]) -> _T | None:
+def _with_history(ask: Callable[[sqlite3.Connection], _T]) -> _T | None:
     """`ask` of the open ledger, begun anew once where it is damaged; None where there is none."""
     try:
         import sqlite3
 
-        place = state_folder() / NAME
+        place = state_folder() / DATABASE_NAME
         place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         if os.path.lexists(place) and not place.is_file():
             return None

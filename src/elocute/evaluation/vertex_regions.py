@@ -21,12 +21,12 @@ from elocute.one_line_repr import one_line
 
 FILE_MAX_BYTES = 16_000_000
 HASH_DIGITS = 12
-BUILTIN_LISTS = ("lips", "upper_face", "eyes")
+BUILTIN_REGIONS = ("lips", "upper_face", "eyes")
 ALLOWED = "a list of vertex numbers: .json, .txt or .npy"
 
 
 @dataclass(frozen=True, eq=False)
-class VertexList:
+class VertexRegion:
     """name and indices (vertex,) int64, rising, each once."""
 
     name: str
@@ -44,7 +44,7 @@ class VertexList:
         return {"name": self.name, "vertices": len(self.indices), "sha256": self.digest}
 
 
-def builtin_list(which: str) -> VertexList:
+def builtin_region(which: str) -> VertexRegion:
     """One of BUILTIN_LISTS in the topology of the built-in head, called `builtin:…`.
 
     lips        the skin of both lips up to the vermilion border
@@ -53,20 +53,20 @@ def builtin_list(which: str) -> VertexList:
 
     Raises CorpusError for another name.
     """
-    if which not in BUILTIN_LISTS:
+    if which not in BUILTIN_REGIONS:
         raise CorpusError.about(
-            f"vertex list {which!r}", found="unknown", allowed=", ".join(BUILTIN_LISTS)
+            f"vertex list {which!r}", found="unknown", allowed=", ".join(BUILTIN_REGIONS)
         )
-    return VertexList(f"builtin:{which}", _places(load_builtin_head(), which))
+    return VertexRegion(f"builtin:{which}", _places(load_builtin_head(), which))
 
 
-def published_list(topology: Topology, which: str) -> VertexList:
+def published_region(topology: Topology, which: str) -> VertexRegion:
     """The list of lips or upper_face that figures were published over, called `published:…`.
 
     Raises CorpusError for another name.
     """
     indices = published_indices(topology, which)
-    return VertexList(f"published:{topology.published[which]}", indices)
+    return VertexRegion(f"published:{topology.published[which]}", indices)
 
 
 def _places(head: HeadModel, which: str) -> NDArray[np.int64]:
@@ -81,7 +81,7 @@ def _places(head: HeadModel, which: str) -> NDArray[np.int64]:
     return np.unique(np.concatenate(parts)).astype(np.int64)
 
 
-def read_vertex_list(path: str | Path, vertex_count: int) -> VertexList:
+def read_vertex_region(path: str | Path, vertex_count: int) -> VertexRegion:
     """A list of one's own (FLAME's lips, say): numbers from 0, in any order.
 
     .json holds a list of numbers, .txt numbers apart by white space or commas, .npy an array of
@@ -94,7 +94,7 @@ def read_vertex_list(path: str | Path, vertex_count: int) -> VertexList:
         raise CorpusError.about(path, found=f"suffix {path.suffix!r}", allowed=ALLOWED)
     numbers = reader(path)
     _check(path, numbers, vertex_count)
-    return VertexList(f"file:{path.name}", np.unique(numbers.astype(np.int64)))
+    return VertexRegion(f"file:{path.name}", np.unique(numbers.astype(np.int64)))
 
 
 def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
