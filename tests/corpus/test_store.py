@@ -17,7 +17,7 @@ from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.corpus_writing import corpus_writer, set_split
 from elocute.corpus.split import Split
 from elocute.errors import CorpusError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 
 RNG = np.random.default_rng(0)
 

@@ -36,7 +36,9 @@ from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
 from elocute.corpus.importers.common import even_split
 from elocute.corpus.shard_file import sha256_of
 from elocute.errors import AudioError, CaptureError, ElocuteError, InputError, OutputError
-from elocute.files.arrays import ArrayFile, RowWriter, read_npz
+from elocute.files.array_file import ArrayFile
+from elocute.files.array_reading import read_npz
+from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
 from elocute.errors import CorpusError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 from elocute.one_line_repr import one_line
 
 # Names become file names: nothing else may stand in them.

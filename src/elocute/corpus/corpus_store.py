@@ -27,7 +27,8 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import ClipEntry, Split
 from elocute.errors import CorpusError
-from elocute.files.arrays import ArrayFile, read_npy
+from elocute.files.array_file import ArrayFile
+from elocute.files.array_reading import read_npy
 from elocute.files.json_records import finite_number, read_record
 from elocute.files.reading import is_file, path_of
 from elocute.motion.motion import FPS_MAX

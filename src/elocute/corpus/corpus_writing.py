@@ -15,7 +15,7 @@ from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.corpus_store import Corpus, manifest_of, open_corpus, write_manifest
 from elocute.corpus.split import ClipEntry, Split
 from elocute.errors import CorpusError
-from elocute.files.arrays import RowWriter, save_npy
+from elocute.files.array_writing import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
 
 BLOCK = 120  # frames of a clip that are in memory at once where the clip lies on disk

@@ -13,10 +13,10 @@ import numpy as np
 
 from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
-from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES
 from elocute.files.atomic import write_atomically
 from elocute.files.parquet_size import unpacked_bytes
 from elocute.files.reading import bytes_text, open_regular
+from elocute.files.unpacked_size import UNPACKED_TIMES, unpacked_limit
 
 FILE_MAX_BYTES = 4_000_000_000
 BATCH_ROWS = 64  # rows in memory at once while reading
@@ -176,7 +176,7 @@ def _check_unpacked(path: Path) -> None:
             unpacked, size = unpacked_bytes(file), path.stat().st_size
         except ValueError as error:
             raise _unreadable(path, error) from error
-    if unpacked > max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * size):
+    if unpacked > unpacked_limit(size):
         raise CorpusError.about(
             path,
             found=f"{bytes_text(unpacked)} in {bytes_text(size)}",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.corpus.importers.grid import FIELDS_MAX_BYTES
 from elocute.errors import InputError
-from elocute.files.arrays import read_npz
+from elocute.files.array_reading import read_npz
 from elocute.files.json_records import parse_json
 from elocute.motion.curves import Curves
 from elocute.motion.mouth_measures import TRACKED_CLOSED

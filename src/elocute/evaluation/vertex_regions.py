@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from elocute.corpus.topologies import Topology, published_indices
 from elocute.errors import CorpusError
-from elocute.files.arrays import read_npy
+from elocute.files.array_reading import read_npy
 from elocute.files.json_records import INTEGER_MAX_DIGITS, parse_json
 from elocute.files.reading import read_bytes, read_text
 from elocute.head.builtin import load_builtin_head

@@ -18,16 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
-from elocute.files.arrays import UNPACKED_TIMES
 from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.unpacked_size import unpacked_limit
 
 SUFFIXES = (".obj", ".ply")
 MATERIAL_MAX_BYTES = 1_000_000
 PICTURE_MAX_BYTES = 200_000_000
 PICTURES_MAX = 16
 PICTURE_FORMATS = ("PNG", "JPEG", "BMP", "TIFF", "WEBP", "TGA")
-UNPACKED_FREE_BYTES = 4 * 4096 * 4096
-"""A picture may unpack to this much, or to a hundred times its file."""
+UNPACKED_MIN_BYTES = 4 * 4096 * 4096
+"""A mesh or a picture may unpack to this much, however small its file is."""
 VERTEX_BYTES = 24
 _SILENT = logging.NullHandler()
 
@@ -98,7 +98,7 @@ def check_picture(
         raise error.about(subject, found=found, allowed=allowed) from problem
     except Exception as problem:  # PIL's parsers raise of every kind
         raise error.about(subject, found="no picture", allowed=allowed) from problem
-    limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * len(data))
+    limit = unpacked_limit(len(data), UNPACKED_MIN_BYTES)
     if 4 * width * height > limit:
         raise error.about(
             subject,
@@ -112,7 +112,7 @@ def _checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
     """An .obj as UTF-8, once its groups are known to be few: each holds a copy of all vertices."""
     groups = len(set(re.findall(rb"(?m)^\s*usemtl[^\n]*", data)))
     vertices = len(re.findall(rb"(?m)^\s*v\s", data))
-    limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * len(data))
+    limit = unpacked_limit(len(data), UNPACKED_MIN_BYTES)
     if (groups + 1) * vertices * VERTEX_BYTES > limit:
         raise error.about(path, found=f"{groups} materials on {vertices} vertices", allowed="fewer")
     try:

@@ -21,7 +21,7 @@ from elocute.corpus.length_units import (
 from elocute.corpus.split import ClipEntry, Split, split_by_subject
 from elocute.corpus.topologies import BIWI, topology_of
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import finite_number
 
 FLOATS = "a .npy of floats, row after row, no Python objects"

@@ -30,7 +30,7 @@ from elocute.corpus.importers.splits import VOCASET_SUBJECTS, choose_splits
 from elocute.corpus.importers.vocaset import read_texts, sentence_id
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import read_npy
+from elocute.files.array_reading import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle
 
 ARRAY_MAX_BYTES = 8_000_000_000

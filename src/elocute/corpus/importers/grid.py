@@ -24,7 +24,7 @@ from elocute.corpus.importers.common import Progress, require_clips
 from elocute.corpus.importers.lip_fit import SPEECH_SHAPES, LipMotion, fit_lips, lip_shape_effects
 from elocute.corpus.importers.splits import choose_splits
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import read_npz
+from elocute.files.array_reading import read_npz
 from elocute.files.json_records import parse_json
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import (

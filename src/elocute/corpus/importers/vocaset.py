@@ -29,7 +29,7 @@ from elocute.corpus.importers.common import (
 from elocute.corpus.importers.splits import VOCASET_SUBJECTS, choose_splits
 from elocute.corpus.split import ClipEntry
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import parse_json
 from elocute.files.pickles.closed_pickle import read_pickle
 from elocute.files.reading import read_text
