@@ -69,7 +69,7 @@ def main() -> None:
 
 
 def known_rows(record: Path) -> list[WordScore]:
-    """Words judged by an earlier run that was broken off, or of fewer words."""
+    """Words scored by an earlier run that was broken off, or of fewer words."""
     if not record.exists():
         return []
     lines = record.read_text(encoding="utf-8").splitlines()
@@ -77,7 +77,7 @@ def known_rows(record: Path) -> list[WordScore]:
 
 
 def keep(rows: list[WordScore], record: Path):
-    """Add each word's rows as it is judged."""
+    """Add each word's rows as it is scored."""
 
     def done(share: float, own: list[WordScore]) -> None:
         rows.extend(own)
@@ -100,7 +100,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--encoder", default="fbank")
     parser.add_argument("--methods", default=f"{DEFAULT_METHODS},ctw/expected,dctw/expected")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--table", action="store_true", help="print what is there, judge nothing")
+    parser.add_argument("--table", action="store_true", help="print what is there, score nothing")
     given = parser.parse_args()
     noise = "clean" if given.noise_db is None else f"{given.noise_db:g}dB"
     given.name = f"{given.experiment}-{given.part}-{given.encoder}-{noise}-{given.seed}"
@@ -117,16 +117,16 @@ def synthetic(given: argparse.Namespace, rows: list[WordScore], record: Path) ->
     if given.experiment == "find":
         speak_sentences(folder, f"{start}sentences", texts, voices, FRAMES)
         sentences = folder / f"{start}sentences"
-    judged(given, rows, record, folder / f"{start}words", texts, sentences)
+    score(given, rows, record, folder / f"{start}words", texts, sentences)
 
 
 def natural(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
     natural_words(given.data, given.folder / "natural")
     texts = word_names(given.folder / "natural")[: given.words]
-    judged(given, rows, record, given.folder / "natural", texts)
+    score(given, rows, record, given.folder / "natural", texts)
 
 
-def judged(
+def score(
     given: argparse.Namespace,
     rows: list[WordScore],
     record: Path,
@@ -144,7 +144,7 @@ def judged(
             noise_db=given.noise_db,
             words=wanted,
             seed=given.seed,
-            done=keep(rows, record),
+            on_word=keep(rows, record),
         )
         print(*(f"left out: {line}" for line in broken), sep="\n", file=sys.stderr)
 

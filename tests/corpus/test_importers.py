@@ -13,11 +13,16 @@ import soundfile
 
 from elocute.corpus.corpus_checks import check_corpus
 from elocute.corpus.corpus_store import Corpus, open_corpus
-from elocute.corpus.importers import splits
 from elocute.corpus.importers.biwi import convert_biwi
-from elocute.corpus.importers.common import metres_per_unit
 from elocute.corpus.importers.folder import convert_folder
 from elocute.corpus.importers.grid import SCALARS, grid_clips, read_tracked_lips
+from elocute.corpus.importers.length_scale import metres_per_unit
+from elocute.corpus.importers.published_splits import (
+    BIWI_SEEN,
+    VOCASET_TEST,
+    VOCASET_TRAIN,
+    VOCASET_VALIDATION,
+)
 from elocute.corpus.importers.registry import convert, detect_format
 from elocute.corpus.importers.vocaset import convert_vocaset
 from elocute.corpus.split import find_leaks
@@ -26,7 +31,11 @@ from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 
-TWO = (splits.VOCASET_TRAIN[0], splits.VOCASET_VALIDATION[0], splits.VOCASET_TEST[0])
+TWO = (
+    VOCASET_TRAIN[0],
+    VOCASET_VALIDATION[0],
+    VOCASET_TEST[0],
+)
 
 
 @pytest.fixture
@@ -155,7 +164,7 @@ def test_the_folder_convention_is_refused_by_name(tmp_path, sources):
 BIWI_CLIPS = tuple(
     f"{subject}_{sentence}"
     for subject, sentences in (
-        *((name, ("e01", "e33", "e37")) for name in splits.BIWI_SEEN),
+        *((name, ("e01", "e33", "e37")) for name in BIWI_SEEN),
         ("F1", ("e01", "e40")),
     )
     for sentence in sentences

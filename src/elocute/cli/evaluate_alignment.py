@@ -66,7 +66,7 @@ def alignment_command(
             noise_db=noise_db,
             words=word_names(folder, sentences)[:words],
             seed=seed,
-            done=lambda share, _rows: progress(share) if progress else None,
+            on_word=lambda share, _rows: progress(share) if progress else None,
         )
     found = compare_methods(rows)
     write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])

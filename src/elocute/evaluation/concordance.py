@@ -1,4 +1,4 @@
-"""Concordance over clips, with intervals: what the paper's Table 2 holds."""
+"""Concordance over clips, with confidence intervals, as in Table 2 of Tzirakis et al. 2019."""
 
 from __future__ import annotations
 
@@ -18,11 +18,18 @@ TINY = 1e-12
 
 @dataclass(frozen=True)
 class ConcordanceScore:
-    """ρc over all frames of some clips taken together, and 95 % by drawing clips again.
+    """ρc over all frames of some clips together, with confidence intervals over clips.
 
-    mean      of all parameters, the paper's µ28 where there are 28
-    weighted  by the variance that each explains, as the loss does
-    first     the first five parameters
+    Attributes
+    ----------
+    clips, frames : int
+        How many were counted.
+    mean : ConfidenceInterval
+        Mean over all parameters; the paper's µ28 where there are 28.
+    weighted : ConfidenceInterval
+        Mean weighted by the variance that each parameter explains, as in the loss.
+    first : tuple of ConfidenceInterval
+        The first `FIRST` parameters, as the paper's table has them.
     """
 
     clips: int
@@ -32,7 +39,7 @@ class ConcordanceScore:
     first: tuple[ConfidenceInterval, ...]
 
     def record(self) -> dict[str, object]:
-        """For JSON."""
+        """Numbers by name, for JSON."""
         return {
             "clips": self.clips,
             "frames": self.frames,
@@ -45,7 +52,27 @@ class ConcordanceScore:
 def score_concordance(
     predicted: Sequence[Array], true: Sequence[Array], shares: NDArray[np.floating], seed: int = 0
 ) -> ConcordanceScore:
-    """predicted, true: (frame, parameter) of each clip. Raises CorpusError for no clip."""
+    """Concordance of predicted with true parameters.
+
+    Parameters
+    ----------
+    predicted, true : sequence of (frame, parameter) float32
+        One for each clip, without unit.
+    shares : (parameter,) float
+        Share of the variance that each parameter explains; need not add up to 1.
+    seed : int
+        Seed of the bootstrap.
+
+    Returns
+    -------
+    ConcordanceScore
+        Over all clips.
+
+    Raises
+    ------
+    CorpusError
+        For no clip.
+    """
     if not predicted:
         raise CorpusError.about("measure", found="no clip", allowed="one or more")
     sums = np.stack([_sums(x, y) for x, y in zip(predicted, true, strict=True)])
@@ -65,13 +92,13 @@ def score_concordance(
 
 
 def _sums(x: Array, y: Array) -> NDArray[np.float64]:
-    """(6, parameter): frames, Σx, Σy, Σx², Σy², Σxy."""
+    """(6, parameter): frames, Σx, Σy, Σx², Σy², Σxy of one clip."""
     a, b = np.asarray(x, np.float64), np.asarray(y, np.float64)
     return np.stack([part.sum(axis=0) for part in (np.ones_like(a), a, b, a * a, b * b, a * b)])
 
 
 def _concordance(sums: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(draw, parameter) of (draw, 6, parameter)."""
+    """(draw, parameter) ρc of sums (draw, 6, parameter)."""
     count, x, y, xx, yy, xy = np.moveaxis(sums, 1, 0)
     mean_x, mean_y = x / count, y / count
     var_x, var_y = xx / count - mean_x**2, yy / count - mean_y**2
@@ -80,6 +107,7 @@ def _concordance(sums: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _interval(value: float, draws: NDArray[np.float64]) -> ConfidenceInterval:
+    """A value with the quantiles of its bootstrap."""
     tail = (1 - CONFIDENCE) / 2
     low, high = np.quantile(draws, [tail, 1 - tail])
     return ConfidenceInterval(float(value), float(low), float(high))

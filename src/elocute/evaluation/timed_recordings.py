@@ -1,8 +1,8 @@
-"""Recordings whose parts are known in time: what alignments are judged by.
+"""Recordings with known phone times, which alignments are compared with.
 
     FOLDER/WORD/NAME.wav  and  NAME.json   {"phones": [[start_s, end_s, phone], …]}
 
-A sentence that holds a word has "word": [start_s, end_s] beside them.
+A sentence that contains a word has "word": [start_s, end_s] beside them.
 """
 
 from __future__ import annotations
@@ -15,27 +15,42 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import FloatArray
-from elocute.alignment.alignment import WarpingPath as Steps
+from elocute.alignment.alignment import FloatArray, WarpingPath
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError
 from elocute.evaluation.path_errors import TimeSpan, true_path
 from elocute.files.json_records import read_record
 from elocute.one_line_repr import one_line
 
-SAME_PHONES_MIN = 0.7  # of two recordings' phones that must be the same for a truth between them
-PHONES_MAX = 1000  # comparing two takes grows with the square of it
+PhoneSpan = tuple[float, float, str]
+"""Start in s, end in s, phone."""
+SAME_PHONES_MIN = 0.7
+"""Share of two recordings' phones that must be the same for them to be a pair."""
+PHONES_MAX = 1000  # the time to compare two recordings grows with its square
 FILE_MAX_BYTES = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class TimedRecording:
-    """One recording of a word: its view, its parts (start_s, end_s, name) in order, and where the
-    word stands in it where it is a sentence. rate: frames per second of the view."""
+    """One recording of a word, alone or in a sentence.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    view : (frame, feature) float
+        Features of the sound.
+    phones : tuple of (float, float, str)
+        Start in s, end in s and phone, in order.
+    word : (float, float), optional
+        Start and end of the word in a sentence, s.
+    rate : float
+        Frames of the view per second.
+    """
 
     name: str
     view: FloatArray
-    parts: tuple[tuple[float, float, str], ...]
+    phones: tuple[PhoneSpan, ...]
     word: TimeSpan | None = None
     rate: float = FEATURE_RATE
 
@@ -44,9 +59,16 @@ class TimedRecording:
 
 @dataclass(frozen=True, eq=False)
 class RecordingPair:
-    """A source and a target of which is known what belongs together.
+    """Two recordings of which it is known what corresponds.
 
-    spans: parts of the source and of the target (start_s, end_s) that are the same.
+    Parameters
+    ----------
+    source, target : TimedRecording
+        The recordings.
+    spans : tuple of pairs of (float, float)
+        Start and end in s of each phone in the source, and of the same phone in the target.
+    whole : bool
+        Whether the ends of both recordings correspond too.
     """
 
     source: TimedRecording
@@ -55,8 +77,8 @@ class RecordingPair:
     whole: bool = True
 
     @cached_property
-    def truth(self) -> Steps:
-        """The true path: piecewise linear between the ends of parts."""
+    def truth(self) -> WarpingPath:
+        """(step, 2) frames: the true path, piecewise linear between the ends of phones."""
         edges = np.array([(s[k], t[k]) for s, t in self.spans for k in (0, 1)])
         frames = len(self.source.view), len(self.target.view)
         edges = np.maximum.accumulate(edges, axis=0)
@@ -64,29 +86,69 @@ class RecordingPair:
 
 
 def word_pair(source: TimedRecording, target: TimedRecording) -> RecordingPair | None:
-    """The same word whole against whole; None where the two say it too differently."""
-    matched = matched_phones([p[2] for p in source.parts], [p[2] for p in target.parts])
-    longest = max(len(source.parts), len(target.parts))
+    """Pair two recordings of a word.
+
+    Parameters
+    ----------
+    source, target : TimedRecording
+        The word alone, in both.
+
+    Returns
+    -------
+    RecordingPair or None
+        None where fewer than `SAME_PHONES_MIN` of the phones are the same.
+    """
+    matched = matched_phones([p[2] for p in source.phones], [p[2] for p in target.phones])
+    longest = max(len(source.phones), len(target.phones))
     if sum(same for _, _, same in matched) < SAME_PHONES_MIN * longest:
         return None
     return RecordingPair(
-        source, target, tuple((source.parts[i][:2], target.parts[j][:2]) for i, j, _ in matched)
+        source, target, tuple((source.phones[i][:2], target.phones[j][:2]) for i, j, _ in matched)
     )
 
 
 def sentence_pair(sentence: TimedRecording, word: TimedRecording) -> RecordingPair | None:
-    """A word to be found in a sentence. Only the parts within the word are compared."""
+    """Pair a sentence with a recording of the word in it; only phones within the word are compared.
+
+    Parameters
+    ----------
+    sentence : TimedRecording
+        With the place of the word.
+    word : TimedRecording
+        The word alone.
+
+    Returns
+    -------
+    RecordingPair or None
+        None where fewer than `SAME_PHONES_MIN` of the phones are the same.
+
+    Raises
+    ------
+    AlignmentError
+        For a sentence without the place of its word.
+    """
     if sentence.word is None:
         raise AlignmentError.about(sentence.name, found="no word in it", allowed="a sentence")
     start, end = sentence.word
-    inner = tuple(p for p in sentence.parts if p[0] >= start - 1e-6 and p[1] <= end + 1e-6)
+    inner = tuple(p for p in sentence.phones if p[0] >= start - 1e-6 and p[1] <= end + 1e-6)
     within = TimedRecording(sentence.name, sentence.view, inner, sentence.word, sentence.rate)
     pair = word_pair(within, word)
     return pair and RecordingPair(pair.source, pair.target, pair.spans, whole=False)
 
 
 def matched_phones(source: Sequence[str], target: Sequence[str]) -> list[tuple[int, int, bool]]:
-    """Places of parts that stand for each other (fewest edits), and whether they are the same."""
+    """Match the phones of two recordings with the fewest edits.
+
+    Parameters
+    ----------
+    source, target : sequence of str
+        Phones in order.
+
+    Returns
+    -------
+    list of (int, int, bool)
+        Place in the source, place in the target, and whether the phones are the same.
+    """
     rows, columns = len(source), len(target)
     edits = np.zeros((rows + 1, columns + 1), np.intp)
     edits[:, 0], edits[0] = np.arange(rows + 1), np.arange(columns + 1)
@@ -107,27 +169,46 @@ def matched_phones(source: Sequence[str], target: Sequence[str]) -> list[tuple[i
     return found[::-1]
 
 
-def read_phone_times(path: Path) -> tuple[tuple[tuple[float, float, str], ...], TimeSpan | None]:
-    """Parts and the word of a `.json`. Raises AlignmentError for an invalid file."""
+def read_phone_times(path: Path) -> tuple[tuple[PhoneSpan, ...], TimeSpan | None]:
+    """Read the phone times of a recording.
+
+    Parameters
+    ----------
+    path : Path
+        A `.json`, as the module describes it.
+
+    Returns
+    -------
+    phones : tuple of (float, float, str)
+        Start in s, end in s and phone, in order.
+    word : (float, float) or None
+        Start and end of the word in a sentence, s.
+
+    Raises
+    ------
+    AlignmentError
+        For a file that is missing or invalid.
+    """
     allowed = '{"phones": [[start_s, end_s, phone], …]}'
     record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AlignmentError)
     try:
-        parts = tuple((float(a), float(b), str(c)) for a, b, c in record["phones"])
+        phones = tuple((float(a), float(b), str(c)) for a, b, c in record["phones"])
         span = record.get("word")
         word = (float(span[0]), float(span[1])) if span is not None else None
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise AlignmentError.about(
             path, found=f"no list of phones ({type(error).__name__})", allowed=allowed
         ) from error
-    if len(parts) > PHONES_MAX or (word is not None and not _in_order(np.array([word]))):
+    if len(phones) > PHONES_MAX or (word is not None and not _in_order(np.array([word]))):
         raise AlignmentError.about(
             path, found="too many phones, or a word out of order", allowed=f"up to {PHONES_MAX}"
         )
-    times = np.array([part[:2] for part in parts] or [(0.0, 0.0)])
-    if not parts or not _in_order(times):
+    times = np.array([phone[:2] for phone in phones] or [(0.0, 0.0)])
+    if not phones or not _in_order(times):
         raise AlignmentError.about(path, found="phones out of order, or none", allowed="in order")
-    return parts, word
+    return phones, word
 
 
 def _in_order(times: NDArray[np.float64]) -> bool:
+    """Whether times are finite and never decrease."""
     return bool(np.isfinite(times).all() and (np.diff(times.ravel()) >= -1e-6).all())

@@ -1,4 +1,4 @@
-"""The real-talker measure: a predicted mouth against one that was tracked in video.
+"""A predicted mouth against a real talker's, tracked in video.
 
 A folder holds `NAME.ogg` (or another sound) and `NAME.npz` with `t` (s), `inner_opening_mean`
 and `lip_width` (in units of the outer eye-corner distance), `valid` and `words`, a JSON text of
@@ -39,7 +39,24 @@ FIELDS = frozenset((*TRACKED_FIELDS, "words"))
 
 @dataclass(frozen=True, eq=False)
 class TrackedMouth:
-    """One tracked recording."""
+    """The mouth of one tracked recording.
+
+    Attributes
+    ----------
+    name : str
+        Of the recording.
+    sound : Path
+        The sound beside it.
+    times_s : (frame,) float64
+        Time of each frame, s.
+    opening, width : (frame,) float64
+        Gap between the inner lips and width of the mouth, in units of the outer eye-corner
+        distance.
+    valid : (frame,) bool
+        Whether the mouth was seen.
+    words : list of (float, float, str)
+        Start in s, end in s and word.
+    """
 
     name: str
     sound: Path
@@ -54,7 +71,25 @@ class TrackedMouth:
 
 @dataclass(frozen=True)
 class MouthScore:
-    """How one prediction fared: correlations, and closures at word starts (met, counted)."""
+    """One predicted mouth against its recording.
+
+    Attributes
+    ----------
+    name : str
+        Of the recording.
+    opening_r, width_r : float
+        Pearson's correlation at no lag.
+    opening_best_r, width_best_r : float
+        The highest correlation within ±`LAG_MAX_S`.
+    opening_lag_s : float
+        The lag of that of the opening, s; positive where the prediction is late.
+    closures_met, closures : int
+        Words with b or p at whose start the predicted mouth closes, and all of them.
+    false_met, others : int
+        The same of other words, but for those with m.
+    real_closures_met, real_false_met : int
+        As `closures_met` and `false_met`, of the recorded mouth.
+    """
 
     name: str
     opening_r: float
@@ -72,7 +107,22 @@ class MouthScore:
 
 @dataclass(frozen=True)
 class MeanMouthScore:
-    """Means over takes; closures are pooled over words. Recall up, false closure down."""
+    """Means over recordings, with closures pooled over words.
+
+    Attributes
+    ----------
+    takes : int
+        Number of recordings.
+    opening_r, opening_best_r, width_r, width_best_r : float
+        Mean correlations.
+    opening_lag_s : float
+        Median lag, s.
+    closure_recall, real_closure_recall : float
+        Share of words with b or p at which the predicted, or the recorded, mouth closes; higher is
+        better.
+    false_closure, real_false_closure : float
+        The same of other words; lower is better.
+    """
 
     takes: int
     opening_r: float
@@ -87,7 +137,25 @@ class MeanMouthScore:
 
 
 def find_tracked_mouths(folder: str | Path, names: list[str] | None = None) -> list[Path]:
-    """The `.npz` files of a folder (or those called `names`), sorted. Raises InputError."""
+    """Find the recordings of a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The folder.
+    names : list of str, optional
+        Recordings to take; all by default.
+
+    Returns
+    -------
+    list of Path
+        Their `.npz` files, sorted, or in the order of `names`.
+
+    Raises
+    ------
+    InputError
+        Where there is none, or one is missing.
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError.about(folder, found="no folder", allowed="a folder of NAME.npz and sound")
@@ -103,7 +171,23 @@ def find_tracked_mouths(folder: str | Path, names: list[str] | None = None) -> l
 
 
 def read_tracked_mouth(path: Path) -> TrackedMouth:
-    """One tracked recording. Raises InputError where a field or the sound is missing."""
+    """Read one recording.
+
+    Parameters
+    ----------
+    path : Path
+        Its `.npz`.
+
+    Returns
+    -------
+    TrackedMouth
+        The recorded mouth.
+
+    Raises
+    ------
+    InputError
+        For a missing field or sound, too few valid frames, or numbers that are not finite.
+    """
     sound = next((s for s in (path.with_suffix(x) for x in SOUNDS) if s.is_file()), None)
     if sound is None:
         raise InputError.about(path, found="no sound beside it", allowed=" ".join(SOUNDS))
@@ -127,17 +211,36 @@ def read_tracked_mouth(path: Path) -> TrackedMouth:
     return TrackedMouth(path.stem, sound, times_s, opening, width, seen, words)
 
 
-def score_mouth(take: TrackedMouth, predicted: Curves, eye_distance_mm: float) -> MouthScore:
-    """Compare one prediction with its recording; eye_distance_mm is the predicted head's."""
+def score_mouth(recorded: TrackedMouth, predicted: Curves, eye_distance_mm: float) -> MouthScore:
+    """Compare a prediction with its recording.
+
+    Parameters
+    ----------
+    recorded : TrackedMouth
+        The recording.
+    predicted : Curves
+        `opening_mm` and `width_mm`, as from `measure_mouth`.
+    eye_distance_mm : float
+        Distance of the outer eye corners of the predicted head, mm.
+
+    Returns
+    -------
+    MouthScore
+        Of this recording.
+    """
     predicted_times = np.arange(len(predicted.values)) / predicted.fps
     opening = predicted["opening_mm"].astype(float) / eye_distance_mm
     width = predicted["width_mm"].astype(float) / eye_distance_mm
-    opening_r, opening_best, lag_s = _correlate(take, take.opening, predicted_times, opening)
-    width_r, width_best, _ = _correlate(take, take.width, predicted_times, width)
-    met = _closures(take.words, predicted_times, opening)
-    real = _closures(take.words, take.times_s[take.valid], take.opening[take.valid])
+    opening_r, opening_best, lag_s = _correlate(
+        recorded, recorded.opening, predicted_times, opening
+    )
+    width_r, width_best, _ = _correlate(recorded, recorded.width, predicted_times, width)
+    met = _closures(recorded.words, predicted_times, opening)
+    real = _closures(
+        recorded.words, recorded.times_s[recorded.valid], recorded.opening[recorded.valid]
+    )
     return MouthScore(
-        take.name,
+        recorded.name,
         opening_r,
         opening_best,
         lag_s,
@@ -150,7 +253,18 @@ def score_mouth(take: TrackedMouth, predicted: Curves, eye_distance_mm: float) -
 
 
 def mean_mouth_score(scores: list[MouthScore]) -> MeanMouthScore:
-    """Means over takes, closures pooled."""
+    """Means over recordings, with closures pooled over words.
+
+    Parameters
+    ----------
+    scores : list of MouthScore
+        One or more.
+
+    Returns
+    -------
+    MeanMouthScore
+        Of all recordings.
+    """
 
     def mean(field: str) -> float:
         return float(np.nanmean([getattr(score, field) for score in scores]))
@@ -174,10 +288,10 @@ def mean_mouth_score(scores: list[MouthScore]) -> MeanMouthScore:
 
 
 def _correlate(
-    take: TrackedMouth, tracked: Array, predicted_times: Array, predicted: Array
+    recorded: TrackedMouth, tracked: Array, predicted_times: Array, predicted: Array
 ) -> tuple[float, float, float]:
-    """Pearson r at zero lag, the best r within ±LAG_MAX_S, and its lag (s, positive: late)."""
-    times, real = take.times_s[take.valid], tracked[take.valid]
+    """Pearson r at no lag, the best r within ±LAG_MAX_S, and its lag (s, positive: late)."""
+    times, real = recorded.times_s[recorded.valid], tracked[recorded.valid]
     steps = round(LAG_MAX_S / LAG_STEP_S)
     lags = np.arange(-steps, steps + 1) * LAG_STEP_S
     rs = [pearson(real, np.interp(times + lag, predicted_times, predicted)) for lag in lags]
@@ -188,7 +302,7 @@ def _correlate(
 def _closures(
     words: list[tuple[float, float, str]], times_s: Array, opening: Array
 ) -> tuple[int, int, int, int]:
-    """Closed at b/p words, b/p words, closed at other words, other words (m counts nowhere)."""
+    """Closed at b/p words, all b/p words, closed at other words, all others (without m)."""
     met = wanted = false = others = 0
     for start_s, _, word in words:
         if word in ("sil", "sp", "") or word[0] == "m":
@@ -212,12 +326,38 @@ def evaluate_tracked_mouths(
     names: list[str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[MeanMouthScore, list[MouthScore]]:
-    """Measure a predictor on a folder of tracked recordings. Raises InputError."""
+    """Measure a predictor on a folder of tracked recordings; this is `elocute evaluate real`.
+
+    Parameters
+    ----------
+    folder : str or Path
+        As the module describes it.
+    predict : callable
+        Takes a sound file and gives Curves of the mouth, as from `measure_mouth`.
+    eye_distance_mm : float
+        Distance of the outer eye corners of the predicted head, mm.
+    names : list of str, optional
+        Recordings to take; all by default.
+    progress : callable, optional
+        Called with the share that is done, 0 to 1.
+
+    Returns
+    -------
+    summary : MeanMouthScore
+        Means over recordings.
+    scores : list of MouthScore
+        One for each recording.
+
+    Raises
+    ------
+    InputError
+        For a recording that is missing or cannot be used.
+    """
     paths = find_tracked_mouths(folder, names)
     scores = []
     for done, path in enumerate(paths, 1):
-        take = read_tracked_mouth(path)
-        scores.append(score_mouth(take, predict(take.sound), eye_distance_mm))
+        recorded = read_tracked_mouth(path)
+        scores.append(score_mouth(recorded, predict(recorded.sound), eye_distance_mm))
         if progress:
             progress(done / len(paths))
     return mean_mouth_score(scores), scores

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.common import Progress, SkippedClips, metres_per_unit, require_clips
-from elocute.corpus.importers.splits import choose_splits
+from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
+from elocute.corpus.importers.length_scale import metres_per_unit
+from elocute.corpus.importers.split_choice import choose_splits
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.reading import bytes_text, read_bytes

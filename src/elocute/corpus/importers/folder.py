@@ -17,16 +17,11 @@ from elocute.audio.read import probe_audio, read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.frame_rates import choose_frame_rate
-from elocute.corpus.importers.common import (
-    FLOATS,
-    Progress,
-    SkippedClips,
-    checked_templates,
-    metres_per_unit,
-    open_float_array,
-    require_clips,
-)
-from elocute.corpus.importers.splits import VOCASET_SUBJECTS, choose_splits
+from elocute.corpus.importers.foreign_arrays import FLOATS, checked_templates, open_float_array
+from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
+from elocute.corpus.importers.length_scale import metres_per_unit
+from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
+from elocute.corpus.importers.split_choice import choose_splits
 from elocute.corpus.importers.vocaset import read_texts, sentence_id
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError

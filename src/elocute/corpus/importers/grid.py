@@ -20,9 +20,9 @@ from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.common import Progress, require_clips
+from elocute.corpus.importers.import_report import Progress, require_clips
 from elocute.corpus.importers.lip_fit import SPEECH_SHAPES, LipMotion, fit_lips, lip_shape_effects
-from elocute.corpus.importers.splits import choose_splits
+from elocute.corpus.importers.split_choice import choose_splits
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_reading import read_npz
 from elocute.files.json_records import parse_json

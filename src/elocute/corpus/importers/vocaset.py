@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.common import (
-    Progress,
+from elocute.corpus.importers.foreign_arrays import (
     checked_templates,
     checked_waveform,
     one_line_name,
     open_float_array,
-    require_clips,
 )
-from elocute.corpus.importers.splits import VOCASET_SUBJECTS, choose_splits
+from elocute.corpus.importers.import_report import Progress, require_clips
+from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
+from elocute.corpus.importers.split_choice import choose_splits
 from elocute.corpus.split import ClipEntry
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
