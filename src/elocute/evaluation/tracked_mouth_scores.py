@@ -23,7 +23,7 @@ from elocute.motion.mouth_measures import TRACKED_CLOSED
 from elocute.numerics.correlation import pearson
 from elocute.one_line_repr import one_line
 
-Array = NDArray[np.float64]
+Doubles = NDArray[np.float64]
 MouthPredictor = Callable[[Path], Curves]
 """Sound file to `opening_mm, width_mm, …` as `measure_mouth` gives them."""
 
@@ -60,9 +60,9 @@ class TrackedMouth:
 
     name: str
     sound: Path
-    times_s: Array
-    opening: Array
-    width: Array
+    times_s: Doubles
+    opening: Doubles
+    width: Doubles
     valid: NDArray[np.bool_]
     words: list[tuple[float, float, str]]
 
@@ -288,7 +288,7 @@ def mean_mouth_score(scores: list[MouthScore]) -> MeanMouthScore:
 
 
 def _correlate(
-    recorded: TrackedMouth, tracked: Array, predicted_times: Array, predicted: Array
+    recorded: TrackedMouth, tracked: Doubles, predicted_times: Doubles, predicted: Doubles
 ) -> tuple[float, float, float]:
     """Pearson r at no lag, the best r within ±LAG_MAX_S, and its lag (s, positive: late)."""
     times, real = recorded.times_s[recorded.valid], tracked[recorded.valid]
@@ -300,7 +300,7 @@ def _correlate(
 
 
 def _closures(
-    words: list[tuple[float, float, str]], times_s: Array, opening: Array
+    words: list[tuple[float, float, str]], times_s: Doubles, opening: Doubles
 ) -> tuple[int, int, int, int]:
     """Closed at b/p words, all b/p words, closed at other words, all others (without m)."""
     met = wanted = false = others = 0

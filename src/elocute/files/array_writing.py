@@ -78,7 +78,7 @@ class RowWriter:
 
         Parameters
         ----------
-        rows : array_like (count, *row)
+        rows : (count, *row) array_like
             Converted to the file's type.
 
         Raises
@@ -119,7 +119,7 @@ def save_npy(path: str | Path, array: NDArray[Any]) -> None:
     ----------
     path : str or Path
         The file.
-    array : array (row, …)
+    array : (row, …)
         Of one axis or more.
 
     Raises

@@ -213,27 +213,30 @@ def _by_identity(inputs: Iterable[Source]) -> dict[tuple[int, int], Source]:
 
 
 def _refuse_inputs(planned: PlannedOutput, inputs: dict[tuple[int, int], Source]) -> None:
-    try:
-        facts = planned.path.stat()
-    except OSError:
-        return
-    source = inputs.get((facts.st_dev, facts.st_ino))
-    found = None if source is None else f"an input of this run ({source})"
-    if found is None and stat.S_ISDIR(facts.st_mode):
-        place = os.path.realpath(planned.path)
-        within = [s for s in inputs.values() if Path(os.path.realpath(s)).is_relative_to(place)]
-        found = f"a folder that holds an input of this run ({within[0]})" if within else None
-    if (
-        found is None
-        and stat.S_ISREG(facts.st_mode)
-        and not (recall_output(planned.path) or ("", 0))[1]
-    ):
-        place = os.path.realpath(planned.path.parent)
-        folders = [s for s in inputs.values() if Path(s).is_dir()]
-        within = [s for s in folders if Path(place).is_relative_to(os.path.realpath(s))]
-        found = f"a file of an input of this run ({within[0]})" if within else None
+    found = _input_at(planned.path, inputs)
     if found is not None:
         aside = "" if planned.beside is None else f", where the sound of {planned.beside.name} goes"
         raise OutputError.about(
             planned.path, found=found + aside, remedy="choose another output name"
         )
+
+
+def _input_at(path: Path, inputs: dict[tuple[int, int], Source]) -> str | None:
+    """What input would be lost where an output is written to `path`, or None."""
+    try:
+        facts = path.stat()
+    except OSError:
+        return None
+    source = inputs.get((facts.st_dev, facts.st_ino))
+    if source is not None:
+        return f"an input of this run ({source})"
+    if stat.S_ISDIR(facts.st_mode):
+        place = os.path.realpath(path)
+        within = [s for s in inputs.values() if Path(os.path.realpath(s)).is_relative_to(place)]
+        return f"a folder that holds an input of this run ({within[0]})" if within else None
+    if stat.S_ISREG(facts.st_mode) and not (recall_output(path) or ("", False))[1]:
+        place = os.path.realpath(path.parent)
+        folders = [s for s in inputs.values() if Path(s).is_dir()]
+        within = [s for s in folders if Path(place).is_relative_to(os.path.realpath(s))]
+        return f"a file of an input of this run ({within[0]})" if within else None
+    return None

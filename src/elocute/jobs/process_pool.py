@@ -67,20 +67,15 @@ def run_local(
                     waiting.again(task, worker.tries)
                 else:
                     yield task, result
-                if not alive:
+                following = waiting.next()
+                if not alive or following is None:
                     _stop(worker)
                     workers.remove(worker)
-                    worker = None
-                following = waiting.next()
-                if following is None:
-                    if worker is not None:
-                        _stop(worker)
-                        workers.remove(worker)
-                    continue
-                if worker is None:
-                    worker = _started(work)
-                    workers.append(worker)
-                _give(worker, *following)
+                if following is not None:
+                    if not alive:
+                        worker = _started(work)
+                        workers.append(worker)
+                    _give(worker, *following)
     finally:
         for worker in workers:
             _stop(worker)

@@ -89,24 +89,22 @@ def run_ray(
         worker = worker or actor.remote()
         running[worker.run.remote(work, task)] = worker, task, tried + 1
 
-    quiet = contextlib.redirect_stdout(sys.stderr)  # the cluster's notices are no result
     try:
-        quiet.__enter__()
-        for _ in range(jobs):
-            give(None)
-        while running:
-            reference = ray.wait(list(running), num_returns=1)[0][0]
-            worker, task, tried = running.pop(reference)
-            alive, result = _result(reference, tried)
-            if type(result) is FailedTask and tried < tries:
-                waiting.again(task, tried)
-            else:
-                yield task, result
-            if not alive:
-                ray.kill(worker)
-            give(worker if alive else None)
+        with contextlib.redirect_stdout(sys.stderr):  # for the cluster's notices
+            for _ in range(jobs):
+                give(None)
+            while running:
+                reference = ray.wait(list(running), num_returns=1)[0][0]
+                worker, task, tried = running.pop(reference)
+                alive, result = _result(reference, tried)
+                if type(result) is FailedTask and tried < tries:
+                    waiting.again(task, tried)
+                else:
+                    yield task, result
+                if not alive:
+                    ray.kill(worker)
+                give(worker if alive else None)
     finally:
-        quiet.__exit__(None, None, None)
         ray.shutdown()
 
 

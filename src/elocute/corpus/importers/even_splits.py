@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from elocute.corpus.split import ClipEntry, Split, split_by_subject
+from elocute.corpus.split import PARTS, ClipEntry, Split, split_by_subject
 from elocute.errors import CorpusError
-
-PARTS = ("train", "validation", "test")
 
 
 def even_split(entries: Sequence[ClipEntry], notes: list[str]) -> Split:

@@ -35,7 +35,7 @@ def checked_template(source: Path, name: str, value: Any, vertices: int | None) 
 
     Returns
     -------
-    array (vertex, 3) float32
+    (vertex, 3) float32
         The vertices, in the file's unit.
 
     Raises
@@ -78,7 +78,7 @@ def checked_templates(source: Path, given: Any, vertices: int | None = None) -> 
 
     Returns
     -------
-    dict of str to array (vertex, 3) float32
+    dict of str to (vertex, 3) float32
         Vertices by subject, in the file's unit.
 
     Raises

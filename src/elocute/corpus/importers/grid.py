@@ -1,7 +1,7 @@
-"""Real lips: clips of a talker tracked in video, as weights of the built-in head.
+"""The GRID corpus's lips: a talker tracked in video, as weights of the built-in head.
 
 A folder holds `NAME.ogg` and `NAME.npz`: `lip_xyz` (frame, 43, 3) pixels of MediaPipe's face
-mesh at `lip_idx`, heads laid over one another within a clip, x to the right of the picture, y
+mesh at `lip_idx`, heads aligned with one another within a clip, x to the right of the picture, y
 down, depth weak and away from the camera; `eye_dist_px`; distances in units of the outer
 eye-corner distance (`inner_opening_mean`, `lip_width`, `jaw`, `lower_lip`, `upper_lip`, the
 last three from the nose); `fps`, `valid` and `words`, a JSON text of [start s, end s, word].
@@ -39,7 +39,7 @@ from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.resampling import interpolate
 from elocute.numerics.smoothing import gaussian_smoothed
 
-Floats = NDArray[np.float64]
+Doubles = NDArray[np.float64]
 
 SUBJECT = "grid"
 NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
@@ -53,27 +53,58 @@ SILENCE = ("sil", "sp", "")
 
 @dataclass(frozen=True, eq=False)
 class TrackedLips:
-    """One clip as it was tracked, in eye distances, y up and z out of the face.
+    """The lips of one clip in units of the outer eye-corner distance, y up and z out of the face.
 
-    points   (frame, contour, point, 3) from below the nose
-    scalars  name to (frame,)
+    Attributes
+    ----------
+    name : str
+        Of the clip.
+    fps : float
+        Frames per second.
+    points : (frame, contour, point, 3) float64
+        From the point below the nose, along `LIP_CONTOURS`.
+    scalars : dict of str to (frame,) float64
+        Distances by name, those of `SCALARS`.
+    words : tuple of str
+        What is said.
     """
 
     name: str
     fps: float
-    points: Floats
-    scalars: dict[str, Floats]
+    points: Doubles
+    scalars: dict[str, Doubles]
     words: tuple[str, ...]
 
 
 def grid_clips(
     folder: str | Path, *, leave_out: set[str], fps: float, skipped: list[str] | None = None
 ) -> Iterator[tuple[Clip, float]]:
-    """Each clip as weights of the built-in head at `fps`, and its residual (RMS, mm, x and y).
+    """Fit the built-in head to the clips of a folder, one after another.
 
-    Subject `grid`, sentence the clip's name, text its words. Clips named in `leave_out` are
-    not even looked at. Those that cannot be read are told in `skipped`. Raises CorpusError
-    where nothing is left.
+    Subjects are called `grid` and sentences as their files.
+
+    Parameters
+    ----------
+    folder : str or Path
+        As the module describes it.
+    leave_out : set of str
+        Names of clips, which are not even opened.
+    fps : float
+        Frames per second of the result.
+    skipped : list of str, optional
+        A line is appended for each clip that cannot be read.
+
+    Yields
+    ------
+    clip : Clip
+        Weights of the built-in head.
+    residual_mm : float
+        RMS distance that the fit leaves in x and y, mm.
+
+    Raises
+    ------
+    CorpusError
+        Where no clip is left.
     """
     notes = skipped if skipped is not None else []
     paths = [p for p in sorted(Path(folder).glob("*.npz")) if p.stem not in leave_out]
@@ -113,9 +144,28 @@ def convert_grid(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Write the corpus folder `output` of all clips of `source`, or of `source/clips`.
+    """Convert all clips of `source`, or of `source/clips`, into a corpus.
 
-    Returns a line for each thing that was skipped. Raises CorpusError; nothing is written then.
+    Parameters
+    ----------
+    source : Path
+        The folder.
+    output : Path
+        The corpus folder, new.
+    fps : float
+        Frames per second of the corpus.
+    leave_out, split, progress
+        As for `registry.convert`.
+
+    Returns
+    -------
+    list of str
+        A line for each thing that was skipped, the residual, and the split.
+
+    Raises
+    ------
+    CorpusError
+        Where no clip can be used; nothing is written then.
     """
     folder = source / "clips" if (source / "clips").is_dir() else source
     total = max(1, sum(p.stem not in leave_out for p in folder.glob("*.npz")))
@@ -147,7 +197,23 @@ def convert_grid(
 
 
 def read_tracked_lips(path: Path) -> TrackedLips:
-    """One tracked clip; frames without a face are bridged. Raises CorpusError."""
+    """Read one tracked clip; frames without a face are interpolated.
+
+    Parameters
+    ----------
+    path : Path
+        Its `.npz`.
+
+    Returns
+    -------
+    TrackedLips
+        The lips.
+
+    Raises
+    ------
+    CorpusError
+        For missing fields, unusable numbers, or fewer than two frames with a face.
+    """
     fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     try:
         given = np.asarray(fields["lip_xyz"], np.float64)
@@ -183,11 +249,24 @@ def read_tracked_lips(path: Path) -> TrackedLips:
 
 
 def resting_lips(paths: list[Path]) -> TrackedLips:
-    """The talker at rest, one frame: the median of frames with nearly closed lips, over clips.
+    """The talker at rest: the median of frames with nearly closed lips, over clips.
 
-    Clips without such a frame, and those that cannot be read, do not count.
+    Parameters
+    ----------
+    paths : list of Path
+        Clips; those without such a frame, or that cannot be read, do not count.
+
+    Returns
+    -------
+    TrackedLips
+        One frame.
+
+    Raises
+    ------
+    CorpusError
+        Where no clip counts.
     """
-    points: list[Floats] = []
+    points: list[Doubles] = []
     scalars: dict[str, list[float]] = {name: [] for name in SCALARS}
     for path in paths:
         try:
@@ -208,11 +287,25 @@ def resting_lips(paths: list[Path]) -> TrackedLips:
 
 
 def lip_motion(track: TrackedLips, rest: TrackedLips, scale: float) -> LipMotion:
-    """What moved, in mm of a head whose eye corners are `scale` mm apart.
+    """What moved, at the size of a head.
 
-    Trackers see a small gap between lips that touch; it is taken away where lips are nearly
-    closed, so that closed means closed on the head. The mouth as a whole stays in the middle:
-    seen from the front, a head that turns looks like a jaw that slides.
+    A tracker sees a small gap between lips that touch; it is removed where lips are nearly closed,
+    so that closed means closed on the head. The mouth as a whole stays in the middle: seen from the
+    front, a head that turns looks like a jaw that slides.
+
+    Parameters
+    ----------
+    track : TrackedLips
+        The clip.
+    rest : TrackedLips
+        The talker at rest.
+    scale : float
+        Distance of the head's outer eye corners, mm.
+
+    Returns
+    -------
+    LipMotion
+        Displacements from rest.
     """
     seen = track.scalars["inner_opening_mean"]
     ease = tracked_opening_share(seen)
@@ -234,8 +327,8 @@ def lip_motion(track: TrackedLips, rest: TrackedLips, scale: float) -> LipMotion
     )
 
 
-def _bridged(values: Floats, valid: NDArray[np.integer]) -> Floats:
-    """Frames (frame, …) that hold no face or no number, filled in from those around them."""
+def _bridged(values: Doubles, valid: NDArray[np.integer]) -> Doubles:
+    """Frames (frame, …) without a face or a finite number, interpolated from those around them."""
     flat = values.reshape(len(values), -1)
     good = valid[np.isfinite(flat[valid]).all(axis=1)]
     if len(good) < 2:

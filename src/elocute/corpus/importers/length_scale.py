@@ -30,7 +30,7 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str
 
     Parameters
     ----------
-    template : array (vertex, 3)
+    template : (vertex, 3) float
         A neutral face in the file's unit.
     notes : list of str
         A line is appended where something other than metres was assumed.
