@@ -101,6 +101,7 @@ class WordClip:
         return values
 
     def _refuse(self, found: str, allowed: str) -> None:
+        """Raise CorpusError about this clip."""
         raise CorpusError.about(f"clip {self.clip[:120]}", found=found, allowed=allowed)
 
     def __len__(self) -> int:

@@ -310,7 +310,28 @@ def train_one(
     folder: Path,
     report: Report | None = None,
 ) -> TrainedCrnn:
-    """Run one training, resumed from `folder` where it began before; its model is left there."""
+    """Run one training, or resume it; its model is left in its folder.
+
+    Parameters
+    ----------
+    shards : Shards
+        With the basis.
+    features : FeatureCache
+        Clips of the shards.
+    training : str
+        One of `TRAININGS`.
+    config : CrnnTrainConfig
+        Its settings, but for the loss of "mse".
+    folder : Path
+        Made where it does not exist.
+    report : callable, optional
+        Receives the progress.
+
+    Returns
+    -------
+    TrainedCrnn
+        The network.
+    """
     folder.mkdir(exist_ok=True)
     rows = training_clips(features, training)
     loss = "mse" if training == "mse" else config.loss
@@ -336,7 +357,28 @@ def score_training(
 def score_noise(
     network: Crnn, shards: Shards, features: FeatureCache, kind: str, snr_db: float, shares: Array
 ) -> ConcordanceScore:
-    """Concordance on the test clips with white noise or babble under them."""
+    """Concordance on the test clips with noise under them.
+
+    Parameters
+    ----------
+    network : Crnn
+        A trained network.
+    shards : Shards
+        With the sounds.
+    features : FeatureCache
+        Clips of the shards.
+    kind : str
+        "white" or "babble".
+    snr_db : float
+        Level of the speech over the noise, dB.
+    shares : (parameter,) float32
+        As for `score_concordance`.
+
+    Returns
+    -------
+    ConcordanceScore
+        Over the test clips.
+    """
 
     def noisy(sound: Waveform) -> Waveform:
         count = len(sound.samples)
@@ -483,7 +525,22 @@ def compare_with_arkit(
 def score_talker(
     folder: Path, model: Path, names: list[str] | None = None
 ) -> dict[str, MeanMouthScore]:
-    """A real talker's mouth: the recurrent model beside VOCA and the rules."""
+    """A real talker's mouth: the recurrent model beside VOCA and the rules.
+
+    Parameters
+    ----------
+    folder : Path
+        Tracked recordings, as for `evaluate_tracked_mouths`.
+    model : Path
+        The recurrent model (.onnx).
+    names : list of str, optional
+        Recordings to take; all by default.
+
+    Returns
+    -------
+    dict of str to MeanMouthScore
+        By model.
+    """
     eye_mm = 1000 * load_builtin_head().eye_distance_m
     found = {}
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):

@@ -1,10 +1,10 @@
-"""What this tool wrote, and from what: so that the same command may replace its own files.
+"""What this tool wrote, and from what, so that the same command may replace its own files.
 
 A small SQLite file in the user's state folder: `ELOCUTE_STATE` where that is set, else
 `XDG_STATE_HOME/elocute` or `~/.local/state/elocute`, on macOS `~/Library/Application
 Support/elocute`, on Windows `%LOCALAPPDATA%/elocute`. It holds paths, sizes and times, and stays on
-this machine.
-Where it cannot be read or written, nothing is known, and nothing that exists is taken for ours.
+this machine. Where it cannot be read or written, nothing is known, and every file that exists
+counts as somebody else's.
 """
 
 from __future__ import annotations
@@ -34,7 +34,13 @@ _T = TypeVar("_T")
 
 
 def state_folder() -> Path:
-    """Where the ledger lies; nothing is made."""
+    """Where the history lies; nothing is made.
+
+    Returns
+    -------
+    Path
+        It may be missing.
+    """
     named = os.environ.get("ELOCUTE_STATE")
     if named:
         return Path(named)
@@ -48,12 +54,35 @@ def state_folder() -> Path:
 
 
 def source_text(sources: Iterable[Source]) -> str:
-    """Inputs as the ledger names them: files by their real path, everything else as it is."""
+    """Inputs as the history names them.
+
+    Parameters
+    ----------
+    sources : iterable of str or Path
+        Files, or texts that name something else.
+
+    Returns
+    -------
+    str
+        A line for each: files by their real path, everything else as it is.
+    """
     return "\n".join(os.path.realpath(s) if os.path.lexists(s) else str(s) for s in sources)
 
 
 def fingerprint(path: Path) -> str | None:
-    """Size and time of a file, or of all that a folder holds; None where nothing is."""
+    """What changes when a file or a folder changes.
+
+    Parameters
+    ----------
+    path : Path
+        A file or folder.
+
+    Returns
+    -------
+    str or None
+        From the size and time of the file, or of all that the folder holds; None where nothing is
+        there.
+    """
     try:
         facts = os.lstat(path)
         if stat.S_ISREG(facts.st_mode):
@@ -74,7 +103,15 @@ def fingerprint(path: Path) -> str | None:
 
 
 def remember_output(path: Path, sources: Iterable[Source]) -> None:
-    """Note that `path`, as it is now, was made from `sources`. Does nothing where it cannot."""
+    """Note that an output, as it is now, was made from `sources`; nothing happens where that fails.
+
+    Parameters
+    ----------
+    path : Path
+        The output.
+    sources : iterable of str or Path
+        What it was made from.
+    """
     found, source = fingerprint(path), source_text(sources)
     if found is None:
         return
@@ -92,7 +129,18 @@ def remember_output(path: Path, sources: Iterable[Source]) -> None:
 
 
 def recall_output(path: Path) -> tuple[str, bool] | None:
-    """What `path` was made from and whether it is still as it was made; None where unknown."""
+    """What an output was made from.
+
+    Parameters
+    ----------
+    path : Path
+        The output.
+
+    Returns
+    -------
+    (str, bool) or None
+        The text of its sources, and whether it is still as it was made; None where it is unknown.
+    """
 
     def ask(table: sqlite3.Connection) -> tuple[str, str] | None:
         row = table.execute(
@@ -110,7 +158,7 @@ def _key(path: Path) -> bytes:
 
 
 def _with_history(ask: Callable[[sqlite3.Connection], _T]) -> _T | None:
-    """`ask` of the open ledger, begun anew once where it is damaged; None where there is none."""
+    """`ask` of the open history, begun anew once where it is damaged; None where there is none."""
     try:
         import sqlite3
 

@@ -14,7 +14,7 @@ JOBS_MAX = 256
 
 @dataclass(frozen=True)
 class FailedTask:
-    """Why a task came to nothing, though it was tried again."""
+    """Why a task has no result, though it was tried again."""
 
     reason: str
 
@@ -26,7 +26,22 @@ Pool = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[tuple[Any, Any]]
 def one_after_another(
     work: Callable[[Any], Any], tasks: Iterable[Any]
 ) -> Iterator[tuple[Any, Any]]:
-    """The Pool of this process alone."""
+    """The Pool of this process alone.
+
+    Parameters
+    ----------
+    work : callable
+        Takes a task and gives its result.
+    tasks : iterable
+        Tasks.
+
+    Yields
+    ------
+    task : object
+        In the order given.
+    result : object or FailedTask
+        What `work` gave; FailedTask where it raised an error of Elocute.
+    """
     for task in tasks:
         try:
             outcome = work(task)

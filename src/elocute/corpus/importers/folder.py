@@ -126,7 +126,7 @@ def _check_folders(source: Path) -> None:
 
 
 def _lengths(source: Path, arrays: list[Path], sounds: set[str]) -> list[tuple[int, float]]:
-    """Frames and seconds of sound of some clips, evenly spaced; unreadable ones are reported later."""
+    """Frames and seconds of sound of some clips, evenly spaced; unreadable ones come up later."""
     paired = [path for path in arrays if path.stem in sounds]
     found = []
     for path in paired[:: max(1, len(paired) // PROBED)][:PROBED]:

@@ -1,4 +1,4 @@
-"""Arrays and sparse matrices out of a pickle's parts, held against each other first."""
+"""Arrays and sparse matrices made of a pickle's parts, once these are known to fit."""
 
 from __future__ import annotations
 
@@ -23,8 +23,18 @@ AXIS_MAX = 2**40
 class SparseMatrix:
     """A matrix as scipy stores it by columns ("csc") or by rows ("csr"), checked.
 
-    data (entry,) numbers; indices (entry,) the row (csc) or column (csr) of each;
-    indptr (columns + 1,) or (rows + 1,) where each line begins; shape (rows, columns).
+    Attributes
+    ----------
+    layout : str
+        "csc" or "csr".
+    data : (entry,) array
+        Numbers.
+    indices : (entry,) int
+        Row (csc) or column (csr) of each.
+    indptr : (columns + 1,) or (rows + 1,) int
+        Where each column or row begins.
+    shape : (int, int)
+        Rows and columns.
     """
 
     layout: str
@@ -41,7 +51,13 @@ class SparseMatrix:
     __repr__ = one_line
 
     def dense(self) -> NDArray[np.float64]:
-        """(row, column); entries that occur twice are added. Mind the size: see `shape`."""
+        """The matrix with its zeros; entries that occur twice are added.
+
+        Returns
+        -------
+        (row, column) float64
+            As large as `shape` says.
+        """
         lines, across = self.shape if self.layout == "csr" else self.shape[::-1]
         line = np.repeat(np.arange(lines), np.diff(self.indptr.astype(np.int64)))
         result = np.zeros((lines, across))
@@ -87,7 +103,7 @@ def array_over_bytes(
 
 
 def array_of_state(state: Any, budget: MemoryBudget) -> NDArray[Any]:
-    """What fills a NumPy array: (version,) shape, dtype, by columns or not, bytes."""
+    """An array of NumPy's state: (version,) shape, dtype, by columns or not, bytes."""
     if not isinstance(state, tuple) or len(state) not in (4, 5):
         raise RefusedError("an array without its state")
     shape, dtype, fortran, raw = state[-4:]
@@ -123,7 +139,7 @@ def array_of_select(state: dict[Any, Any], budget: MemoryBudget) -> NDArray[Any]
 
 
 def sparse_of_state(layout: str) -> Callable[[dict[Any, Any], MemoryBudget], SparseMatrix]:
-    """What fills a scipy matrix of a layout ("csc" or "csr") from its state."""
+    """A function that makes a matrix of a layout ("csc" or "csr") of scipy's state."""
 
     def fill_sparse(state: dict[Any, Any], budget: MemoryBudget) -> SparseMatrix:
         name = f"{layout} matrix"
@@ -148,6 +164,7 @@ def _check_sparse(
     lines: int,
     across: int,
 ) -> None:
+    """Raise RefusedError where the parts do not make a matrix."""
     if data.ndim != 1 or indices.shape != data.shape or indptr.shape != (lines + 1,):
         raise RefusedError(
             f"a {name} whose parts do not fit", "data, indices and indptr of one matrix"
@@ -162,6 +179,7 @@ def _check_sparse(
 
 
 def _needed(state: dict[Any, Any], key: str, name: str) -> NDArray[Any]:
+    """An array of a state; raises RefusedError for anything else."""
     value = state.get(key)
     if not isinstance(value, np.ndarray):
         raise RefusedError(f"a {name} without an array {key!r}", "an array")
@@ -184,11 +202,12 @@ def bytes_of(raw: Any, budget: MemoryBudget) -> memoryview | bytes:
 
 
 def _shape_text(shape: Any) -> str:
-    """A shape in a message; what is none may be of any depth and is not told."""
+    """A shape in a message; what is not one may be of any depth and is not shown."""
     if isinstance(shape, tuple) and len(shape) <= AXES_MAX and all(map(_whole, shape)):
         return str(shape)
     return f"that is a {type(shape).__name__}"
 
 
 def _whole(value: Any) -> bool:
+    """Whether a value is a whole number."""
     return isinstance(value, int) and not isinstance(value, bool)

@@ -1,7 +1,7 @@
 """The bytes of a pickle, opcode by opcode; nothing is taken before it is known to be there.
 
 What `pickletools.genops` does, with two differences: long strings stay where they are in the
-file (`Raw`), and every promise of a length is held against what the file still has.
+file (`RawString`), and every promise of a length is compared with what the file still has.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _NOT_AN_ESCAPE = re.compile(rb"\\(?![nrt'\"]|x[0-9a-fA-F]{2})")
 
 
 class RawString:
-    """A long string as it lies in the file; text of Python 2 (Latin-1) or bytes."""
+    """A long string as it lies in the file: text of Python 2 (Latin-1), or bytes."""
 
     __slots__ = ("_value", "is_text", "view")
 
@@ -51,7 +51,7 @@ class Cursor:
         self._opcode = ""
 
     def opcode(self) -> str:
-        """The name of the next opcode, in the words of `pickletools`."""
+        """The name of the next opcode, as `pickletools` calls it."""
         place, self._opcode = self._place, "pickle"
         code = self.take(1)[0]
         if code not in _NAMES:
@@ -86,9 +86,11 @@ class Cursor:
         return line
 
     def unsigned(self, size: int) -> int:
+        """An unsigned integer of `size` bytes."""
         return int.from_bytes(self.take(size), "little")
 
     def signed(self, size: int) -> int:
+        """A signed integer of `size` bytes."""
         if size > INTEGER_MAX_BYTES:
             raise RefusedError(f"an integer of {size} bytes", f"up to {INTEGER_MAX_BYTES}")
         return int.from_bytes(self.take(size), "little", signed=True)
@@ -101,9 +103,11 @@ class Cursor:
         return size
 
     def string(self, size: int, is_text: bool) -> str | bytes | RawString:
+        """The next `size` bytes as text or bytes, a RawString where they are many."""
         return _string(self.take(size), is_text)
 
     def unicode(self, size: int) -> str:
+        """The next `size` bytes, UTF-8, as text."""
         view = self.take(size)
         self._budget.spend(_text_bytes(view))
         return _decoded(view, "utf-8")
@@ -121,6 +125,7 @@ class Cursor:
         return _string(memoryview(codecs.escape_decode(body)[0]), True)
 
     def decimal(self) -> int:
+        """A whole number in a line of digits."""
         line = self.line()
         digits = line.removesuffix(b"L")
         if len(line) > DECIMAL_MAX_CHARACTERS or not re.fullmatch(rb"-?[0-9]+", digits):
@@ -134,6 +139,7 @@ class Cursor:
         return self.decimal()
 
     def decimal_fraction(self) -> float:
+        """A number in a line."""
         line = self.line()
         try:
             if len(line) > DECIMAL_MAX_CHARACTERS:
@@ -143,6 +149,7 @@ class Cursor:
             raise RefusedError(f"no number: {printable_start(line)}", WHOLE) from None
 
     def raw_unicode(self) -> str:
+        """Text in a line with Python's escapes."""
         line = self.line()
         self._budget.spend(4 * len(line))
         try:
@@ -151,6 +158,7 @@ class Cursor:
             raise RefusedError("text with an unknown escape", WHOLE) from error
 
     def name(self) -> str:
+        """A name in a line."""
         line = self.line()
         if len(line) > NAME_MAX_BYTES:
             raise RefusedError(f"a name of {len(line)} bytes", f"up to {NAME_MAX_BYTES}")
@@ -158,7 +166,7 @@ class Cursor:
 
 
 def printable_start(text: str | bytes) -> str:
-    """Something found, short and printable."""
+    """The start of something found, short and printable."""
     start = text[:80]
     plain = (
         (start.decode("latin-1") if isinstance(start, bytes) else start)
@@ -169,12 +177,14 @@ def printable_start(text: str | bytes) -> str:
 
 
 def _string(view: memoryview, is_text: bool) -> str | bytes | RawString:
+    """Short text or bytes as they are, long ones as a RawString."""
     if len(view) > SHORT:
         return RawString(view, is_text)
     return str(view, "latin-1") if is_text else view.tobytes()
 
 
 def _decoded(data: bytes | memoryview, encoding: str) -> str:
+    """Text; raises RefusedError for bytes of another encoding."""
     try:
         return str(data, encoding, "surrogatepass")
     except UnicodeDecodeError as error:
@@ -182,7 +192,7 @@ def _decoded(data: bytes | memoryview, encoding: str) -> str:
 
 
 def _text_bytes(view: memoryview) -> int:
-    """What UTF-8 takes as text of Python: one, two or four bytes for every character."""
+    """Bytes that UTF-8 text takes in Python: one, two or four for every character."""
     top = int(np.frombuffer(view, np.uint8).max(initial=0))
     return len(view) * (1 if top < 0xC4 else 2 if top < 0xF0 else 4)
 

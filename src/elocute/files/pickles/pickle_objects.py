@@ -58,7 +58,7 @@ ALLOWED = ", ".join(f"{module}.{name}" for module, name in GLOBALS)
 
 @dataclass(frozen=True)
 class Global:
-    """A name that a pickle may use; nothing stands behind it but this record."""
+    """A name that a pickle may use; it is this record and nothing else."""
 
     kind: str
     name: str
@@ -73,6 +73,7 @@ class Unfinished:
         self.kind, self.value = kind, value
 
     def filled(self) -> Any:
+        """Its value; raises RefusedError where it has none yet."""
         if self.value is None:
             raise RefusedError(f"a {self.kind} used before it was filled", "arrays and plain data")
         return self.value
@@ -125,7 +126,7 @@ def fill_object(target: Any, state: Any, budget: MemoryBudget) -> None:
 
 
 def finished_value(item: Any, budget: MemoryBudget) -> Any:
-    """`item` as it is stored in containers: filled, decoded, and no bare global."""
+    """An item as containers hold it: filled, decoded, and not a bare global."""
     kind = type(item)
     if kind is RawString:
         return item.value(budget)
@@ -148,7 +149,10 @@ KEY_LENGTH_MAX = 1000
 
 
 def tuple_of(items: list[Any], budget: MemoryBudget) -> tuple[Any, ...]:
-    """A tuple whose own parts may be Raw or Global, but none deeper: `settled` stays cheap."""
+    """A tuple whose own parts may be RawString or Global, but none deeper.
+
+    `finished_value` of it then takes little time.
+    """
     if len(items) > TUPLE_OPEN:
         return tuple(finished_value(item, budget) for item in items)
     return tuple(
@@ -158,14 +162,14 @@ def tuple_of(items: list[Any], budget: MemoryBudget) -> tuple[Any, ...]:
 
 
 def add_to_dict(target: dict[Any, Any], key: Any, value: Any, budget: MemoryBudget) -> None:
-    """One entry, charged and settled."""
+    """Add an entry to a dict, charged and finished."""
     key = key_of(key, budget)
     budget.spend(ENTRY_BYTES)
     target[key] = finished_value(value, budget)
 
 
 def add_to_set(target: set[Any], item: Any, budget: MemoryBudget) -> None:
-    """One entry, charged and settled."""
+    """Add an entry to a set, charged and finished."""
     key = key_of(item, budget)
     budget.spend(ENTRY_BYTES)
     target.add(key)
@@ -193,10 +197,12 @@ def key_of(item: Any, budget: MemoryBudget) -> Any:
 
 
 def _has_open(items: tuple[Any, ...]) -> bool:
+    """Whether a tuple has parts that are not finished."""
     return any(type(item) in (RawString, Global, Unfinished) for item in items)
 
 
 def _dtype(budget: MemoryBudget, name: Any, align: Any = False, copy: Any = True) -> Unfinished:
+    """A type of numbers, whose byte order comes with its state."""
     if not isinstance(name, str) or name.lstrip("<>|=") not in DTYPES:
         kind = printable_start(name) if isinstance(name, str) else type(name).__name__
         raise RefusedError(f"an array of type {kind}", f"numbers: {' '.join(DTYPES)}")
@@ -204,28 +210,32 @@ def _dtype(budget: MemoryBudget, name: Any, align: Any = False, copy: Any = True
 
 
 def _reconstruct(budget: MemoryBudget, target: Any, shape: Any, code: Any) -> Unfinished:
+    """NumPy's empty array, which its state fills."""
     if not isinstance(target, Global) or target.kind != "ndarray":
         raise RefusedError("an array of another class", "numpy.ndarray")
     return Unfinished("ndarray")
 
 
 def _reconstructor(budget: MemoryBudget, target: Any, base: Any, state: Any) -> Unfinished:
+    """An object of an old-style class, which its state fills."""
     if not isinstance(base, Global) or base.kind != "object" or state is not None:
         raise RefusedError("an object built on another class", "object")
     return new_object(target, ())
 
 
 def _scalar(budget: MemoryBudget, dtype: Any, raw: Any) -> Any:
+    """One number."""
     return array_over_bytes(raw, dtype, (1,), "C", budget)[0]
 
 
 def _frombuffer(budget: MemoryBudget, raw: Any, dtype: Any, shape: Any, order: Any) -> NDArray[Any]:
+    """An array of protocol 5."""
     by_columns = isinstance(order, str) and order == "F"
     return array_over_bytes(raw, dtype, shape, "F" if by_columns else "C", budget)
 
 
 def _encode(budget: MemoryBudget, text: Any, encoding: Any) -> bytes:
-    """Protocols below 3 have no bytes: they are told as text and turned back."""
+    """Bytes that protocols below 3 store as text."""
     text = finished_value(text, budget)
     latin = isinstance(encoding, str) and encoding in ("latin1", "latin-1")
     if not isinstance(text, str) or not latin:
@@ -234,10 +244,12 @@ def _encode(budget: MemoryBudget, text: Any, encoding: Any) -> bytes:
 
 
 def _empty_bytes(budget: MemoryBudget) -> bytes:
+    """b"", as protocols below 3 store it."""
     return b""
 
 
 def _set(budget: MemoryBudget, items: Any = ()) -> set[Any]:
+    """A set of a list."""
     if not isinstance(items, list | tuple):
         raise RefusedError(f"a set of a {type(items).__name__}", "a list")
     budget.spend(CONTAINER_BYTES)
@@ -248,6 +260,7 @@ def _set(budget: MemoryBudget, items: Any = ()) -> set[Any]:
 
 
 def _dict(budget: MemoryBudget, pairs: Any = ()) -> dict[Any, Any]:
+    """A dict of a list of pairs."""
     if not isinstance(pairs, list | tuple):
         raise RefusedError(f"a dict of a {type(pairs).__name__}", "a list of pairs")
     budget.spend(CONTAINER_BYTES)
