@@ -281,7 +281,7 @@ def _lives(process: int) -> bool:
 
 @cache
 def _host() -> str:
-    """An identifier of where process numbers hold: this machine since it started, or this container.
+    """Identifies where process numbers hold: this machine since it started, or this container.
 
     Containers and copies of a machine may have one name between them, on one shared folder.
     """

@@ -181,7 +181,7 @@ def _one_thread() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _out_of_reach() -> Iterator[None]:
-    """Block Ctrl-C and a terminal's end for processes started here, as the driver stops them itself.
+    """Block Ctrl-C and a terminal's end for processes started here: the driver stops them.
 
     It holds while they load. Where signals cannot be blocked (Windows), `_serve` ignores Ctrl-C
     once it has begun.
