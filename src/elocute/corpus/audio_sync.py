@@ -103,8 +103,8 @@ def expected_openness(sound: Waveform) -> Doubles:
         0 to 1, at `RATE` values a second.
     """
     encoder = builtin_encoder()
-    heard = np.exp(encoder.encode(sound.resample(SPEECH_RATE).samples))
-    opened = heard @ np.array([OPENNESS[PHONE_TO_VISEME[phone]] for phone in PHONES])
+    phones = np.exp(encoder.encode(sound.resample(SPEECH_RATE).samples))
+    opened = phones @ np.array([OPENNESS[PHONE_TO_VISEME[phone]] for phone in PHONES])
     times = np.arange(int(sound.duration_s * RATE)) / RATE
     return _smoothed(np.interp(times, np.arange(len(opened)) / FEATURE_RATE, opened))
 
@@ -140,9 +140,9 @@ def lag_sums(sound: Waveform, activity: Doubles, fps: float) -> LagSums | None:
     products, squares_s, squares_m = (np.zeros(len(LAGS)) for _ in range(3))
     for place, lag in enumerate(LAGS):
         late = mouth[lag:] if lag >= 0 else mouth[:lag]
-        heard = voice[: len(voice) - lag] if lag >= 0 else voice[-lag:]
-        products[place] = heard @ late
-        squares_s[place], squares_m[place] = heard @ heard, late @ late
+        early = voice[: len(voice) - lag] if lag >= 0 else voice[-lag:]
+        products[place] = early @ late
+        squares_s[place], squares_m[place] = early @ early, late @ late
     return LagSums(products, squares_s, squares_m, count / RATE)
 
 

@@ -13,7 +13,7 @@ from elocute.errors import CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.one_line_repr import one_line
 
-# Names become file names: nothing else may stand in them.
+# Names become file names: they hold nothing else.
 NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}")
 
 

@@ -139,7 +139,7 @@ def _template_findings(corpus: Corpus) -> Iterator[Finding]:
 
 
 def _split_findings(corpus: Corpus) -> Iterator[Finding]:
-    # One or two people cannot be told apart by subject: measures then hold for them alone.
+    # One or two people cannot be split by subject: measures then hold for them alone.
     """What the parts of each split share."""
     few = len(corpus.subjects) < 3
     for name, split in corpus.splits.items():
@@ -233,7 +233,7 @@ def _motion_findings(entry: ClipEntry, facts: MotionFacts) -> Iterator[Finding]:
 
 
 def _loud(sound: Waveform) -> bool:
-    """Whether somebody speaks."""
+    """Whether the sound is loud enough for speech."""
     return float(np.sqrt(np.mean(np.square(sound.samples, dtype=np.float64)))) > LOUD_RMS
 
 

@@ -79,11 +79,11 @@ def noise_scores(
         For silent noise.
     """
     clean = opening(speech)
-    heard = [
+    sounds = [
         with_gain(speech, level) if noise is None else with_noise(speech, noise, level)
         for level in levels_db
     ]
-    openings = [opening(sound) for sound in heard]
+    openings = [opening(sound) for sound in sounds]
     scores = [
         NoiseScore(level, float(o.mean()), _share(o, clean), pearson(o, clean))
         for level, o in zip(levels_db, openings, strict=True)

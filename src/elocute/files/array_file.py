@@ -35,7 +35,7 @@ class ArrayFile:
     path : str or Path
         The file, of one axis or more, row after row (C order).
     allowed, remedy : str
-        What kind of file is wanted, and how to get one; both stand in the message of an error.
+        What kind of file is wanted, and how to get one; both appear in the error message.
     error : type of InputError
         The class to raise.
 

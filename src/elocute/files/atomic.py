@@ -191,7 +191,7 @@ def _draft_folder(path: Path) -> Iterator[Path]:
     _FOLDERS.add(path.parent.absolute())
     room = None
     try:
-        # The whole name may be as long as a name can be: its start tells enough.
+        # The whole name may be as long as a name can be: its start is enough.
         start = f".{path.name[:32]}.{_host()}-{os.getpid()}-"
         room = Path(tempfile.mkdtemp(prefix=start, suffix=".part", dir=path.parent))
         yield room
@@ -202,7 +202,7 @@ def _draft_folder(path: Path) -> Iterator[Path]:
     except OutputError as error:
         if room is None:
             raise
-        # Files of a folder have drafts of their own: what is told is where they would have been.
+        # Files of a folder have drafts of their own: the message names where they would have been.
         raise OutputError(str(error).replace(printable(room), printable(path))) from error
     finally:
         if room is not None:

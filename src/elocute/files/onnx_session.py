@@ -47,7 +47,7 @@ def open_session(
     max_bytes : int
         Largest size of the file, bytes.
     allowed, remedy : str
-        What kind of file is wanted, and how to get one; both stand in the message of an error.
+        What kind of file is wanted, and how to get one; both appear in the error message.
     error : type of InputError
         The class to raise.
     threads : int
@@ -112,13 +112,13 @@ def session_of(
     onnxruntime = load_onnxruntime()
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    options.log_severity_level = 4  # what it says in many lines, our error says in one
+    options.log_severity_level = 4  # our error says in one line what it logs in many
     if initializers:
         options.add_external_initializers(list(initializers), list(initializers.values()))
     try:
         return onnxruntime.InferenceSession(
             model, options, providers=["CPUExecutionProvider"], enable_fallback=0
-        )  # a second try, which it tells on standard output, would end as the first
+        )  # a second try, announced on standard output, would fail as the first did
     except Exception as problem:  # onnxruntime has no common base of its own
         raise error.about(subject, found="no ONNX network", allowed=allowed) from problem
 

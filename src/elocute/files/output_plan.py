@@ -61,7 +61,7 @@ class OutputPlan:
     inputs : iterable of str or Path
         What the run reads.
     remedy : str
-        What to do about a file that exists; stands in the message.
+        What to do about a file that exists; appears in the message.
 
     Attributes
     ----------

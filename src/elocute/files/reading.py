@@ -64,7 +64,7 @@ def open_regular(
     max_bytes : int
         Largest size of the file, bytes.
     allowed, remedy : str
-        What kind of file is wanted, and how to get one; both stand in the message of an error.
+        What kind of file is wanted, and how to get one; both appear in the error message.
     error : type of InputError
         The class to raise.
 

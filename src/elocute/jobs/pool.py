@@ -20,7 +20,9 @@ class FailedTask:
 
 
 Pool = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[tuple[Any, Any]]]
-"""(task, result or Failed) in the order in which they are done; `local` and `ray` make one."""
+"""Takes work and tasks; gives (task, result or FailedTask) in the order in which they are done.
+
+`process_pool.local_pool` and `ray_cluster.ray_pool` make one."""
 
 
 def one_after_another(

@@ -214,12 +214,12 @@ def _result(worker: _Worker) -> tuple[bool, Any]:
     worker.process.join(STOP_S)
     code = worker.process.exitcode
     if code is None:
-        told = "its worker hung up"
+        reason = "its worker hung up"
     elif code < 0:
-        told = f"its worker was killed ({signal.Signals(-code).name}; out of memory?)"
+        reason = f"its worker was killed ({signal.Signals(-code).name}; out of memory?)"
     else:
-        told = f"its worker ended with code {code}"
-    return False, FailedTask(f"{told}, {worker.tries} times")
+        reason = f"its worker ended with code {code}"
+    return False, FailedTask(f"{reason}, {worker.tries} times")
 
 
 def _stop(worker: _Worker) -> None:

@@ -167,8 +167,8 @@ def _result(reference: Any, tried: int) -> tuple[bool, Any]:
         return False, FailedTask(f"its worker ran out of memory, {tried} times")
     except (RayActorError, WorkerCrashedError) as error:
         # Of every death Ray says that it may have been the lack of memory; of this one it knows.
-        told = "ran out of memory" if "running low on memory" in str(error) else "died"
-        return False, FailedTask(f"its worker {told}, {tried} times")
+        fate = "ran out of memory" if "running low on memory" in str(error) else "died"
+        return False, FailedTask(f"its worker {fate}, {tried} times")
     except RayError as error:
         raise ClusterError(f"ray: {_line(str(error))}") from error
     return kind == "done", value
@@ -221,7 +221,7 @@ def _reach(address: str) -> int:
     except OSError as error:
         raise _unreachable(address, CONNECT_S, error.strerror or str(error)) from error
     try:
-        tried = subprocess.run(
+        probe = subprocess.run(
             [sys.executable, "-c", PROBE, address],
             capture_output=True,
             text=True,
@@ -230,15 +230,15 @@ def _reach(address: str) -> int:
         )
     except subprocess.TimeoutExpired as error:
         raise _unreachable(address, JOIN_S, "it took the connection and said nothing") from error
-    found = re.search(r"CPUS (\d+)", tried.stdout)
+    found = re.search(r"CPUS (\d+)", probe.stdout)
     if found and int(found[1]):
         return int(found[1])
-    told = tried.stderr
+    output = probe.stderr
     if found:
         raise ClusterError(f"ray {address}: found no processor; allowed: one or more")
-    if re.search(r"unauthenticated|authentication|InvalidAuth|token", told, re.IGNORECASE):
+    if re.search(r"unauthenticated|authentication|InvalidAuth|token", output, re.IGNORECASE):
         raise ClusterError(f"ray {address}: the token was refused; allowed: the cluster's own")
-    lines = [line for line in told.splitlines() if line.strip()]
+    lines = [line for line in output.splitlines() if line.strip()]
     raise _unreachable(address, JOIN_S, _line(lines[-1]) if lines else "no answer")
 
 

@@ -31,7 +31,7 @@ from elocute.files.pickles.closed_pickle import read_pickle
 ARRAY_MAX_BYTES = 8_000_000_000
 FOLDERS = ("vertices_npy", "wav")
 PROBED = 24
-"""Clips whose lengths tell the frame rate."""
+"""Most clips whose lengths are compared to find the frame rate."""
 
 
 def convert_folder(

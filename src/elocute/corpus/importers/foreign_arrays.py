@@ -97,7 +97,7 @@ def checked_templates(source: Path, given: Any, vertices: int | None = None) -> 
 
 
 def one_line_name(name: Any) -> str:
-    """A key of a foreign file as it may stand in a line: short text without line ends."""
+    """A key of a foreign file as short text without line ends."""
     return " ".join(str(name).split())[:NAME_MAX]
 
 

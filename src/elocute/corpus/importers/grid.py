@@ -223,8 +223,8 @@ def read_tracked_lips(path: Path) -> TrackedLips:
         unit = float(np.ravel(fields["eye_dist_px"])[0])
         valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
         scalars = {name: np.asarray(fields[name], np.float64) for name in SCALARS}
-        told = parse_json(str(fields["words"]), path, allowed=ALLOWED, error=CorpusError)
-        words = [str(word) for _, _, word in told]
+        rows = parse_json(str(fields["words"]), path, allowed=ALLOWED, error=CorpusError)
+        words = [str(word) for _, _, word in rows]
         fps = float(fields["fps"])
         if not 0 < fps <= FPS_MAX or not 0 < unit < np.inf:
             raise ValueError("no rate or unit")

@@ -56,7 +56,7 @@ def require_clips(
     source : Path
         The folder that is imported.
     skipped : sequence of str
-        Notes of clips that were left out; the first stands in the message.
+        Notes of clips that were left out; the first appears in the message.
     remedy : str
         What to do.
 

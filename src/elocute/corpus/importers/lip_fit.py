@@ -47,7 +47,7 @@ AXIS_WEIGHTS = (1.0, 1.0, 0.2)  # x, y, z
 GAP_WEIGHT, CLOSED_GAP_WEIGHT = 2.0, 30.0
 MEAN_GAP_WEIGHT, WIDTH_WEIGHT, LIP_WEIGHT, JAW_WEIGHT = 8.0, 3.0, 2.0, 2.0
 PULL_MM2 = 2.0  # what a squared weight costs: decides between shapes that look alike
-# Shapes that the lips of one picture hardly tell from others cost more.
+# Shapes that one picture of the lips hardly distinguishes from others cost more.
 SHAPE_COSTS = {
     "mouthLabiodental": 100.0,
     "mouthShrugUpper": 40.0,

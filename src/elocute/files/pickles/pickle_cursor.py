@@ -118,7 +118,7 @@ class Cursor:
         self._budget.spend(len(line))
         if len(line) < 2 or line[:1] not in (b"'", b'"') or line[:1] != line[-1:]:
             raise RefusedError("a string without quotes", WHOLE)
-        # A pair of backslashes is one; told as \x5c, every backslash left begins an escape.
+        # A pair of backslashes is one; written as \x5c, every backslash left begins an escape.
         body = line[1:-1].replace(b"\\\\", b"\\x5c")
         if _NOT_AN_ESCAPE.search(body):
             raise RefusedError("a string with an unknown escape", WHOLE)
