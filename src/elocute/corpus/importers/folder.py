@@ -7,6 +7,7 @@ templates.pkl                      {subject: (vertex, 3)}
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -88,15 +89,9 @@ def convert_folder(
     topology = known.name if known else ""
     with corpus_writer(output, scaled, fps=rate, topology=topology) as writer:
         numbers: dict[str, str] = {}
-        for done, array in enumerate(arrays, 1):
-            if progress:
-                progress(done / len(arrays))
-            subject, number = _subject_and_sentence(array.stem, templates)
-            if {array.stem, subject, f"{subject}.{number}"} & leave_out:
-                continue
-            if not subject or array.stem not in sounds:
-                skipped.add("no sound" if subject else "no template", array.stem)
-                continue
+        for array, subject, number in _usable(
+            arrays, templates, sounds, leave_out, skipped, progress
+        ):
             vertices = _vertices(array, len(templates[subject])) * np.float32(scale)
             text = words.get((subject, number), "")
             try:
@@ -137,6 +132,27 @@ def _lengths(source: Path, arrays: list[Path], sounds: set[str]) -> list[tuple[i
         except (AudioError, CorpusError):
             continue
     return found
+
+
+def _usable(
+    arrays: list[Path],
+    templates: dict[str, Any],
+    sounds: set[str],
+    leave_out: frozenset[str],
+    skipped: SkippedClips,
+    progress: Progress,
+) -> Iterator[tuple[Path, str, str]]:
+    """Each array that has a template and a sound, with its subject and sentence."""
+    for done, array in enumerate(arrays, 1):
+        if progress:
+            progress(done / len(arrays))
+        subject, number = _subject_and_sentence(array.stem, templates)
+        if {array.stem, subject, f"{subject}.{number}"} & leave_out:
+            continue
+        if not subject or array.stem not in sounds:
+            skipped.add("no sound" if subject else "no template", array.stem)
+            continue
+        yield array, subject, number
 
 
 def _sentence(subject: str, number: str, text: str) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -216,30 +217,35 @@ def read_tracked_lips(path: Path) -> TrackedLips:
     """
     fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     try:
-        given = np.asarray(fields["lip_xyz"], np.float64)
-        if given.ndim != 3 or given.shape[2] != 3 or len(given) > FRAMES_MAX:
-            raise ValueError(f"lip_xyz of shape {given.shape}")
-        index = {int(number): place for place, number in enumerate(fields["lip_idx"].tolist())}
-        unit = float(np.ravel(fields["eye_dist_px"])[0])
-        valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
-        scalars = {name: np.asarray(fields[name], np.float64) for name in SCALARS}
-        rows = parse_json(str(fields["words"]), path, allowed=ALLOWED, error=CorpusError)
-        words = [str(word) for _, _, word in rows]
-        fps = float(fields["fps"])
-        if not 0 < fps <= FPS_MAX or not 0 < unit < np.inf:
-            raise ValueError("no rate or unit")
-        if any(len(values) != len(given) for values in scalars.values()):
-            raise ValueError("fields of different lengths")
-        contours = [[index[number] for number in contour] for contour in LIP_CONTOURS]
-        nose = gaussian_smoothed(_bridged(given[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
-        points = _bridged(given, valid)[:, contours] - nose[:, None, None]
-        scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
+        return _tracked_lips(path, fields)
     except CorpusError:
         raise
     except (KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
         raise CorpusError.about(
             path, found=f"no tracked lips in it ({str(error)[:80]})", allowed=ALLOWED
         ) from error
+
+
+def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
+    """The lips in the fields of a file; raises what NumPy raises where they do not fit."""
+    given = np.asarray(fields["lip_xyz"], np.float64)
+    if given.ndim != 3 or given.shape[2] != 3 or len(given) > FRAMES_MAX:
+        raise ValueError(f"lip_xyz of shape {given.shape}")
+    index = {int(number): place for place, number in enumerate(fields["lip_idx"].tolist())}
+    unit = float(np.ravel(fields["eye_dist_px"])[0])
+    valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
+    scalars = {name: np.asarray(fields[name], np.float64) for name in SCALARS}
+    rows = parse_json(str(fields["words"]), path, allowed=ALLOWED, error=CorpusError)
+    words = [str(word) for _, _, word in rows]
+    fps = float(fields["fps"])
+    if not 0 < fps <= FPS_MAX or not 0 < unit < np.inf:
+        raise ValueError("no rate or unit")
+    if any(len(values) != len(given) for values in scalars.values()):
+        raise ValueError("fields of different lengths")
+    contours = [[index[number] for number in contour] for contour in LIP_CONTOURS]
+    nose = gaussian_smoothed(_bridged(given[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
+    points = _bridged(given, valid)[:, contours] - nose[:, None, None]
+    scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     with np.errstate(over="ignore", invalid="ignore"):
         points = points * [1, -1, -1] / unit
     if not np.isfinite(points).all():
