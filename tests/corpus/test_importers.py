@@ -231,17 +231,17 @@ def test_a_wrong_frame_rate_is_one_line_that_names_the_option(prepared_biwi, tmp
 
 
 @pytest.mark.parametrize(
-    ("split", "judged"),
+    ("split", "expected"),
     [
         ("published", {"F2", "F3", "F4", "M3", "M4", "M5"}),
         ("M4/F1,M5", {"F1"}),
         ("sentences", {"F1"}),
     ],
 )
-def test_the_split_is_ones_choice(prepared_biwi, tmp_path, split, judged):
+def test_the_split_is_ones_choice(prepared_biwi, tmp_path, split, expected):
     convert(prepared_biwi, tmp_path / "out", split=split, leave_out=frozenset(["F3.e01"]))
     corpus = open_corpus(tmp_path / "out")
-    assert {corpus.entry(clip).subject for clip in corpus.split().test} == judged
+    assert {corpus.entry(clip).subject for clip in corpus.split().test} == expected
 
 
 def test_splits_and_units_that_are_none_are_refused(prepared_biwi, tmp_path):

@@ -191,7 +191,7 @@ def test_what_comes_between_check_and_writing_is_kept(tmp_path, speech):
         pass
 
 
-def test_a_damaged_ledger_is_begun_anew(tmp_path, speech, state):
+def test_a_damaged_history_is_begun_anew(tmp_path, speech, state):
     run(tmp_path / "talk.glb", speech)
     (state / output_history.DATABASE_NAME).write_bytes(
         b"no database at all, but long enough to be looked at" * 40
@@ -203,7 +203,7 @@ def test_a_damaged_ledger_is_begun_anew(tmp_path, speech, state):
 
 
 @pytest.mark.parametrize("broken", ["file", "folder"])
-def test_without_a_ledger_nothing_is_known_and_everything_works(tmp_path, speech, state, broken):
+def test_without_a_history_nothing_is_known_and_everything_works(tmp_path, speech, state, broken):
     """A file where the folder should be, or a folder where the file should be."""
     if broken == "file":
         state.write_text("in the way")
@@ -214,7 +214,7 @@ def test_without_a_ledger_nothing_is_known_and_everything_works(tmp_path, speech
         run(tmp_path / "talk.glb", speech)
 
 
-def test_the_ledger_forgets_the_oldest(tmp_path, speech, state, monkeypatch):
+def test_the_history_forgets_the_oldest(tmp_path, speech, state, monkeypatch):
     monkeypatch.setattr(output_history, "ROWS_MAX", 3)
     for number in range(5):
         run(tmp_path / f"{number}.npz", speech)
@@ -244,7 +244,7 @@ def test_many_processes_note_at_once(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform in ("darwin", "win32"), reason="the names of Linux")
-def test_where_the_ledger_lies(monkeypatch, tmp_path):
+def test_where_the_history_lies(monkeypatch, tmp_path):
     monkeypatch.delenv("ELOCUTE_STATE")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     assert output_history.state_folder() == tmp_path / "elocute"
