@@ -36,7 +36,7 @@ from elocute.models.feature_extraction import (
 from elocute.models.protocol import FrameSpan
 from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.streaming import FPS_RANGE, STRENGTH_RANGE, check_range
-from elocute.models.styles import checked_style
+from elocute.models.style_mixes import checked_style
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
 from elocute.numerics.input_checks import check_kind

@@ -104,9 +104,9 @@ def _registered(
 
 
 def _mesh_bytes(head: HeadModel, suffix: str, points: Any) -> bytes:
-    from elocute.export.face_samples import MESHES
+    from elocute.export.meshes import MESH_FORMATS
 
-    return MESHES[suffix](head)(points.astype("float32"))
+    return MESH_FORMATS[suffix](head)(points.astype("float32"))
 
 
 def _report(file: Path, output: Path, found: Registration, as_json: bool) -> None:

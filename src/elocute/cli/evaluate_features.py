@@ -120,7 +120,7 @@ def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path) -> Non
     from elocute.evaluation.model_predictions import clip_predictor, true_track
     from elocute.export.overlay_plot import plot_overlay
     from elocute.models.registry import open_model
-    from elocute.models.styles import EVEN
+    from elocute.models.style_mixes import EVEN
     from elocute.motion.curves import Curves
 
     tracks = {"recorded": true_track(corpus, clip)}

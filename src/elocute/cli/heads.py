@@ -68,7 +68,7 @@ def sample_command(
     as_json: bool = options.Json,
 ) -> None:
     """Draw random faces of a head, as meshes or as one picture."""
-    from elocute.export.face_samples import check_faces, write_faces
+    from elocute.export.identities import check_identity_output, write_identities
     from elocute.head.identity import sample_identities
     from elocute.head.registry import open_head
 
@@ -77,11 +77,11 @@ def sample_command(
     plan.add(output, head)
     if settled(plan, overwrite, no_clobber, as_json):
         return
-    check_faces(output, count, suffix)
+    check_identity_output(output, count, suffix)
     model = open_head(head)
     identities = sample_identities(model, count, seed)
     with plan.writing(output), progress_bar(f"drawing {output.name}", as_json) as progress:
-        write_faces(
+        write_identities(
             model, identities, output, mesh=suffix, size=pixels, backend=backend, progress=progress
         )
     if as_json:

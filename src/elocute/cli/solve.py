@@ -44,7 +44,7 @@ def solve_command(
 ) -> None:
     """Find the shapes' weights and joint rotations behind moving vertices."""
     from elocute.export.registry import check_suffix, write
-    from elocute.motion.solve import solve_weights
+    from elocute.motion.blendshape_solver import solve_weights
 
     check_suffix(output)
     plan = OutputPlan([given for given in (head, identity) if given is not None])

@@ -39,7 +39,7 @@ def fit_command(
     """Find the mix of a model's styles that best explains a few seconds of motion."""
     from elocute.models.registry import open_model
     from elocute.models.style_fit import fit_style
-    from elocute.models.styles import write_mix
+    from elocute.models.style_mixes import write_mix
 
     if output is not None and output.suffix.lower() != ".json":
         raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.options import GlbOptions
-from elocute.export.take_sound import Sound, pack_sound, sound_source, write_wav
+from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.files.atomic import write_atomically
 from elocute.files.outputs import OutputPlan
 from elocute.head.model import HeadModel

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from elocute.errors import OutputError
 from elocute.export.options import PictureOptions
 from elocute.export.render import open_renderer, portrait
-from elocute.export.take_sound import RATE, Sound, sound_blocks
+from elocute.export.soundtrack import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 

@@ -6,7 +6,7 @@ import html
 
 from elocute.errors import ElocuteError
 from elocute.export.html import page_pieces
-from elocute.export.take_sound import Sound, sound_duration_s
+from elocute.export.soundtrack import Sound, sound_duration_s
 from elocute.motion.motion import Motion
 
 BYTES_MAX = 25_000_000

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from elocute.errors import OutputError
-from elocute.export.render.choices import BACKENDS, VIEWS
+from elocute.export.render.backends_and_views import BACKENDS, VIEWS
 from elocute.settings import check_settings, described, setting
 
 

@@ -27,7 +27,7 @@ from elocute.models.protocol import (
     SpeechModel,
 )
 from elocute.models.registry import DEFAULT_MODEL, open_model
-from elocute.models.styles import checked_style
+from elocute.models.style_mixes import checked_style
 from elocute.motion.curves import Curves
 from elocute.numerics.input_checks import NUMBERS_MAX, array_of, real_number
 from elocute.numerics.quaternions import no_turn

@@ -34,7 +34,7 @@ from elocute.models.feature_extraction import (
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 from elocute.models.model_shapes import with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.styles import share_vector, style_shares
+from elocute.models.style_mixes import share_vector, style_shares
 from elocute.motion.curves import Curves
 from elocute.motion.motion import FPS_MAX
 from elocute.numerics.resampling import frame_places, read_rows

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
-from elocute.export.render.choices import VIEWS
+from elocute.export.render.backends_and_views import VIEWS
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError, MachineError
+from elocute.export.render.backends_and_views import BACKENDS
 from elocute.export.render.camera import Camera, portrait
-from elocute.export.render.choices import BACKENDS
 from elocute.head.model import HeadModel
 from elocute.numerics.input_checks import whole_number
 from elocute.one_line_repr import brief

@@ -1,4 +1,4 @@
-"""One registered frame on disk, so that a sequence of thousands can be resumed."""
+"""Registered frames on disk, one file each, so that a sequence of thousands can be resumed."""
 
 from __future__ import annotations
 

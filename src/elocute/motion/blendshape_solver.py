@@ -1,4 +1,4 @@
-"""Inverse fitting: vertices to weights and joint rotations."""
+"""From vertices back to the blendshape weights and joint rotations behind them."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ IRIS_DEG, PUPIL_DEG = 28.0, 11.0  # half-angles seen from the eye's centre
 MATERIALS = ("skin", "eyeball")
 
 
-def flame_head(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
+def head_from_flame(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
     """A FLAME model as a head: the mean face in zero pose, for every writer and renderer.
 
     Parameters

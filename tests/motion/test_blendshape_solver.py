@@ -8,10 +8,10 @@ import pytest
 from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
+from elocute.motion.blendshape_solver import solve_weights
 from elocute.motion.edits import cut, with_pose
 from elocute.motion.joint_jacobians import inverses, joint_slopes, rig_of, vertex_transforms
 from elocute.motion.motion import Motion
-from elocute.motion.solve import solve_weights
 from elocute.numerics.quaternions import from_axis_angle, multiply, to_axis_angle
 
 JOINTS = ("neck", "head", "jaw", "eyeLeft", "eyeRight")

@@ -1,4 +1,4 @@
-"""The sound that goes with a motion, from a file or from memory, for every writer."""
+"""The sound that goes with a motion: from a file or from memory, for every writer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a picture may be drawn by and looked at from."""
+"""The renderers that a picture may be drawn by, and where its camera may stand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Faces of one head side by side: mesh files, or one picture of all of them."""
+"""Identities of a head as files: a mesh for each face, or one contact sheet of all."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from numpy.typing import NDArray
 
 from elocute.errors import OutputError
 from elocute.export.contact_sheet import COLUMNS, contact_sheet
-from elocute.export.meshes import MeshBytes, obj_of, ply_of
+from elocute.export.meshes import MESH_FORMATS
 from elocute.export.render import Renderer, open_renderer, picture_size, portrait
 from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
 
-MESHES: dict[str, Callable[[HeadModel], MeshBytes]] = {".obj": obj_of, ".ply": ply_of}
 SHEET_MAX = 200  # faces on one picture
 
 Progress = Callable[[float], None] | None
 
 
-def check_faces(path: str | Path, count: int, mesh: str = ".obj") -> None:
-    """Refuse a place or a format that `write_faces` could not write. Raises OutputError."""
+def check_identity_output(path: str | Path, count: int, mesh: str = ".obj") -> None:
+    """Refuse a place or a format that `write_identities` could not write. Raises OutputError."""
     path = check_output(path)
     suffix = path.suffix.lower()
-    if mesh not in MESHES:
-        raise OutputError.about(f"format {mesh}", found="unknown", allowed=" ".join(MESHES))
-    if suffix not in ("", ".png", *MESHES):
+    if mesh not in MESH_FORMATS:
+        raise OutputError.about(f"format {mesh}", found="unknown", allowed=" ".join(MESH_FORMATS))
+    if suffix not in ("", ".png", *MESH_FORMATS):
         raise OutputError.about(
             path,
             found=f"suffix {suffix!r}",
-            allowed=f".png for one picture; a new folder, perhaps ending in {' or '.join(MESHES)}",
+            allowed=".png for one picture; a new folder, perhaps ending in "
+            + " or ".join(MESH_FORMATS),
         )
     if suffix == ".png" and count > SHEET_MAX:
         raise OutputError.about(path, found=f"{count} faces", allowed=f"up to {SHEET_MAX}")
 
 
-def write_faces(
+def write_identities(
     head: HeadModel,
     identities: NDArray[np.float32],
     path: str | Path,
@@ -54,7 +54,7 @@ def write_faces(
     of 00000.obj, 00001.obj, … in metres (.ply by its suffix or by `mesh`). Raises OutputError.
     """
     path = Path(path)
-    check_faces(path, len(identities), mesh)
+    check_identity_output(path, len(identities), mesh)
     suffix = path.suffix.lower()
     people = (head.with_identity(coefficients) for coefficients in identities)
     if suffix == ".png":
@@ -64,7 +64,7 @@ def write_faces(
     suffix = suffix or mesh
     with write_folder_atomically(path) as folder:
         for number, person in enumerate(people):
-            data = MESHES[suffix](person)(person.template)
+            data = MESH_FORMATS[suffix](person)(person.template)
             (folder / f"{number:05d}{suffix}").write_bytes(data)
             if progress:
                 progress((number + 1) / len(identities))

@@ -1,4 +1,4 @@
-"""The rule-based driver: phones to curves by co-articulation, in styles that can be mixed."""
+"""The rules of `elocute.articulation` as a speech model, in styles that can be mixed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.models.feature_extraction import RESAMPLING_S, PhonePosteriorStream, phone_lookahead_s
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.styles import EVEN
+from elocute.models.style_mixes import EVEN
 from elocute.motion.curves import Curves
 
 Float32Array = NDArray[np.float32]
