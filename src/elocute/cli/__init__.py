@@ -6,7 +6,7 @@ import sys
 def main() -> None:
     """Run the command line; Ctrl-C is minded before anything else is imported."""
     try:
-        from elocute.cli.running import run
+        from elocute.cli.entry_point import run
 
         code = run()
     except KeyboardInterrupt:  # in these first moments only; then `run` minds it

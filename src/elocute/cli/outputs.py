@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from elocute.cli.formats import Drawing, drawing_of
+from elocute.cli.format_options import Drawing, drawing_of
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:

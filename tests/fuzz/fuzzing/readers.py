@@ -314,7 +314,7 @@ def _transformer_network(folder: Path, _out: Path) -> None:
 
 
 def _size(given: str) -> None:
-    from elocute.cli.formats import parse_size
+    from elocute.cli.format_options import parse_size
 
     parse_size(given)
 

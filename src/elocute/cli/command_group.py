@@ -55,7 +55,7 @@ class ExplainedGroup(TyperGroup):
         return super().parse_args(ctx, args)
 
 
-class Commands(typer.Typer):
+class CommandGroup(typer.Typer):
     """typer.Typer with what holds for all commands here."""
 
     def __init__(self, help: str, **settings: Any) -> None:

@@ -125,7 +125,7 @@ def _renderers() -> Iterator[tuple[str, str]]:
 
 
 def _assets() -> dict[str, Path]:
-    package = Path(__file__).parents[1]
+    package = Path(__file__).parents[2]
     return {
         "head": package / "head/assets/head.npz",
         "encoder": package / "encoders/assets/phones.onnx",

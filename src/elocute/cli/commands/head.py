@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from elocute.cli import formats, options
-from elocute.cli.commands import Commands
+from elocute.cli import format_options, options
+from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
@@ -17,7 +17,7 @@ from elocute.files.outputs import OutputPlan
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
 
-app = Commands("Look at head models and draw faces of them.")
+app = CommandGroup("Look at head models and draw faces of them.")
 
 
 @app.command("show")
@@ -61,8 +61,8 @@ def sample_command(
     seed: int = typer.Option(0, help="The same seed draws the same faces."),
     head: str = typer.Option("builtin", help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
     mesh: str = typer.Option("obj", "--format", help="Mesh files in a folder: obj or ply."),
-    size: str = formats.Size,
-    backend: str = formats.Backend,
+    size: str = format_options.Size,
+    backend: str = format_options.Backend,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -72,7 +72,7 @@ def sample_command(
     from elocute.head.identity import sample_identities
     from elocute.head.registry import open_head
 
-    suffix, pixels = f".{mesh.lower().removeprefix('.')}", formats.parse_size(size)
+    suffix, pixels = f".{mesh.lower().removeprefix('.')}", format_options.parse_size(size)
     plan = OutputPlan()
     plan.add(output, head)
     if settled(plan, overwrite, no_clobber, as_json):

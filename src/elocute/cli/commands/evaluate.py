@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import (
+from elocute.cli import options
+from elocute.cli.command_group import CommandGroup
+from elocute.cli.commands import (
     evaluate_alignment,
     evaluate_corpus,
     evaluate_features,
     evaluate_mouth,
     evaluate_wild,
-    options,
 )
-from elocute.cli.commands import Commands
-from elocute.cli.names import read_names
+from elocute.cli.name_lists import read_names
 from elocute.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from elocute.motion.curves import Curves
 
-app = Commands("Measure what a model makes of speech.")
+app = CommandGroup("Measure what a model makes of speech.")
 app.command("alignment")(evaluate_alignment.alignment_command)
 app.command("corpus")(evaluate_corpus.corpus_command)
 app.command("features")(evaluate_features.features_command)

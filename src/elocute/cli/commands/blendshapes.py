@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.capture.blendshapes.settings import BlendshapeConfig
-from elocute.cli import formats, options
-from elocute.cli.commands import Commands
+from elocute.cli import format_options, options
+from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import plan_files, settled
 from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import options_of
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
     from elocute.motion.motion import Motion
 
-app = Commands("Learn, compare and show speech blendshapes.")
+app = CommandGroup("Learn, compare and show speech blendshapes.")
 PARTS = ("train", "validation", "test", "all")
 ARKIT = "arkit"
 
@@ -78,8 +78,8 @@ def show_command(
         ..., "-o", "--output", help="A sheet of every shape at +2 and -2 deviations (.png)."
     ),
     view: str = typer.Option("mouth", help="Where to look from: mouth, front, side, …"),
-    size: str = formats.Size,
-    backend: str = formats.Backend,
+    size: str = format_options.Size,
+    backend: str = format_options.Backend,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
 ) -> None:
@@ -98,7 +98,7 @@ def show_command(
     if settled(plan, overwrite, no_clobber):
         return
     motion = load_motion(basis)
-    side = max(32, 2 * formats.parse_size(size)[0] // 8)
+    side = max(32, 2 * format_options.parse_size(size)[0] // 8)
     camera, pictures, labels = portrait(motion.head, view), [], []
     with open_renderer(motion.head, (side, side), backend=backend, camera=camera) as renderer:
         for label, single in extreme_shapes(motion):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.formats import Drawing, check_drawing, drawing_options
+from elocute.cli.format_options import Drawing, check_drawing, drawing_options
 from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError

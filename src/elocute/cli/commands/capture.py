@@ -12,7 +12,7 @@ import typer
 
 from elocute.capture.settings import BatchSettings, Scanner
 from elocute.cli import options
-from elocute.cli.commands import Commands
+from elocute.cli.command_group import CommandGroup
 from elocute.cli.flags import in_flags
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar, resumable
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from elocute.capture.sequence_tracking import SequenceResult
     from elocute.head.model import HeadModel
 
-app = Commands("Turn raw scans into motion of one topology.")
+app = CommandGroup("Turn raw scans into motion of one topology.")
 
 HeadChoice, Fps, Unit = (option(BatchSettings, name) for name in ("head", "fps", "unit"))
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.commands import Commands
+from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import settled
 from elocute.errors import AlignmentError, InputError
 from elocute.files.outputs import OutputPlan
@@ -17,7 +17,7 @@ from elocute.files.outputs import OutputPlan
 if TYPE_CHECKING:
     from elocute.alignment.word_times import TimedWords
 
-app = Commands("Find the words of a reading, and check them.")
+app = CommandGroup("Find the words of a reading, and check them.")
 
 TEXT_MAX_BYTES = 1_000_000
 Output = typer.Option(..., "-o", "--output", help="Words with times: .json or .TextGrid.")

@@ -11,9 +11,9 @@ import typer
 from typer.main import get_command
 
 from elocute.cli import options
-from elocute.cli.commands import Commands
+from elocute.cli.command_group import CommandGroup
 from elocute.cli.flags import in_flags
-from elocute.cli.names import read_names
+from elocute.cli.name_lists import read_names
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
@@ -21,7 +21,7 @@ from elocute.files.outputs import OutputPlan
 if TYPE_CHECKING:
     from elocute.corpus.corpus_checks import Finding
 
-app = Commands("Look at, check and convert corpora of talking faces.")
+app = CommandGroup("Look at, check and convert corpora of talking faces.")
 
 Folder = typer.Argument(..., help="A corpus folder, as `corpus convert` writes it.")
 

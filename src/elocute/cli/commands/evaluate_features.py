@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.report import save_report
+from elocute.cli.json_reports import write_json_report
 from elocute.errors import CorpusError, InputError, needs_extra
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def features_command(
     Leaves a folder per encoder, report.json and, on the built-in head, mouth.png: the opening of
     the mouth in the first test clip as recorded and as each model has it.
     """
-    from elocute.cli.evaluate_corpus import cell, measure_of
+    from elocute.cli.commands.evaluate_corpus import cell, measure_of
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
@@ -60,7 +60,7 @@ def features_command(
         "confidence": 0.95,
         "encoders": {name: row.record() for name, row in rows.items()},
     }
-    text = save_report(output / "report.json", report)
+    text = write_json_report(output / "report.json", report)
     cells = [[name, *(row.summary[column] for column in SHOWN)] for name, row in rows.items()]
     write_tables(plan, files, ["encoder", *SHOWN], cells)
     if as_json:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.commands import Commands
+from elocute.cli.command_group import CommandGroup
 from elocute.cli.progress import Lines
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
@@ -20,7 +20,7 @@ from elocute.training.voca.config import VocaTrainConfig
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
 
-app = Commands("Train models on a corpus.")
+app = CommandGroup("Train models on a corpus.")
 
 Output = typer.Option(..., "-o", "--output", help="Folder for checkpoint, log and model.")
 Device = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu.")

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.names import read_names
-from elocute.cli.report import save_report
+from elocute.cli.json_reports import write_json_report
+from elocute.cli.name_lists import read_names
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
 from elocute.training.crnn.config import CrnnTrainConfig
@@ -38,10 +38,10 @@ def wild_command(
     ρc is over all frames of the clips together, with 95 % by drawing clips again. Trainings go on
     where they were left; report.json is written last.
     """
+    from elocute.cli.commands.train import name_broken
     from elocute.cli.outputs import plan_files
     from elocute.cli.progress import Lines
     from elocute.cli.tables import check_tables, write_tables
-    from elocute.cli.train import name_broken
     from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.shards import open_shards
     from elocute.files.work_folder import prepare_trainings
@@ -80,7 +80,7 @@ def wild_command(
         "config": config.record(),
         **found.record(),
     }
-    text = save_report(output / "report.json", report)
+    text = write_json_report(output / "report.json", report)
     table = found.concordance
     first = max((len(figures.first) for figures in table.values()), default=0)
     write_tables(

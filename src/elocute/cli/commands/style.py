@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.commands import Commands
+from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import plan_files
 from elocute.errors import InputError
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from elocute.models.protocol import SpeechModel
     from elocute.models.style_fit import ObservedMotion, StyleFit
 
-app = Commands("Find speaking styles.")
+app = CommandGroup("Find speaking styles.")
 
 
 @app.command("fit")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 
-def save_report(path: Path, report: Mapping[str, Any]) -> str:
+def write_json_report(path: Path, report: Mapping[str, Any]) -> str:
     """Write the record whole or not at all, and give its text. Raises OutputError."""
     from elocute.files.atomic import write_atomically
 

@@ -13,7 +13,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.flags import in_flags
-from elocute.cli.formats import Drawing, check_drawing, drawing_of, drawing_options
+from elocute.cli.format_options import Drawing, check_drawing, drawing_of, drawing_options
 from elocute.cli.outputs import plan_motion, settled, write_motion
 from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, stdin_source, to_stdout
 from elocute.cli.progress import counted, progress_bar
