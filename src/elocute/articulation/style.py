@@ -17,7 +17,10 @@ from elocute.settings import check_settings, described, setting
 class Style:
     """How a person articulates; the defaults are a plain speaker's.
 
-    Raises InputError where a number lies outside its range.
+    Raises
+    ------
+    InputError
+        For a number outside its range.
     """
 
     amplitude: float = setting(

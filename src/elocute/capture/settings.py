@@ -14,7 +14,10 @@ from elocute.settings import check_settings, described, setting
 class BatchSettings:
     """How folders of scans are registered.
 
-    Raises CaptureError for a number outside its range.
+    Raises
+    ------
+    CaptureError
+        For a number outside its range.
     """
 
     head: str = setting(
@@ -47,7 +50,10 @@ class Scanner:
     Half of the noise is drawn pixel by pixel, half is spread over neighbours, as stereo matching
     does. The neck turns half as far as the head beside it.
 
-    Raises CaptureError for a number outside its range.
+    Raises
+    ------
+    CaptureError
+        For a number outside its range.
     """
 
     points: int = setting(

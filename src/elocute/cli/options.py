@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import typer
 
-SEED_MAX = 2**32 - 1
+from elocute.articulation.settings import AnimationSettings
+from elocute.cli.settings_options import option
+from elocute.settings import SEED_MAX
 
+Fps = option(AnimationSettings, "fps")
+Strength = option(AnimationSettings, "strength")
+LearningSeed = typer.Option(0, min=0, max=SEED_MAX, help="Seed of the learned methods.")
 Output = typer.Option(
     ...,
     "-o",

@@ -12,7 +12,13 @@ from elocute.settings import check_settings, described, setting
 @described
 @dataclass(frozen=True)
 class PictureOptions:
-    """Options of .mp4 and .png. Raises OutputError for what cannot be."""
+    """Options of .mp4 and .png.
+
+    Raises
+    ------
+    OutputError
+        For a value of another type or outside its range.
+    """
 
     size: tuple[int, int] = setting(
         (800, 800),
@@ -31,7 +37,13 @@ class PictureOptions:
 @described
 @dataclass(frozen=True)
 class GlbOptions:
-    """Options of .glb. Raises OutputError for what cannot be."""
+    """Options of .glb.
+
+    Raises
+    ------
+    OutputError
+        For a value of another type or outside its range.
+    """
 
     embed_audio: bool = setting(
         False, help="Put the sound into the .glb instead of beside it as a .wav."
@@ -44,7 +56,13 @@ class GlbOptions:
 @described
 @dataclass(frozen=True)
 class HtmlOptions:
-    """Options of .html. Raises OutputError for what cannot be."""
+    """Options of .html.
+
+    Raises
+    ------
+    OutputError
+        For a value of another type or outside its range.
+    """
 
     title: str | None = setting(None, help="Title of the page; the file's name by default.")
 

@@ -11,7 +11,13 @@ from elocute.settings import SEED_MAX, check_settings, described, setting
 @described
 @dataclass(frozen=True, kw_only=True)
 class PropagateConfig:
-    """How parameters are carried over. Raises InputError for a number outside its range."""
+    """How parameters are carried over.
+
+    Raises
+    ------
+    InputError
+        For a number outside its range.
+    """
 
     method: str = setting("dcaw", help="Alignment: dtw, softdtw, ctw, dctw or dcaw.")
     encoder: str = setting("fbank", help="Speech encoder that recordings are compared by.")

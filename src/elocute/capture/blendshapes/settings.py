@@ -16,7 +16,10 @@ COMPONENTS_MAX = 400
 class BlendshapeConfig:
     """How a basis is learned; the default is the paper's.
 
-    Raises InputError for a number outside its range.
+    Raises
+    ------
+    InputError
+        For a number outside its range.
     """
 
     components: int | None = setting(

@@ -26,7 +26,7 @@ def align_command(
     band: float | None = typer.Option(
         None, help="How far from the diagonal: frames (1 or more) or a share (below 1)."
     ),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of the learned methods."),
+    seed: int = options.LearningSeed,
     plot: Path | None = typer.Option(None, help="A .png: both spectrograms, attention, path."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,

@@ -48,11 +48,11 @@ def animate_command(
         "--format",
         help="With a folder or - (standard output) as output: what to write (npz, glb, csv, …).",
     ),
-    fps: float = typer.Option(60.0, help="Frames per second, 1 to 240."),
+    fps: float = options.Fps,
     identity: str = typer.Option("mean", help="Whose face: a name, a seed, or a .json file."),
     head: str = options.Head,
     style: str = options.StyleName,
-    strength: float = typer.Option(1.0, help="How far the mouth moves, 0 to 2."),
+    strength: float = options.Strength,
     model: str = options.Model,
     channel: int | None = typer.Option(None, help="Use one channel (from 0), not the mix."),
     phones: Path | None = typer.Option(

@@ -39,7 +39,7 @@ def real_command(
     folder: Path = typer.Argument(..., help="Folder of NAME.npz (tracked mouth) and NAME.ogg."),
     names: Path | None = typer.Option(None, help="A text file of names; all by default."),
     style: str = options.StyleName,
-    strength: float = typer.Option(1.0, help="How far the mouth moves, 0 to 2."),
+    strength: float = options.Strength,
     model: str = options.Model,
     per_clip: bool = typer.Option(False, help="Print every clip too."),
     as_json: bool = options.Json,

@@ -30,7 +30,7 @@ def alignment_command(
     encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones, …"),
     noise_db: float | None = typer.Option(None, help="Speech over babble, in decibels."),
     words: int | None = typer.Option(None, min=1, help="Only the first so many words."),
-    seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of the learned methods."),
+    seed: int = options.LearningSeed,
     per_word: bool = typer.Option(False, help="Print every word too."),
     table: list[Path] | None = options.Table,
     as_json: bool = options.Json,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,7 +78,7 @@ def wild_command(
         "clips": len(opened),
         "parameters": opened.components,
         "epochs": config.epochs,
-        "config": config.record(),
+        "config": asdict(config),
         **found.record(),
     }
     text = write_json_report(output / "report.json", report)

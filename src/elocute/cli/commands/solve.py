@@ -7,17 +7,16 @@ import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import typer
 
 from elocute.cli import options
 from elocute.cli.outputs import settled, tell_silent
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MotionError
-from elocute.files.arrays import ArrayFile
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
+    from elocute.files.arrays import ArrayFile
     from elocute.head.model import HeadModel
     from elocute.motion.motion import Motion
 
@@ -43,6 +42,8 @@ def solve_command(
     as_json: bool = options.Json,
 ) -> None:
     """Find the shapes' weights and joint rotations behind moving vertices."""
+    import numpy as np
+
     from elocute.export.registry import check_suffix, write
     from elocute.motion.blendshape_solver import solve_weights
 
@@ -115,4 +116,6 @@ def _read_head(path: Path) -> HeadModel:
 
 def _read_vertices(path: Path) -> ArrayFile:
     """(frame, vertex, 3) as `-o talk.npy` writes them, left on disk. Raises MotionError."""
+    from elocute.files.arrays import ArrayFile
+
     return ArrayFile(path, allowed="a .npy of (frame, vertex, 3) metres", error=MotionError)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from elocute.errors import ModelError
 from elocute.settings import SEED_MAX, check_settings, described, setting
@@ -20,7 +20,10 @@ class CrnnTrainConfig:
     else half a cosine), its loss is Eq. 10, its parameters weigh as their shares of the variance
     (`weight_power` 1), and it augments no clips (`augment` 0; see `augment.py`).
 
-    Raises ModelError for a number outside its range.
+    Raises
+    ------
+    ModelError
+        For a number outside its range.
     """
 
     epochs: int = setting(50, low=1, high=100_000, help="Passes over the training part.")
@@ -67,7 +70,3 @@ class CrnnTrainConfig:
 
     def __post_init__(self) -> None:
         check_settings(self, ModelError)
-
-    def record(self) -> dict[str, object]:
-        """For checkpoints."""
-        return asdict(self)
