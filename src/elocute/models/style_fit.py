@@ -96,9 +96,14 @@ class ObservedMotion:
 class _Target:
     """A take in orthonormal coordinates of what the model can do: distances are those of vertices.
 
-    speech  features as far as these frames need them
-    places  (frame, direction) mm, at the model's frame rate
-    beyond  mm², summed over frames and vertices: what no weights reach
+    Parameters
+    ----------
+    speech : SpeechFeatures
+        As far as these frames need them.
+    places : (frame, direction) float64
+        Millimetres, at the model's frame rate.
+    beyond : float
+        What no weights reach, mm², summed over frames and vertices.
     """
 
     speech: SpeechFeatures
