@@ -125,18 +125,52 @@ def setting(
 
 
 def settings_of(cls: type) -> list[tuple[Field[Any], Setting]]:
-    """The fields of a settings dataclass that are settings, in their order."""
+    """The fields of a settings dataclass that are settings.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+
+    Returns
+    -------
+    list of (dataclasses.Field, Setting)
+        In their order.
+    """
     return [(each, each.metadata[KEY]) for each in fields(cls) if KEY in each.metadata]
 
 
 def setting_of(cls: type, name: str) -> Setting:
-    """What is known of one setting of a settings dataclass."""
+    """What is known of one setting.
+
+    Parameters
+    ----------
+    cls : type
+        Its dataclass.
+    name : str
+        Its field.
+
+    Returns
+    -------
+    Setting
+    """
     return next(known for each, known in settings_of(cls) if each.name == name)
 
 
 @lru_cache
 def types_of(cls: type) -> dict[str, tuple[Any, bool]]:
-    """The type of each field, without `| None`, and whether None is allowed."""
+    """The types of the fields of a dataclass.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+
+    Returns
+    -------
+    dict of str to (type, bool)
+        The type of each field without `| None`, and whether None is allowed.
+    """
     return {name: _without_none(hint) for name, hint in get_type_hints(cls).items()}
 
 
@@ -171,7 +205,18 @@ def check_settings(given: Any, error: type[InputError] = InputError, about: str 
 
 
 def settings_table(cls: type) -> str:
-    """The settings of a dataclass as a Markdown table."""
+    """The settings of a dataclass as a table of the documentation.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+
+    Returns
+    -------
+    str
+        Markdown, a row for each setting.
+    """
     rows = ["| setting | default | allowed | |", "|---|---|---|---|"]
     for each, known in settings_of(cls):
         allowed = known.unit or _named(types_of(cls)[each.name][0])

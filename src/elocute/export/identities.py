@@ -22,7 +22,22 @@ Progress = Callable[[float], None] | None
 
 
 def check_identity_output(path: str | Path, count: int, mesh: str = ".obj") -> None:
-    """Refuse a place or a format that `write_identities` could not write. Raises OutputError."""
+    """Refuse what `write_identities` could not write, before anything is computed.
+
+    Parameters
+    ----------
+    path : str or Path
+        The output.
+    count : int
+        How many faces.
+    mesh : str
+        Suffix of the meshes in a folder: ".obj" or ".ply".
+
+    Raises
+    ------
+    OutputError
+        For a place, a suffix or a count that cannot be written.
+    """
     path = check_output(path)
     suffix = path.suffix.lower()
     if mesh not in MESH_FORMATS:
@@ -48,10 +63,32 @@ def write_identities(
     backend: str = "auto",
     progress: Progress = None,
 ) -> None:
-    """Draw identities (face, coefficient) of a head.
+    """Write identities of a head as meshes, or draw them all on one contact sheet.
 
-    `path` ending in .png is one sheet, twice as wide as `size`; anything else is a new folder
-    of 00000.obj, 00001.obj, … in metres (.ply by its suffix or by `mesh`). Raises OutputError.
+    Parameters
+    ----------
+    head : HeadModel
+        With an identity space.
+    identities : (face, coefficient) float32
+        Standard deviations.
+    path : str or Path
+        A .png for one sheet, twice as wide as `size`; otherwise a new folder of 00000.obj,
+        00001.obj, … in metres, or of .ply by its own suffix or by `mesh`.
+    mesh : str
+        Suffix of the meshes in a folder: ".obj" or ".ply".
+    size : (int, int)
+        Width and height in pixels, of which a sheet takes the width.
+    backend : str
+        Renderer: "auto", "moderngl" or "embreex".
+    progress : callable, optional
+        Called with the share that is done, 0 to 1.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    MachineError
+        Where no renderer works.
     """
     path = Path(path)
     check_identity_output(path, len(identities), mesh)

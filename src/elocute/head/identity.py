@@ -1,4 +1,4 @@
-"""Identities: faces by name, seed or a file of coefficients."""
+"""Identities of the built-in head: faces by name, seed or a file of coefficients."""
 
 from __future__ import annotations
 
@@ -28,7 +28,18 @@ NAMED_PATH = Path(__file__).parent / "assets" / "identities.json"
 
 
 def sample_identity(seed: int) -> NDArray[np.float32]:
-    """(50,) standard deviations of a random adult; the same seed gives the same face."""
+    """Coefficients of a random face of the built-in head.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed gives the same face.
+
+    Returns
+    -------
+    (50,) float32
+        Standard deviations.
+    """
     drawn = np.random.default_rng(seed).normal(0.0, SAMPLE_SPREAD, IDENTITY_COUNT)
     return np.clip(drawn, -SAMPLE_LIMIT, SAMPLE_LIMIT).astype(np.float32)
 

@@ -1,4 +1,4 @@
-"""Any speech model by its name or file; the only place that tells kinds apart."""
+"""Speech models by name or file; the only place that tells their kinds apart."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DEFAULT_MODEL = articulation_model.NAME
 
 
 def model_names() -> tuple[str, ...]:
-    """Names that `open_model` knows besides files."""
+    """The names that `open_model` knows, besides files."""
     return (articulation_model.NAME, voca.SHIPPED, crnn_network.SHIPPED)
 
 

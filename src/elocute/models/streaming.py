@@ -363,9 +363,19 @@ def _check_level(level: SoundLevel | None) -> None:
 
 
 def check_animation_settings(fps: object, strength: object) -> None:
-    """Raise InputError for a number outside its range in AnimationSettings.
+    """Check a frame rate and a strength against AnimationSettings; NumPy's numbers are allowed.
 
-    NumPy's numbers are taken too.
+    Parameters
+    ----------
+    fps : float
+        Frames per second.
+    strength : float
+        How far the mouth moves.
+
+    Raises
+    ------
+    InputError
+        For a number outside its range, and for anything but a number.
     """
     for name, value in (("fps", fps), ("strength", strength)):
         known, number = setting_of(AnimationSettings, name), real_number(value)

@@ -25,7 +25,23 @@ ALLOWED = '{"mix": {"NAME": share, …}} with shares from 0, one above'
 
 
 def checked_style(given: str | Path | Style) -> str | Style:
-    """A style as models take it. Raises InputError for anything but a name, path or Style."""
+    """A style as the methods of models take it.
+
+    Parameters
+    ----------
+    given : str, Path or Style
+        What the caller gave.
+
+    Returns
+    -------
+    str or Style
+        A path as text; everything else as it is.
+
+    Raises
+    ------
+    InputError
+        For anything but a name, a path or a Style.
+    """
     check_kind("style", given, str | os.PathLike | Style, "a name, a mix, a .json file or a Style")
     return str(given) if isinstance(given, os.PathLike) else given
 
@@ -62,7 +78,23 @@ def share_vector(shares: Mapping[str, float], styles: tuple[str, ...], model: st
 
 
 def read_mix(path: str | Path) -> dict[str, float]:
-    """Shares that sum to one. Raises ModelError for a file that holds none."""
+    """Read a mix of styles.
+
+    Parameters
+    ----------
+    path : str or Path
+        A .json file as `write_mix` writes it.
+
+    Returns
+    -------
+    dict of str to float
+        Shares above zero, which sum to one.
+
+    Raises
+    ------
+    ModelError
+        For a file that holds no mix.
+    """
     path = Path(path)
     stored = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=ModelError)
     mix = stored.get("mix")
@@ -75,7 +107,22 @@ def read_mix(path: str | Path) -> dict[str, float]:
 
 
 def write_mix(path: str | Path, mix: dict[str, float], more: dict[str, Any]) -> None:
-    """Write a mix and whatever else belongs to it. Raises OutputError."""
+    """Write a mix of styles as .json.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    mix : dict of str to float
+        Share of each style.
+    more : dict
+        Further entries of the file.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    """
     write_record(path, {"mix": mix, **more}, indent=1)
 
 

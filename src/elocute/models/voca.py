@@ -85,7 +85,18 @@ class VocaRecord:
 class VocaModel:
     """The VOCA that ships (`voca`), or a trained one from a file, as a SpeechModel.
 
-    Raises ModelError where the file is missing, too large or not a VOCA of Elocute.
+    Parameters
+    ----------
+    path : str or Path
+        "voca", or an .onnx that training wrote.
+    session : onnxruntime.InferenceSession, optional
+        Of the same file, where it was opened before.
+
+    Raises
+    ------
+    ModelError
+        For a file that is missing or too large; when the network is first used, for one that is
+        not a VOCA of Elocute.
     """
 
     def __init__(self, path: str | Path, session: Any = None) -> None:
