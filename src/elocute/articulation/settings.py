@@ -20,7 +20,7 @@ class AnimationSettings:
 
     fps: float = setting(60.0, low=1.0, high=240.0, help="Frames per second.")
     strength: float = setting(
-        1.0, low=0.0, high=2.0, help="How far the mouth moves; 1 is as the model has it."
+        1.0, low=0.0, high=2.0, help="How far the mouth moves; 1 leaves it as the model has it."
     )
 
     def __post_init__(self) -> None:

@@ -30,7 +30,7 @@ _KNOWN: dict[str, tuple[type, Any, Setting]] = {
 }
 """Every option of any format: its class, default and what is known of it."""
 SIZE = _KNOWN["size"][2]
-SIZE_HELP = f"{SIZE.text} As 800, 1280x720, {', '.join(SIZES)}."
+SIZE_HELP = f"{SIZE.text} Written as 800, 1280x720, {', '.join(SIZES)}."
 
 Size = typer.Option("800", help=SIZE_HELP)
 Backend = option(PictureOptions, "backend")

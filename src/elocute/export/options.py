@@ -25,7 +25,7 @@ class PictureOptions:
         unit="pixels",
         low=64,
         high=4096,
-        help="Width and height of a picture; a .png is a sheet twice as wide.",
+        help="Width and height of the picture; a .png sheet is twice as wide.",
     )
     backend: str = setting("auto", choices=BACKENDS, help="Renderer.")
     view: str = setting("front", choices=tuple(VIEWS), help="Where the camera stands.")
@@ -45,9 +45,7 @@ class GlbOptions:
         For a value of another type or outside its range.
     """
 
-    embed_audio: bool = setting(
-        False, help="Put the sound into the .glb instead of beside it as a .wav."
-    )
+    embed_audio: bool = setting(False, help="Put the sound into the .glb, not beside it as a .wav.")
 
     def __post_init__(self) -> None:
         check_settings(self, OutputError)
@@ -64,7 +62,7 @@ class HtmlOptions:
         For a value of another type or outside its range.
     """
 
-    title: str | None = setting(None, help="Title of the page; the file's name by default.")
+    title: str | None = setting(None, help="Title of the page; by default the name of the file.")
 
     def __post_init__(self) -> None:
         check_settings(self, OutputError)

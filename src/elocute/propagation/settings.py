@@ -21,7 +21,7 @@ class PropagateConfig:
 
     method: str = setting("dcaw", help="Alignment: dtw, softdtw, ctw, dctw or dcaw.")
     encoder: str = setting("fbank", help="Speech encoder that recordings are compared by.")
-    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
     fit_pairs: int = setting(
         50,
         low=1,

@@ -16,26 +16,30 @@ METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
 
 
 def align_command(
-    source: Path = typer.Argument(..., help="The recording that is warped."),
-    target: Path = typer.Argument(..., help="The recording that it is warped onto."),
+    source: Path = typer.Argument(..., help="Recording to warp."),
+    target: Path = typer.Argument(..., help="Recording to warp it onto."),
     method: str = typer.Option(
-        "softdtw", help=f"One of {', '.join(METHODS)}; the last two learn, for a minute or more."
+        "softdtw",
+        help=f"Method: {', '.join(METHODS)}. The last two train a network for a minute or more.",
     ),
-    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones, …"),
+    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones and the like."),
     find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
     band: float | None = typer.Option(
-        None, help="How far from the diagonal: frames (1 or more) or a share (below 1)."
+        None,
+        help="How far from the diagonal the path may go: frames (1 or more) or a share (below 1).",
     ),
     seed: int = options.LearningSeed,
-    plot: Path | None = typer.Option(None, help="A .png: both spectrograms, attention, path."),
+    plot: Path | None = typer.Option(
+        None, help="Draw both spectrograms, the attention and the path (.png)."
+    ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Which frame of one recording belongs to which of another, and how well they agree.
+    """Align two recordings of the same words in time, and score how well they agree.
 
     Soft-DTW takes a second. Learned methods (ctw, dctw, dcaw) are fitted to these two recordings
-    alone; over many recordings of a word they are better (`elocute.alignment.fit_aligner`).
+    alone; fitted to many recordings of a word (`elocute.alignment.fit_aligner`) they are better.
     """
     from elocute.audio.read import read_audio
     from elocute.encoders.protocol import FEATURE_RATE

@@ -46,29 +46,34 @@ def animate_command(
     format: list[str] = typer.Option(
         [],
         "--format",
-        help="With a folder or - (standard output) as output: what to write (npz, glb, csv, …).",
+        help="Format to write (npz, glb, csv, …) where the output is a folder or - (standard "
+        "output). Can be repeated.",
     ),
     fps: float = options.Fps,
-    identity: str = typer.Option("mean", help="Whose face: a name, a seed, or a .json file."),
+    identity: str = options.Identity,
     head: str = options.Head,
     style: str = options.StyleName,
     strength: float = options.Strength,
     model: str = options.Model,
-    channel: int | None = typer.Option(None, help="Use one channel (from 0), not the mix."),
+    channel: int | None = typer.Option(
+        None, help="Use this channel, counted from 0, instead of the mix of all channels."
+    ),
     phones: Path | None = typer.Option(
-        None, help="Known phone times instead of the encoder: CSV of start_s,end_s,phone."
+        None,
+        help="Known phone times, used instead of the recognised phones: a CSV with the columns "
+        "start_s,end_s,phone.",
     ),
     drawing: Drawing = drawing_options(),
     recursive: bool = typer.Option(
-        False, "-r", "--recursive", help="Take subfolders of folders along, and mirror them."
+        False, "-r", "--recursive", help="Include subfolders, and mirror them in the output."
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Animate the built-in head with speech.
+    """Animate a head with speech.
 
-    Output folders that do not exist are made.
+    Output folders that do not exist are created.
     """
     check_pipes(speech, output, format, as_json)
     takes, single = _takes(speech, recursive)
@@ -128,7 +133,7 @@ def _animate_one(
         return {"input": str(file), "outputs": [], "kept": kept}
     quiet = as_json or PIPE in targets
     started = time.perf_counter()
-    with progress_bar(f"listening to {STDIN if file == PIPE else file.name}", quiet) as progress:
+    with progress_bar(f"animating {STDIN if file == PIPE else file.name}", quiet) as progress:
         heard = piped_sound() if file == PIPE else file
         animation = animate(heard, progress=progress, **settings)
     listened = time.perf_counter()
@@ -174,7 +179,7 @@ class _Take:
 
 
 def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
-    """Every recording meant, and whether it was just one named file."""
+    """The recordings that the arguments name, and whether they are just one file."""
     takes: list[_Take] = []
     for path in given:
         if not path.is_dir():
@@ -183,23 +188,24 @@ def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
         sounds = path.rglob("*") if recursive else path.iterdir()
         found = sorted(p for p in sounds if p.suffix.lower() in SOUND_SUFFIXES and not p.is_dir())
         skipped = [] if recursive else _folders_with_sound(path)
-        remedy = "--recursive takes subfolders along" if skipped else ""
+        remedy = "--recursive includes subfolders" if skipped else ""
         if not found:
             raise InputError.about(
                 path,
-                found="no sound in this folder",
+                found="no sound file in this folder",
                 allowed=" ".join(SOUND_SUFFIXES),
                 remedy=remedy,
             )
         if skipped:
-            told = f"{len(skipped)} subfolders with sound left out"
+            folders = "subfolder" if len(skipped) == 1 else "subfolders"
+            told = f"{len(skipped)} {folders} with sound left out"
             print(f"elocute: {path}: {told}; {remedy}", file=sys.stderr)
         takes += [_Take(p, p.parent.relative_to(path)) for p in found]
     return takes, len(given) == 1 and not given[0].is_dir()
 
 
 def _folders_with_sound(folder: Path) -> list[Path]:
-    """Subfolders in which, or below which, there is something to be heard."""
+    """Subfolders that hold sound, in themselves or further below."""
     return [
         sub
         for sub in sorted(folder.iterdir())

@@ -1,4 +1,4 @@
-"""`elocute blendshapes`: shapes of speech, learned from registered meshes."""
+"""`elocute blendshapes`: speech blendshapes, learned from registered meshes."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ ARKIT = "arkit"
 def learn_command(
     corpus: Path = typer.Argument(..., help="A corpus folder."),
     output: Path = typer.Option(
-        ..., "-o", "--output", help="The basis (.npz), or its shapes as morph targets (.glb)."
+        ..., "-o", "--output", help="Basis to write (.npz), or its shapes as morph targets (.glb)."
     ),
     config: BlendshapeConfig = options_of(BlendshapeConfig, flags={"sparsity": "--sparse"}),
     split: str = options.Split,
-    part: str = typer.Option("train", help="train, validation, test or all."),
+    part: str = typer.Option("train", help="Part to learn from: train, validation, test or all."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Principal components of every mesh minus its speaker's neutral face."""
+    """Learn speech blendshapes: principal components of meshes minus their neutral faces."""
     from elocute.capture.blendshapes.basis_motion import sweep_shapes
     from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
     from elocute.corpus.corpus_store import open_corpus
@@ -73,17 +73,17 @@ def learn_command(
 
 @app.command("show")
 def show_command(
-    basis: Path = typer.Argument(..., help="What `learn` wrote (.npz)."),
-    output: Path = typer.Option(
-        ..., "-o", "--output", help="A sheet of every shape at +2 and -2 deviations (.png)."
+    basis: Path = typer.Argument(..., help="Basis that `blendshapes learn` wrote (.npz)."),
+    output: Path = typer.Option(..., "-o", "--output", help="Contact sheet to write (.png)."),
+    view: str = typer.Option(
+        "mouth", help="Where the camera stands: mouth, front, three-quarter or side."
     ),
-    view: str = typer.Option("mouth", help="Where to look from: mouth, front, side, …"),
     size: str = format_options.Size,
     backend: str = format_options.Backend,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
 ) -> None:
-    """Draw every shape at plus and minus two deviations."""
+    """Draw every shape of a basis at plus and minus two standard deviations."""
     from elocute.capture.blendshapes.basis_motion import extreme_shapes
     from elocute.errors import OutputError
     from elocute.export.contact_sheet import contact_sheet
@@ -110,21 +110,27 @@ def show_command(
 
 @app.command("compare")
 def compare_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder with meshes to represent."),
-    basis: list[Path] = typer.Argument(..., help="What `learn` wrote (.npz); several may be."),
-    against: str = typer.Option(ARKIT, help="arkit (the built-in head's shapes), or a .npz."),
+    corpus: Path = typer.Argument(..., help="Corpus folder whose meshes are projected."),
+    basis: list[Path] = typer.Argument(
+        ..., help="Bases that `blendshapes learn` wrote (.npz), one or more."
+    ),
+    against: str = typer.Option(
+        ARKIT, help="Basis to compare with: arkit (the built-in head's shapes), or a .npz."
+    ),
     split: str = options.Split,
-    part: str = typer.Option("test", help="train, validation, test or all."),
-    output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
-    plot: Path | None = typer.Option(None, "--plot", help="Errors over frames (.png)."),
+    part: str = typer.Option("test", help="Part to project: train, validation, test or all."),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", help="Also write the report (.json)."
+    ),
+    plot: Path | None = typer.Option(None, "--plot", help="Plot the errors over frames (.png)."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Project held-out meshes onto bases: mean distance of vertices, mm.
+    """Project held-out meshes onto bases, and report the mean distance of vertices in mm.
 
-    The other basis is taken whole, and cut to as many of its shapes as the first one has, those
-    that explain the training part best.
+    The basis that is compared with is used whole, and cut to as many shapes as the first one has:
+    those that explain the training part best.
     """
     from elocute.capture.blendshapes.basis_comparison import (
         BasisProjection,

@@ -1,4 +1,4 @@
-"""`elocute capture`: from raw scans to registered motion."""
+"""`elocute capture`: scans registered, checked and simulated."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from elocute.capture.sequence_tracking import SequenceResult
     from elocute.head.model import HeadModel
 
-app = CommandGroup("Turn raw scans into motion of one topology.")
+app = CommandGroup("Capture motion in one topology, from scans or video.")
 
 HeadChoice, Fps, Unit = (option(BatchSettings, name) for name in ("head", "fps", "unit"))
 
@@ -39,26 +39,29 @@ def _need_scipy() -> None:
 @app.command("scan")
 def scan_command(
     file: Path = typer.Argument(..., help="A scan of a head (.ply or .obj)."),
-    output: Path = typer.Option(..., "-o", "--output", help="The registered mesh, .ply or .obj."),
+    output: Path = typer.Option(
+        ..., "-o", "--output", help="Registered mesh to write (.ply or .obj)."
+    ),
     landmarks: Path | None = typer.Option(
-        None, help="Its 68 landmarks (.json, .ljson or .pts), in the scan's unit."
+        None, help="The scan's 68 landmarks (.json, .ljson or .pts), in its unit."
     ),
     template: Path | None = typer.Option(
-        None, help="The person's resting face in the topology of --head, as `capture` writes it."
+        None,
+        help="The person's neutral face in the topology of --head, as `capture scans` writes it.",
     ),
     method: str = typer.Option(
-        "model", help="model (fit the head, then let the skin follow) or nicp (non-rigid ICP)."
+        "model", help="model (fit the head model, then deform it freely) or nicp (non-rigid ICP)."
     ),
     head: str = HeadChoice,
-    unit: str = typer.Option("m", help="Of the scan: m, mm, cm, dm or inch."),
+    unit: str = typer.Option("m", help="Unit of the scan: m, mm, cm, dm or inch."),
     zero_pose: bool = typer.Option(
-        False, help="Without turn of head and neck, in metres; else as and where the scan is."
+        False, help="Write the mesh in zero pose and metres, not in the pose and unit of the scan."
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Register one scan: the head's mesh, laid over it."""
+    """Register one scan: lay the head's mesh over it."""
     _need_scipy()
     from elocute.capture.scans.landmarks import no_landmarks, read_landmarks
     from elocute.capture.scans.scan_file import read_scan, unit_m
@@ -136,17 +139,17 @@ def _report(file: Path, output: Path, found: Registration, as_json: bool) -> Non
 def scans_command(
     folder: Path = typer.Argument(..., help="A folder of scans, or a folder of such folders."),
     output: Path = typer.Option(
-        ..., "-o", "--output", help="A folder; what is there already is not made again."
+        ..., "-o", "--output", help="Output folder; what it holds already is not computed again."
     ),
     settings: BatchSettings = options_of(BatchSettings, defaults={"jobs": 0}),
     as_json: bool = options.Json,
 ) -> None:
-    """Register sequences of scans and make a corpus of those with sound."""
+    """Register sequences of scans, and make a corpus of those with sound."""
     _need_scipy()
     from elocute.capture.scans_to_corpus import capture_scans
 
     with (
-        resumable("run it again to go on"),
+        resumable("run it again to continue"),
         progress_bar(f"registering {folder.name}", as_json) as progress,
     ):
         results = [
@@ -184,10 +187,10 @@ def check_command(
     folder: Path = typer.Argument(..., help="A folder of scans, or a folder of such folders."),
     fps: float | None = Fps,
     unit: str | None = Unit,
-    every: int = typer.Option(1, min=1, help="Look at every so many scans only."),
+    every: int = typer.Option(1, min=1, help="Check only every n-th scan."),
     as_json: bool = options.Json,
 ) -> None:
-    """Look at scans before they are registered; exit 1 where an error was found."""
+    """Check scans before they are registered; the exit code is 1 where errors are found."""
     _need_scipy()
     from elocute.capture.scans.scan_checks import check_scans
 
@@ -208,17 +211,19 @@ def check_command(
 
 @app.command("simulate")
 def simulate_command(
-    speech: Path = typer.Argument(..., help="A sound file that the head speaks."),
+    speech: Path = typer.Argument(..., help="Sound file of the speech."),
     output: Path = typer.Option(..., "-o", "--output", help="A new folder of scans."),
-    identity: str = typer.Option("mean", help="Whose face: a name, a seed, or a .json file."),
+    identity: str = options.Identity,
     fps: float = typer.Option(60.0, help="Scans per second."),
-    seconds: float | None = typer.Option(None, min=0.05, help="Only the first seconds."),
+    seconds: float | None = typer.Option(
+        None, min=0.05, help="Scan only this many seconds from the start."
+    ),
     scanner: Scanner = options_of(Scanner),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Scan the built-in head while it speaks, in software, with known truth."""
+    """Simulate scans of the built-in head while it speaks, with known ground truth."""
     _need_scipy()
     from elocute.animation import animate
     from elocute.audio.read import read_audio

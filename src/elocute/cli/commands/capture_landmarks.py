@@ -1,4 +1,4 @@
-"""`elocute capture landmarks`: the 68 landmarks of scans, found in pictures of them."""
+"""`elocute capture landmarks`: the 68 landmarks of scans, detected in renders of them."""
 
 from __future__ import annotations
 
@@ -25,17 +25,20 @@ FOLDER = "landmarks"
 def landmarks_command(
     scans: Path = typer.Argument(..., help="A scan, or a folder as `capture scans` takes it."),
     output: Path | None = typer.Option(
-        None, "-o", "--output", help="Of one scan: a .json file. Else FOLDER/landmarks/."
+        None,
+        "-o",
+        "--output",
+        help="For one scan: the .json to write. A folder's go to FOLDER/landmarks/.",
     ),
-    unit: str | None = typer.Option(None, help="Of the coordinates: m, mm, cm, dm or inch."),
+    unit: str | None = typer.Option(None, help="Unit of the coordinates: m, mm, cm, dm or inch."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Find the 68 landmarks of scans by looking at them from several sides (extra `video`).
+    """Detect the 68 landmarks of scans in renders from several sides (needs the extra `video`).
 
-    Scans stand about upright and look along +Z. Those of a folder that have landmarks already are
-    left alone, so a run that was interrupted goes on.
+    Heads must be roughly upright and face +Z. Scans of a folder that have landmarks already are
+    left alone, so an interrupted run can be repeated.
     """
     from elocute.capture.scans.landmark_detection import mediapipe_landmarks
 
@@ -91,7 +94,7 @@ def _of_folder(
         if sequence.landmark_file(number) is None
     ]
     found, failed = 0, []
-    with progress_bar(f"looking at {folder.name}", quiet) as progress:
+    with progress_bar(f"detecting landmarks in {folder.name}", quiet) as progress:
         for done, (sequence, number) in enumerate(waiting, start=1):
             place = sequence.folder / FOLDER / f"{sequence.file(number).stem}.json"
             try:
@@ -113,7 +116,7 @@ def _written(scan: Scan, unit: str, path: Path, detector: LandmarkDetector) -> s
 
     found = detect_landmarks(scan, detector)
     if not found.enough:
-        return f"{int(found.good.sum())} landmarks seen; is it upright, looking along +Z?"
+        return f"{int(found.good.sum())} landmarks seen; is the head upright, facing +Z?"
     path.parent.mkdir(exist_ok=True)
     write_landmarks(path, Landmarks(found.points / unit_m(unit), found.confidence))
     return ""

@@ -1,4 +1,4 @@
-"""`elocute capture video`: somebody talking in a video, as motion of the built-in head."""
+"""`elocute capture video`: a person talking in a video, as motion of the built-in head."""
 
 from __future__ import annotations
 
@@ -26,26 +26,28 @@ OWN = "own"
 
 
 def video_command(
-    video: list[Path] = typer.Argument(..., help="A video of one person talking, or several."),
+    video: list[Path] = typer.Argument(
+        ..., help="Video of a person talking; several for a corpus."
+    ),
     output: list[Path] = options.Output,
     face: str | None = typer.Option(
-        None, help="Which face, where there are several: left, right, or a number from the left."
+        None, help="Which face, where there are several: left, right, or its number from the left."
     ),
     fps: float | None = typer.Option(
-        None, help="Frames per second; without it the video's own (60 for a corpus)."
+        None, help="Frames per second; by default the video's own, or 60 for a corpus."
     ),
     identity: str = typer.Option(
-        OWN, help="Whose face moves: own (the person's), a name, a seed, or a .json file."
+        OWN, help="Identity of the face: own (the person's), a name, a seed, or a .json file."
     ),
-    zero_pose: bool = typer.Option(False, help="Leave the turn of the head out."),
-    subject: str = typer.Option("me", help="The subject's name in a corpus."),
-    text: str = typer.Option("", help="The words that are said, for a corpus of one clip."),
+    zero_pose: bool = typer.Option(False, help="Leave out all turns of head, jaw and eyes."),
+    subject: str = typer.Option("me", help="Name of the person in a corpus."),
+    text: str = typer.Option("", help="What is said, for a corpus of one clip."),
     drawing: Drawing = drawing_options(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Capture the face in a video: a motion in any format, or (-o FOLDER) clips of a corpus."""
+    """Capture a face from video: as a motion in any format, or as clips of a corpus (-o FOLDER)."""
     corpora = [path for path in output if not path.suffix]
     files = [path for path in output if path.suffix]
     plan = _plan(video, files, corpora, identity, drawing)
@@ -99,12 +101,12 @@ def _plan(
 def _capture(path: Path, face: str | None, fps: float | None, quiet: bool) -> VideoCapture:
     from elocute.capture.video.video_to_motion import capture_video
 
-    with progress_bar(f"watching {path.name}", quiet) as progress:
+    with progress_bar(f"tracking {path.name}", quiet) as progress:
         return capture_video(path, face=face, fps=fps, progress=progress)
 
 
 def _dressed(motion: Motion, identity: str, zero_pose: bool) -> Motion:
-    """On another face, without turns: as asked for."""
+    """The motion on the face asked for, with joint rotations or without."""
     from elocute.head.builtin import load_builtin_head
     from elocute.head.identity import resolve_identity
 
@@ -148,7 +150,7 @@ def _report(
     if not as_json:
         for note in captured.notes:
             print(note)
-        print(f"lips lie {captured.lip_miss:.1%} of the eye distance beside those seen, on average")
+        print(f"mean error of the lips: {captured.lip_miss:.1%} of the distance between the eyes")
         return
     record: dict[str, Any] = {
         "input": str(path),

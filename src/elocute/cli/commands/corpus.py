@@ -1,4 +1,4 @@
-"""`elocute corpus`: what a corpus holds, what is wrong with it, and how to make one."""
+"""`elocute corpus`: a corpus described, checked, or converted from recordings."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from elocute.files.outputs import OutputPlan
 if TYPE_CHECKING:
     from elocute.corpus.corpus_checks import Finding
 
-app = CommandGroup("Look at, check and convert corpora of talking faces.")
+app = CommandGroup("Describe, check and convert corpora of talking faces.")
 
 Folder = typer.Argument(..., help="A corpus folder, as `corpus convert` writes it.")
 
 
 @app.command("info")
 def info_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
-    """Say what a corpus holds: subjects, sentences, minutes and splits."""
+    """Describe a corpus: subjects, sentences, minutes and splits."""
     from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.statistics import summary
 
@@ -52,7 +52,7 @@ def info_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
 
 @app.command("check")
 def check_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
-    """Look for what would spoil training; exit 1 where an error was found."""
+    """Check a corpus for what would spoil training; the exit code is 1 where errors are found."""
     from elocute.corpus.corpus_checks import check_corpus
     from elocute.corpus.corpus_store import open_corpus
 
@@ -85,35 +85,40 @@ def _print_table(findings: list[Finding]) -> None:
 
 @app.command("convert")
 def convert_command(
-    source: Path = typer.Argument(..., help="Folder of VOCASET, BIWI, … as it was distributed."),
+    source: Path = typer.Argument(..., help="Folder of VOCASET, BIWI, … as distributed."),
     output: Path = typer.Option(..., "-o", "--output", help="A new corpus folder."),
     format: str | None = typer.Option(
-        None, help="vocaset, biwi, folder or grid; found out by default."
+        None, help="Format of the source: vocaset, biwi, folder or grid; recognised by default."
     ),
     fps: float | None = typer.Option(
-        None, help="Frames a second of folder (told by its sounds), or to make of grid (60)."
+        None,
+        help="Frames per second of the format folder (by default from its sounds), or to convert "
+        "grid to (60).",
     ),
     units: str | None = typer.Option(
         None,
-        help="Of lengths in biwi and folder: mm, cm, dm, m, inch, or metres a unit; told by the "
-        "size of a head.",
+        help="Unit of length in biwi and folder: mm, cm, dm, m, inch, or its metres as a number; "
+        "by default recognised by the size of a head.",
     ),
     split: str | None = typer.Option(
         None,
-        help="published (VOCASET, BIWI), even, sentences, or subjects for validation/test: "
-        "ann,bob/cy. By default published, or even where there is none.",
+        help="Split: published (VOCASET, BIWI), even, sentences, or the subjects for "
+        "validation/test, as ann,bob/cy. By default published, or even where none is.",
     ),
-    texts: Path | None = typer.Option(None, help="What was said: subject TAB sentence TAB text."),
+    texts: Path | None = typer.Option(
+        None, help="File of what was said, a line for each clip: subject TAB sentence TAB text."
+    ),
     leave_out: Path | None = typer.Option(
-        None, help="A text file of subjects or clips to leave out."
+        None, help="Text file of subjects or clips to leave out."
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Make a corpus folder of recordings; say what was assumed, and what was skipped and why.
+    """Convert recordings to a corpus folder, and say what was assumed, and what was skipped.
 
-    folder is what FaceFormer, CodeTalker and later work keep: vertices_npy/, wav/, templates.pkl.
+    The format folder is that of FaceFormer, CodeTalker and later work: vertices_npy/, wav/ and
+    templates.pkl.
     """
     from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.importers.registry import convert

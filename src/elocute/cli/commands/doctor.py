@@ -23,10 +23,10 @@ _REQUIREMENT = re.compile(
 
 
 def doctor_command(as_json: bool = options.Json) -> None:
-    """Say what is installed and what works: sound, pictures, networks, drawing.
+    """Check the installation: dependencies, sound, video, networks and rendering.
 
-    One short .mp3 and one short .mp4 are made in a temporary folder and read again. Leaves with
-    code 1 where something that the tool needs is broken, and says what to do.
+    A short .mp3 and a short .mp4 are written to a temporary folder and read back. The exit code is
+    1 where something that Elocute needs is broken; the output says what to do.
     """
     record = dict(_findings())
     if as_json:
@@ -36,7 +36,7 @@ def doctor_command(as_json: bool = options.Json) -> None:
             print(f"{name:22} {value}")
     broken = [name for name, value in record.items() if value.startswith(BROKEN)]
     if broken:
-        raise MachineError(f"{', '.join(broken)} must be mended; each line above says how")
+        raise MachineError(f"{', '.join(broken)} must be repaired; each line above says how")
 
 
 def _findings() -> Iterator[tuple[str, str]]:

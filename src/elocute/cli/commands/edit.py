@@ -1,4 +1,4 @@
-"""`elocute edit`: animation control of a stored motion."""
+"""`elocute edit`: pose, gaze, blinks, shapes, face and length of a stored motion."""
 
 from __future__ import annotations
 
@@ -24,43 +24,58 @@ if TYPE_CHECKING:
 Edit = Callable[["Motion"], "Motion"]
 SOUND_RATE = 48000
 
-_TURN = 'in degrees: "x,y,z", or "seconds:x,y,z; …". '
+_TURN = 'in degrees: "x,y,z", or keyframes "seconds:x,y,z; …"'
+_AXES = "+x nods, +y turns to the head's own left, +z tilts to its right."
 
 
 def edit_command(
     motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` wrote."),
     output: list[Path] = options.Output,
-    neck: str | None = typer.Option(None, help=f"Turn the neck, {_TURN}+x nods, +y turns left."),
-    head_pose: str | None = typer.Option(None, help=f"Turn the head, {_TURN}"),
-    jaw: str | None = typer.Option(None, help=f"Open the jaw further than speech, {_TURN}"),
+    neck: str | None = typer.Option(None, help=f"Turn the neck, {_TURN}. {_AXES}"),
+    head_pose: str | None = typer.Option(None, help=f"Turn the head, {_TURN}. {_AXES}"),
+    jaw: str | None = typer.Option(
+        None, help=f"Turn the jaw beyond what speech does, {_TURN}; +x opens it."
+    ),
     eyes: str | None = typer.Option(
-        None, help='Look somewhere, in degrees: "x,y", or "seconds:x,y; …". +x down, +y left.'
+        None,
+        help='Look in a direction, in degrees: "x,y", or keyframes "seconds:x,y; …". +x looks '
+        "down, +y to the head's own left.",
     ),
     shape: list[str] = typer.Option(
-        [], help="Set a shape: NAME=weight, or NAME=seconds:weight; …. May be given several times."
+        [], help="Set a shape: NAME=weight, or keyframes NAME=seconds:weight; …. Can be repeated."
     ),
-    blinks: str | None = typer.Option(None, help='Blink at these seconds: "0.5,2.1".'),
-    blink_per_min: float | None = typer.Option(None, help="Blink so often, 0 to 120."),
-    replace_blinks: bool = typer.Option(False, help="Take away the blinks that are there."),
-    seed: int = typer.Option(0, min=0, help="Other moments for --blink-per-min."),
+    blinks: str | None = typer.Option(None, help='Blink at these times, in seconds: "0.5,2.1".'),
+    blink_per_min: float | None = typer.Option(
+        None, help="Add random blinks, this many a minute (0 to 120)."
+    ),
+    replace_blinks: bool = typer.Option(False, help="Remove the blinks that the motion has."),
+    seed: int = typer.Option(0, min=0, help="Seed of the random blinks."),
     identity: str | None = typer.Option(
-        None, help="Another face: a name, a seed, or a .json file."
+        None, help="Change the face: a name, a seed, or a .json file."
     ),
     identity_over_time: str | None = typer.Option(
-        None, help='A face that becomes another: "0:ada; 3:ben".'
+        None, help='Change the face over time: keyframes "0:ada; 3:ben".'
     ),
-    start: float | None = typer.Option(None, "--from", help="Keep from this second on."),
-    stop: float | None = typer.Option(None, "--to", help="Keep up to this second."),
-    fps: float | None = typer.Option(None, help="Sample at another frame rate."),
+    start: float | None = typer.Option(
+        None, "--from", help="Start of the part to keep, in seconds."
+    ),
+    stop: float | None = typer.Option(None, "--to", help="End of the part to keep, in seconds."),
+    fps: float | None = typer.Option(None, help="Resample to this frame rate."),
     sound: Path | None = typer.Option(
-        None, "--sound", "--audio", help="The sound it belongs to; cut along with it."
+        None,
+        "--sound",
+        "--audio",
+        help="Sound that belongs to the motion; it is cut along with it.",
     ),
     drawing: Drawing = drawing_options(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Pose, blinks, gaze, shapes and faces of a stored motion. All seconds are the input's."""
+    """Edit a stored motion: pose, gaze, blinks, shapes, face and length.
+
+    All times are those of the input.
+    """
     from elocute.motion.store import load_motion
 
     faces = [identity] if identity else _faces_over_time(identity_over_time)

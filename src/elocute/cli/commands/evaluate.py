@@ -1,4 +1,4 @@
-"""`elocute evaluate`: measures of what a model makes of speech."""
+"""`elocute evaluate`: speech models and alignments measured."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from elocute.cli.progress import progress_bar
 if TYPE_CHECKING:
     from elocute.motion.curves import Curves
 
-app = CommandGroup("Measure what a model makes of speech.")
+app = CommandGroup("Evaluate speech models, and alignments of recordings.")
 app.command("alignment")(evaluate_alignment.alignment_command)
 app.command("corpus")(evaluate_corpus.corpus_command)
 app.command("features")(evaluate_features.features_command)
@@ -37,14 +37,14 @@ app.command("identities")(evaluate_mouth.identities_command)
 @app.command("real")
 def real_command(
     folder: Path = typer.Argument(..., help="Folder of NAME.npz (tracked mouth) and NAME.ogg."),
-    names: Path | None = typer.Option(None, help="A text file of names; all by default."),
+    names: Path | None = typer.Option(None, help="Text file of the names to use; all by default."),
     style: str = options.StyleName,
     strength: float = options.Strength,
     model: str = options.Model,
-    per_clip: bool = typer.Option(False, help="Print every clip too."),
+    per_clip: bool = typer.Option(False, help="Also print every clip."),
     as_json: bool = options.Json,
 ) -> None:
-    """Predicted lips against those of a real talker: correlation and closures."""
+    """Compare predicted lips with those of a real talker: correlation and closures."""
     from elocute.animation import animate
     from elocute.evaluation.real_talker import evaluate_real
     from elocute.head.builtin import load_builtin_head

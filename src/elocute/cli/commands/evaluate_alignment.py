@@ -20,24 +20,30 @@ NOISE_RANGE_DB = (-20.0, 60.0)
 
 
 def alignment_command(
-    folder: Path = typer.Argument(..., help="FOLDER/WORD/NAME.wav with NAME.json of phones."),
+    folder: Path = typer.Argument(
+        ..., help="Folder of WORD/NAME.wav, each with its phones in WORD/NAME.json."
+    ),
     sentences: Path | None = typer.Option(
-        None, help="The same words in sentences, in which they are to be found."
+        None, help="Folder of the same words in sentences, in which they are to be found."
     ),
     methods: str = typer.Option(
-        DEFAULT_METHODS, help="Methods to compare, commas between; ctw/expected: its soft reading."
+        DEFAULT_METHODS,
+        help="Methods to compare, separated by commas; METHOD/expected takes the expected path.",
     ),
-    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones, …"),
-    noise_db: float | None = typer.Option(None, help="Speech over babble, in decibels."),
-    words: int | None = typer.Option(None, min=1, help="Only the first so many words."),
+    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones and the like."),
+    noise_db: float | None = typer.Option(
+        None, help="Add babble at this ratio of speech to noise, in decibels."
+    ),
+    words: int | None = typer.Option(None, min=1, help="Use only this many words, from the first."),
     seed: int = options.LearningSeed,
-    per_word: bool = typer.Option(False, help="Print every word too."),
+    per_word: bool = typer.Option(False, help="Also print every word."),
     table: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:
-    """Error (Eq. 11) and overlap of phones carried from one recording to another.
+    """Compare alignments by the error (Eq. 11) and overlap of phones that they carry over.
 
-    NAME.json: {"phones": [[start_s, end_s, phone], …]}, and "word": [start_s, end_s] in sentences.
+    NAME.json is {"phones": [[start_s, end_s, phone], …]}, with "word": [start_s, end_s] in
+    sentences.
     """
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables

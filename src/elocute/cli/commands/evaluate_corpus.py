@@ -39,30 +39,33 @@ def corpus_command(
     corpus: Path = typer.Argument(..., help="A corpus folder."),
     model: str = options.Model,
     split: str = options.Split,
-    part: str = typer.Option("test", help="test, validation or train."),
+    part: str = typer.Option("test", help="Part to measure: test, validation or train."),
     style: str = typer.Option(
-        "each", help="each, best (per subject, chosen by the truth), even, a name or a mix."
+        "each",
+        help="Style: each, best (per subject, chosen by the truth), even, a name or a mix.",
     ),
     lips: Path | None = typer.Option(
         None,
-        help="Lip vertices of LVE: .json, .txt or .npy. By default the built-in head's own, or "
-        "for FLAME and BIWI the published list.",
+        help="Lip vertices for LVE (.json, .txt or .npy); by default those of the built-in head, "
+        "or the published list for FLAME and BIWI.",
     ),
-    upper_face: Path | None = typer.Option(None, help="Upper-face vertices of FDD, likewise."),
-    contacts: bool = typer.Option(False, help="Make rests and closures as `animate` does."),
-    limit: int = typer.Option(0, min=0, help="Only so many clips, evenly taken; 0 takes all."),
-    seed: int = typer.Option(0, min=0, help="Seed of the intervals."),
-    output: Path | None = typer.Option(None, "-o", "--output", help="Write the report (.json)."),
+    upper_face: Path | None = typer.Option(None, help="Upper-face vertices for FDD, likewise."),
+    contacts: bool = typer.Option(False, help="Make rests and lip closures as `animate` does."),
+    limit: int = typer.Option(0, min=0, help="Use only this many clips, evenly spaced; 0 for all."),
+    seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", help="Also write the report (.json)."
+    ),
     table: list[Path] | None = options.Table,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Predicted motion against recorded: lips, whole face, dynamics, closures.
+    """Compare predicted with recorded motion: lips, whole face, dynamics and closures.
 
-    LVE is the worst lip vertex of each frame, its distance (mm) and its square (mm²). FDD is
-    given twice: as CodeTalker's paper defines it (of distances, mm) and as the code behind
-    published figures computes it (of squared distances, mm²).
+    LVE is the largest error of a lip vertex in each frame, as a distance (mm) and squared (mm²).
+    FDD is given twice: as CodeTalker's paper defines it (from distances, mm), and as the code
+    behind the published figures computes it (from squared distances, mm²).
     """
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
@@ -157,7 +160,7 @@ def _show(table: list[Row], measure: Measure) -> None:
     for row in table:
         cells = (f"{cell(row.summary[name]):>22}" for name, _ in there)
         print(f"{row.subject:12} {row.style:12} {row.clips:5}", *cells)
-    print("[low, high]: 95 % over clips")
+    print("[low, high]: 95 % confidence over clips")
     for title, chosen in (("lips", measure.lips), ("upper face", measure.upper_face)):
         if chosen:
             print(f"{title}: {chosen.name}, {len(chosen.indices)} vertices, {chosen.digest}")

@@ -1,4 +1,4 @@
-"""`elocute evaluate features`: the same training with other ears (VOCA 2019, section 7.2)."""
+"""`elocute evaluate features`: one training per speech encoder (VOCA 2019, section 7.2)."""
 
 from __future__ import annotations
 
@@ -21,18 +21,20 @@ SHOWN = ("lve_mm", "mve_mm", "velocity_mm", "closure_recall", "closure_precision
 
 def features_command(
     corpus: Path = typer.Argument(..., help="A corpus folder."),
-    output: Path = typer.Option(..., "-o", "--output", help="Folder for models and the report."),
-    encoders: str = typer.Option("phones,fbank", help="Encoders to compare, commas between."),
+    output: Path = typer.Option(..., "-o", "--output", help="Output folder for models and report."),
+    encoders: str = typer.Option(
+        "phones,fbank", help="Speech encoders to compare, separated by commas."
+    ),
     epochs: int = typer.Option(50, help="Epochs of each training."),
     split: str = options.Split,
     resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     table: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:
-    """Train once per encoder, all else equal, and measure each on the test part.
+    """Train VOCA once per speech encoder, all else equal, and measure each on the test part.
 
-    Leaves a folder per encoder, report.json and, on the built-in head, mouth.png: the opening of
-    the mouth in the first test clip as recorded and as each model has it.
+    The output folder receives a folder for each encoder, report.json and, on the built-in head,
+    mouth.png: mouth opening in the first test clip, as recorded and as each model predicts it.
     """
     from elocute.cli.commands.evaluate_corpus import cell, measure_of
     from elocute.cli.outputs import plan_files

@@ -1,4 +1,4 @@
-"""`elocute evaluate noise`, `styles` and `identities`: the paper's section 7.2 as measures."""
+"""`elocute evaluate noise`, `styles` and `identities` (VOCA 2019, section 7.2)."""
 
 from __future__ import annotations
 
@@ -25,24 +25,29 @@ KINDS = ("white", "babble", "gain")
 CLIPS_MOST = 20
 LEVELS = "-36,-24,-18,-12"  # the paper's: low, medium, slightly high, high
 FPS = 60.0
-Plot = typer.Option(None, "--plot", help="Draw the opening of the mouth over time (.png).")
+Plot = typer.Option(None, "--plot", help="Plot mouth opening over time (.png).")
 
 
 def noise_command(
-    speech: Path = typer.Argument(..., help="A sound file, or a corpus folder (its test part)."),
-    model: str = options.Model,
-    style: str = typer.Option("plain", help="Speaking style: a name, a mix or a .json file."),
-    noise: str = typer.Option(
-        "babble", help="white, babble, a sound file; or gain: the speech itself too quiet."
+    speech: Path = typer.Argument(
+        ..., help="Sound file, or a corpus folder, whose test part is used."
     ),
-    levels: str = typer.Option(LEVELS, help="dB against the speech, commas between."),
+    model: str = options.Model,
+    style: str = options.StyleName,
+    noise: str = typer.Option(
+        "babble",
+        help="Noise: white, babble or a sound file; or gain, for speech that is too quiet.",
+    ),
+    levels: str = typer.Option(
+        LEVELS, help="Levels against the speech in dB, separated by commas."
+    ),
     plot: Path | None = Plot,
     seed: int = typer.Option(0, min=0, help="Seed of the noise."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """How noise under the speech damps and changes what the mouth does."""
+    """Measure how noise under the speech damps and changes the motion of the mouth."""
     import numpy as np
 
     from elocute.animation import animate
@@ -59,7 +64,7 @@ def noise_command(
         return measure_mouth(motion)["opening_mm"].astype(np.float64)
 
     clips, first = [], []
-    with progress_bar("listening", as_json) as progress:
+    with progress_bar("animating", as_json) as progress:
         for done, sound in enumerate(sounds, 1):
             under = _noise(noise, sound, seed)
             scores, openings = noise_scores(sound, under, steps, opening)
@@ -102,7 +107,7 @@ def styles_command(
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """One curve of mouth opening per style, and what mixes of them can reach."""
+    """Compare mouth opening in every style, and the range that mixes of styles reach."""
     from elocute.animation import animate
     from elocute.evaluation.mouth_studies import style_openings
     from elocute.models.registry import open_model
@@ -138,12 +143,12 @@ def styles_command(
 def identities_command(
     speech: Path = typer.Argument(..., help="A sound or video file."),
     model: str = options.Model,
-    style: str = typer.Option("plain", help="Speaking style: a name, a mix or a .json file."),
-    count: int = typer.Option(20, help="How many random faces."),
+    style: str = options.StyleName,
+    count: int = typer.Option(20, help="Number of random faces."),
     seed: int = typer.Option(0, help="The same seed draws the same faces."),
     as_json: bool = options.Json,
 ) -> None:
-    """The same speech on many faces: how far their lips differ, and whether they close."""
+    """Put the same speech on random faces: how far their lips differ, and whether they close."""
     from elocute.animation import animate
     from elocute.evaluation.mouth_studies import face_scores, spread
 

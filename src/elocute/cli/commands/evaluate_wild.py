@@ -1,4 +1,4 @@
-"""`elocute evaluate wild`: the second paper's experiments as tables."""
+"""`elocute evaluate wild`: the experiments of In the wild (2019) as tables."""
 
 from __future__ import annotations
 
@@ -21,23 +21,35 @@ if TYPE_CHECKING:
 
 def wild_command(
     shards: Path = typer.Argument(..., help="A folder of shards."),
-    sounds: Path = typer.Argument(..., help="The folder that their sounds are in."),
-    output: Path = typer.Option(..., "-o", "--output", help="Folder for trainings and report."),
-    sentences: Path | None = typer.Option(None, help="A corpus of sentences: continuous speech."),
-    subject: str | None = typer.Option(None, help="Only sentences by this subject of the corpus."),
-    real: Path | None = typer.Option(None, help="Tracked talker (grid_s1/clips): the mouth."),
-    names: Path | None = typer.Option(None, help="A text file of the talker's clips; else all."),
-    clips: int = typer.Option(50, min=1, help="Sentences measured, evenly taken."),
-    trainings: str = typer.Option("speaker,word,mse", help="Which trainings, for trials."),
+    sounds: Path = typer.Argument(
+        ..., help="Folder to which the paths of their sounds are relative."
+    ),
+    output: Path = typer.Option(
+        ..., "-o", "--output", help="Output folder for trainings and report."
+    ),
+    sentences: Path | None = typer.Option(
+        None, help="Corpus folder of sentences, for continuous speech."
+    ),
+    subject: str | None = typer.Option(None, help="Use only the sentences of this subject."),
+    real: Path | None = typer.Option(
+        None, help="Folder of a tracked real talker (grid_s1/clips), for the mouth."
+    ),
+    names: Path | None = typer.Option(
+        None, help="Text file of the talker's clips to use; all by default."
+    ),
+    clips: int = typer.Option(50, min=1, help="Number of sentences to measure, evenly spaced."),
+    trainings: str = typer.Option(
+        "speaker,word,mse", help="Trainings to run, separated by commas."
+    ),
     config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
     resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     tables: list[Path] | None = options.Table,
     as_json: bool = options.Json,
 ) -> None:
-    """Train and measure: other speakers, other words, sentences, losses, noise, bases, a talker.
+    """Train and measure: new speakers, new words, sentences, losses, noise, bases, a real talker.
 
-    ρc is over all frames of the clips together, with 95 % by drawing clips again. Trainings go on
-    where they were left; report.json is written last.
+    ρc is the concordance over all frames of the clips together, with 95 % confidence from drawing
+    clips again. report.json is written last.
     """
     from elocute.cli.commands.train import name_broken
     from elocute.cli.outputs import plan_files

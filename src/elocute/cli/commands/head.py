@@ -1,4 +1,4 @@
-"""`elocute head show` and `elocute head sample`: what a head holds, and faces of it."""
+"""`elocute head`: a head model described, and random faces of it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from elocute.files.outputs import OutputPlan
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
 
-app = CommandGroup("Look at head models and draw faces of them.")
+app = CommandGroup("Describe head models, and draw random faces of them.")
 
 
 @app.command("show")
@@ -25,7 +25,7 @@ def show_command(
     file: str = typer.Argument(..., help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
     as_json: bool = options.Json,
 ) -> None:
-    """Say what a head model holds. Nothing in the file is run."""
+    """Describe a head model. No code in the file is run."""
     from elocute.head.registry import open_head
 
     record = {"file": file, **_facts(open_head(file))}
@@ -55,12 +55,14 @@ def _facts(head: HeadModel) -> dict[str, Any]:
 @app.command("sample")
 def sample_command(
     output: Path = typer.Option(
-        ..., "-o", "--output", help="A .png for one sheet, or a new folder for mesh files."
+        ..., "-o", "--output", help="A .png for one contact sheet, or a new folder for mesh files."
     ),
-    count: int = typer.Option(10, help="How many faces."),
+    count: int = typer.Option(10, help="Number of faces."),
     seed: int = typer.Option(0, help="The same seed draws the same faces."),
     head: str = typer.Option("builtin", help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
-    mesh: str = typer.Option("obj", "--format", help="Mesh files in a folder: obj or ply."),
+    mesh: str = typer.Option(
+        "obj", "--format", help="Format of the mesh files in a folder: obj or ply."
+    ),
     size: str = format_options.Size,
     backend: str = format_options.Backend,
     overwrite: bool = options.Overwrite,

@@ -16,7 +16,7 @@ def info_command(
     file: Path = typer.Argument(..., help="A sound, a video, a motion (.npz) or curves (.json)."),
     as_json: bool = options.Json,
 ) -> None:
-    """Say what a file holds."""
+    """Describe a sound, a video, a motion or curves."""
     facts = {".npz": _motion_facts, ".json": _curve_facts}.get(file.suffix.lower(), _sound_facts)
     record = facts(file)
     if as_json:

@@ -1,4 +1,4 @@
-"""`elocute propagate`: motion of captured speakers, carried to recordings of the same words."""
+"""`elocute propagate`: motion of captured speakers, carried over to other recordings."""
 
 from __future__ import annotations
 
@@ -20,38 +20,43 @@ if TYPE_CHECKING:
 
 
 def propagate_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder of captured speakers."),
+    corpus: Path = typer.Argument(..., help="Corpus folder of the captured speakers."),
     recordings: Path = typer.Argument(
-        ..., help="WORD/{train,val,test}/*.wav, WORD/*.wav, or LRW as it is distributed."
+        ...,
+        help="Recordings: WORD/{train,val,test}/*.wav, WORD/*.wav, or LRW as distributed.",
     ),
     output: Path = typer.Option(..., "-o", "--output", help="A new folder of shards (Parquet)."),
     words: Path | None = typer.Option(
-        None, help="Folder of SUBJECT.SENTENCE.json: words of the captured clips, with times."
+        None, help="Folder of the word times of the captured clips: SUBJECT.SENTENCE.json."
     ),
     basis: Path | None = typer.Option(
-        None, help="Speech blendshapes (.npz); learned from the training clips by default."
+        None, help="Speech blendshapes (.npz); by default learned from the training clips."
     ),
     root: Path | None = typer.Option(
-        None, help="Folder above both that sounds are named from; RECORDINGS by default."
+        None, help="Folder to which the paths of sounds are relative; RECORDINGS by default."
     ),
-    split: str = typer.Option("default", help="Which split of the corpus; train is carried over."),
+    split: str = typer.Option(
+        "default", help="Name of the split of the corpus; its training part is carried over."
+    ),
     config: PropagateConfig = options_of(PropagateConfig),
-    jobs: int = typer.Option(1, help="Processes; 0 takes all processors."),
+    jobs: int = typer.Option(1, help="Number of processes; 0 takes all processors."),
     ray: str | None = typer.Option(
-        None, "--ray", help="HOST:PORT of a Ray cluster, or local; jobs is its number of actors."
+        None,
+        "--ray",
+        help="HOST:PORT of a Ray cluster, or local; `jobs` is then the number of its actors.",
     ),
-    resume: bool = typer.Option(False, help="Resume in the output folder."),
+    resume: bool = typer.Option(False, help="Resume an interrupted run in the output folder."),
     as_json: bool = options.Json,
 ) -> None:
-    """Align every recording with the captured speakers and carry their parameters over.
+    """Align recordings with captured speakers, and carry their animation parameters over.
 
-    Leaves a Parquet shard for each word, manifest.json, basis.npz and rejects.csv. Exit 1 where a
-    word failed after the others were finished.
+    The output folder receives a Parquet shard for each word, manifest.json, basis.npz and
+    rejects.csv. A word that fails does not stop the others; the exit code is then 1.
     """
     from elocute.propagation.corpus_propagation import propagate_corpus
 
     with (
-        resumable("--resume goes on"),
+        resumable("--resume continues"),
         progress_bar(f"carrying over to {recordings.name}", as_json) as progress,
     ):
         summary = propagate_corpus(

@@ -1,4 +1,4 @@
-"""`elocute render` and `elocute measure`: what can be done with a stored motion."""
+"""`elocute render` and `elocute measure`: a stored motion in other formats, and its mouth."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def render_command(
         ..., help="A motion (.npz) or curves (.json) that `animate` wrote."
     ),
     output: list[Path] = options.Output,
-    audio: Path | None = typer.Option(None, help="The sound it belongs to."),
-    fps: float | None = typer.Option(None, help="Sample at another frame rate."),
+    audio: Path | None = typer.Option(None, help="Sound that belongs to the motion."),
+    fps: float | None = typer.Option(None, help="Resample to this frame rate."),
     drawing: Drawing = drawing_options(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Write a stored motion as video, glTF, HTML, meshes, curves or pictures."""
+    """Convert a stored motion to video, glTF, HTML, meshes, curves or pictures."""
 
     plan = OutputPlan()
     check_drawing(output, drawing)
@@ -68,13 +68,13 @@ def _load(path: Path) -> Motion:
 
 def measure_command(
     motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` wrote."),
-    output: Path = typer.Option(..., "-o", "--output", help="CSV to write."),
-    plot: Path | None = typer.Option(None, help="Also draw the measures over time (.png)."),
+    output: Path = typer.Option(..., "-o", "--output", help="CSV file to write."),
+    plot: Path | None = typer.Option(None, help="Also plot the measures over time (.png)."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Measure the mouth per frame: opening, width, protrusion and jaw, in millimetres."""
+    """Measure the mouth in every frame: opening, width, protrusion and jaw, in millimetres."""
     from elocute.errors import OutputError
     from elocute.motion.mouth_measures import measure_mouth, write_measures
     from elocute.motion.store import load_motion

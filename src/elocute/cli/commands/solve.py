@@ -1,4 +1,4 @@
-"""`elocute solve`: vertices back into weights and rotations."""
+"""`elocute solve`: from vertices back to the weights and joint rotations behind them."""
 
 from __future__ import annotations
 
@@ -29,19 +29,21 @@ def solve_command(
         ..., help="Vertices (frame, vertex, 3) in metres (.npy), or a motion (.npz)."
     ),
     output: Path = typer.Option(..., "-o", "--output", help="Where to write the motion (.npz, …)."),
-    head: Path | None = typer.Option(None, help="A head (.npz) or a motion whose head it is."),
+    head: Path | None = typer.Option(
+        None, help="Head to solve for: a head (.npz), or a motion whose head is used."
+    ),
     identity: str | None = typer.Option(
-        None, help="Whose face it is: a name, a seed, or a .json file."
+        None, help="Identity of the built-in head to solve for: a name, a seed, or a .json file."
     ),
     fps: float = typer.Option(60.0, help="Frames per second of a .npy."),
-    bounded: bool = typer.Option(False, help="Keep weights within 0 and 1."),
-    zero_pose: bool = typer.Option(False, help="Turn no joints."),
-    regularisation: float = typer.Option(1e-6, min=0.0, help="What a squared weight costs, mm²."),
+    bounded: bool = typer.Option(False, help="Keep weights between 0 and 1."),
+    zero_pose: bool = typer.Option(False, help="Solve for shapes alone, without joint rotations."),
+    regularisation: float = typer.Option(1e-6, min=0.0, help="Penalty on squared weights, mm²."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Find the shapes' weights and joint rotations behind moving vertices."""
+    """Solve for the blendshape weights and joint rotations behind moving vertices."""
     import numpy as np
 
     from elocute.export.registry import check_suffix, write

@@ -1,4 +1,4 @@
-"""`elocute style`: find out how somebody speaks."""
+"""`elocute style`: the speaking style behind a motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from elocute.models.protocol import SpeechModel
     from elocute.models.style_fit import ObservedMotion, StyleFit
 
-app = CommandGroup("Find speaking styles.")
+app = CommandGroup("Estimate speaking styles.")
 
 
 @app.command("fit")
@@ -27,16 +27,16 @@ def fit_command(
     ),
     model: str = options.Model,
     sound: list[Path] = typer.Option(
-        [], help="The sound of each motion, in their order; clips bring theirs."
+        [], help="Sound of each motion, in the same order; clips of a corpus have theirs."
     ),
     output: Path | None = typer.Option(
-        None, "-o", "--output", help="Write the mix as .json, for --style."
+        None, "-o", "--output", help="Also write the mix (.json), for --style."
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Find the mix of a model's styles that best explains a few seconds of motion."""
+    """Estimate the mix of a model's styles that best explains a few seconds of motion."""
     from elocute.models.registry import open_model
     from elocute.models.style_fit import fit_style
     from elocute.models.style_mixes import write_mix
@@ -64,7 +64,7 @@ def _show(fit: StyleFit) -> None:
 
 
 def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[ObservedMotion]:
-    """Every take with what the model hears of it."""
+    """Every take with the features of its speech."""
     stored = [path for path in motions if path.suffix.lower() == ".npz"]
     if len(stored) != len(sounds):
         raise InputError.about(

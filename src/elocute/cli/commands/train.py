@@ -22,14 +22,16 @@ if TYPE_CHECKING:
 
 app = CommandGroup("Train models on a corpus.")
 
-Output = typer.Option(..., "-o", "--output", help="Folder for checkpoint, log and model.")
-Device = typer.Option("auto", help="auto, cpu, cuda, cuda:N or mps; auto: cuda, or cpu.")
+Output = typer.Option(..., "-o", "--output", help="Output folder for checkpoint, log and model.")
+Device = typer.Option(
+    "auto", help="Device: auto (cuda where there is one, else cpu), cpu, cuda, cuda:N or mps."
+)
 Resume = typer.Option(False, help="Resume from the checkpoint in the output folder.")
 
 
 @app.command("voca")
 def voca_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder (elocute corpus convert makes one)."),
+    corpus: Path = typer.Argument(..., help="Corpus folder, as `corpus convert` writes it."),
     output: Path = Output,
     split: str = options.Split,
     config: VocaTrainConfig = options_of(
@@ -44,7 +46,10 @@ def voca_command(
     resume: bool = Resume,
     as_json: bool = options.Json,
 ) -> None:
-    """Train VOCA; leaves model.onnx, checkpoint.safetensors, log.csv and TensorBoard events."""
+    """Train VOCA on a corpus.
+
+    The output folder receives model.onnx, checkpoint.safetensors, log.csv and TensorBoard events.
+    """
     from elocute.corpus.corpus_store import open_corpus
 
     opened = open_corpus(corpus)
@@ -69,17 +74,20 @@ def voca_command(
 
 @app.command("crnn")
 def crnn_command(
-    shards: Path = typer.Argument(..., help="A folder of shards (elocute propagate makes one)."),
-    sounds: Path = typer.Argument(..., help="The folder that their sounds are in."),
+    shards: Path = typer.Argument(..., help="Folder of shards, as `propagate` writes it."),
+    sounds: Path = typer.Argument(
+        ..., help="Folder to which the paths of their sounds are relative."
+    ),
     output: Path = Output,
     config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
     device: str = Device,
     resume: bool = Resume,
     as_json: bool = options.Json,
 ) -> None:
-    """Train the recurrent model; leaves model.onnx, checkpoint, log.csv and TensorBoard events.
+    """Train the recurrent model on shards.
 
-    Shards and sounds that cannot be used are named and left out; then it ends with 1.
+    The output folder receives model.onnx, checkpoint.safetensors, log.csv and TensorBoard events.
+    Shards and sounds that cannot be used are reported and left out; the exit code is then 1.
     """
     from elocute.corpus.shards import open_shards
 
@@ -105,7 +113,7 @@ def crnn_command(
 
 
 def name_broken(broken: list[tuple[str, str]], clips: int) -> None:
-    """Say what was left out, and end with 1 if anything was."""
+    """Say what was left out, and exit with code 1 if anything was."""
     for name, why in broken[:20]:
         typer.echo(f"elocute: left out {name}: {why}", err=True)
     if broken:

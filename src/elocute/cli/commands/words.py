@@ -1,4 +1,4 @@
-"""`elocute words`: a reading cut into its words, looked through, and taken back."""
+"""`elocute words`: when each word of a recording is said, checked by a person and read back."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from elocute.files.outputs import OutputPlan
 if TYPE_CHECKING:
     from elocute.alignment.word_times import TimedWords
 
-app = CommandGroup("Find the words of a reading, and check them.")
+app = CommandGroup("Find when each word of a recording is said, and check it.")
 
 TEXT_MAX_BYTES = 1_000_000
-Output = typer.Option(..., "-o", "--output", help="Words with times: .json or .TextGrid.")
+Output = typer.Option(..., "-o", "--output", help="Word times to write (.json or .TextGrid).")
 
 
 @app.command("segment")
 def segment_command(
-    sound: Path = typer.Argument(..., help="A sound file in which English is read."),
-    text: str | None = typer.Option(None, help="What is read."),
-    text_file: Path | None = typer.Option(None, help="A text file that holds what is read."),
+    sound: Path = typer.Argument(..., help="Sound file of English read aloud."),
+    text: str | None = typer.Option(None, help="The text that is read."),
+    text_file: Path | None = typer.Option(None, help="Text file that holds what is read."),
     output: Path = Output,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -51,15 +51,19 @@ def segment_command(
 
 @app.command("check")
 def check_command(
-    words: Path = typer.Argument(..., help="What `segment` wrote (.json), or a .TextGrid."),
-    sound: Path = typer.Argument(..., help="The sound they are of."),
-    output: Path = typer.Option(..., "-o", "--output", help="A page to look at (.html)."),
-    textgrid: Path | None = typer.Option(None, help="Also a .TextGrid, to be edited in Praat."),
+    words: Path = typer.Argument(
+        ..., help="Word times that `words segment` wrote (.json), or a .TextGrid."
+    ),
+    sound: Path = typer.Argument(..., help="Sound file that they belong to."),
+    output: Path = typer.Option(..., "-o", "--output", help="Page to write (.html)."),
+    textgrid: Path | None = typer.Option(
+        None, help="Also write a .TextGrid, for editing in Praat."
+    ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Draw waveform, spectrogram and boundaries as one page, doubtful words marked."""
+    """Draw waveform, spectrogram and word boundaries on a page, with doubtful words marked."""
     from elocute.alignment.word_review_page import check_length, review_reason, write_word_page
     from elocute.alignment.word_times import read_words, write_words
     from elocute.audio.read import read_audio
@@ -87,16 +91,18 @@ def check_command(
 
 @app.command("take")
 def take_command(
-    edited: Path = typer.Argument(..., help="An edited .TextGrid or .json."),
+    edited: Path = typer.Argument(
+        ..., help="Word times that a person edited (.TextGrid or .json)."
+    ),
     output: Path = Output,
     before: Path | None = typer.Option(
-        None, help="The words before: what was not changed keeps its confidence."
+        None, help="The word times before; words that were not changed keep their confidence."
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Take back words that a person edited, checked."""
+    """Check word times that a person edited, and write them as words with confidence."""
     from elocute.alignment.word_times import merge_edits, read_words, write_words
 
     plan = OutputPlan([before] if before else [])
@@ -111,7 +117,11 @@ def take_command(
 
 def _text(text: str | None, file: Path | None) -> str:
     if (text is None) == (file is None):
-        raise InputError("words: found both or none; allowed: one of --text and --text-file")
+        raise InputError.about(
+            "words",
+            found="neither --text nor --text-file" if text is None else "--text and --text-file",
+            allowed="one of them",
+        )
     if text is not None:
         return text
     assert file is not None
@@ -132,6 +142,6 @@ def _tell(words: TimedWords, output: Path, as_json: bool) -> None:
         return
     for word in words.words:
         why = review_reason(word)
-        told = f"  look at it: {why}" if why else ""
+        told = f"  check it: {why}" if why else ""
         print(f"{word.start_s:8.3f} {word.end_s:8.3f}  {word.text}{told}")
     print(output)

@@ -34,12 +34,12 @@ class CrnnTrainConfig:
     last_rate: float = setting(
         1.0, low=1e-4, high=1.0, help="Share of the learning rate left in the last epoch."
     )
-    loss: str = setting("concordance", choices=LOSSES, help="What is minimised.")
+    loss: str = setting("concordance", choices=LOSSES, help="Loss that is minimised.")
     weight_power: float = setting(
         1.0,
         low=0.0,
         high=1.0,
-        help="Parameters weigh as their share of the variance to this power; 0: all the same.",
+        help="Weight of a parameter: its share of the variance to this power; 0 weighs all alike.",
     )
     keep: float = setting(
         0.5,
@@ -66,7 +66,7 @@ class CrnnTrainConfig:
     fps: float = setting(
         30.0, unit="frames/s", low=1.0, high=100.0, help="Frame rate of the model."
     )
-    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
 
     def __post_init__(self) -> None:
         check_settings(self, ModelError)

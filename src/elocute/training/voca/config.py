@@ -42,7 +42,7 @@ class VocaTrainConfig:
         high=4096,
         help="Size of the embedding; as many principal components initialise the decoder.",
     )
-    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
     reduced: bool = setting(
         True, help="Decode into the span of the motion; vertex by vertex is far slower."
     )
