@@ -179,8 +179,8 @@ def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
     if str(identity) != "mean":
         raise InputError.about(
             f"identity {identity}",
-            found="a face of the built-in head for another head",
-            allowed="one of head and identity",
+            found="an identity of the built-in head for another head",
+            allowed="one of `head` and `identity`",
         )
     return open_head(head)
 

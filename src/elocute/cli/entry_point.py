@@ -82,7 +82,7 @@ def _leave(interrupts: _Interrupts) -> int:
             where = error.filename or "a temporary file"
             return _say(f"{where}: cannot be written ({error.strerror})", 2)
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
-            return _say(f"{str(error.filename)[:200]}…: no possible name ({error.strerror})", 2)
+            return _say(f"{str(error.filename)[:200]}…: not a valid name ({error.strerror})", 2)
         raise
 
 

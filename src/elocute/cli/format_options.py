@@ -85,7 +85,7 @@ def parse_size(text: str) -> tuple[int, int]:
         return int(parts[0]), int(parts[-1])
     raise InputError.about(
         f"--size {text[:60]}",
-        found="no picture size",
+        found="not a picture size",
         allowed=f"one number or WIDTHxHEIGHT, {SIZE.low:g} to {SIZE.high:g}, or {', '.join(SIZES)}",
     )
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from elocute.errors import InputError
 
 MAX_BYTES = 16_000_000
-ALLOWED = "a text file, one name a line"
+ALLOWED = "a text file with one name per line"
 
 
 def read_names(path: Path | None, *, least: int = 1) -> list[str] | None:
@@ -18,5 +18,5 @@ def read_names(path: Path | None, *, least: int = 1) -> list[str] | None:
 
     names = read_text(path, max_bytes=MAX_BYTES, allowed=ALLOWED).split()
     if len(names) < least:
-        raise InputError.about(path, found="no name in it", allowed="one name a line")
+        raise InputError.about(path, found="no names", allowed="one name per line")
     return names

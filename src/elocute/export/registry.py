@@ -119,7 +119,7 @@ def format_options(path: str | Path, options: Mapping[str, Any]) -> Any:
         if name not in known:
             raise OutputError.about(
                 path,
-                found=f"`{name}` is no option of {suffix}",
+                found=f"`{name}` is not an option of {suffix}",
                 allowed=", ".join(f"`{each}`" for each in known) or "none",
             )
     cls = WRITERS[suffix].options

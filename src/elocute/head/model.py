@@ -243,8 +243,8 @@ class HeadModel:
         if not len(self.landmarks):
             raise HeadError.about(
                 f"head {self.name!r}",
-                found="names no landmarks",
-                allowed="for this measure a head that names its eyes, such as the built-in one",
+                found="no landmarks",
+                allowed="a head with landmarks, such as the built-in one",
             )
         outer = self.template[self.landmarks[[36, 45]]]
         return float(np.linalg.norm(outer[1] - outer[0]))

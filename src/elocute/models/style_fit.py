@@ -159,8 +159,8 @@ def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
     if not np.isfinite(alone).all():
         raise ModelError.about(
             "style fit",
-            found="NaN or infinity in the motion, or in what the model makes of it",
-            remedy="look at the corpus: elocute corpus check",
+            found="NaN or infinity in the motion, or in the model's",
+            remedy="check the corpus: elocute corpus check",
         )
     nearest = int(np.argmin(alone))
     mix = search(problem.loss, corners[nearest])

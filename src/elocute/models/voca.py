@@ -234,7 +234,7 @@ class VocaModel:
             block = run_session(self._session, self.path, ["weights"], given)[0]
             if getattr(block, "ndim", 0) != 2 or len(block) != len(window):
                 raise ModelError.about(
-                    self.path, found="a network of another form", allowed="(frame, component)"
+                    self.path, found="a network with other outputs", allowed="(frame, component)"
                 )
             blocks.append(block[start - before : stop - before])
         return np.concatenate(blocks)
@@ -293,7 +293,7 @@ class VocaModel:
         if getattr(basis, "ndim", 0) != 3 or basis.shape[1:] != (self.record.vertices, 3):
             raise ModelError.about(
                 self.path,
-                found="a basis of another form",
+                found="a basis of another shape",
                 allowed=f"(component, {self.record.vertices}, 3)",
             )
         return basis

@@ -59,8 +59,8 @@ def _probe(head: HeadModel) -> _Probe:
     if not len(upper) or not len(head.landmarks):
         raise HeadError.about(
             f"head {head.name!r}",
-            found="names no lips to measure",
-            allowed="a head with lip rings and landmarks, such as the built-in one",
+            found="no lips to measure",
+            allowed="a head with lips and landmarks, such as the built-in one",
         )
     # The middle third of the lips: what a tracked inner-lip gap looks at.
     third = len(upper) // 3

@@ -100,7 +100,7 @@ def load_motion(path: str | Path) -> Motion:
         raise MotionError.about(path, found=str(error)) from error
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         raise MotionError.about(
-            path, found="no motion that can be read", allowed=ALLOWED, remedy=REMEDY
+            path, found="not a readable motion", allowed=ALLOWED, remedy=REMEDY
         ) from error
 
 
@@ -135,14 +135,16 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     vertices, joints = len(parts["template"]), len(parts["joint_names"])
     shapes = len(parts["expression_names"])
     if shapes * vertices * 12 > limit:
-        raise MotionError(f"{shapes} shapes of {vertices} vertices; allowed: far fewer")
+        raise MotionError(
+            f"{shapes} shapes of {vertices} vertices; allowed: fewer, for a file of this size"
+        )
     weights, rows, columns = (
         stored[name] for name in ("weights", "basis/component", "basis/vertex")
     )
     if len(weights) > FRAMES_MAX:
         raise MotionError(f"{len(weights)} frames; allowed: up to {FRAMES_MAX}")
     if rows.dtype.kind not in "iu" or columns.dtype.kind not in "iu" or weights.dtype.kind != "f":
-        raise MotionError("weights or shapes of another type; allowed: floats and indices")
+        raise MotionError("weights or shapes of the wrong type; allowed: floats and indices")
     basis = np.zeros((shapes, vertices, 3), np.float32)
     basis[rows, columns] = stored["basis/delta"]
     head = HeadModel(

@@ -86,7 +86,7 @@ def _plan(
         raise OutputError.about(
             files[0],
             found=f"one file for {len(videos)} videos",
-            allowed="a folder: a corpus",
+            allowed="a corpus folder",
             remedy="give one video at a time",
         )
     plan = OutputPlan([identity])
@@ -127,7 +127,7 @@ def _write_corpus(
     from elocute.capture.video_to_corpus import FPS, write_video_corpus
 
     if text and len(videos) > 1:
-        raise CaptureError.about("--text", found=f"{len(videos)} videos", allowed="one")
+        raise CaptureError.about("--text", found=f"{len(videos)} videos", allowed="one video")
 
     def captures() -> Iterator[tuple[Path, VideoCapture]]:
         for path in videos:

@@ -171,7 +171,7 @@ def _faces(constant: str | None, changing: str | None) -> list[Edit]:
 
     if constant is not None and changing is not None:
         raise InputError.about(
-            "--identity", found="two faces", allowed="this or --identity-over-time"
+            "--identity", found="two faces", allowed="one of --identity and --identity-over-time"
         )
     if constant is not None:
         keys = [(0.0, resolve_identity(constant))]

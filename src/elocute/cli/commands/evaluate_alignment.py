@@ -59,7 +59,7 @@ def alignment_command(
         raise InputError.about(f"--methods {methods!r}", found="none", allowed=DEFAULT_METHODS)
     for place in (folder, sentences):
         if place is not None and not place.is_dir():
-            raise InputError.about(place, found="no folder", allowed="a folder of words")
+            raise InputError.about(place, found="not a folder", allowed="a folder of words")
     resolve_encoder(encoder)
     files = check_tables(table)
     plan = plan_files([folder], files, False, False)

@@ -183,7 +183,9 @@ def _levels(text: str) -> list[float]:
         levels = []
     if not levels or not all(-120 <= level <= 60 for level in levels):
         raise InputError.about(
-            f"--levels {text}", found="no levels", allowed=f"dB from -120 to 60, as {LEVELS}"
+            f"--levels {text}",
+            found="not a list of levels",
+            allowed=f"dB from -120 to 60, such as {LEVELS}",
         )
     return levels
 

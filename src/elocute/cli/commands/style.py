@@ -70,7 +70,7 @@ def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[
         raise InputError.about(
             "--sound",
             found=f"{len(sounds)} for {len(stored)} motions",
-            allowed="the sound of every .npz, in their order",
+            allowed="the sound of every .npz, in the same order",
         )
     given = iter(sounds)
     return [

@@ -128,7 +128,10 @@ def _text(text: str | None, file: Path | None) -> str:
     from elocute.files.reading import read_text
 
     return read_text(
-        file, max_bytes=TEXT_MAX_BYTES, allowed="the text of a sound, UTF-8", error=AlignmentError
+        file,
+        max_bytes=TEXT_MAX_BYTES,
+        allowed="the text that is read, in UTF-8",
+        error=AlignmentError,
     )
 
 
