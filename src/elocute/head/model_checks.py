@@ -76,7 +76,7 @@ def _check_kinds(head: HeadModel) -> None:
         names = getattr(head, field_name)
         texts = all(isinstance(name, str) and len(name) <= NAME_MAX for name in names)
         if not texts or len(names) > NAMES_MAX or len(set(names)) != len(names):
-            refuse(head, f"{field_name} that are not names", "texts, each once")
+            refuse(head, f"{field_name} with an unusable or repeated name", "texts, each once")
     regions = {f"region {name[:40]}": values for name, values in head.regions.items()}
     kinds = [(name, getattr(head, name), "f") for name in _NUMBERS]
     kinds += [(name, getattr(head, name), "iu") for name in _WHOLE]
