@@ -9,11 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from elocute.cli.format_options import Drawing, drawing_of
+from elocute.errors import OutputError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.files.ledger import Source
     from elocute.motion.motion import Motion
+
+
+def check_file_suffix(path: Path | None, *allowed: str) -> None:
+    """Raise OutputError for an output with another suffix than these; None is no output."""
+    if path is not None and path.suffix.lower() not in map(str.lower, allowed):
+        raise OutputError.about(path, found=f"suffix {path.suffix!r}", allowed=" ".join(allowed))
 
 
 def settled(plan: OutputPlan, overwrite: bool, no_clobber: bool, as_json: bool = False) -> bool:

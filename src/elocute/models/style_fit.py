@@ -143,16 +143,7 @@ def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
             allowed="a model that has some: "
             "articulation, voca, or one that elocute train voca wrote",
         )
-    basis = basis_of(model.components, model.basis).astype(np.float64)
-    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
-    targets = [_target(model, take, directions) for take in takes]
-    problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
-    if problem.seconds < SECONDS_LEAST:
-        raise ModelError.about(
-            "motion",
-            found=f"{problem.seconds:.2f} s of it with sound",
-            allowed=f"{SECONDS_LEAST} s or more",
-        )
+    problem = _problem(model, takes)
     names = model.styles
     corners = np.eye(len(names))
     alone = [problem.loss(corner) for corner in corners]
@@ -238,6 +229,21 @@ class _Problem:
             span = FrameSpan.whole(len(target.places), self.model.fps)
             weights = self.model.weights(target.speech, style, span)
             yield weights @ self.shapes - target.places
+
+
+def _problem(model: SpeechModel, takes: Sequence[ObservedMotion]) -> _Problem:
+    """The loss over these takes. Raises ModelError where they are too short together."""
+    basis = basis_of(model.components, model.basis).astype(np.float64)
+    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
+    targets = [_target(model, take, directions) for take in takes]
+    problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
+    if problem.seconds < SECONDS_LEAST:
+        raise ModelError.about(
+            "motion",
+            found=f"{problem.seconds:.2f} s of it with sound",
+            allowed=f"{SECONDS_LEAST} s or more",
+        )
+    return problem
 
 
 def _target(model: SpeechModel, take: ObservedMotion, directions: Float64Array) -> _Target:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -19,6 +20,9 @@ from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, std
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import ElocuteError, InputError, OutputError, printable
 from elocute.files.outputs import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.animation import Animation
 
 SOUND_SUFFIXES = (
     ".wav",
@@ -97,11 +101,30 @@ def animate_command(
     }
     if settled(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
+    failures = _animate_all(jobs, _Run(settings, plan, drawing, format, as_json), single)
+    if failures:
+        print(f"elocute: {failures} of {len(jobs)} failed", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What all recordings of a command share."""
+
+    settings: dict[str, Any]
+    plan: OutputPlan
+    drawing: Drawing
+    formats: list[str]
+    as_json: bool
+
+
+def _animate_all(jobs: list[tuple[Path, list[Path]]], run: _Run, single: bool) -> int:
+    """Animate each recording; how many failed. Raises what a single one raises."""
     failures = 0
     with counted(len(jobs)) as one_done:
         for file, targets in jobs:
             try:
-                record = _animate_one(file, targets, settings, drawing, plan, as_json, format)
+                record = _animate_one(file, targets, run)
             except ElocuteError as error:
                 if single:
                     raise
@@ -110,64 +133,62 @@ def animate_command(
                 print(f"elocute: {told}", file=sys.stderr)
                 record = {"input": str(file), "error": told}
             one_done()
-            if as_json:
+            if run.as_json:
                 print(json.dumps(record), flush=True)
-    if failures:
-        print(f"elocute: {failures} of {len(jobs)} failed", file=sys.stderr)
-        raise typer.Exit(1)
+    return failures
 
 
-def _animate_one(
-    file: Path,
-    targets: list[Path],
-    settings: dict[str, Any],
-    drawing: dict[str, Any],
-    plan: OutputPlan,
-    as_json: bool,
-    formats: list[str],
-) -> dict[str, Any]:
+def _animate_one(file: Path, targets: list[Path], run: _Run) -> dict[str, Any]:
+    """Animate a recording and write its outputs; a record of both."""
     from elocute.animation import animate
 
-    kept = [str(target) for target in targets if not plan.wants(target)]
-    if len(kept) == len(targets):
+    wanted = run.plan.wanted(targets)
+    kept = [str(target) for target in targets if target not in wanted]
+    if not wanted:
         return {"input": str(file), "outputs": [], "kept": kept}
-    quiet = as_json or PIPE in targets
+    quiet = run.as_json or PIPE in targets
     started = time.perf_counter()
     with progress_bar(f"animating {STDIN if file == PIPE else file.name}", quiet) as progress:
         heard = piped_sound() if file == PIPE else file
-        animation = animate(heard, progress=progress, **settings)
-    listened = time.perf_counter()
+        animation = animate(heard, progress=progress, **run.settings)
+    animated = time.perf_counter()
     with counted(len(targets), "outputs written") as one_written:
-        for target in plan.wanted(targets):
+        for target in wanted:
             with progress_bar(f"writing {target.name}", quiet) as progress:
-                if target == PIPE:
-                    with to_stdout(formats[0]) as place:
-                        # There is no place beside it for the sound.
-                        extra = drawing_of(place, {**drawing, "embed_audio": True})
-                        animation.write(place, progress=progress, **extra)
-                else:
-                    write_motion(
-                        plan,
-                        animation.motion,
-                        target,
-                        sound=animation.sound,
-                        progress=progress,
-                        drawing=drawing,
-                    )
+                _write(animation, target, run, progress)
             if not quiet:
                 print(printable(target))
             one_written()
     motion = animation.motion
     return {
         "input": str(file),
-        "outputs": [str(target) for target in plan.wanted(targets)],
+        "outputs": [str(target) for target in wanted],
         **({"kept": kept} if kept else {}),
         "frames": motion.frame_count,
         "fps": motion.fps,
         "duration_s": round(motion.duration_s, 4),
-        "animate_s": round(listened - started, 4),
-        "write_s": round(time.perf_counter() - listened, 4),
+        "animate_s": round(animated - started, 4),
+        "write_s": round(time.perf_counter() - animated, 4),
     }
+
+
+def _write(
+    animation: Animation, target: Path, run: _Run, progress: Callable[[float], None]
+) -> None:
+    """Write one output; standard output has no place beside it for the sound, so it goes inside."""
+    if target != PIPE:
+        write_motion(
+            run.plan,
+            animation.motion,
+            target,
+            sound=animation.sound,
+            progress=progress,
+            drawing=run.drawing,
+        )
+        return
+    with to_stdout(run.formats[0]) as place:
+        extra = drawing_of(place, {**run.drawing, "embed_audio": True})
+        animation.write(place, progress=progress, **extra)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import typer
 from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.cli import format_options, options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.outputs import plan_files, settled
+from elocute.cli.json_reports import write_json_report
+from elocute.cli.outputs import check_file_suffix, plan_files, settled
 from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import options_of
 from elocute.errors import CorpusError, InputError
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from elocute.capture.blendshapes.basis_comparison import ReconstructionErrors
+    from elocute.capture.blendshapes.basis_comparison import BasisProjection, ReconstructionErrors
     from elocute.corpus.corpus_store import Corpus
     from elocute.motion.motion import Motion
 
@@ -85,14 +86,12 @@ def show_command(
 ) -> None:
     """Draw every shape of a basis at plus and minus two standard deviations."""
     from elocute.capture.blendshapes.basis_motion import extreme_shapes
-    from elocute.errors import OutputError
     from elocute.export.contact_sheet import contact_sheet
     from elocute.export.render import open_renderer, portrait
     from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
 
-    if output.suffix.lower() != ".png":
-        raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".png")
+    check_file_suffix(output, ".png")
     plan = OutputPlan()
     plan.add(output, basis)
     if settled(plan, overwrite, no_clobber):
@@ -132,27 +131,14 @@ def compare_command(
     The basis that is compared with is used whole, and cut to as many shapes as the first one has:
     those that explain the training part best.
     """
-    from elocute.capture.blendshapes.basis_comparison import (
-        BasisProjection,
-        reconstruction_errors,
-        strongest_shapes,
-    )
+    from elocute.capture.blendshapes.basis_comparison import reconstruction_errors
     from elocute.corpus.corpus_store import open_corpus
-    from elocute.files.atomic import write_atomically
-    from elocute.motion.store import load_motion
 
-    for path, suffix in ((output, ".json"), (plot, ".png")):
-        if path is not None and path.suffix.lower() != suffix:
-            raise InputError.about(path, found=f"suffix {path.suffix!r}", allowed=suffix)
+    check_file_suffix(output, ".json")
+    check_file_suffix(plot, ".png")
     plan = plan_files([corpus, *basis, against], (output, plot), overwrite, no_clobber)
     opened = open_corpus(corpus)
-    ours = [BasisProjection(path.stem, load_motion(path).head.expression_basis) for path in basis]
-    name, shapes = _other(against)
-    count = len(ours[0].flat)
-    bases = [*ours, BasisProjection(f"{name}, all {len(shapes)}", shapes)]
-    if count < len(shapes) and shapes.shape[1] == opened.vertex_count:
-        best = strongest_shapes(opened, opened.split(split).train, shapes, count)
-        bases.append(BasisProjection(f"{name}, best {count}", shapes[best]))
+    bases = _bases(opened, basis, against, split)
     with progress_bar("projecting", as_json) as progress:
         found = reconstruction_errors(opened, _names(opened, split, part), bases, progress)
     if plot is not None and plan.wants(plot):
@@ -166,8 +152,8 @@ def compare_command(
     }
     text = json.dumps(record)
     if output is not None and plan.wants(output):
-        with plan.writing(output), write_atomically(output) as draft:
-            draft.write_text(text + "\n", encoding="utf-8")
+        with plan.writing(output):
+            write_json_report(output, text)
     if as_json:
         print(text)
         return
@@ -184,6 +170,21 @@ def _names(corpus: Corpus, split: str, part: str) -> list[str]:
     if not names:
         raise CorpusError.about(corpus.folder, found=f"no clip in {part} of split {split}")
     return names
+
+
+def _bases(corpus: Corpus, learned: list[Path], against: str, split: str) -> list[BasisProjection]:
+    """The learned bases, the other one whole, and as many of its shapes as the first one has."""
+    from elocute.capture.blendshapes.basis_comparison import BasisProjection, strongest_shapes
+    from elocute.motion.store import load_motion
+
+    ours = [BasisProjection(path.stem, load_motion(path).head.expression_basis) for path in learned]
+    name, shapes = _other(against)
+    count = len(ours[0].flat)
+    bases = [*ours, BasisProjection(f"{name}, all {len(shapes)}", shapes)]
+    if count < len(shapes) and shapes.shape[1] == corpus.vertex_count:
+        best = strongest_shapes(corpus, corpus.split(split).train, shapes, count)
+        bases.append(BasisProjection(f"{name}, best {count}", shapes[best]))
+    return bases
 
 
 def _other(against: str) -> tuple[str, NDArray[np.float32]]:

@@ -14,10 +14,10 @@ from elocute.capture.settings import BatchSettings, Scanner
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.flags import in_flags
-from elocute.cli.outputs import settled
+from elocute.cli.outputs import check_file_suffix, settled
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.settings_options import option, options_of
-from elocute.errors import InputError, MachineError, OutputError
+from elocute.errors import InputError, MachineError
 from elocute.files.outputs import OutputPlan
 
 if TYPE_CHECKING:
@@ -68,8 +68,7 @@ def scan_command(
     from elocute.files.atomic import write_atomically
     from elocute.head.registry import open_head
 
-    if output.suffix.lower() not in (".ply", ".obj"):
-        raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".ply .obj")
+    check_file_suffix(output, ".ply", ".obj")
     if method not in ("model", "nicp"):
         raise InputError.about(f"method {method!r}", found="unknown", allowed="model, nicp")
     plan = OutputPlan([given for given in (landmarks, template, head) if given is not None])

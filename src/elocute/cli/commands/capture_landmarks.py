@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.flags import in_flags
-from elocute.cli.outputs import settled
+from elocute.cli.outputs import check_file_suffix, settled
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
 from elocute.files.outputs import OutputPlan
@@ -48,8 +48,7 @@ def landmarks_command(
             found="a folder, and -o" if output else "one scan, and no -o",
             allowed="-o FILE.json for one scan, none for a folder",
         )
-    if output is not None and output.suffix.lower() != ".json":
-        raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+    check_file_suffix(output, ".json")
     plan = OutputPlan()
     if output is not None:
         plan.add(output, scans)
@@ -103,8 +102,7 @@ def _of_folder(
                 told = in_flags(str(error))
             found += not told
             failed += [f"{sequence.file(number)}: {told}"] if told else []
-            if progress:
-                progress(done / len(waiting))
+            progress(done / len(waiting))
     return found, failed
 
 

@@ -51,12 +51,8 @@ def alignment_command(
 
     with needs_extra("alignment", "wild"):
         from elocute.evaluation import alignment_scores as judge
-    names = list(dict.fromkeys(name.strip() for name in methods.split(",") if name.strip()))
-    low, high = NOISE_RANGE_DB
-    if noise_db is not None and not low <= noise_db <= high:
-        raise InputError.about("--noise-db", found=f"{noise_db}", allowed=f"{low:g} to {high:g}")
-    if not names:
-        raise InputError.about(f"--methods {methods!r}", found="none", allowed=DEFAULT_METHODS)
+    _check_noise(noise_db)
+    names = _method_names(methods)
     for place in (folder, sentences):
         if place is not None and not place.is_dir():
             raise InputError.about(place, found="not a folder", allowed="a folder of words")
@@ -72,7 +68,7 @@ def alignment_command(
             noise_db=noise_db,
             words=judge.word_names(folder, sentences)[:words],
             seed=seed,
-            done=lambda share, _rows: progress(share) if progress else None,
+            done=lambda share, _rows: progress(share),
         )
     found = judge.summarise(rows)
     write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])
@@ -88,6 +84,20 @@ def alignment_command(
         print(f"elocute: {line}", file=sys.stderr)
     if broken:
         raise typer.Exit(1)
+
+
+def _check_noise(noise_db: float | None) -> None:
+    low, high = NOISE_RANGE_DB
+    if noise_db is not None and not low <= noise_db <= high:
+        raise InputError.about("--noise-db", found=f"{noise_db}", allowed=f"{low:g} to {high:g}")
+
+
+def _method_names(methods: str) -> list[str]:
+    """The names between commas, each once. Raises InputError for none."""
+    names = list(dict.fromkeys(name.strip() for name in methods.split(",") if name.strip()))
+    if not names:
+        raise InputError.about(f"--methods {methods!r}", found="none", allowed=DEFAULT_METHODS)
+    return names
 
 
 def _cells(method: str, cells: dict[str, Any]) -> list[Any]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from elocute.cli import options
-from elocute.cli.outputs import plan_files
+from elocute.cli.json_reports import write_json_report
+from elocute.cli.outputs import check_file_suffix, plan_files
 from elocute.cli.progress import progress_bar
 from elocute.errors import CorpusError, InputError
 
@@ -71,11 +72,9 @@ def corpus_command(
     from elocute.corpus.corpus_store import open_corpus
     from elocute.evaluation.corpus_scores import best_rows, rows, score_clips
     from elocute.evaluation.model_predictions import clip_predictor
-    from elocute.files.atomic import write_atomically
     from elocute.models.registry import open_model
 
-    if output is not None and output.suffix.lower() != ".json":
-        raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+    check_file_suffix(output, ".json")
     tables = check_tables(table)
     lists = [path for path in (lips, upper_face) if path is not None]
     plan = plan_files([corpus, model, *lists], [output, *tables], overwrite, no_clobber)
@@ -102,15 +101,9 @@ def corpus_command(
     }
     text = json.dumps(report, allow_nan=False)
     if output is not None and plan.wants(output):
-        with plan.writing(output), write_atomically(output) as draft:
-            draft.write_text(text + "\n", encoding="utf-8")
-    there = _present(found)
-    write_tables(
-        plan,
-        tables,
-        ["subject", "style", "clips", *(title for _, title in there)],
-        [[r.subject, r.style, r.clips, *(r.summary[name] for name, _ in there)] for r in found],
-    )
+        with plan.writing(output):
+            write_json_report(output, text)
+    write_tables(plan, tables, *_table(found))
     if as_json:
         print(text)
     else:
@@ -146,6 +139,14 @@ def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> Me
         return published_list(known, name) if known else None
 
     return Measure(chosen(lips, "lips"), chosen(upper_face, "upper_face"), mouth=ours)
+
+
+def _table(rows: list[Row]) -> tuple[list[str], list[list[Any]]]:
+    """Columns and rows of the table, with the measures that any row has."""
+    there = _present(rows)
+    columns = ["subject", "style", "clips", *(title for _, title in there)]
+    cells = [[r.subject, r.style, r.clips, *(r.summary[name] for name, _ in there)] for r in rows]
+    return columns, cells
 
 
 def _present(table: list[Row]) -> list[tuple[str, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,7 +63,8 @@ def features_command(
         "confidence": 0.95,
         "encoders": {name: row.record() for name, row in rows.items()},
     }
-    text = write_json_report(output / "report.json", report)
+    text = json.dumps(report, allow_nan=False)
+    write_json_report(output / "report.json", text)
     cells = [[name, *(row.summary[column] for column in SHOWN)] for name, row in rows.items()]
     write_tables(plan, files, ["encoder", *SHOWN], cells)
     if as_json:

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.outputs import plan_files
+from elocute.cli.outputs import check_file_suffix, plan_files
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError, OutputError
+from elocute.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from elocute.audio.waveform import Waveform
+    from elocute.evaluation.mouth_studies import NoiseScore
     from elocute.files.outputs import OutputPlan
 
 KINDS = ("white", "babble", "gain")
@@ -52,7 +53,6 @@ def noise_command(
 
     from elocute.animation import animate
     from elocute.evaluation.mouth_studies import mean_scores, noise_scores
-    from elocute.motion.curves import Curves
     from elocute.motion.mouth_measures import measure_mouth
 
     plan = _planned(plot, (speech, model, noise), overwrite, no_clobber)
@@ -66,20 +66,14 @@ def noise_command(
     clips, first = [], []
     with progress_bar("animating", as_json) as progress:
         for done, sound in enumerate(sounds, 1):
-            under = _noise(noise, sound, seed)
-            scores, openings = noise_scores(sound, under, steps, opening)
+            scores, openings = noise_scores(sound, _noise(noise, sound, seed), steps, opening)
             clips.append(scores)
             first = first or openings
-            if progress:
-                progress(done / len(sounds))
+            progress(done / len(sounds))
     means = mean_scores(clips)
     if plot is not None and plan.wants(plot):
-        from elocute.export.overlay_plot import plot_overlay
-
-        names = ("clean", *(f"{level:g} dB" for level in steps))
-        curves = Curves(np.stack(first, axis=1).astype(np.float32), names, FPS)
         with plan.writing(plot):
-            plot_overlay(curves, plot, title=f"mouth opening, {noise}", unit="mm", shade=False)
+            _plot_levels(first, steps, plot, f"mouth opening, {noise}")
     record = {
         "speech": speech.name,
         "model": Path(model).name,
@@ -90,9 +84,27 @@ def noise_command(
     }
     if as_json:
         print(json.dumps(record))
-        return
+    else:
+        _show_levels(means)
+
+
+def _plot_levels(
+    openings: list[NDArray[np.float64]], levels: list[float], path: Path, title: str
+) -> None:
+    """Mouth openings over time: of clean speech, then at each level of noise."""
+    import numpy as np
+
+    from elocute.export.overlay_plot import plot_overlay
+    from elocute.motion.curves import Curves
+
+    names = ("clean", *(f"{level:g} dB" for level in levels))
+    curves = Curves(np.stack(openings, axis=1).astype(np.float32), names, FPS)
+    plot_overlay(curves, path, title=title, unit="mm", shade=False)
+
+
+def _show_levels(scores: list[NoiseScore]) -> None:
     print(f"{'level':>8} {'opening mm':>11} {'of clean':>9} {'r to clean':>11}")
-    for s in means:
+    for s in scores:
         print(
             f"{s.level_db:5.0f} dB {s.amplitude_mm:11.2f} {s.amplitude_share:9.2f} "
             f"{s.correlation:11.3f}"
@@ -171,8 +183,7 @@ def identities_command(
 def _planned(
     plot: Path | None, inputs: tuple[Path | str, ...], overwrite: bool, no_clobber: bool
 ) -> OutputPlan:
-    if plot is not None and plot.suffix.lower() != ".png":
-        raise OutputError.about(plot, found=f"suffix {plot.suffix!r}", allowed=".png")
+    check_file_suffix(plot, ".png")
     return plan_files(inputs, [plot], overwrite, no_clobber)
 
 

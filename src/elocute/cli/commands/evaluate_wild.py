@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -93,20 +94,21 @@ def wild_command(
         "config": asdict(config),
         **found.record(),
     }
-    text = write_json_report(output / "report.json", report)
-    table = found.concordance
-    first = max((len(figures.first) for figures in table.values()), default=0)
-    write_tables(
-        plan,
-        files,
-        ["concordance", "clips", "mean", "weighted", *(f"c{k + 1}" for k in range(first))],
-        [[name, f.clips, f.mean, f.weighted, *f.first] for name, f in table.items()],
-    )
+    text = json.dumps(report, allow_nan=False)
+    write_json_report(output / "report.json", text)
+    write_tables(plan, files, *_table(found.concordance))
     if as_json:
         print(text)
     else:
-        _show(table, report)
+        _show(found.concordance, report)
     name_broken([*opened.broken, *found.missing], len(opened))
+
+
+def _table(rows: dict[str, Figures]) -> tuple[list[str], list[list[Any]]]:
+    """Columns and rows of the table, with as many parameters of their own as any row has."""
+    first = max((len(figures.first) for figures in rows.values()), default=0)
+    columns = ["concordance", "clips", "mean", "weighted", *(f"c{k + 1}" for k in range(first))]
+    return columns, [[name, f.clips, f.mean, f.weighted, *f.first] for name, f in rows.items()]
 
 
 def _show(table: dict[str, Figures], report: dict[str, Any]) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.format_options import Drawing, check_drawing, drawing_options
-from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
+from elocute.cli.outputs import check_file_suffix, plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
 
@@ -75,13 +75,11 @@ def measure_command(
     as_json: bool = options.Json,
 ) -> None:
     """Measure the mouth in every frame: opening, width, protrusion and jaw, in millimetres."""
-    from elocute.errors import OutputError
     from elocute.motion.mouth_measures import measure_mouth, write_measures
     from elocute.motion.store import load_motion
 
-    for path, suffix in ((output, ".csv"), (plot, ".png")):
-        if path is not None and path.suffix.lower() != suffix:
-            raise OutputError.about(path, found=f"suffix {path.suffix!r}", allowed=suffix)
+    check_file_suffix(output, ".csv")
+    check_file_suffix(plot, ".png")
     plan = OutputPlan()
     for path in (output, plot):
         if path is not None:

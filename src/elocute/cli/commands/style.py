@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.outputs import plan_files
+from elocute.cli.outputs import check_file_suffix, plan_files
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ def fit_command(
     from elocute.models.style_fit import fit_style
     from elocute.models.style_mixes import write_mix
 
-    if output is not None and output.suffix.lower() != ".json":
-        raise InputError.about(output, found=f"suffix {output.suffix!r}", allowed=".json")
+    check_file_suffix(output, ".json")
     plan = plan_files([*motion, *sound, model], [output], overwrite, no_clobber)
     learned = open_model(model)
     fit = fit_style(learned, _takes(motion, sound, learned))

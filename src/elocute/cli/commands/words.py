@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.outputs import settled
+from elocute.cli.outputs import check_file_suffix, settled
 from elocute.errors import AlignmentError, InputError
 from elocute.files.outputs import OutputPlan
 
@@ -68,8 +68,7 @@ def check_command(
     from elocute.alignment.word_times import read_words, write_words
     from elocute.audio.read import read_audio
 
-    if textgrid is not None and textgrid.suffix.lower() != ".textgrid":
-        raise InputError.about(textgrid, found=f"suffix {textgrid.suffix!r}", allowed=".TextGrid")
+    check_file_suffix(textgrid, ".TextGrid")
     plan = OutputPlan()
     for path in (output, textgrid):
         if path is not None:
