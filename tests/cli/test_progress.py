@@ -7,7 +7,7 @@ import io
 import pytest
 
 from elocute.cli import progress
-from elocute.cli.progress import Lines, progress_bar, told_progress
+from elocute.cli.progress import Lines, logged_progress, progress_bar
 
 
 class Terminal(io.StringIO):
@@ -63,10 +63,10 @@ def test_machines_are_told_nothing(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_work_of_unknown_length_is_told_in_a_log(capsys: pytest.CaptureFixture[str]) -> None:
-    with told_progress("fitting dcaw") as progress:
+    with logged_progress("fitting dcaw") as progress:
         for step in range(1, 41):
             progress(step / 40)
     assert capsys.readouterr().err == "fitting dcaw: 2%\n"
-    with told_progress("fitting dcaw", quiet=True) as progress:
+    with logged_progress("fitting dcaw", quiet=True) as progress:
         progress(0.5)
     assert capsys.readouterr().err == ""

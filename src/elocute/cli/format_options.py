@@ -1,6 +1,6 @@
-"""Options of formats on the command line: those that the registry of writers knows.
+"""Options of output formats on the command line: those that the registry of writers knows.
 
-    def render_command(..., drawing: Drawing = drawing_options()) -> None:
+    def render_command(..., format_settings: FormatSettings = options_of_formats()) -> None:
 
 The command is called with those that were given, by name, as `write` takes them.
 """
@@ -20,7 +20,7 @@ from elocute.export.options import PictureOptions
 from elocute.export.registry import WRITERS, check_suffix, format_options
 from elocute.settings import Setting, settings_of, types_of
 
-Drawing = dict[str, Any]
+FormatSettings = dict[str, Any]
 SIZES = {"720p": (1280, 720), "1080p": (1920, 1080), "4k": (3840, 2160)}
 _KNOWN: dict[str, tuple[type, Any, Setting]] = {
     field.name: (each.options, field.default, about)
@@ -36,13 +36,13 @@ Size = typer.Option("800", help=SIZE_HELP)
 Backend = option(PictureOptions, "backend")
 
 
-def drawing_options() -> Any:
+def options_of_formats() -> Any:
     """The default of a parameter that stands for the options of all formats."""
-    return _DrawingGroup()
+    return _FormatSettingsGroup()
 
 
 @dataclass(frozen=True)
-class _DrawingGroup:
+class _FormatSettingsGroup:
     def options(self) -> dict[str, tuple[Any, Any]]:
         found: dict[str, tuple[Any, Any]] = {}
         for name, (cls, default, about) in _KNOWN.items():
@@ -53,27 +53,27 @@ class _DrawingGroup:
             found[name] = (kind | None, typer.Option(None, help=text))
         return found
 
-    def build(self, given: dict[str, Any]) -> Drawing:
-        drawing = {name: value for name, value in given.items() if value is not None}
-        if "size" in drawing:
-            drawing["size"] = parse_size(drawing["size"])
-        return drawing
+    def build(self, given: dict[str, Any]) -> FormatSettings:
+        format_settings = {name: value for name, value in given.items() if value is not None}
+        if "size" in format_settings:
+            format_settings["size"] = parse_size(format_settings["size"])
+        return format_settings
 
 
-def check_drawing(outputs: Iterable[Path], drawing: Drawing) -> None:
+def check_format_settings(outputs: Iterable[Path], format_settings: FormatSettings) -> None:
     """Raise OutputError for an option that none of the outputs has, or a value that cannot be."""
     outputs = list(outputs)
     for target in outputs:
-        format_options(target, drawing_of(target, drawing))
-    for name, value in drawing.items():
-        if outputs and not any(drawing_of(target, {name: value}) for target in outputs):
+        format_options(target, settings_for_format(target, format_settings))
+    for name, value in format_settings.items():
+        if outputs and not any(settings_for_format(target, {name: value}) for target in outputs):
             format_options(outputs[0], {name: value})
 
 
-def drawing_of(target: Path, drawing: Drawing) -> Drawing:
+def settings_for_format(target: Path, format_settings: FormatSettings) -> FormatSettings:
     """The options among these that the format of `target` has."""
     known = WRITERS[check_suffix(target)].option_names()
-    return {name: value for name, value in drawing.items() if name in known}
+    return {name: value for name, value in format_settings.items() if name in known}
 
 
 def parse_size(text: str) -> tuple[int, int]:

@@ -73,7 +73,7 @@ def _bar(label: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
 
 
 @contextlib.contextmanager
-def told_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
+def logged_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
     """As `progress_bar`, and in a log a line at first and then one every QUIET_S: for work of
     which nobody knows beforehand whether it takes a second or minutes."""
     lines = Lines(quiet or sys.stderr.isatty())

@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.outputs import check_file_suffix, plan_files
-from elocute.cli.progress import told_progress
+from elocute.cli.progress import logged_progress
 from elocute.errors import InputError, needs_extra
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def align_command(
     config = chosen.config(band=band, open_source=find)
     sounds = [read_audio(path) for path in (source, target)]
     views = [_view(*pair, encoder) for pair in zip((source, target), sounds, strict=True)]
-    with told_progress(f"fitting {method}", as_json) as progress:
+    with logged_progress(f"fitting {method}", as_json) as progress:
         found = methods.align(views, method, config, seed, progress)
     if plot is not None and plan.wants(plot):
         title = f"{source.name} onto {target.name}: {method}, score {found.score:.3f}"

@@ -14,8 +14,13 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.flags import in_flags
-from elocute.cli.format_options import Drawing, check_drawing, drawing_of, drawing_options
-from elocute.cli.outputs import plan_motion, settled, write_motion
+from elocute.cli.format_options import (
+    FormatSettings,
+    check_format_settings,
+    options_of_formats,
+    settings_for_format,
+)
+from elocute.cli.outputs import nothing_to_do, plan_motion, write_motion
 from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, stdin_source, to_stdout
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import ElocuteError, InputError, OutputError, printable
@@ -67,7 +72,7 @@ def animate_command(
         help="Known phone times, used instead of the recognised phones: a CSV with the columns "
         "start_s,end_s,phone.",
     ),
-    drawing: Drawing = drawing_options(),
+    format_settings: FormatSettings = options_of_formats(),
     recursive: bool = typer.Option(
         False, "-r", "--recursive", help="Include subfolders, and mirror them in the output."
     ),
@@ -83,12 +88,14 @@ def animate_command(
     takes, single = _takes(speech, recursive)
     plan = OutputPlan([head, identity, style, model, *([phones] if phones else [])])
     jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
-    check_drawing((_named(t, format) for _, targets in jobs for t in targets), drawing)
+    check_format_settings(
+        (_named(t, format) for _, targets in jobs for t in targets), format_settings
+    )
     for file, targets in jobs:
         source = stdin_source() if file == PIPE else file
         for target in targets:
             if target != PIPE:
-                plan_motion(plan, target, source, sound=file, drawing=drawing)
+                plan_motion(plan, target, source, sound=file, format_settings=format_settings)
     settings: dict[str, Any] = {
         "fps": fps,
         "identity": identity,
@@ -99,9 +106,9 @@ def animate_command(
         "channel": channel,
         "phones": _read_phones(phones),
     }
-    if settled(plan, overwrite, no_clobber, as_json) and PIPE not in output:
+    if nothing_to_do(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
-    failures = _animate_all(jobs, _Run(settings, plan, drawing, format, as_json), single)
+    failures = _animate_all(jobs, _Run(settings, plan, format_settings, format, as_json), single)
     if failures:
         print(f"elocute: {failures} of {len(jobs)} failed", file=sys.stderr)
         raise typer.Exit(1)
@@ -113,7 +120,7 @@ class _Run:
 
     settings: dict[str, Any]
     plan: OutputPlan
-    drawing: Drawing
+    format_settings: FormatSettings
     formats: list[str]
     as_json: bool
 
@@ -183,11 +190,11 @@ def _write(
             target,
             sound=animation.sound,
             progress=progress,
-            drawing=run.drawing,
+            format_settings=run.format_settings,
         )
         return
     with to_stdout(run.formats[0]) as place:
-        extra = drawing_of(place, {**run.drawing, "embed_audio": True})
+        extra = settings_for_format(place, {**run.format_settings, "embed_audio": True})
         animation.write(place, progress=progress, **extra)
 
 

@@ -12,7 +12,7 @@ from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.cli import format_options, options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.json_reports import write_json_report
-from elocute.cli.outputs import check_file_suffix, plan_files, settled
+from elocute.cli.outputs import check_file_suffix, nothing_to_do, plan_files
 from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import options_of
 from elocute.errors import CorpusError, InputError
@@ -53,7 +53,7 @@ def learn_command(
     check_suffix(output)
     plan = OutputPlan()
     plan.add(output, corpus)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     opened = open_corpus(corpus)
     with progress_bar("learning", as_json) as progress:
@@ -94,7 +94,7 @@ def show_command(
     check_file_suffix(output, ".png")
     plan = OutputPlan()
     plan.add(output, basis)
-    if settled(plan, overwrite, no_clobber):
+    if nothing_to_do(plan, overwrite, no_clobber):
         return
     motion = load_motion(basis)
     side = max(32, 2 * format_options.parse_size(size)[0] // 8)

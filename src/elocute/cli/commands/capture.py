@@ -14,7 +14,7 @@ from elocute.capture.settings import BatchSettings, Scanner
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.flags import in_flags
-from elocute.cli.outputs import check_file_suffix, settled
+from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.settings_options import option, options_of
 from elocute.errors import InputError, MachineError
@@ -73,7 +73,7 @@ def scan_command(
         raise InputError.about(f"method {method!r}", found="unknown", allowed="model, nicp")
     plan = OutputPlan([given for given in (landmarks, template, head) if given is not None])
     plan.add(output, file)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     model = open_head(head)
     scan = read_scan(file, unit)
@@ -232,7 +232,7 @@ def simulate_command(
 
     plan = OutputPlan()
     plan.add(output, speech)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     motion = animate(speech, fps=fps, identity=identity).motion
     if seconds is not None:

@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.flags import in_flags
-from elocute.cli.outputs import check_file_suffix, settled
+from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
 from elocute.files.outputs import OutputPlan
@@ -52,7 +52,7 @@ def landmarks_command(
     plan = OutputPlan()
     if output is not None:
         plan.add(output, scans)
-        if settled(plan, overwrite, no_clobber, as_json):
+        if nothing_to_do(plan, overwrite, no_clobber, as_json):
             return
     with mediapipe_landmarks() as detector:
         if output is not None:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.format_options import Drawing, check_drawing, drawing_options
-from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
+from elocute.cli.format_options import FormatSettings, check_format_settings, options_of_formats
+from elocute.cli.outputs import nothing_to_do, plan_motion, warn_of_silence, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
 from elocute.files.outputs import OutputPlan
@@ -42,7 +42,7 @@ def video_command(
     zero_pose: bool = typer.Option(False, help="Leave out all turns of head, jaw and eyes."),
     subject: str = typer.Option("me", help="Name of the person in a corpus."),
     text: str = typer.Option("", help="What is said, for a corpus of one clip."),
-    drawing: Drawing = drawing_options(),
+    format_settings: FormatSettings = options_of_formats(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -50,8 +50,8 @@ def video_command(
     """Capture a face from video: as a motion in any format, or as clips of a corpus (-o FOLDER)."""
     corpora = [path for path in output if not path.suffix]
     files = [path for path in output if path.suffix]
-    plan = _plan(video, files, corpora, identity, drawing)
-    if settled(plan, overwrite, no_clobber, as_json):
+    plan = _plan(video, files, corpora, identity, format_settings)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     for place in plan.wanted(corpora):
         with plan.writing(place):
@@ -65,10 +65,17 @@ def video_command(
     motion = _dressed(captured.motion, identity, zero_pose)
     sound = video[0] if captured.track.has_sound else None
     if sound is None:
-        tell_silent(files, f"{video[0].name} has none")
+        warn_of_silence(files, f"{video[0].name} has none")
     for target in files:
         with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(plan, motion, target, sound=sound, progress=progress, drawing=drawing)
+            write_motion(
+                plan,
+                motion,
+                target,
+                sound=sound,
+                progress=progress,
+                format_settings=format_settings,
+            )
         if not as_json:
             print(target)
     _report(video[0], captured, files, seconds, as_json)
@@ -79,7 +86,7 @@ def _plan(
     files: list[Path],
     corpora: list[Path],
     identity: str,
-    drawing: Drawing,
+    format_settings: FormatSettings,
 ) -> OutputPlan:
     """All outputs. Raises InputError."""
     if files and len(videos) > 1:
@@ -90,9 +97,9 @@ def _plan(
             remedy="give one video at a time",
         )
     plan = OutputPlan([identity])
-    check_drawing(files, drawing)
+    check_format_settings(files, format_settings)
     for target in files:
-        plan_motion(plan, target, videos[0], sound=videos[0], drawing=drawing)
+        plan_motion(plan, target, videos[0], sound=videos[0], format_settings=format_settings)
     for place in corpora:
         plan.add(place, *videos)
     return plan

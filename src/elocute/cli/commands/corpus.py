@@ -14,7 +14,7 @@ from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.flags import in_flags
 from elocute.cli.name_lists import read_names
-from elocute.cli.outputs import settled
+from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
 
@@ -125,7 +125,7 @@ def convert_command(
 
     plan = OutputPlan([given for given in (texts, leave_out) if given is not None])
     plan.add(output, source)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     unwanted = frozenset(read_names(leave_out, least=0) or ())
     with plan.writing(output), progress_bar(f"converting {source.name}", as_json) as progress:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.format_options import Drawing, check_drawing, drawing_options
+from elocute.cli.format_options import FormatSettings, check_format_settings, options_of_formats
 from elocute.cli.keyframes import parse_list, parse_numbers, split_keyframes
-from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
+from elocute.cli.outputs import nothing_to_do, plan_motion, warn_of_silence, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 from elocute.files.outputs import OutputPlan
@@ -67,7 +67,7 @@ def edit_command(
         "--audio",
         help="Sound that belongs to the motion; it is cut along with it.",
     ),
-    drawing: Drawing = drawing_options(),
+    format_settings: FormatSettings = options_of_formats(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -80,12 +80,17 @@ def edit_command(
 
     faces = [identity] if identity else _faces_over_time(identity_over_time)
     plan = OutputPlan(faces)
-    check_drawing(output, drawing)
+    check_format_settings(output, format_settings)
     for target in output:
         plan_motion(
-            plan, target, motion, sound=sound, cut=bool(start) or stop is not None, drawing=drawing
+            plan,
+            target,
+            motion,
+            sound=sound,
+            cut=bool(start) or stop is not None,
+            format_settings=format_settings,
         )
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)
     edits = [
@@ -102,10 +107,17 @@ def edit_command(
         edited = edit(edited)
     heard = None if sound is None else _heard(sound, start or 0.0, stop, duration_s)
     if sound is None:
-        tell_silent(targets, "--audio FILE adds it")
+        warn_of_silence(targets, "--audio FILE adds it")
     for target in targets:
         with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(plan, edited, target, sound=heard, progress=progress, drawing=drawing)
+            write_motion(
+                plan,
+                edited,
+                target,
+                sound=heard,
+                progress=progress,
+                format_settings=format_settings,
+            )
         if not as_json:
             print(target)
     if as_json:

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from elocute.evaluation.vertex_lists import VertexList
 
 PARTS = ("test", "validation", "train")
-CHOICES = ("each", "best", "even")
 COLUMNS = (
     ("lve_mm", "LVE mm"),
     ("lve_mm2", "LVE mm²"),

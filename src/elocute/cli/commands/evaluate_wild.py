@@ -52,7 +52,7 @@ def wild_command(
     ρc is the concordance over all frames of the clips together, with 95 % confidence from drawing
     clips again. report.json is written last.
     """
-    from elocute.cli.commands.train import name_broken
+    from elocute.cli.commands.train import report_left_out
     from elocute.cli.outputs import plan_files
     from elocute.cli.progress import Lines
     from elocute.cli.tables import check_tables, write_tables
@@ -101,7 +101,7 @@ def wild_command(
         print(text)
     else:
         _show(found.concordance, report)
-    name_broken([*opened.broken, *found.missing], len(opened))
+    report_left_out([*opened.broken, *found.missing], len(opened))
 
 
 def _table(rows: dict[str, Figures]) -> tuple[list[str], list[list[Any]]]:

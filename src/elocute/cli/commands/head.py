@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import format_options, options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.outputs import settled
+from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
 
@@ -77,7 +77,7 @@ def sample_command(
     suffix, pixels = f".{mesh.lower().removeprefix('.')}", format_options.parse_size(size)
     plan = OutputPlan()
     plan.add(output, head)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     check_identity_output(output, count, suffix)
     model = open_head(head)

@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.format_options import Drawing, check_drawing, drawing_options
-from elocute.cli.outputs import check_file_suffix, plan_motion, settled, tell_silent, write_motion
+from elocute.cli.format_options import FormatSettings, check_format_settings, options_of_formats
+from elocute.cli.outputs import (
+    check_file_suffix,
+    nothing_to_do,
+    plan_motion,
+    warn_of_silence,
+    write_motion,
+)
 from elocute.cli.progress import progress_bar
 from elocute.files.outputs import OutputPlan
 
@@ -25,7 +31,7 @@ def render_command(
     output: list[Path] = options.Output,
     audio: Path | None = typer.Option(None, help="Sound that belongs to the motion."),
     fps: float | None = typer.Option(None, help="Resample to this frame rate."),
-    drawing: Drawing = drawing_options(),
+    format_settings: FormatSettings = options_of_formats(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -33,20 +39,27 @@ def render_command(
     """Convert a stored motion to video, glTF, HTML, meshes, curves or pictures."""
 
     plan = OutputPlan()
-    check_drawing(output, drawing)
+    check_format_settings(output, format_settings)
     for target in output:
-        plan_motion(plan, target, motion, sound=audio, drawing=drawing)
-    if settled(plan, overwrite, no_clobber, as_json):
+        plan_motion(plan, target, motion, sound=audio, format_settings=format_settings)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)
     loaded = _load(motion)
     if audio is None:
-        tell_silent(targets, "--audio FILE adds it")
+        warn_of_silence(targets, "--audio FILE adds it")
     if fps is not None:
         loaded = loaded.at_fps(fps)
     for target in targets:
         with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(plan, loaded, target, sound=audio, progress=progress, drawing=drawing)
+            write_motion(
+                plan,
+                loaded,
+                target,
+                sound=audio,
+                progress=progress,
+                format_settings=format_settings,
+            )
         if not as_json:
             print(target)
     if as_json:
@@ -84,7 +97,7 @@ def measure_command(
     for path in (output, plot):
         if path is not None:
             plan.add(path, motion)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     measures = measure_mouth(load_motion(motion))
     if plan.wants(output):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.outputs import settled, tell_silent
+from elocute.cli.outputs import nothing_to_do, warn_of_silence
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MotionError
 from elocute.files.outputs import OutputPlan
@@ -52,7 +52,7 @@ def solve_command(
     check_suffix(output)
     plan = OutputPlan([given for given in (head, identity) if given is not None])
     plan.add(output, vertices)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     if head is not None and identity is not None:
         raise InputError.about("--head", found="--identity too", allowed="one of them")
@@ -69,7 +69,7 @@ def solve_command(
             joints=() if zero_pose else None,
             progress=progress,
         )
-    tell_silent([output], "elocute render MOTION.npz --audio FILE adds it")
+    warn_of_silence([output], "elocute render MOTION.npz --audio FILE adds it")
     with plan.writing(output):
         write(solved, output)
     mean, p95 = float(residual_mm.mean()), float(np.percentile(residual_mm, 95))

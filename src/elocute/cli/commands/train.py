@@ -109,10 +109,10 @@ def crnn_command(
         **{k: None if v != v else v for k, v in (trained.log[-1] if trained.log else {}).items()},
     }
     print(json.dumps(record) if as_json else output / MODEL)
-    name_broken(broken, len(opened))
+    report_left_out(broken, len(opened))
 
 
-def name_broken(broken: list[tuple[str, str]], clips: int) -> None:
+def report_left_out(broken: list[tuple[str, str]], clips: int) -> None:
     """Say what was left out, and exit with code 1 if anything was."""
     for name, why in broken[:20]:
         typer.echo(f"elocute: left out {name}: {why}", err=True)

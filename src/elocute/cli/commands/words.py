@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.outputs import check_file_suffix, settled
+from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.errors import AlignmentError, InputError
 from elocute.files.outputs import OutputPlan
 
@@ -41,7 +41,7 @@ def segment_command(
     spoken = _text(text, text_file)
     plan = OutputPlan([text_file] if text_file else [])
     plan.add(output, sound)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     words = segment_words(read_audio(sound), spoken)
     with plan.writing(output):
@@ -73,7 +73,7 @@ def check_command(
     for path in (output, textgrid):
         if path is not None:
             plan.add(path, words, sound)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     found, heard = read_words(words), read_audio(sound)
     check_length(found, heard)
@@ -106,7 +106,7 @@ def take_command(
 
     plan = OutputPlan([before] if before else [])
     plan.add(output, edited)
-    if settled(plan, overwrite, no_clobber, as_json):
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     words = merge_edits(read_words(edited), None if before is None else read_words(before))
     with plan.writing(output):
