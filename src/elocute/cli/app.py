@@ -18,6 +18,7 @@ from elocute.cli.commands import (
     evaluate,
     head,
     info,
+    measure,
     propagate,
     render,
     solve,
@@ -34,7 +35,7 @@ app.command("animate")(animate.animate_command)
 app.command("render")(render.render_command)
 app.command("edit")(edit.edit_command)
 app.command("solve")(solve.solve_command)
-app.command("measure")(render.measure_command)
+app.command("measure")(measure.measure_command)
 app.command("info")(info.info_command)
 app.command("doctor")(doctor.doctor_command)
 app.command("align")(align.align_command)

@@ -1,7 +1,7 @@
-"""From the start of the command to its exit code, whatever happens in between.
+"""The entry point of the command line: from the start of the process to its exit code.
 
-0 done, 1 done in part, 2 bad input, 130 interrupted, 129 and 143 hung up and terminated, 141 nobody
-read what was printed. Every error is one line on stderr.
+Exit codes: 0 done, 1 done in part, 2 bad input, 130 interrupted, 129 hung up, 143 terminated, 141
+nobody read standard output. Every error is one line on stderr.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ ENDINGS = {
     signal.SIGTERM: "terminated",
     **({signal.SIGHUP: "hung up"} if hasattr(signal, "SIGHUP") else {}),
 }
-"""Signals that end a run as Ctrl-C does: cleared up, one line, and 128 more as the exit code."""
+"""Signals that end a run as Ctrl-C does: it is cleaned up and reported in one line, and the exit
+code is 128 more than the signal."""
 DISK_ERRORS = {
     errno.ENOSPC,
     errno.EFBIG,
@@ -39,33 +40,33 @@ DISK_ERRORS = {
     errno.ENFILE,
     getattr(errno, "EDQUOT", errno.ENOSPC),
 }
-"""What a disk or a limit says, wherever it is met."""
+"""Errors of a disk or a limit, whichever file they are about."""
 PATIENCE_S = 2.0
-"""How long clearing up may take undisturbed before a further Ctrl-C ends the process at once."""
+"""How long cleaning up may take before a further Ctrl-C ends the process at once."""
 
 
 def run() -> int:
     """Run the command line that the process was given; returns its exit code."""
     _open_closed_streams()
-    _mind_stdout()
+    _mark_stdout_errors()
     interrupts = _Interrupts()
     return _leave(interrupts)
 
 
 def _leave(interrupts: _Interrupts) -> int:
-    """What is caught here has left all blocks, so that clearing up is done."""
+    """Run the command; whatever is caught here has left all blocks, so cleaning up is done."""
     try:
         code = _run_app()
         sys.stdout.flush()
-        interrupts.over()
+        interrupts.ignore_further()
         return code
     except BaseException as error:
-        interrupts.over()
-        if interrupts.came:
-            # Compiled modules make other errors of an interruption of their loading.
-            return _tell_interrupted(error, interrupts.came)
+        interrupts.ignore_further()
+        if interrupts.number:
+            # An interruption while a compiled module loads may come as another error.
+            return _report_interruption(error, interrupts.number)
         if isinstance(error, SystemExit):
-            # The option parser leaves so where nobody reads what it prints.
+            # The option parser exits so where nobody reads what it prints.
             error = error.__context__ if _is_unread(error.__context__) else error
         if isinstance(error, SystemExit):
             return _number(error.code)
@@ -89,7 +90,7 @@ def _leave(interrupts: _Interrupts) -> int:
 def _run_app() -> int:
     from elocute.cli.app import app
 
-    if not sys.warnoptions:  # what matters of a result is checked, and told in one line
+    if not sys.warnoptions:  # results are checked where it matters, and reported in one line
         warnings.simplefilter("ignore", RuntimeWarning)
     return _number(app(prog_name="elocute", standalone_mode=False))
 
@@ -104,7 +105,7 @@ def _usage(error: Any) -> int:
     return _say(message, error.exit_code) if message else error.exit_code
 
 
-def _tell_interrupted(error: BaseException, number: int) -> int:
+def _report_interruption(error: BaseException, number: int) -> int:
     from elocute.files.atomic import remove_own_drafts
 
     remove_own_drafts()
@@ -114,7 +115,7 @@ def _tell_interrupted(error: BaseException, number: int) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    with contextlib.suppress(OSError):  # where it cannot be said, the code still tells
+    with contextlib.suppress(OSError):  # the exit code says it even if stderr cannot
         print(f"elocute: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
     return code
 
@@ -128,7 +129,7 @@ class StdoutError(OSError):
 
 
 class _Stdout(io.FileIO):
-    """Standard output whose errors are told from those of any other file."""
+    """Standard output, whose errors can be distinguished from those of any other file."""
 
     def write(self, data: Any) -> int | None:
         try:
@@ -166,8 +167,8 @@ def _open_closed_streams() -> None:
         sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115
 
 
-def _mind_stdout() -> None:
-    """Tell its errors from others, and escape names that its encoding cannot say."""
+def _mark_stdout_errors() -> None:
+    """Mark its errors as its own, and escape names that its encoding cannot write."""
     stream = sys.stdout
     buffer = getattr(stream, "buffer", None)
     raw = getattr(buffer, "raw", buffer)  # unbuffered (python -u) there is none between
@@ -182,42 +183,44 @@ def _mind_stdout() -> None:
 
 
 class _Interrupts:
-    """Turns Ctrl-C and its like into Interrupted, once; a second one does not disturb clearing up.
+    """Turns Ctrl-C and its like into Interrupted, once; a second one does not disturb cleaning up.
 
     What is ignored already, as in a background job or under nohup, stays so.
     """
 
     def __init__(self) -> None:
-        self.came = 0
+        self.number = 0
         """The number of the signal that came first."""
         self._first_s = 0.0
         usual = (signal.default_int_handler, signal.SIG_DFL)
-        in_charge = threading.current_thread() is threading.main_thread()
-        self._minded = [one for one in ENDINGS if in_charge and signal.getsignal(one) in usual]
-        if self._minded:
-            self._hook, sys.unraisablehook = sys.unraisablehook, self._swallowed
-        for number in self._minded:
+        in_main_thread = threading.current_thread() is threading.main_thread()
+        self._handled = [
+            one for one in ENDINGS if in_main_thread and signal.getsignal(one) in usual
+        ]
+        if self._handled:
+            self._hook, sys.unraisablehook = sys.unraisablehook, self._unraisable
+        for number in self._handled:
             signal.signal(number, self._interrupt)
 
-    def over(self) -> None:
-        """The exit code stands; nothing may change it while the interpreter ends."""
-        for number in self._minded:
+    def ignore_further(self) -> None:
+        """The exit code is decided; no signal may change it while the interpreter ends."""
+        for number in self._handled:
             signal.signal(number, signal.SIG_IGN)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
-        if not self.came:
-            self.came, self._first_s = number, now
+        if not self.number:
+            self.number, self._first_s = number, now
             raise Interrupted
         if now - self._first_s > PATIENCE_S:
-            os._exit(128 + self.came)
+            os._exit(128 + self.number)
 
-    def _swallowed(self, told: Any) -> None:
+    def _unraisable(self, told: Any) -> None:
         """Python drops what is raised in a finaliser or a callback: interrupt again, elsewhere."""
         if not issubclass(told.exc_type, Interrupted):
             self._hook(told)
             return
-        number, self.came = self.came or signal.SIGINT, 0
+        number, self.number = self.number or signal.SIGINT, 0
         again = threading.Timer(0.01, signal.raise_signal, [number])
         again.daemon = True
         again.start()

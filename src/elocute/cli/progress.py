@@ -74,9 +74,9 @@ def _bar(label: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
 
 @contextlib.contextmanager
 def logged_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
-    """As `progress_bar`, and in a log a line at first and then one every QUIET_S: for work of
-    which nobody knows beforehand whether it takes a second or minutes."""
-    lines = Lines(quiet or sys.stderr.isatty())
+    """As `progress_bar`, with a line in a log at first and then every QUIET_S: for work that takes
+    a second or minutes, nobody knows beforehand."""
+    lines = EpochLines(quiet or sys.stderr.isatty())
     with progress_bar(label, quiet) as bar:
 
         def watch(share: float) -> None:
@@ -87,11 +87,11 @@ def logged_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float
 
 
 QUIET_S = 30.0
-"""Steps on the way to the first epoch are told at most so often in a log."""
+"""Steps before the first epoch appear in a log at most this often."""
 REDRAWN_S = 0.1
 
 
-class Lines:
+class EpochLines:
     """A line for every epoch, none for machines; around a training, tells how far it got.
 
     Called with the share of all epochs done and a text. Texts at a share of zero are of steps
@@ -118,7 +118,7 @@ class Lines:
         self._kind, self._told = kind, now
         self._write(line, "" if self.terminal else "\n")
 
-    def __enter__(self) -> Lines:
+    def __enter__(self) -> EpochLines:
         return self
 
     def __exit__(self, kind: object, error: object, trace: object) -> None:

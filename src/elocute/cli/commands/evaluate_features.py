@@ -86,7 +86,7 @@ def _train(
     quiet: bool,
 ) -> dict[str, Path]:
     """Encoder to its model; all settings are checked before the first hour is spent."""
-    from elocute.cli.progress import Lines
+    from elocute.cli.progress import EpochLines
     from elocute.encoders.registry import resolve_encoder
     from elocute.files.work_folder import prepare_trainings
 
@@ -100,7 +100,7 @@ def _train(
     prepare_trainings(output, [folder.name for folder in folders.values()], resume)
     models = {}
     for name, config in configs.items():
-        train_voca(corpus, config, folders[name], split, resume=resume, report=Lines(quiet))
+        train_voca(corpus, config, folders[name], split, resume=resume, report=EpochLines(quiet))
         models[name] = folders[name] / MODEL
     return models
 

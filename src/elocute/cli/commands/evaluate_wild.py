@@ -54,7 +54,7 @@ def wild_command(
     """
     from elocute.cli.commands.train import report_left_out
     from elocute.cli.outputs import plan_files
-    from elocute.cli.progress import Lines
+    from elocute.cli.progress import EpochLines
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.shards import open_shards
@@ -84,7 +84,7 @@ def wild_command(
         names=taken,
         talker=real,
         talker_names=wanted,
-        report=Lines(as_json),
+        report=EpochLines(as_json),
     )
     report = {
         "shards": shards.name,

@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.progress import Lines
+from elocute.cli.progress import EpochLines
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
 from elocute.files.work_folder import prepare_training
@@ -58,7 +58,7 @@ def voca_command(
         from elocute.training.voca.run import MODEL, train_voca
     resolve_device(device)
     prepare_training(output, resume)
-    with Lines(as_json) as report:
+    with EpochLines(as_json) as report:
         trained = train_voca(
             opened, config, output, split, resume=resume, report=report, device=device
         )
@@ -97,7 +97,7 @@ def crnn_command(
     opened = open_shards(shards, sounds)
     resolve_device(device)
     prepare_training(output, resume)
-    with Lines(as_json) as report:
+    with EpochLines(as_json) as report:
         trained, missing = train_crnn(
             opened, config, output, resume=resume, report=report, device=device
         )
