@@ -27,11 +27,11 @@ COLUMNS = (
     ("mve_mm", "MVE mm"),
     ("fdd_mm", "FDD mm (paper)"),
     ("fdd_code_mm2", "FDD mm² (code)"),
-    ("velocity_mm", "vel mm/frame"),
+    ("velocity_mm", "velocity mm/frame"),
     ("jerk", "jerk mm/s³"),
     ("true_jerk", "true jerk"),
-    ("closure_recall", "closed"),
-    ("closure_precision", "closed rightly"),
+    ("closure_recall", "closure recall"),
+    ("closure_precision", "closure precision"),
 )
 
 

@@ -149,7 +149,7 @@ def styles_command(
         return
     for name, row in table.items():
         print(f"{name:16} opening mean {row['mean_mm']:5.2f} mm  peak {row['peak_mm']:5.2f} mm")
-    print(f"{'mixes reach':16} {reach:.2f} mm wide on average")
+    print(f"{'range of mixes':16} {reach:.2f} mm on average")
 
 
 def identities_command(
