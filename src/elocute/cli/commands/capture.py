@@ -47,7 +47,7 @@ def scan_command(
     ),
     template: Path | None = typer.Option(
         None,
-        help="The person's neutral face in the topology of --head, as `capture scans` writes it.",
+        help="The person's neutral face in the topology of --head, as --zero-pose writes it.",
     ),
     method: str = typer.Option(
         "model", help="model (fit the head model, then deform it freely) or nicp (non-rigid ICP)."

@@ -28,7 +28,7 @@ def alignment_command(
     ),
     methods: str = typer.Option(
         DEFAULT_METHODS,
-        help="Methods to compare, separated by commas; METHOD/expected takes the expected path.",
+        help="Methods to compare, separated by commas; METHOD/expected reads its expected path.",
     ),
     encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones and the like."),
     noise_db: float | None = typer.Option(
