@@ -32,7 +32,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 import torch
 
-from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
+from elocute.cli.commands.evaluate_alignment import DEFAULT_METHODS, print_table
 from elocute.evaluation.alignment_scores import (
     WordScore,
     compare_methods,

@@ -112,7 +112,7 @@ def test_bad_input_of_the_judgement(
     words: Path, tmp_path: Path, refused: Callable[..., None]
 ) -> None:
     command = ("evaluate", "alignment")
-    refused(*command, tmp_path / "none", says="no folder")
+    refused(*command, tmp_path / "none", says="not a folder")
     refused(*command, tmp_path, says="no folder of recordings")
     refused(*command, words, "--methods", "dtw,magic", says="magic")
     refused(*command, words, "--methods", ",", says="none")

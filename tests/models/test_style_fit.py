@@ -20,7 +20,7 @@ from elocute.models.feature_extraction import extract_features
 from elocute.models.model_shapes import basis_of
 from elocute.models.protocol import FrameSpan, SpeechFeatures
 from elocute.models.style_fit import ObservedMotion, fit_style, search
-from elocute.models.styles import read_mix, write_mix
+from elocute.models.style_mixes import read_mix, write_mix
 from elocute.models.voca import VocaModel
 from elocute.motion import vertex_motion
 from elocute.motion.vertex_motion import VertexMotion

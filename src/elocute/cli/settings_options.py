@@ -63,17 +63,41 @@ def options_of(
 ) -> Any:
     """The default of a parameter that stands for the settings of a dataclass.
 
-    without   fields that are no options
-    flags     names of their own, where the field's is not the flag: {"batch_pairs": "--batch"}
-    defaults  where the command's differ from the dataclass's
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+    without : iterable of str
+        Fields that are not options.
+    flags : mapping of str, optional
+        Flags that are not named after their fields: {"batch_pairs": "--batch"}.
+    defaults : mapping of str, optional
+        Defaults that differ from the dataclass's.
+
+    Returns
+    -------
+    SettingsGroup
     """
     return SettingsGroup(cls, frozenset(without), flags or {}, defaults or {})
 
 
 def option(cls: type, name: str, *flags: str, default: Any = ...) -> Any:
-    """The typer option of one setting; its range is checked where the settings are built.
+    """The typer option of one setting; its range is checked where the setting is used.
 
-    default  where the command's differs from the dataclass's
+    Parameters
+    ----------
+    cls : type
+        The settings dataclass.
+    name : str
+        Its field.
+    *flags : str
+        Flags, where the field's name is not the flag.
+    default
+        The command's default, where it differs from the dataclass's.
+
+    Returns
+    -------
+    typer.models.OptionInfo
     """
     field, known = next(pair for pair in settings_of(cls) if pair[0].name == name)
     return typer.Option(field.default if default is ... else default, *flags, help=known.text)

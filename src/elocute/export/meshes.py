@@ -72,6 +72,10 @@ def ply_of(head: HeadModel) -> MeshBytes:
     return mesh
 
 
+MESH_FORMATS: dict[str, Callable[[HeadModel], MeshBytes]] = {".obj": obj_of, ".ply": ply_of}
+"""What writes the mesh files of a head, by suffix."""
+
+
 def write_npy(
     motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
 ) -> None:

@@ -20,10 +20,8 @@ LIPS = tuple(sorted({point for contour in LIP_CONTOURS for point in contour}))
 GAP_PAIRS = tuple(zip(INNER_UPPER[3:8], INNER_LOWER[3:8], strict=True))
 UNDER_NOSE = 2  # where the nose meets the upper lip
 
-EYE_CORNERS = (
-    33,
-    263,
-)  # the outer ones, right and left: their distance is the unit of length in pictures
+# The outer ones, right and left: their distance is the unit of length in pictures.
+EYE_CORNERS = (33, 263)
 # From the outer corner to the inner one.
 LIDS = {
     "upper_right": (33, 246, 161, 160, 159, 158, 157, 173, 133),

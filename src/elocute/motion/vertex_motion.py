@@ -76,7 +76,17 @@ class VertexMotion:
         return len(self.template)
 
     def cut(self, frames: int) -> VertexMotion:
-        """The first `frames` frames."""
+        """The beginning of a motion.
+
+        Parameters
+        ----------
+        frames : int
+            How many frames, at most as many as there are.
+
+        Returns
+        -------
+        VertexMotion
+        """
         values = self.values
         first = values.part(0, frames) if isinstance(values, ArrayFile) else values[:frames]
         return VertexMotion(first, self.template, self.fps, self.basis)

@@ -35,8 +35,14 @@ VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
 class WordRecording:
     """One recording of one word; paths are relative to the folder of recordings.
 
-    audio   the sound file
-    timing  a .txt as in LRW, or "" where the word fills the whole sound
+    Parameters
+    ----------
+    clip, word, speaker, split : str
+        Names.
+    audio : str
+        The sound file.
+    timing : str
+        A .txt as in LRW, or "" where the word fills the whole sound.
     """
 
     clip: str
@@ -51,7 +57,12 @@ class WordRecording:
 class WordRecordings:
     """A folder of words, of which `of` lists one at a time to save memory.
 
-    words  from a spelling in lower case to the name of its folder
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    words : dict of str to str
+        Spelling in lower case to the name of its folder.
     """
 
     folder: Path

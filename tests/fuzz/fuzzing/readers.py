@@ -49,7 +49,7 @@ def _style(path: Path) -> None:
 
 
 def _mix(path: Path) -> None:
-    from elocute.models.styles import read_mix
+    from elocute.models.style_mixes import read_mix
 
     read_mix(path)
 
@@ -162,7 +162,7 @@ def _vertex_list(path: Path) -> None:
 
 
 def _frame(path: Path) -> None:
-    from elocute.capture.frame_store import (
+    from elocute.capture.registered_frames import (
         read_frame_record,
         read_pose,
         read_registration,
@@ -314,7 +314,7 @@ def _transformer_network(folder: Path, _out: Path) -> None:
 
 
 def _size(given: str) -> None:
-    from elocute.cli.formats import parse_size
+    from elocute.cli.format_options import parse_size
 
     parse_size(given)
 
@@ -371,7 +371,7 @@ READERS: tuple[Reader, ...] = (
     # JSON and text
     Reader("identity", seeds.identities, only(_identity), _JSON, ("elocute.head.identity",)),
     Reader("style", seeds.styles, only(_style), _JSON, ("elocute.articulation.style",)),
-    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.styles",)),
+    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.style_mixes",)),
     Reader(
         "words",
         seeds.words,
@@ -421,7 +421,13 @@ READERS: tuple[Reader, ...] = (
     # Arrays
     Reader("motion", seeds.motions, only(_motion), {"*.npz": "npz"}, ("elocute.motion.store",)),
     Reader("head", seeds.heads, only(_head), {"*.npz": "npz"}, ("elocute.head.registry",)),
-    Reader("frame", seeds.frames, only(_frame), {"*.npz": "npz"}, ("elocute.capture.frame_store",)),
+    Reader(
+        "frame",
+        seeds.frames,
+        only(_frame),
+        {"*.npz": "npz"},
+        ("elocute.capture.registered_frames",),
+    ),
     Reader(
         "vertex list",
         seeds.vertex_lists,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from elocute.errors import ModelError
 from elocute.settings import SEED_MAX, check_settings, described, setting
@@ -16,7 +16,10 @@ class VocaTrainConfig:
     A decoder into the span of the motion (`reduced`) has the same loss as one that decodes vertex
     by vertex, and is many times faster (docs/decisions/004-reduced-decoder.md).
 
-    Raises ModelError for a number outside its range.
+    Raises
+    ------
+    ModelError
+        For a number outside its range.
     """
 
     epochs: int = setting(50, low=1, high=100_000, help="Passes over the training part.")
@@ -39,7 +42,7 @@ class VocaTrainConfig:
         high=4096,
         help="Size of the embedding; as many principal components initialise the decoder.",
     )
-    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
     reduced: bool = setting(
         True, help="Decode into the span of the motion; vertex by vertex is far slower."
     )
@@ -50,7 +53,3 @@ class VocaTrainConfig:
 
     def __post_init__(self) -> None:
         check_settings(self, ModelError)
-
-    def record(self) -> dict[str, object]:
-        """For checkpoints."""
-        return asdict(self)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -234,7 +234,7 @@ def _moved(data: TrainingFrames, device: torch.device) -> TrainingFrames:
 def _record(
     data: VocaTrainingData, config: VocaTrainConfig, log: list[dict[str, float]]
 ) -> dict[str, Any]:
-    return {"config": config.record(), "styles": data.styles, "fps": data.fps, "log": log}
+    return {"config": asdict(config), "styles": data.styles, "fps": data.fps, "log": log}
 
 
 def _restore(
@@ -247,8 +247,8 @@ def _restore(
     tensors, record = load_checkpoint(path)
     settings = record.get("config")
     stored = {**(settings if isinstance(settings, dict) else {}), "epochs": config.epochs}
-    if stored != config.record() or record.get("styles") != list(data.styles):
-        raise other_settings(path, stored, config.record(), "styles", "corpus")
+    if stored != asdict(config) or record.get("styles") != list(data.styles):
+        raise other_settings(path, stored, asdict(config), "styles", "corpus")
     restore_training(path, network, optimiser, tensors)
     return stored_log(path, record)
 
