@@ -54,12 +54,37 @@ class SettingsGroup:
         return self.cls(**given)
 
 
+@dataclass(frozen=True)
+class PresetGroup(SettingsGroup):
+    """Settings that begin with a preset; every one that is given stands above it."""
+
+    presets: tuple[str, ...]
+
+    def options(self) -> dict[str, tuple[Any, Any]]:
+        help = f"Settings to begin with ({', '.join(self.presets)}); other options change them."
+        found: dict[str, tuple[Any, Any]] = {
+            "preset": (str, typer.Option(self.presets[0], help=help))
+        }
+        for name, (kind, made) in super().options().items():
+            shown, made.default = made.default, None
+            if isinstance(shown, bool):
+                shown = made.param_decls[0].split("/")[0 if shown else 1].lstrip("-")
+            made.help += f" [default: {shown}]"
+            found[name] = (kind | None, made)
+        return found
+
+    def build(self, given: dict[str, Any]) -> Any:
+        changes = {name: value for name, value in given.items() if value is not None}
+        return self.cls.preset(changes.pop("preset"), **changes)
+
+
 def options_of(
     cls: type,
     *,
     without: Iterable[str] = (),
     flags: Mapping[str, str] | None = None,
     defaults: Mapping[str, Any] | None = None,
+    presets: Iterable[str] = (),
 ) -> Any:
     """The default of a parameter that stands for the settings of a dataclass.
 
@@ -73,12 +98,15 @@ def options_of(
         Flags that are not named after their fields: {"batch_pairs": "--batch"}.
     defaults : mapping of str, optional
         Defaults that differ from the dataclass's.
+    presets : iterable of str, optional
+        Names that the dataclass's method `preset` takes, its defaults first.
 
     Returns
     -------
     SettingsGroup
     """
-    return SettingsGroup(cls, frozenset(without), flags or {}, defaults or {})
+    settings = (cls, frozenset(without), flags or {}, defaults or {})
+    return PresetGroup(*settings, tuple(presets)) if presets else SettingsGroup(*settings)
 
 
 def option(cls: type, name: str, *flags: str, default: Any = ...) -> Any:

@@ -15,7 +15,7 @@ from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
 from elocute.files.work_folder import prepare_training
 from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.voca.config import VocaTrainConfig
+from elocute.training.voca.config import PRESETS, VocaTrainConfig
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
@@ -41,6 +41,7 @@ def voca_command(
             "velocity_weight": "--velocity",
             "reduced": "--reduced/--full-decoder",
         },
+        presets=PRESETS,
     ),
     device: str = Device,
     resume: bool = Resume,

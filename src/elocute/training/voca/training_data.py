@@ -49,7 +49,12 @@ class TrainingFrames:
 
     def windows(self, frames: Tensor) -> Tensor:
         """(batch, WINDOW, feature)."""
-        return self.features[self.places[frames][:, None] + torch.arange(WINDOW)]
+        places = self.places[frames][:, None]
+        return self.features[places + torch.arange(WINDOW, device=places.device)]
+
+    def to(self, device: torch.device | str) -> TrainingFrames:
+        """The same frames on a device."""
+        return TrainingFrames(*(value.to(device) for value in vars(self).values()))
 
 
 def load_frames(
