@@ -7,7 +7,7 @@ import json
 import shutil
 import struct
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from fractions import Fraction
 from pathlib import Path
 from types import ModuleType
@@ -622,7 +622,7 @@ def checkpoints(folder: Path) -> None:
     network(torch.ones(1, 3)).sum().backward()
     optimiser.step()
     record = {
-        "config": VocaTrainConfig().record(),
+        "config": asdict(VocaTrainConfig()),
         "styles": ["anna"],
         "fps": 60.0,
         "log": [{"epoch": 1, "train_mm2": 0.5}],
