@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from elocute.cli.format_options import FormatSettings, settings_for_format
 from elocute.errors import OutputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.files.ledger import Source
+    from elocute.files.output_history import Source
     from elocute.motion.motion import Motion
 
 

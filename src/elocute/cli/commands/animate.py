@@ -24,7 +24,7 @@ from elocute.cli.outputs import nothing_to_do, plan_motion, write_motion
 from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, stdin_source, to_stdout
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import ElocuteError, InputError, OutputError, printable
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.animation import Animation

@@ -16,7 +16,7 @@ from elocute.cli.outputs import check_file_suffix, nothing_to_do, plan_files
 from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import options_of
 from elocute.errors import CorpusError, InputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     import numpy as np

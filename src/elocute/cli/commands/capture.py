@@ -18,7 +18,7 @@ from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.settings_options import option, options_of
 from elocute.errors import InputError, MachineError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.registration.register import Registration

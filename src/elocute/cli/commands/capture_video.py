@@ -16,7 +16,7 @@ from elocute.cli.format_options import FormatSettings, check_format_settings, op
 from elocute.cli.outputs import nothing_to_do, plan_motion, warn_of_silence, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.video.video_to_motion import VideoCapture

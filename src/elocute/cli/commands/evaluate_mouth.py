@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from elocute.audio.waveform import Waveform
     from elocute.evaluation.mouth_studies import NoiseScore
-    from elocute.files.outputs import OutputPlan
+    from elocute.files.output_plan import OutputPlan
 
 KINDS = ("white", "babble", "gain")
 CLIPS_MOST = 20
@@ -52,7 +52,7 @@ def noise_command(
     import numpy as np
 
     from elocute.animation import animate
-    from elocute.evaluation.mouth_studies import mean_scores, noise_scores
+    from elocute.evaluation.mouth_studies import mean_noise_scores, noise_scores
     from elocute.motion.mouth_measures import measure_mouth
 
     plan = _planned(plot, (speech, model, noise), overwrite, no_clobber)
@@ -70,7 +70,7 @@ def noise_command(
             clips.append(scores)
             first = first or openings
             progress(done / len(sounds))
-    means = mean_scores(clips)
+    means = mean_noise_scores(clips)
     if plot is not None and plan.wants(plot):
         with plan.writing(plot):
             _plot_levels(first, steps, plot, f"mouth opening, {noise}")
@@ -162,11 +162,11 @@ def identities_command(
 ) -> None:
     """Put the same speech on random faces: how far their lips differ, and whether they close."""
     from elocute.animation import animate
-    from elocute.evaluation.mouth_studies import face_scores, spread
+    from elocute.evaluation.mouth_studies import face_score_spread, face_scores
 
     motion = animate(speech, model=model, style=style, fps=FPS).motion
     scores = face_scores(motion, count, seed)
-    table = spread(scores)
+    table = face_score_spread(scores)
     if as_json:
         record: dict[str, Any] = {"speech": speech.name, "model": Path(model).name, "count": count}
         print(json.dumps({**record, "seed": seed, "spread": table}))

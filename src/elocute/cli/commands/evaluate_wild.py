@@ -17,7 +17,7 @@ from elocute.errors import needs_extra
 from elocute.training.crnn.config import CrnnTrainConfig
 
 if TYPE_CHECKING:
-    from elocute.evaluation.concordance import Figures
+    from elocute.evaluation.concordance import ConcordanceScore
 
 
 def wild_command(
@@ -63,7 +63,7 @@ def wild_command(
     with needs_extra("training", "train"):
         from elocute.evaluation.wild_experiments import (
             check_trainings,
-            chosen_sentences,
+            select_sentences,
             study_wild,
         )
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
@@ -72,7 +72,7 @@ def wild_command(
     plan = plan_files([shards], files, False, False)
     opened = open_shards(shards, sounds)
     corpus = None if sentences is None else open_corpus(sentences)
-    taken = [] if corpus is None else chosen_sentences(corpus, opened, subject, clips)
+    taken = [] if corpus is None else select_sentences(corpus, opened, subject, clips)
     wanted = read_names(names)
     prepare_trainings(output, chosen, resume)
     found = study_wild(
@@ -104,14 +104,14 @@ def wild_command(
     report_left_out([*opened.broken, *found.missing], len(opened))
 
 
-def _table(rows: dict[str, Figures]) -> tuple[list[str], list[list[Any]]]:
+def _table(rows: dict[str, ConcordanceScore]) -> tuple[list[str], list[list[Any]]]:
     """Columns and rows of the table, with as many parameters of their own as any row has."""
     first = max((len(figures.first) for figures in rows.values()), default=0)
     columns = ["concordance", "clips", "mean", "weighted", *(f"c{k + 1}" for k in range(first))]
     return columns, [[name, f.clips, f.mean, f.weighted, *f.first] for name, f in rows.items()]
 
 
-def _show(table: dict[str, Figures], report: dict[str, Any]) -> None:
+def _show(table: dict[str, ConcordanceScore], report: dict[str, Any]) -> None:
     print(f"{'concordance':20} {'clips':>6} {'mean':>20} {'weighted':>8}  c1 … c5")
     for name, found in table.items():
         mean = found.mean

@@ -12,7 +12,7 @@ from elocute.cli import format_options, options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel

@@ -9,7 +9,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 
 def measure_command(

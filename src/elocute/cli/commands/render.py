@@ -17,7 +17,7 @@ from elocute.cli.outputs import (
     write_motion,
 )
 from elocute.cli.progress import progress_bar
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.motion.motion import Motion

@@ -13,10 +13,10 @@ from elocute.cli import options
 from elocute.cli.outputs import nothing_to_do, warn_of_silence
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MotionError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.files.arrays import ArrayFile
+    from elocute.files.array_file import ArrayFile
     from elocute.head.model import HeadModel
     from elocute.motion.motion import Motion
 
@@ -118,6 +118,6 @@ def _read_head(path: Path) -> HeadModel:
 
 def _read_vertices(path: Path) -> ArrayFile:
     """(frame, vertex, 3) as `-o talk.npy` writes them, left on disk. Raises MotionError."""
-    from elocute.files.arrays import ArrayFile
+    from elocute.files.array_file import ArrayFile
 
     return ArrayFile(path, allowed="a .npy of (frame, vertex, 3) metres", error=MotionError)
