@@ -12,7 +12,7 @@ both ends of the sentence are free, the word goes in whole. A run that
 is broken off goes on where it was. Settings were tuned on --part tuning:
 other words by other voices. Per method: mean error in frames (Eq. 11; lower is better), mean
 intersection-over-union of phones carried over and of the word found (higher is better), and p of
-Wilcoxon's signed-rank test over words of what --judged gains over it. METHOD/together is fitted
+Wilcoxon's signed-rank test over words of what --tested gains over it. METHOD/together is fitted
 once, to all words; --ablation leaves the parts of the learned methods out, one by one
 (docs/measurements/alignment.md).
 """
@@ -38,20 +38,20 @@ import torch
 
 from elocute.alignment.aligner import Aligner
 from elocute.alignment.methods import fit_aligner
-from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
-from elocute.evaluation.alignment_ablation import ablation
+from elocute.cli.commands.evaluate_alignment import DEFAULT_METHODS, print_table
+from elocute.evaluation.alignment_ablation import ablation_variants
 from elocute.evaluation.alignment_scores import (
-    Row,
-    contender,
-    judge_folder,
-    judge_words,
-    pairs_of_words,
-    path_scores,
-    read_takes,
-    summarise,
+    WordScore,
+    compare_methods,
+    method_variant,
+    pair_scores,
+    read_recordings,
+    score_folder,
+    score_words,
     word_names,
+    word_pairs,
 )
-from elocute.evaluation.alignment_trials import Take, word_pair
+from elocute.evaluation.timed_recordings import TimedRecording, word_pair
 from recipes.alignment.natural import natural_words
 from recipes.alignment.speak import TUNING_VOICES, VOICES, speak_all, speak_sentences
 from recipes.alignment.texts import FRAMES, TUNING_WORDS, WORDS
@@ -68,14 +68,8 @@ def main() -> None:
     record = given.folder / f"{given.name}.jsonl"
     rows = known_rows(record)
     if not given.table:
-        {
-            "words": synthetic,
-            "find": synthetic,
-            "natural": natural,
-            "visual": visual,
-            "three": three,
-        }[given.experiment](given, rows, record)
-    table = summarise(rows, given.judged)
+        EXPERIMENTS[given.experiment](given, rows, record)
+    table = compare_methods(rows, given.tested)
     print(
         f"{given.name}: {len({row.word for row in rows})} words, "
         f"{sum(row.pairs for row in rows) // len(table)} pairs, "
@@ -85,18 +79,18 @@ def main() -> None:
     print(json.dumps({"experiment": given.name, "methods": table}))
 
 
-def known_rows(record: Path) -> list[Row]:
-    """Words judged by an earlier run that was broken off, or of fewer words."""
+def known_rows(record: Path) -> list[WordScore]:
+    """Words scored by an earlier run that was broken off, or of fewer words."""
     if not record.exists():
         return []
     lines = record.read_text(encoding="utf-8").splitlines()
-    return [Row(**json.loads(line)) for line in lines]
+    return [WordScore(**json.loads(line)) for line in lines]
 
 
-def keep(rows: list[Row], record: Path):
-    """Add each word's rows as it is judged."""
+def keep(rows: list[WordScore], record: Path):
+    """Add each word's rows as it is scored."""
 
-    def done(share: float, own: list[Row]) -> None:
+    def done(share: float, own: list[WordScore]) -> None:
         rows.extend(own)
         with record.open("a", encoding="utf-8") as file:
             file.writelines(json.dumps(asdict(row)) + "\n" for row in own)
@@ -118,26 +112,26 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--methods", default=DEFAULT_METHODS)
     parser.add_argument("--ablation", action="store_true", help="parts left out, in their stead")
     parser.add_argument("--together", action="store_true", help="with --ablation: one fit for all")
-    parser.add_argument("--judged")
+    parser.add_argument("--tested")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--table", action="store_true", help="print what is there, judge nothing")
+    parser.add_argument("--table", action="store_true", help="print what is there, score nothing")
     given = parser.parse_args()
     noise = "clean" if given.noise_db is None else f"{given.noise_db:g}dB"
     way = "/together" if given.together else ""
-    given.judged = given.judged or f"dcaw{way}"
-    given.contenders = (
-        ablation(given.together)
+    given.tested = given.tested or f"dcaw{way}"
+    given.variants = (
+        ablation_variants(given.together)
         if given.ablation
-        else [contender(m) for m in given.methods.split(",")]
+        else [method_variant(m) for m in given.methods.split(",")]
     )
     named = given.experiment, given.part, given.encoder, noise, given.seed
     given.name = "-".join(map(str, (*named, *(["ablation"] if given.ablation else []))))
-    if given.experiment == "three" or any(each.together for each in given.contenders):
+    if given.experiment == "three" or any(each.together for each in given.variants):
         given.name += f"-{given.words}-together"  # what is fitted depends on all of the words
     return given
 
 
-def synthetic(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
+def synthetic(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
     tuning = given.part == "tuning"
     texts = (TUNING_WORDS if tuning else WORDS)[: given.words]
     voices = TUNING_VOICES if tuning else VOICES
@@ -147,18 +141,18 @@ def synthetic(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
     if given.experiment == "find":
         speak_sentences(folder, f"{start}sentences", texts, voices, FRAMES)
         sentences = folder / f"{start}sentences"
-    judged(given, rows, record, folder / f"{start}words", texts, sentences)
+    score(given, rows, record, folder / f"{start}words", texts, sentences)
 
 
-def natural(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
+def natural(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
     natural_words(given.data, given.folder / "natural")
     texts = word_names(given.folder / "natural")[: given.words]
-    judged(given, rows, record, given.folder / "natural", texts)
+    score(given, rows, record, given.folder / "natural", texts)
 
 
-def judged(
+def score(
     given: argparse.Namespace,
-    rows: list[Row],
+    rows: list[WordScore],
     record: Path,
     folder: Path,
     texts: Sequence[str],
@@ -166,42 +160,42 @@ def judged(
 ) -> None:
     known = {row.word for row in rows}
     if not known.issuperset(texts):
-        _, broken = judge_folder(
+        _, broken = score_folder(
             folder,
-            given.contenders,
+            given.variants,
             sentences=sentences,
             encoder=given.encoder,
             noise_db=given.noise_db,
             words=texts,
             seed=given.seed,
             known=known,
-            done=keep(rows, record),
+            on_word=keep(rows, record),
         )
         print(*(f"left out: {line}" for line in broken), sep="\n", file=sys.stderr)
 
 
-def visual(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
+def visual(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
     takes = list(visual_words(given.data).items())[: given.words]
-    pairs = {word: pairs_of_words(each) for word, each in takes}
-    judge_words(
+    pairs = {word: word_pairs(each) for word, each in takes}
+    score_words(
         {word: each for word, each in pairs.items() if len(each) > 1},
-        given.contenders,
+        given.variants,
         seed=given.seed,
         known={row.word for row in rows},
-        done=keep(rows, record),
+        on_word=keep(rows, record),
     )
 
 
-def three(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
+def three(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
     """Three recordings aligned at once, by methods fitted together to all triples.
 
-    Each pair of columns of the path is judged as a path of two. `dcaw: pair by pair` does not let
+    Each pair of columns of the path is scored as a path of two. `dcaw: pair by pair` does not let
     the attention of each pair see the other pairs.
     """
     speak_all(given.folder, "words", WORDS[: given.words], VOICES)
-    groups: dict[str, list[tuple[Take, ...]]] = {}
+    groups: dict[str, list[tuple[TimedRecording, ...]]] = {}
     for word in WORDS[: given.words]:
-        takes = read_takes(given.folder / "words" / word, given.encoder, given.noise_db)[0]
+        takes = read_recordings(given.folder / "words" / word, given.encoder, given.noise_db)[0]
         triples = combinations(takes, 3)
         alike = [t for t in triples if all(word_pair(*two) for two in combinations(t, 2))]
         groups[word] = alike[:: max(1, len(alike) // TRIPLES)]
@@ -211,21 +205,21 @@ def three(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
     done, known = keep(rows, record), {row.word for row in rows}
     for word, triples in groups.items():
         if triples and word not in known:
-            done(0.0, [_row_of_triples(word, name, fitted[name], triples) for name in fitted])
+            done(0.0, [_score_triples(word, name, fitted[name], triples) for name in fitted])
 
 
-def _row_of_triples(
-    word: str, name: str, aligner: Aligner, triples: Sequence[tuple[Take, ...]]
-) -> Row:
+def _score_triples(
+    word: str, name: str, aligner: Aligner, triples: Sequence[tuple[TimedRecording, ...]]
+) -> WordScore:
     found = []
     for triple in triples:
         path = aligner.align(*(take.view for take in triple)).path
         for i, j in combinations(range(3), 2):
             pair = word_pair(triple[i], triple[j])
             assert pair is not None
-            found.append(path_scores(pair, np.unique(path[:, [i, j]], axis=0)))
+            found.append(pair_scores(pair, np.unique(path[:, [i, j]], axis=0)))
     error, overlap, whole = map(float, np.mean(found, axis=0))
-    return Row(word, name, len(found), error, overlap, whole)
+    return WordScore(word, name, len(found), error, overlap, whole)
 
 
 EXPERIMENTS = {

@@ -140,13 +140,13 @@ def test_bad_input_of_the_judgement(
     words: Path, tmp_path: Path, refused: Callable[..., None]
 ) -> None:
     command = ("evaluate", "alignment")
-    refused(*command, tmp_path / "none", says="no folder")
+    refused(*command, tmp_path / "none", says="not a folder")
     refused(*command, tmp_path, says="no folder of recordings")
     refused(*command, words, "--methods", "dtw,magic", says="magic")
     refused(*command, words, "--methods", ",", says="none")
     refused(*command, words, "--methods", "softdtw/expected", says="nothing after its name")
     refused(*command, words, "--methods", "dtw/loudly", says="expected, features, together")
-    refused(*command, words, "--methods", "dtw,ctw", "--judged", "dcaw", says="dtw, ctw")
+    refused(*command, words, "--methods", "dtw,ctw", "--tested", "dcaw", says="dtw, ctw")
     refused(*command, words, "--noise-db", "90", says="60")
     (tmp_path / "word").mkdir()
     for name in ("a", "b"):

@@ -227,14 +227,20 @@ def test_evaluate_real_reports_correlation_and_closures(shared_data, tmp_path):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["-o", "t.csv", "--size", "640x640"], "t.csv: --size is no option of .csv; allowed: none"),
-        (["-o", "t.glb", "--view", "side"], "--view is no option of .glb; allowed: --embed-audio"),
-        (["-o", "t.csv", "-o", "t.npz", "--title", "a"], "t.csv: --title is no option of .csv"),
+        (
+            ["-o", "t.csv", "--size", "640x640"],
+            "t.csv: --size is not an option of .csv; allowed: none",
+        ),
+        (
+            ["-o", "t.glb", "--view", "side"],
+            "--view is not an option of .glb; allowed: --embed-audio",
+        ),
+        (["-o", "t.csv", "-o", "t.npz", "--title", "a"], "t.csv: --title is not an option of .csv"),
         (
             ["-o", "t.png", "--backend", "none"],
             "--backend: 'none'; allowed: auto, moderngl, embreex",
         ),
-        (["-o", "-", "--format", "csv", "--embed-audio"], "--embed-audio is no option of .csv"),
+        (["-o", "-", "--format", "csv", "--embed-audio"], "--embed-audio is not an option of .csv"),
     ],
 )
 def test_an_option_that_no_output_has_is_refused(speech_wav, tmp_path, options, told):

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from elocute.models.model_file import open_session, stored_record
 from tests.support.commands import run_apart
 
 pytest.importorskip("torch", reason="needs the extra `train`")
@@ -128,3 +129,33 @@ def test_forged_checkpoints_are_one_line(
         assert done.returncode == 2 and len(lines) == 1, (name, done.stderr[-500:])
         assert str(place) in lines[0] and len(lines[0]) < 1000, (name, lines[0])
         assert place.read_bytes() == data
+
+
+def test_the_preset_of_the_paper_and_what_changes_it(
+    tmp_path: Path, make_corpus: Callable[..., object], run: Callable[..., Any]
+) -> None:
+    make_corpus(tmp_path / "corpus", vertices=True)
+    train = ("train", "voca", tmp_path / "corpus", "--encoder", "fbank", "--epochs", "1")
+    settings = {}
+    for name, more in (("all", ()), ("reduced", ("--reduced", "--batch", "32"))):
+        done = run(*train, "-o", tmp_path / name, "--preset", "paper", *more)
+        assert done.returncode == 0, done.stderr
+        settings[name] = stored_record(open_session(tmp_path / name / "model.onnx"))["config"]
+    assert settings["all"] | {"epochs": 50, "encoder": "deepspeech"} == {
+        "epochs": 50,
+        "batch_pairs": 64,
+        "learning_rate": 1e-4,
+        "position_weight": 1.0,
+        "velocity_weight": 10.0,
+        "components": 50,
+        "seed": 0,
+        "reduced": False,
+        "initialisers": "released",
+        "encoder": "deepspeech",
+    }
+    assert settings["reduced"] == settings["all"] | {"reduced": True, "batch_pairs": 32}
+    done = run(*train, "-o", tmp_path / "none", "--preset", "publication")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "elocute: --preset: 'publication'; allowed: default, paper\n",
+    )

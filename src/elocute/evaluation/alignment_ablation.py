@@ -1,11 +1,11 @@
-"""What each part of a method of alignment is worth: the same judgement with the part left out."""
+"""Methods of alignment with and without each of their parts: what the parts are worth."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from elocute.evaluation.alignment_scores import Contender, contender
+from elocute.evaluation.alignment_scores import MethodVariant, method_variant
 
 PLAIN = ("diagonal", "dtw", "softdtw", "ctw", "ctw/expected", "dctw", "dctw/expected")
 PARTS: dict[str, Sequence[tuple[str, dict[str, Any]]]] = {
@@ -29,7 +29,7 @@ PARTS: dict[str, Sequence[tuple[str, dict[str, Any]]]] = {
 }
 
 
-def ablation(together: bool = False) -> list[Contender]:
+def ablation_variants(together: bool = False) -> list[MethodVariant]:
     """Features, CCA, and both learned methods with and without their parts, in this order.
 
     Of DCAW also what its features give by DTW, read without attention, and what is left where
@@ -39,19 +39,19 @@ def ablation(together: bool = False) -> list[Contender]:
     way = "/together" if together else ""
     learned = {"ctw", "dctw"}
     found = [
-        contender(n.replace("/", f"{way}/", 1) if "/" in n else n + way)
+        method_variant(n.replace("/", f"{way}/", 1) if "/" in n else n + way)
         if n.split("/")[0] in learned
-        else contender(n)
+        else method_variant(n)
         for n in PLAIN
     ]
     for method, parts in PARTS.items():
-        found.append(contender(method + way))
+        found.append(method_variant(method + way))
         if method == "dcaw":
-            found += [contender(f"dcaw{way}/features"), contender(f"dcaw{way}/expected")]
+            found += [method_variant(f"dcaw{way}/features"), method_variant(f"dcaw{way}/expected")]
         for name, settings in parts:
             chosen = tuple(settings.items())
-            found.append(Contender(f"{method}: {name}", method, chosen, together))
+            found.append(MethodVariant(f"{method}: {name}", method, chosen, together))
         if method == "dcaw":
             off = (("attention", "diagonal"),)
-            found.append(Contender("dcaw: attention off", method, off, together, "features"))
+            found.append(MethodVariant("dcaw: attention off", method, off, together, "features"))
     return found

@@ -1,7 +1,7 @@
-"""Methods of alignment against known times: errors of each, and whether differences are chance.
+"""Methods of alignment against known phone times: the errors of each, and tests between them.
 
-Each method is fitted without any truth, to all pairs of one word or (`/together`) of all words at
-once, and then aligns each of them. Words are what the paired test counts, since pairs of one word
+Each method is fitted without the true times, to all pairs of one word or (`/together`) of all words
+at once, and then aligns each of them. The paired test counts words, since the pairs of one word
 share recordings.
 """
 
@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from elocute.alignment.aligner import Aligner, find_dtw_path, read_features
-from elocute.alignment.alignment import FloatArray
-from elocute.alignment.alignment import WarpingPath as Steps
+from elocute.alignment.alignment import FloatArray, WarpingPath
 from elocute.alignment.config import DtwPathConfig
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.sound_views import DEFAULT, WINDOWS, speech_view
@@ -25,8 +24,14 @@ from elocute.alignment.warping_paths import diagonal_path
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
 from elocute.errors import AlignmentError, ElocuteError
-from elocute.evaluation.alignment_trials import Pair, Take, read_parts, sentence_pair, word_pair
 from elocute.evaluation.path_errors import carried_overlap, path_error
+from elocute.evaluation.timed_recordings import (
+    RecordingPair,
+    TimedRecording,
+    read_phone_times,
+    sentence_pair,
+    word_pair,
+)
 
 SOFTNESS = 0.1
 DIAGONAL = "diagonal"
@@ -38,11 +43,21 @@ MEASURES = ("error_frames", "overlap", "found")
 
 
 @dataclass(frozen=True)
-class Contender:
-    """A method as it takes part: its row's name, settings, and how it is fitted and read.
+class MethodVariant:
+    """A method, its settings, and how it is fitted and read.
 
-    settings: those that are not the method's defaults. together: fitted once, to the pairs of all
-    words. reading: one of `READINGS`, or empty for the method's own.
+    Attributes
+    ----------
+    name : str
+        What it is called in tables.
+    method : str
+        A name as for `resolve_method`, or `DIAGONAL`.
+    settings : tuple of (str, value)
+        Those that differ from the method's defaults.
+    together : bool
+        Fitted once, to the pairs of all words.
+    reading : str
+        One of `READINGS`; empty for the method's own.
     """
 
     name: str
@@ -57,8 +72,23 @@ class Contender:
         return self.method, self.settings, self.together
 
 
-def contender(name: str) -> Contender:
-    """METHOD, METHOD/together, METHOD/expected, … as a contender. Raises AlignmentError."""
+def method_variant(name: str) -> MethodVariant:
+    """Read the name of a variant: METHOD, METHOD/together, METHOD/expected, METHOD/features.
+
+    Parameters
+    ----------
+    name : str
+        As a user writes it.
+
+    Returns
+    -------
+    MethodVariant
+
+    Raises
+    ------
+    AlignmentError
+        For an unknown method, or a way that it cannot be fitted or read in.
+    """
     method, *ways = name.split("/")
     if method != DIAGONAL:
         resolve_method(method)
@@ -71,15 +101,25 @@ def contender(name: str) -> Contender:
             allowed=", ".join(sorted(allowed)) or "nothing after its name",
         )
     reading = next((way for way in ways if way in READINGS), "")
-    return Contender(name, method, together=TOGETHER in ways, reading=reading)
+    return MethodVariant(name, method, together=TOGETHER in ways, reading=reading)
 
 
 @dataclass(frozen=True)
-class Row:
-    """One word by one method: means over its pairs.
+class WordScore:
+    """One word aligned by one method: means over the word's pairs.
 
-    error_frames: Eq. 11, lower is better. overlap: mean intersection-over-union of phones carried
-    over, higher is better; found: of the whole word, where it was to be found.
+    Attributes
+    ----------
+    word, method : str
+        Their names.
+    pairs : int
+        Number of pairs.
+    error_frames : float
+        Error of the path, Eq. 11 of Tzirakis et al. 2019, frames; lower is better.
+    overlap : float
+        Mean intersection over union of phones carried over, 0 to 1; higher is better.
+    found : float
+        The same of the whole word, where it was to be found in a sentence.
     """
 
     word: str
@@ -90,35 +130,79 @@ class Row:
     found: float
 
 
-def read_takes(
+def read_recordings(
     folder: Path, encoder: str = DEFAULT, noise_db: float | None = None
-) -> tuple[list[Take], list[str]]:
-    """All NAME.wav of a word with their NAME.json, and what is wrong with those left out.
+) -> tuple[list[TimedRecording], list[str]]:
+    """Read all recordings of a word.
 
-    noise_db: speech over babble of the same voices (backwards), in decibels; None for clean.
+    Parameters
+    ----------
+    folder : Path
+        NAME.wav with NAME.json of phone times beside it.
+    encoder : str
+        Speech encoder that gives the views.
+    noise_db : float, optional
+        Level of the speech over babble made of the same voice backwards, dB; clean by default.
+
+    Returns
+    -------
+    recordings : list of TimedRecording
+        In the order of their names.
+    broken : list of str
+        Why others were left out.
     """
-    takes, broken = [], []
+    recordings, broken = [], []
     for path in sorted(folder.glob("*.wav")):
         try:
-            parts, word = read_parts(path.with_suffix(".json"))
+            phones, word = read_phone_times(path.with_suffix(".json"))
             sound = read_audio(path)
             if noise_db is not None:
                 seed = sum(path.stem.encode()) + len(folder.name)
                 sound = with_noise(sound, babble(sound, seed), -noise_db)
-            takes.append(Take(path.stem, speech_view(sound, encoder), parts, word))
+            recordings.append(TimedRecording(path.stem, speech_view(sound, encoder), phones, word))
         except ElocuteError as error:
             broken.append(str(error))
-    return takes, broken
+    return recordings, broken
 
 
-def pairs_of_words(takes: Sequence[Take]) -> list[Pair]:
-    """Every two recordings of a word that say it with nearly the same phones."""
-    pairs = (word_pair(takes[i], takes[j]) for j in range(len(takes)) for i in range(j))
+def word_pairs(recordings: Sequence[TimedRecording]) -> list[RecordingPair]:
+    """Every two recordings of a word that say it with nearly the same phones.
+
+    Parameters
+    ----------
+    recordings : sequence of TimedRecording
+        Of one word.
+
+    Returns
+    -------
+    list of RecordingPair
+        Each with whole recordings.
+    """
+    pairs = (
+        word_pair(recordings[i], recordings[j]) for j in range(len(recordings)) for i in range(j)
+    )
     return [pair for pair in pairs if pair]
 
 
-def pairs_to_find(sentences: Sequence[Take], words: Sequence[Take], each: int = 3) -> list[Pair]:
-    """Each sentence with so many recordings of its word by others, taken turn by turn."""
+def sentence_pairs(
+    sentences: Sequence[TimedRecording], words: Sequence[TimedRecording], each: int = 3
+) -> list[RecordingPair]:
+    """Each sentence with recordings of its word by others, taken in turn.
+
+    Parameters
+    ----------
+    sentences : sequence of TimedRecording
+        Sentences that contain the word.
+    words : sequence of TimedRecording
+        Recordings of the word alone.
+    each : int
+        Most pairs for a sentence.
+
+    Returns
+    -------
+    list of RecordingPair
+        Each a word to be found in a sentence.
+    """
     pairs = []
     for place, sentence in enumerate(sentences):
         others = [words[(place + n + 1) % len(words)] for n in range(len(words))]
@@ -127,44 +211,63 @@ def pairs_to_find(sentences: Sequence[Take], words: Sequence[Take], each: int = 
     return pairs
 
 
-def judge_words(
-    words: Mapping[str, Sequence[Pair]],
-    contenders: Sequence[Contender],
+def score_words(
+    words: Mapping[str, Sequence[RecordingPair]],
+    variants: Sequence[MethodVariant],
     *,
     seed: int = 0,
     encoder: str = DEFAULT,
     known: Collection[str] = (),
-    done: Callable[[float, list[Row]], None] | None = None,
-) -> list[Row]:
-    """One row for each word and contender. Open ends where pairs are words in sentences.
+    on_word: Callable[[float, list[WordScore]], None] | None = None,
+) -> list[WordScore]:
+    """Align all pairs of words by each variant and compare the paths with the true ones.
 
-    words: pairs of each. known: words to fit to, where contenders are fitted together, but not to
-    judge. `done` hears the share and the rows of each word as it is judged.
+    Where the pairs are words in sentences, methods may start and end anywhere in the sentence.
+
+    Parameters
+    ----------
+    words : mapping of str to sequence of RecordingPair
+        All pairs of each word; all of them whole, or none.
+    variants : sequence of MethodVariant
+        Methods to compare.
+    seed : int
+        Seed of learned methods.
+    encoder : str
+        What the views were made with, as for `speech_view`.
+    known : collection of str
+        Words that need no scores; variants fitted together are fitted to them too.
+    on_word : callable, optional
+        Called with the share that is done, 0 to 1, and the scores of each word.
+
+    Returns
+    -------
+    list of WordScore
+        One for each word and variant.
     """
     every = [pair for pairs in words.values() for pair in pairs]
-    fits = {
-        each.fit_key: _fitted(each, every, seed, encoder) for each in contenders if each.together
-    }
-    rows: list[Row] = []
+    fits = {each.fit_key: _fitted(each, every, seed, encoder) for each in variants if each.together}
+    rows: list[WordScore] = []
     for place, (word, pairs) in enumerate(words.items()):
         if word in known:
             continue
         own_fits = dict(fits)
-        own: list[Row] = []
-        for each in contenders:
+        own: list[WordScore] = []
+        for each in variants:
             if each.fit_key not in own_fits:
                 own_fits[each.fit_key] = _fitted(each, pairs, seed, encoder)
             paths = _paths(own_fits[each.fit_key], each, pairs)
-            scores = [path_scores(pair, path) for pair, path in zip(pairs, paths, strict=True)]
+            scores = [pair_scores(pair, path) for pair, path in zip(pairs, paths, strict=True)]
             error, overlap, found = map(float, np.mean(scores, axis=0))
-            own.append(Row(word, each.name, len(pairs), error, overlap, found))
+            own.append(WordScore(word, each.name, len(pairs), error, overlap, found))
         rows += own
-        if done:
-            done((place + 1) / len(words), own)
+        if on_word:
+            on_word((place + 1) / len(words), own)
     return rows
 
 
-def _fitted(each: Contender, pairs: Sequence[Pair], seed: int, encoder: str) -> Aligner | None:
+def _fitted(
+    each: MethodVariant, pairs: Sequence[RecordingPair], seed: int, encoder: str
+) -> Aligner | None:
     if each.method == DIAGONAL:
         return None
     settings = dict(each.settings)
@@ -174,7 +277,9 @@ def _fitted(each: Contender, pairs: Sequence[Pair], seed: int, encoder: str) -> 
     return fit_aligner(_views(pairs), each.method, config, seed)
 
 
-def _paths(fitted: Aligner | None, each: Contender, pairs: Sequence[Pair]) -> list[Steps]:
+def _paths(
+    fitted: Aligner | None, each: MethodVariant, pairs: Sequence[RecordingPair]
+) -> list[WarpingPath]:
     if fitted is None:
         return [diagonal_path(len(source), len(target)) for source, target in _views(pairs)]
     if each.reading:
@@ -182,20 +287,32 @@ def _paths(fitted: Aligner | None, each: Contender, pairs: Sequence[Pair]) -> li
     return [found.path for found in fitted.align_all(_views(pairs))]
 
 
-def _views(pairs: Sequence[Pair]) -> list[tuple[FloatArray, FloatArray]]:
+def _views(pairs: Sequence[RecordingPair]) -> list[tuple[FloatArray, FloatArray]]:
     return [(pair.source.view, pair.target.view) for pair in pairs]
 
 
 def read_otherwise(fitted: Aligner, softness: float | None) -> Aligner:
-    """The same features and costs, with paths by DTW, or softly; of DCAW without its attention."""
+    """An aligner with the same features whose paths are found by dynamic time warping.
+
+    Parameters
+    ----------
+    fitted : Aligner
+        Any; of one that reads its path from attention, the attention is left out.
+    softness : float, optional
+        As of `PathSettings`; None for the cheapest path.
+
+    Returns
+    -------
+    Aligner
+    """
     if not isinstance(fitted.config, DtwPathConfig):
         return read_features(fitted, softness)
     config = replace(fitted.config, softness=softness)
     return replace(fitted, config=config, find_path=partial(find_dtw_path, config))
 
 
-def path_scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
-    """Error in frames, overlap of the parts carried over, and of the whole word (`Row`)."""
+def pair_scores(pair: RecordingPair, path: WarpingPath) -> tuple[float, float, float]:
+    """Error of a path in frames, overlap of the phones, and overlap of the whole word."""
     rate = pair.source.rate
     sources, targets = [s for s, _ in pair.spans], [t for _, t in pair.spans]
     true = (sources[0][0], sources[-1][1])
@@ -204,11 +321,24 @@ def path_scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
     return path_error(path, pair.truth), carried_overlap(path, sources, targets, rate), found
 
 
-def summarise(rows: Sequence[Row], judged: str = "dcaw") -> dict[str, dict[str, Any]]:
-    """Per method: means over words, and Wilcoxon's signed-rank test of `judged` against it.
+def compare_methods(
+    rows: Sequence[WordScore], candidate: str = "dcaw"
+) -> dict[str, dict[str, Any]]:
+    """Means over words, and Wilcoxon's signed-rank test of one method against the others.
 
-    p is two-sided, over words; `better` says for how many words the judged method has the lower
-    error (higher overlap).
+    Parameters
+    ----------
+    rows : sequence of WordScore
+        Scores of the same words by several methods.
+    candidate : str
+        The method that the others are compared with; without it nothing is tested.
+
+    Returns
+    -------
+    dict of str to dict
+        For each method `words`, `pairs` and the means of `MEASURES`; for all but the candidate also
+        `against`: for each measure the candidate's mean `gain` over the method (positive is
+        better), the number of words for which it is `better`, and the two-sided `p` over words.
     """
     methods = list(dict.fromkeys(row.method for row in rows))
     table: dict[str, dict[str, Any]] = {}
@@ -217,19 +347,22 @@ def summarise(rows: Sequence[Row], judged: str = "dcaw") -> dict[str, dict[str, 
         table[method] = {"words": len(own), "pairs": sum(row.pairs for row in own)}
         for measure in MEASURES:
             table[method][measure] = float(np.mean([getattr(row, measure) for row in own]))
-        if method != judged and judged in methods:
-            table[method]["against"] = _tested(rows, judged, method)
+        if method != candidate and candidate in methods:
+            table[method]["against"] = _wilcoxon_tests(rows, candidate, method)
     return table
 
 
-def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str, float]]:
+def _wilcoxon_tests(
+    rows: Sequence[WordScore], candidate: str, method: str
+) -> dict[str, dict[str, float]]:
+    """Gain, words gained and p of each measure, of the candidate over a method."""
     from scipy.stats import wilcoxon
 
     tests = {}
     for measure in MEASURES:
         known = {(row.word, row.method): getattr(row, measure) for row in rows}
         words = sorted({row.word for row in rows})
-        gains = np.array([known[word, method] - known[word, judged] for word in words])
+        gains = np.array([known[word, method] - known[word, candidate] for word in words])
         if measure != "error_frames":
             gains = -gains
         moved = np.abs(gains) > 0
@@ -238,9 +371,9 @@ def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str
     return tests
 
 
-def judge_folder(
+def score_folder(
     folder: Path,
-    contenders: Sequence[Contender],
+    variants: Sequence[MethodVariant],
     *,
     sentences: Path | None = None,
     encoder: str = DEFAULT,
@@ -248,16 +381,44 @@ def judge_folder(
     words: Sequence[str] | None = None,
     seed: int = 0,
     known: Collection[str] = (),
-    done: Callable[[float, list[Row]], None] | None = None,
-) -> tuple[list[Row], list[str]]:
-    """Every word of a folder, or those named: rows, and what could not be used.
+    on_word: Callable[[float, list[WordScore]], None] | None = None,
+) -> tuple[list[WordScore], list[str]]:
+    """Score the words of a folder, or those that are named.
 
-    sentences: a folder of the same words in sentences, in which they are to be found; noise is
-    then in the sentences alone. The rest as for `judge_words`. Raises AlignmentError where nothing
-    can be judged.
+    Parameters
+    ----------
+    folder : Path
+        FOLDER/WORD/NAME.wav with NAME.json of phone times.
+    variants : sequence of MethodVariant
+        Methods to compare.
+    sentences : Path, optional
+        A folder of the same words in sentences, in which they are to be found; noise is then in the
+        sentences alone.
+    encoder, noise_db
+        As for `read_recordings`.
+    words : sequence of str, optional
+        Names of words; all by default.
+    seed : int
+        Seed of learned methods.
+    known : collection of str
+        Words that need no scores; variants fitted together are fitted to them too.
+    on_word : callable, optional
+        Called with the share that is done, 0 to 1, and the scores of each word.
+
+    Returns
+    -------
+    rows : list of WordScore
+        One for each word and method.
+    broken : list of str
+        What could not be used, and why.
+
+    Raises
+    ------
+    AlignmentError
+        For an unknown method, or where no word can be scored.
     """
     broken: list[str] = []
-    usable: dict[str, list[Pair]] = {}
+    usable: dict[str, list[RecordingPair]] = {}
     for name in word_names(folder, sentences) if words is None else words:
         pairs, wrong = _pairs(folder, name, sentences, encoder, noise_db)
         broken += wrong
@@ -271,21 +432,35 @@ def judge_folder(
             found=broken[0] if broken else "no folder of recordings of a word",
             allowed="WORD/NAME.wav with NAME.json, two recordings of a word or more",
         )
-    rows = judge_words(usable, contenders, seed=seed, encoder=encoder, known=known, done=done)
+    rows = score_words(usable, variants, seed=seed, encoder=encoder, known=known, on_word=on_word)
     return rows, broken
 
 
 def word_names(folder: Path, sentences: Path | None = None) -> list[str]:
-    """The words that a folder holds, and the sentences too where they are given."""
+    """Names of the words that a folder holds, sorted.
+
+    Parameters
+    ----------
+    folder : Path
+        A folder with a folder for each word.
+    sentences : Path, optional
+        A second one; only words that are in both count.
+
+    Returns
+    -------
+    list of str
+        Empty where there is no such folder.
+    """
     names = sorted(p.name for p in folder.iterdir() if p.is_dir()) if folder.is_dir() else []
     return [name for name in names if sentences is None or (sentences / name).is_dir()]
 
 
 def _pairs(
     folder: Path, name: str, sentences: Path | None, encoder: str, noise_db: float | None
-) -> tuple[list[Pair], list[str]]:
-    takes, broken = read_takes(folder / name, encoder, None if sentences else noise_db)
+) -> tuple[list[RecordingPair], list[str]]:
+    """Pairs of one word, and why recordings were left out."""
+    words, broken = read_recordings(folder / name, encoder, None if sentences else noise_db)
     if sentences is None:
-        return pairs_of_words(takes), broken
-    spoken, wrong = read_takes(sentences / name, encoder, noise_db)
-    return pairs_to_find([take for take in spoken if take.word], takes), broken + wrong
+        return word_pairs(words), broken
+    spoken, wrong = read_recordings(sentences / name, encoder, noise_db)
+    return sentence_pairs([each for each in spoken if each.word], words), broken + wrong

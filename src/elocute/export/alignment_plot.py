@@ -28,11 +28,26 @@ def plot_alignment(
     output: str | Path,
     title: str = "",
 ) -> None:
-    """Write a .png. Raises OutputError.
+    """Draw a warping path over matrices, with both spectrograms beside them, as .png.
 
-    sounds: source, target. matrices: by the names above them, side by side, each (source frame,
-    target frame), more is darker: attention, or costs with their sign turned. path: (step, 2) over
-    each of them.
+    Parameters
+    ----------
+    sounds : sequence of Waveform
+        Source and target.
+    matrices : mapping of str to (source frame, target frame)
+        By the names above them, side by side: attention, or costs with their sign turned; more is
+        darker.
+    path : (step, 2)
+        Frames of source and target, drawn over each matrix.
+    output : str or Path
+        The picture.
+    title : str
+        Its heading.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
     """
     from PIL import Image, ImageDraw, ImageFont
 

@@ -123,14 +123,32 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, eq=False)
 class SoundBlocks:
-    """A sound that is read once: its rate, and blocks with the share of the whole they end at."""
+    """A sound that is read once, block by block.
+
+    Parameters
+    ----------
+    sample_rate : int
+        Hz.
+    blocks : iterable of ((sample,) float32, float)
+        Each block, and the share of the whole that ends with it.
+    """
 
     sample_rate: int
     blocks: Iterable[tuple[Float32Array, float]]
 
 
 def blocks_of(sound: Waveform) -> SoundBlocks:
-    """A sound in memory as one block."""
+    """A sound in memory as one block.
+
+    Parameters
+    ----------
+    sound : Waveform
+        The sound.
+
+    Returns
+    -------
+    SoundBlocks
+    """
     return SoundBlocks(sound.sample_rate, [(sound.samples, 1.0)])
 
 

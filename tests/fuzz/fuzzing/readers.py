@@ -49,7 +49,7 @@ def _style(path: Path) -> None:
 
 
 def _mix(path: Path) -> None:
-    from elocute.models.styles import read_mix
+    from elocute.models.style_mixes import read_mix
 
     read_mix(path)
 
@@ -62,9 +62,9 @@ def _words(path: Path) -> None:
 
 
 def _parts(path: Path) -> None:
-    from elocute.evaluation.alignment_trials import read_parts
+    from elocute.evaluation.timed_recordings import read_phone_times
 
-    read_parts(path)
+    read_phone_times(path)
 
 
 def _phones(path: Path) -> None:
@@ -156,13 +156,13 @@ def _scan(folder: Path, _out: Path) -> None:
 
 
 def _vertex_list(path: Path) -> None:
-    from elocute.evaluation.vertex_lists import read_vertex_list
+    from elocute.evaluation.vertex_regions import read_vertex_region
 
-    read_vertex_list(path, 100)
+    read_vertex_region(path, 100)
 
 
 def _frame(path: Path) -> None:
-    from elocute.capture.frame_store import (
+    from elocute.capture.registered_frames import (
         read_frame_record,
         read_pose,
         read_registration,
@@ -234,16 +234,16 @@ def _features(folder: Path, _out: Path) -> None:
 
 
 def _track(path: Path, _out: Path) -> None:
-    from elocute.corpus.importers.grid import read_track
+    from elocute.corpus.importers.grid import read_tracked_lips
 
-    read_track(path / "clip.npz")
+    read_tracked_lips(path / "clip.npz")
 
 
 def _take(path: Path, _out: Path) -> None:
-    from elocute.evaluation.real_talker import read_take, read_takes
+    from elocute.evaluation.tracked_mouth_scores import find_tracked_mouths, read_tracked_mouth
 
-    for take in read_takes(path):
-        read_take(take)
+    for take in find_tracked_mouths(path):
+        read_tracked_mouth(take)
 
 
 def _convert(format: str) -> Callable[[Path, Path], object]:
@@ -314,7 +314,7 @@ def _transformer_network(folder: Path, _out: Path) -> None:
 
 
 def _size(given: str) -> None:
-    from elocute.cli.formats import parse_size
+    from elocute.cli.format_options import parse_size
 
     parse_size(given)
 
@@ -371,7 +371,7 @@ READERS: tuple[Reader, ...] = (
     # JSON and text
     Reader("identity", seeds.identities, only(_identity), _JSON, ("elocute.head.identity",)),
     Reader("style", seeds.styles, only(_style), _JSON, ("elocute.articulation.style",)),
-    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.styles",)),
+    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.style_mixes",)),
     Reader(
         "words",
         seeds.words,
@@ -379,7 +379,7 @@ READERS: tuple[Reader, ...] = (
         {"*.json": "json", "*.TextGrid": "text"},
         ("elocute.alignment.word_times",),
     ),
-    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.alignment_trials",)),
+    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.timed_recordings",)),
     Reader(
         "phones",
         seeds.phones,
@@ -421,13 +421,19 @@ READERS: tuple[Reader, ...] = (
     # Arrays
     Reader("motion", seeds.motions, only(_motion), {"*.npz": "npz"}, ("elocute.motion.store",)),
     Reader("head", seeds.heads, only(_head), {"*.npz": "npz"}, ("elocute.head.registry",)),
-    Reader("frame", seeds.frames, only(_frame), {"*.npz": "npz"}, ("elocute.capture.frame_store",)),
+    Reader(
+        "frame",
+        seeds.frames,
+        only(_frame),
+        {"*.npz": "npz"},
+        ("elocute.capture.registered_frames",),
+    ),
     Reader(
         "vertex list",
         seeds.vertex_lists,
         only(_vertex_list),
         {"*.npy": "npy", "*.json": "json", "*.txt": "text"},
-        ("elocute.evaluation.vertex_lists",),
+        ("elocute.evaluation.vertex_regions",),
     ),
     Reader("track", seeds.tracks, _track, {"*.npz": "npz"}, ("elocute.corpus.importers.grid",)),
     Reader(
@@ -435,7 +441,7 @@ READERS: tuple[Reader, ...] = (
         seeds.tracks,
         _take,
         {"*.npz": "npz"},
-        ("elocute.evaluation.real_talker",),
+        ("elocute.evaluation.tracked_mouth_scores",),
     ),
     Reader(
         "features",

@@ -7,7 +7,7 @@ import json
 import shutil
 import struct
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from fractions import Fraction
 from pathlib import Path
 from types import ModuleType
@@ -173,7 +173,7 @@ def vertex_lists(folder: Path) -> None:
 
 def frames(folder: Path) -> None:
     """A registered frame of a capture, and the person's own face beside it."""
-    from elocute.capture.frame_store import FrameRecord, write_frame
+    from elocute.capture.registered_frames import FrameRecord, write_frame
     from elocute.capture.registration.accuracy import SurfaceError
     from elocute.capture.registration.model_fit import ModelParameters
     from elocute.capture.registration.pose import HeadPose
@@ -622,7 +622,7 @@ def checkpoints(folder: Path) -> None:
     network(torch.ones(1, 3)).sum().backward()
     optimiser.step()
     record = {
-        "config": VocaTrainConfig().record(),
+        "config": asdict(VocaTrainConfig()),
         "styles": ["anna"],
         "fps": 60.0,
         "log": [{"epoch": 1, "train_mm2": 0.5}],

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from elocute.corpus.corpus_store import Corpus
 from elocute.encoders.registry import resolve_encoder
-from elocute.training.device import resolve_device
+from elocute.training.device import by_first_process, resolve_device
 from elocute.training.training_log import Report
 from elocute.training.voca.config import VocaTrainConfig
 from elocute.training.voca.export import export_voca
@@ -66,5 +66,5 @@ def train_voca(
     resolve_device(device)  # before the corpus is encoded
     data = prepare(corpus, config, resolve_encoder(config.encoder), split, report)
     trained = fit(data, config, folder, resume=resume, report=report, device=device)
-    export_voca(trained, corpus, folder / MODEL, note or corpus.note)
+    by_first_process(lambda: export_voca(trained, corpus, folder / MODEL, note or corpus.note))
     return trained

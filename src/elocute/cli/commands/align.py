@@ -1,0 +1,116 @@
+"""`elocute align`: two recordings of the same words warped onto each other."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.outputs import check_file_suffix, plan_files
+from elocute.cli.progress import logged_progress
+from elocute.errors import InputError, needs_extra
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from elocute.alignment.alignment import Alignment
+    from elocute.audio.waveform import Waveform
+
+METHODS = ("dtw", "softdtw", "ctw", "dctw", "cca-soft", "dcaw")
+
+
+def align_command(
+    source: Path = typer.Argument(..., help="Recording to warp."),
+    target: Path = typer.Argument(..., help="Recording to warp it onto."),
+    method: str = typer.Option(
+        "softdtw",
+        help=f"Method: {', '.join(METHODS)}. The last three train a network.",
+    ),
+    encoder: str = typer.Option(
+        "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
+    ),
+    find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
+    band: float | None = typer.Option(
+        None,
+        help="How far from the diagonal the path may go: frames (1 or more) or a share (below 1).",
+    ),
+    seed: int = options.LearningSeed,
+    plot: Path | None = typer.Option(
+        None, help="Draw both spectrograms, and the path over what it is read from (.png)."
+    ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Align two recordings of the same words in time, and score how well they agree.
+
+    Soft-DTW takes a second. Learned methods (ctw, dctw, cca-soft, dcaw) are fitted to these two
+    recordings alone; fitted to many recordings of a word (`elocute.alignment.fit_aligner`) they are
+    better.
+
+    --plot draws the attention of a method that has one and, apart, the posterior of one that reads
+    its path by soft-DTW; for other methods, how near the features are.
+    """
+    from elocute.audio.read import read_audio
+    from elocute.encoders.protocol import FEATURE_RATE
+
+    check_file_suffix(plot, ".png")
+    plan = plan_files([source, target], [plot], overwrite, no_clobber)
+    with needs_extra("alignment", "wild"):
+        from elocute.alignment import methods, sound_views
+    chosen = methods.resolve_method(method)
+    windows = {"windows": True} if (method, encoder) == ("dcaw", sound_views.WINDOWS) else {}
+    config = chosen.config(band=band, open_source=find, **windows)
+    sounds = [read_audio(path) for path in (source, target)]
+    views = [_view(*pair, encoder) for pair in zip((source, target), sounds, strict=True)]
+    with logged_progress(f"fitting {method}", as_json) as progress:
+        found = methods.align(views, method, config, seed, progress)
+    if plot is not None and plan.wants(plot):
+        title = f"{source.name} onto {target.name}: {method}, score {found.score:.3f}"
+        with plan.writing(plot):
+            _plot(sounds, found, plot, title)
+    if as_json:
+        record: dict[str, Any] = {"method": method, "encoder": encoder, "score": found.score}
+        record |= {"rate_hz": FEATURE_RATE, "frames": [len(view) for view in views]}
+        print(json.dumps(record | {"path": found.path.tolist()}))
+    else:
+        _show(found, source.name, find)
+
+
+def _view(path: Path, sound: Waveform, encoder: str) -> NDArray[np.floating]:
+    """(frame, feature) of a sound. Raises InputError that names its file."""
+    from elocute.alignment.sound_views import speech_view
+
+    try:
+        return speech_view(sound, encoder)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _plot(sounds: list[Waveform], found: Alignment, path: Path, title: str) -> None:
+    """The path over attention and posterior or, where there is neither, over the costs."""
+    from elocute.alignment.dtw import squared_distances
+    from elocute.export.alignment_plot import plot_alignment
+
+    named = {"attention": found.attention, "posterior of soft-DTW": found.posterior}
+    matrices = {name: matrix for name, matrix in named.items() if matrix is not None}
+    if not matrices:
+        matrices = {"minus the distance of features": -squared_distances(*found.features)}
+    plot_alignment(sounds, matrices, found.path, path, title)
+
+
+def _show(found: Alignment, source: str, find: bool) -> None:
+    from elocute.encoders.protocol import FEATURE_RATE
+
+    print(f"score   {found.score:.3f} (mean correlation along the path, 0 to 1)")
+    print(f"steps   {len(found.path)} at {FEATURE_RATE:g} Hz")
+    if find:
+        start, end = found.path[0, 0] / FEATURE_RATE, (found.path[-1, 0] + 1) / FEATURE_RATE
+        print(f"found   {start:.2f} to {end:.2f} s of {source}")
+    else:
+        shift = (found.path[:, 0] - found.path[:, 1]) / FEATURE_RATE
+        print(f"shift   {shift.min():+.2f} to {shift.max():+.2f} s of {source}")
