@@ -82,11 +82,15 @@ def test_bad_input_of_align_is_one_line(
 
 
 def test_methods_are_judged_by_known_times(
-    words: Path, tmp_path: Path, cli: Callable[..., object]
+    words: Path, tmp_path: Path, cli: Callable[..., object], refused: Callable[..., None]
 ) -> None:
     arguments = ("evaluate", "alignment", words, "--methods", "diagonal,dtw,ctw", "--json")
     table = tmp_path / "table.csv"
-    record = json.loads(cli(*arguments, "--per-word", "--table", table).stdout)  # pyright: ignore
+    table.write_text("mine")
+    refused(*arguments, "--table", table, says="--overwrite replaces it, --no-clobber keeps it")
+    assert table.read_text() == "mine"
+    given = (*arguments, "--per-word", "--table", table, "--overwrite")
+    record = json.loads(cli(*given).stdout)  # pyright: ignore
     methods = record["methods"]
     with table.open(newline="", encoding="utf-8") as file:
         errors = {row["method"]: float(row["error frames"]) for row in csv.DictReader(file)}

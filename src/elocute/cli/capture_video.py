@@ -62,13 +62,13 @@ def video_command(
     seconds = time.perf_counter() - started
     motion = _dressed(captured.motion, identity, zero_pose)
     sound = video[0] if captured.track.has_sound else None
-    if sound is None:
-        tell_silent(files, f"{video[0].name} has none")
     for target in files:
         with progress_bar(f"writing {target.name}", as_json) as progress:
             write_motion(plan, motion, target, sound=sound, progress=progress, drawing=drawing)
         if not as_json:
             print(target)
+    if sound is None:
+        tell_silent(files, f"{video[0].name} has none")
     _report(video[0], captured, files, seconds, as_json)
 
 

@@ -33,6 +33,8 @@ def alignment_command(
     seed: int = typer.Option(0, min=0, max=options.SEED_MAX, help="Seed of the learned methods."),
     per_word: bool = typer.Option(False, help="Print every word too."),
     table: list[Path] | None = options.Table,
+    overwrite: bool = options.OverwriteTable,
+    no_clobber: bool = options.KeepTable,
     as_json: bool = options.Json,
 ) -> None:
     """Error (Eq. 11) and overlap of phones carried from one recording to another.
@@ -56,7 +58,7 @@ def alignment_command(
             raise InputError.about(place, found="no folder", allowed="a folder of words")
     resolve_encoder(encoder)
     files = check_tables(table)
-    plan = plan_files([folder], files, False, False)
+    plan = plan_files([folder], files, overwrite, no_clobber)
     with progress_bar("aligning", as_json) as progress:
         rows, broken = judge.judge_folder(
             folder,

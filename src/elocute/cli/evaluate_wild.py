@@ -31,6 +31,8 @@ def wild_command(
     config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
     resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     tables: list[Path] | None = options.Table,
+    overwrite: bool = options.OverwriteTable,
+    no_clobber: bool = options.KeepTable,
     as_json: bool = options.Json,
 ) -> None:
     """Train and measure: other speakers, other words, sentences, losses, noise, bases, a talker.
@@ -44,7 +46,7 @@ def wild_command(
     from elocute.cli.train import name_broken
     from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.shards import open_shards
-    from elocute.files.work_folder import prepare_trainings
+    from elocute.files.work_folder import no_empty_folder, prepare_trainings
 
     with needs_extra("training", "train"):
         from elocute.evaluation.wild_experiments import (
@@ -55,23 +57,24 @@ def wild_command(
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
     check_trainings(chosen)
     files = check_tables(tables)
-    plan = plan_files([shards], files, False, False)
+    plan = plan_files([shards], files, overwrite, no_clobber)
     opened = open_shards(shards, sounds)
     corpus = None if sentences is None else open_corpus(sentences)
     taken = [] if corpus is None else chosen_sentences(corpus, opened, subject, clips)
     wanted = read_names(names)
-    prepare_trainings(output, chosen, resume)
-    found = study_wild(
-        opened,
-        output,
-        config,
-        trainings=chosen,
-        sentences=corpus,
-        names=taken,
-        talker=real,
-        talker_names=wanted,
-        report=Lines(as_json),
-    )
+    with no_empty_folder(output):
+        prepare_trainings(output, chosen, resume)
+        found = study_wild(
+            opened,
+            output,
+            config,
+            trainings=chosen,
+            sentences=corpus,
+            names=taken,
+            talker=real,
+            talker_names=wanted,
+            report=Lines(as_json),
+        )
     report = {
         "shards": shards.name,
         "clips": len(opened),

@@ -31,4 +31,8 @@ Split = typer.Option("default", help="Which split of the corpus.")
 Table = typer.Option(
     None, "--table", help="Also write the table: .csv or .tex. May be given several times."
 )
+OverwriteTable = typer.Option(False, "--overwrite", help="Replace tables that are there already.")
+KeepTable = typer.Option(
+    False, "--no-clobber", help="Leave tables that are there already as they are, and say so."
+)
 Json = typer.Option(False, "--json", help="Print one JSON record for machines.")

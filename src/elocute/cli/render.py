@@ -40,8 +40,6 @@ def render_command(
         return
     targets = plan.wanted(output)
     loaded = _load(motion)
-    if audio is None:
-        tell_silent(targets, "--audio FILE adds it")
     if fps is not None:
         loaded = loaded.at_fps(fps)
     for target in targets:
@@ -49,6 +47,8 @@ def render_command(
             write_motion(plan, loaded, target, sound=audio, progress=progress, drawing=drawing)
         if not as_json:
             print(target)
+    if audio is None:
+        tell_silent(targets, "--audio FILE adds it")
     if as_json:
         record = {"input": str(motion), "outputs": [str(target) for target in targets]}
         print(json.dumps(record | {"frames": loaded.frame_count, "fps": loaded.fps}))

@@ -13,7 +13,7 @@ from elocute.cli.commands import Commands
 from elocute.cli.progress import Lines
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
-from elocute.files.work_folder import prepare_training
+from elocute.files.work_folder import no_empty_folder, prepare_training
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.voca.config import VocaTrainConfig
 
@@ -52,8 +52,8 @@ def voca_command(
         from elocute.training.device import resolve_device
         from elocute.training.voca.run import MODEL, train_voca
     resolve_device(device)
-    prepare_training(output, resume)
-    with Lines(as_json) as report:
+    with no_empty_folder(output), Lines(as_json) as report:
+        prepare_training(output, resume)
         trained = train_voca(
             opened, config, output, split, resume=resume, report=report, device=device
         )
@@ -88,8 +88,8 @@ def crnn_command(
         from elocute.training.device import resolve_device
     opened = open_shards(shards, sounds)
     resolve_device(device)
-    prepare_training(output, resume)
-    with Lines(as_json) as report:
+    with no_empty_folder(output), Lines(as_json) as report:
+        prepare_training(output, resume)
         trained, missing = train_crnn(
             opened, config, output, resume=resume, report=report, device=device
         )

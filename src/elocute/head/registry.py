@@ -45,4 +45,4 @@ def open_head(choice: str | Path) -> HeadModel:
     if suffix in MESHES:
         return head_from_mesh(path)
     found = f"suffix {suffix!r}" if suffix else "unknown"
-    raise HeadError.about(str(choice), found=found, allowed=ALLOWED)
+    raise HeadError.about(str(choice) or "head ''", found=found, allowed=ALLOWED)

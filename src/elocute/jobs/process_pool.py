@@ -19,6 +19,7 @@ from typing import Any
 
 from elocute.errors import ElocuteError, InputError
 from elocute.jobs.pool import JOBS_MAX, Failed, Pool
+from elocute.one_line_repr import brief
 
 TRIES = 3
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -42,7 +43,7 @@ def local_pool(jobs: int) -> Pool:
 def checked_jobs(jobs: int) -> int:
     """Raises InputError for a number of workers that no machine has."""
     if not 0 <= jobs <= JOBS_MAX:
-        raise InputError.about("`jobs`", found=str(jobs), allowed=f"0 to {JOBS_MAX}")
+        raise InputError.about("`jobs`", found=brief(jobs), allowed=f"0 to {JOBS_MAX}")
     return jobs
 
 
