@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import typer
@@ -13,6 +14,10 @@ from elocute.cli.progress import told_progress
 from elocute.errors import InputError, OutputError, needs_extra
 
 METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
+LONGEST_S = 600.0
+LARGEST_S2 = 8000.0
+"""The seconds of one recording times those of the other: every frame of one is held against every
+frame of the other, in 1 GB of memory at most."""
 
 
 def align_command(
@@ -37,7 +42,7 @@ def align_command(
     Soft-DTW takes a second. Learned methods (ctw, dctw, dcaw) are fitted to these two recordings
     alone; over many recordings of a word they are better (`elocute.alignment.fit_aligner`).
     """
-    from elocute.audio.read import read_audio
+    from elocute.audio.read import probe_audio, read_audio
     from elocute.encoders.protocol import FEATURE_RATE
 
     if plot is not None and plot.suffix.lower() != ".png":
@@ -47,9 +52,12 @@ def align_command(
         from elocute.alignment import methods, sound_views
     chosen = methods.resolve_method(method)
     config = chosen.config(band=band, open_source=find)
-    sounds = [read_audio(path) for path in (source, target)]
+    paths = (source, target)
+    _check_lengths(paths, [probe_audio(path).duration_s or 0.0 for path in paths])
+    sounds = [read_audio(path) for path in paths]
+    _check_lengths(paths, [sound.duration_s for sound in sounds])
     views = []
-    for path, sound in zip((source, target), sounds, strict=True):
+    for path, sound in zip(paths, sounds, strict=True):
         try:
             views.append(sound_views.speech_view(sound, encoder))
         except InputError as error:
@@ -90,3 +98,21 @@ def align_command(
         print(f"found   {start:.2f} to {end:.2f} s of {source.name}")
     else:
         print(f"shift   {shift.min():+.2f} to {shift.max():+.2f} s of {source.name}")
+
+
+def _check_lengths(paths: Sequence[Path], durations_s: Sequence[float]) -> None:
+    """Refuse recordings that would take the machine's memory. Raises InputError."""
+    for path, seconds in zip(paths, durations_s, strict=True):
+        if seconds > LONGEST_S:
+            raise InputError.about(
+                path, found=f"{seconds:.1f} s", allowed=f"up to {LONGEST_S:g} s", remedy="cut it"
+            )
+    source, target = durations_s
+    if source * target > LARGEST_S2:
+        raise InputError.about(
+            paths[0],
+            found=f"{source:.1f} s, with {target:.1f} s of {paths[1].name}",
+            allowed=f"up to {LARGEST_S2**0.5:.0f} s each, or {LONGEST_S:g} s with "
+            f"{LARGEST_S2 / LONGEST_S:.0f} s",
+            remedy="cut them",
+        )
