@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from elocute.errors import OutputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 from elocute.files.work_folder import no_empty_folder, prepare_training
 
 

@@ -15,7 +15,8 @@ from elocute.capture.registration.model_fit import ModelParameters
 from elocute.capture.registration.pose import HeadPose
 from elocute.capture.registration.register import Registration
 from elocute.errors import CaptureError, InputError
-from elocute.files.arrays import read_npz, write_npz
+from elocute.files.array_reading import read_npz
+from elocute.files.array_writing import write_npz
 from elocute.files.json_records import finite_number, parse_json
 
 VERSION = 1

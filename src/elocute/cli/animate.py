@@ -18,7 +18,7 @@ from elocute.cli.outputs import plan_motion, settled, write_motion
 from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, stdin_source, to_stdout
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import ElocuteError, InputError, OutputError, printable
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 SOUND_SUFFIXES = (
     ".wav",

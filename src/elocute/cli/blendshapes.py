@@ -15,7 +15,7 @@ from elocute.cli.outputs import plan_files, settled
 from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import options_of
 from elocute.errors import CorpusError, InputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     import numpy as np

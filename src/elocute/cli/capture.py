@@ -18,7 +18,7 @@ from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.settings_options import option, options_of
 from elocute.errors import InputError, MachineError, OutputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.registration.register import Registration

@@ -13,7 +13,7 @@ from elocute.cli.flags import in_flags
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.scans.landmark_detection import LandmarkDetector

@@ -16,7 +16,7 @@ from elocute.cli.formats import Drawing, check_drawing, drawing_options
 from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.video.video_to_motion import VideoCapture

@@ -16,7 +16,7 @@ from elocute.cli.flags import in_flags
 from elocute.cli.names import read_names
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_checks import Finding
@@ -29,10 +29,10 @@ Folder = typer.Argument(..., help="A corpus folder, as `corpus convert` writes i
 @app.command("info")
 def info_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
     """Say what a corpus holds: subjects, sentences, minutes and splits."""
+    from elocute.corpus.corpus_statistics import corpus_summary
     from elocute.corpus.corpus_store import open_corpus
-    from elocute.corpus.statistics import summary
 
-    record = summary(open_corpus(folder))
+    record = corpus_summary(open_corpus(folder))
     if as_json:
         print(json.dumps({"folder": str(folder), **record}))
         return

@@ -15,7 +15,7 @@ from elocute.cli.keyframes import parse_list, parse_numbers, split_keyframes
 from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.audio.waveform import Waveform

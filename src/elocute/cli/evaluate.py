@@ -46,7 +46,7 @@ def real_command(
 ) -> None:
     """Predicted lips against those of a real talker: correlation and closures."""
     from elocute.animation import animate
-    from elocute.evaluation.real_talker import evaluate_real
+    from elocute.evaluation.tracked_mouth_scores import evaluate_tracked_mouths
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.mouth_measures import measure_mouth
 
@@ -57,7 +57,7 @@ def real_command(
         return measure_mouth(animate(sound, style=style, strength=strength, model=model).motion)
 
     with progress_bar("measuring", as_json) as progress:
-        summary, scores = evaluate_real(
+        summary, scores = evaluate_tracked_mouths(
             folder, predict, eye_distance_mm, names=wanted, progress=progress
         )
     if as_json:

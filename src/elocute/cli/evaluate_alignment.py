@@ -46,7 +46,7 @@ def alignment_command(
     from elocute.encoders.registry import resolve_encoder
 
     with needs_extra("alignment", "wild"):
-        from elocute.evaluation import alignment_scores as judge
+        from elocute.evaluation.alignment_scores import compare_methods, score_folder, word_names
     names = list(dict.fromkeys(name.strip() for name in methods.split(",") if name.strip()))
     low, high = NOISE_RANGE_DB
     if noise_db is not None and not low <= noise_db <= high:
@@ -60,17 +60,17 @@ def alignment_command(
     files = check_tables(table)
     plan = plan_files([folder], files, overwrite, no_clobber)
     with progress_bar("aligning", as_json) as progress:
-        rows, broken = judge.judge_folder(
+        rows, broken = score_folder(
             folder,
             names,
             sentences=sentences,
             encoder=encoder,
             noise_db=noise_db,
-            words=judge.word_names(folder, sentences)[:words],
+            words=word_names(folder, sentences)[:words],
             seed=seed,
-            done=lambda share, _rows: progress(share) if progress else None,
+            on_word=lambda share, _rows: progress(share) if progress else None,
         )
-    found = judge.summarise(rows)
+    found = compare_methods(rows)
     write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])
     if as_json:
         record: dict[str, Any] = {"methods": found, "encoder": encoder, "left_out": broken}

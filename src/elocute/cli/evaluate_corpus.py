@@ -15,12 +15,11 @@ from elocute.errors import CorpusError, InputError
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
-    from elocute.evaluation.confidence_intervals import Interval
-    from elocute.evaluation.corpus_scores import Measure, Row
-    from elocute.evaluation.vertex_lists import VertexList
+    from elocute.evaluation.confidence_intervals import ConfidenceInterval
+    from elocute.evaluation.corpus_scores import MetricConfig, SubjectScore
+    from elocute.evaluation.vertex_regions import VertexRegion
 
 PARTS = ("test", "validation", "train")
-CHOICES = ("each", "best", "even")
 COLUMNS = (
     ("lve_mm", "LVE mm"),
     ("lve_mm2", "LVE mm²"),
@@ -66,7 +65,7 @@ def corpus_command(
     """
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
-    from elocute.evaluation.corpus_scores import best_rows, rows, score_clips
+    from elocute.evaluation.corpus_scores import best_style_scores, score_clips, subject_scores
     from elocute.evaluation.model_predictions import clip_predictor
     from elocute.files.atomic import write_atomically
     from elocute.models.registry import open_model
@@ -84,7 +83,7 @@ def corpus_command(
     predict = clip_predictor(chosen, opened, contacts=contacts)
     with progress_bar("measuring", as_json) as progress:
         scores = score_clips(opened, names, styles, predict, measure, progress)
-    found = (best_rows if style == "best" else rows)(scores, seed)
+    found = (best_style_scores if style == "best" else subject_scores)(scores, seed)
     report = {
         "corpus": corpus.name,
         "model": Path(model).name,
@@ -106,7 +105,7 @@ def corpus_command(
         plan,
         tables,
         ["subject", "style", "clips", *(title for _, title in there)],
-        [[r.subject, r.style, r.clips, *(r.summary[name] for name, _ in there)] for r in found],
+        [[r.subject, r.style, r.clips, *(r.intervals[name] for name, _ in there)] for r in found],
     )
     if as_json:
         print(text)
@@ -124,38 +123,42 @@ def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:
     return list(names[::step])[: limit or None]
 
 
-def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> Measure:
+def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> MetricConfig:
     """Lists of files; else those of the built-in head, FLAME or BIWI, whose mesh it is."""
     from elocute.corpus.topologies import topology_of
-    from elocute.evaluation.corpus_scores import Measure
-    from elocute.evaluation.vertex_lists import builtin_list, published_list, read_vertex_list
+    from elocute.evaluation.corpus_scores import MetricConfig
+    from elocute.evaluation.vertex_regions import (
+        builtin_region,
+        published_region,
+        read_vertex_region,
+    )
     from elocute.head.builtin import load_builtin_head
 
     head, count = load_builtin_head(), corpus.vertex_count
     ours = corpus.topology == head.name and count == head.vertex_count
     known = topology_of(count)
 
-    def chosen(path: Path | None, name: str) -> VertexList | None:
+    def chosen(path: Path | None, name: str) -> VertexRegion | None:
         if path is not None:
-            return read_vertex_list(path, count)
+            return read_vertex_region(path, count)
         if ours:
-            return builtin_list(name)
-        return published_list(known, name) if known else None
+            return builtin_region(name)
+        return published_region(known, name) if known else None
 
-    return Measure(chosen(lips, "lips"), chosen(upper_face, "upper_face"), mouth=ours)
+    return MetricConfig(chosen(lips, "lips"), chosen(upper_face, "upper_face"), mouth=ours)
 
 
-def _present(table: list[Row]) -> list[tuple[str, str]]:
+def _present(table: list[SubjectScore]) -> list[tuple[str, str]]:
     """Name and title of the measures that any row has."""
-    return [c for c in COLUMNS if any(row.summary[c[0]].record() for row in table)]
+    return [c for c in COLUMNS if any(row.intervals[c[0]].record() for row in table)]
 
 
-def _show(table: list[Row], measure: Measure) -> None:
+def _show(table: list[SubjectScore], measure: MetricConfig) -> None:
     """One line per row; what no row has is left out and named below."""
     there = _present(table)
     print(f"{'subject':12} {'style':12} {'clips':>5}", *(f"{title:>22}" for _, title in there))
     for row in table:
-        cells = (f"{cell(row.summary[name]):>22}" for name, _ in there)
+        cells = (f"{cell(row.intervals[name]):>22}" for name, _ in there)
         print(f"{row.subject:12} {row.style:12} {row.clips:5}", *cells)
     print("[low, high]: 95 % over clips")
     for title, chosen in (("lips", measure.lips), ("upper face", measure.upper_face)):
@@ -169,7 +172,7 @@ def _show(table: list[Row], measure: Measure) -> None:
         print("closures: not available in this topology")
 
 
-def cell(interval: Interval) -> str:
+def cell(interval: ConfidenceInterval) -> str:
     if interval.record() is None:
         return "-"
     return f"{interval.value:.3g} [{interval.low:.3g}, {interval.high:.3g}]"

@@ -14,7 +14,7 @@ from elocute.errors import CorpusError, InputError, needs_extra
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
-    from elocute.evaluation.corpus_scores import Measure, Row
+    from elocute.evaluation.corpus_scores import MetricConfig, SubjectScore
 
 SHOWN = ("lve_mm", "mve_mm", "velocity_mm", "closure_recall", "closure_precision")
 
@@ -63,14 +63,14 @@ def features_command(
         "encoders": {name: row.record() for name, row in rows.items()},
     }
     text = save_report(output / "report.json", report)
-    cells = [[name, *(row.summary[column] for column in SHOWN)] for name, row in rows.items()]
+    cells = [[name, *(row.intervals[column] for column in SHOWN)] for name, row in rows.items()]
     write_tables(plan, files, ["encoder", *SHOWN], cells)
     if as_json:
         print(text)
         return
     print(f"{'encoder':16}", *(f"{name:>24}" for name in SHOWN))
     for name, row in rows.items():
-        shown = (cell(row.summary[column]) for column in SHOWN)
+        shown = (cell(row.intervals[column]) for column in SHOWN)
         print(f"{name:16}", *(f"{text:>24}" for text in shown))
 
 
@@ -104,29 +104,29 @@ def _train(
     return models
 
 
-def _measured(corpus: Corpus, clips: list[str], model: Path, measure: Measure) -> Row:
+def _measured(corpus: Corpus, clips: list[str], model: Path, measure: MetricConfig) -> SubjectScore:
     """Every clip in the style that fits its subject best."""
-    from elocute.evaluation.corpus_scores import best_rows, score_clips
+    from elocute.evaluation.corpus_scores import best_style_scores, score_clips
     from elocute.evaluation.model_predictions import clip_predictor
     from elocute.models.registry import open_model
 
     opened = open_model(model)
     predict = clip_predictor(opened, corpus)
     scores = score_clips(corpus, clips, opened.styles, predict, measure)
-    return best_rows(scores)[-1]
+    return best_style_scores(scores)[-1]
 
 
 def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path) -> None:
     import numpy as np
 
     from elocute.evaluation.lip_closures import lip_opening
-    from elocute.evaluation.model_predictions import clip_predictor, true_track
+    from elocute.evaluation.model_predictions import clip_predictor, recorded_motion
     from elocute.export.overlay_plot import plot_overlay
     from elocute.models.registry import open_model
     from elocute.models.styles import EVEN
     from elocute.motion.curves import Curves
 
-    tracks = {"recorded": true_track(corpus, clip)}
+    tracks = {"recorded": recorded_motion(corpus, clip)}
     for name, model in models.items():
         tracks[name] = clip_predictor(open_model(model), corpus)(clip, EVEN)
     values = np.stack([lip_opening(track) for track in tracks.values()], axis=1)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from elocute.audio.waveform import Waveform
-    from elocute.files.outputs import OutputPlan
+    from elocute.files.output_plan import OutputPlan
 
 KINDS = ("white", "babble", "gain")
 CLIPS_MOST = 20
@@ -46,7 +46,7 @@ def noise_command(
     import numpy as np
 
     from elocute.animation import animate
-    from elocute.evaluation.mouth_studies import mean_scores, noise_scores
+    from elocute.evaluation.mouth_studies import mean_noise_scores, noise_scores
     from elocute.motion.curves import Curves
     from elocute.motion.mouth_measures import measure_mouth
 
@@ -67,7 +67,7 @@ def noise_command(
             first = first or openings
             if progress:
                 progress(done / len(sounds))
-    means = mean_scores(clips)
+    means = mean_noise_scores(clips)
     if plot is not None and plan.wants(plot):
         from elocute.export.overlay_plot import plot_overlay
 
@@ -145,11 +145,11 @@ def identities_command(
 ) -> None:
     """The same speech on many faces: how far their lips differ, and whether they close."""
     from elocute.animation import animate
-    from elocute.evaluation.mouth_studies import face_scores, spread
+    from elocute.evaluation.mouth_studies import face_score_spread, face_scores
 
     motion = animate(speech, model=model, style=style, fps=FPS).motion
     scores = face_scores(motion, count, seed)
-    table = spread(scores)
+    table = face_score_spread(scores)
     if as_json:
         record: dict[str, Any] = {"speech": speech.name, "model": Path(model).name, "count": count}
         print(json.dumps({**record, "seed": seed, "spread": table}))

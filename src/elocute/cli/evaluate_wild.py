@@ -15,7 +15,7 @@ from elocute.errors import needs_extra
 from elocute.training.crnn.config import CrnnTrainConfig
 
 if TYPE_CHECKING:
-    from elocute.evaluation.concordance import Figures
+    from elocute.evaluation.concordance import ConcordanceScore
 
 
 def wild_command(
@@ -51,7 +51,7 @@ def wild_command(
     with needs_extra("training", "train"):
         from elocute.evaluation.wild_experiments import (
             check_trainings,
-            chosen_sentences,
+            select_sentences,
             study_wild,
         )
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
@@ -60,7 +60,7 @@ def wild_command(
     plan = plan_files([shards], files, overwrite, no_clobber)
     opened = open_shards(shards, sounds)
     corpus = None if sentences is None else open_corpus(sentences)
-    taken = [] if corpus is None else chosen_sentences(corpus, opened, subject, clips)
+    taken = [] if corpus is None else select_sentences(corpus, opened, subject, clips)
     wanted = read_names(names)
     with no_empty_folder(output):
         prepare_trainings(output, chosen, resume)
@@ -99,7 +99,7 @@ def wild_command(
     name_broken([*opened.broken, *found.missing], len(opened))
 
 
-def _show(table: dict[str, Figures], report: dict[str, Any]) -> None:
+def _show(table: dict[str, ConcordanceScore], report: dict[str, Any]) -> None:
     print(f"{'concordance':20} {'clips':>6} {'mean':>20} {'weighted':>8}  c1 … c5")
     for name, found in table.items():
         mean = found.mean

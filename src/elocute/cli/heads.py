@@ -12,7 +12,7 @@ from elocute.cli import formats, options
 from elocute.cli.commands import Commands
 from elocute.cli.outputs import settled
 from elocute.cli.progress import progress_bar
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from elocute.cli.formats import Drawing, drawing_of
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.files.ledger import Source
+    from elocute.files.output_history import Source
     from elocute.motion.motion import Motion
 
 

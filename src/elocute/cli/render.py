@@ -12,7 +12,7 @@ from elocute.cli import options
 from elocute.cli.formats import Drawing, check_drawing, drawing_options
 from elocute.cli.outputs import plan_motion, settled, tell_silent, write_motion
 from elocute.cli.progress import progress_bar
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.motion.motion import Motion

@@ -14,8 +14,8 @@ from elocute.cli import options
 from elocute.cli.outputs import settled, tell_silent
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MotionError
-from elocute.files.arrays import ArrayFile
-from elocute.files.outputs import OutputPlan
+from elocute.files.array_file import ArrayFile
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel

@@ -95,7 +95,7 @@ def _of_motion(path: Path, sound: Path, model: SpeechModel) -> ObservedMotion:
 
 def _of_clip(path: Path, model: SpeechModel) -> ObservedMotion:
     from elocute.corpus.corpus_store import open_corpus
-    from elocute.evaluation.model_predictions import true_track
+    from elocute.evaluation.model_predictions import recorded_motion
     from elocute.models.feature_extraction import extract_features
     from elocute.models.style_fit import ObservedMotion
 
@@ -106,7 +106,7 @@ def _of_clip(path: Path, model: SpeechModel) -> ObservedMotion:
             allowed="a motion (.npz), or CORPUS/SUBJECT.SENTENCE",
         )
     corpus = open_corpus(path.parent)
-    track = true_track(corpus, path.name)
+    track = recorded_motion(corpus, path.name)
     return ObservedMotion(
         extract_features(model, corpus.sound(path.name), contacts=False)[0], track
     )

@@ -12,7 +12,7 @@ from elocute.cli import options
 from elocute.cli.commands import Commands
 from elocute.cli.outputs import settled
 from elocute.errors import AlignmentError, InputError
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.alignment.word_times import TimedWords

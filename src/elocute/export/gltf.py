@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from elocute.export.options import GlbOptions
 from elocute.export.take_sound import Sound, pack_sound, sound_source, write_wav
 from elocute.files.atomic import write_atomically
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 from elocute.head.model import HeadModel
 from elocute.head.normals import (
     linear_colors,

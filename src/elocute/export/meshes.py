@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.files.arrays import RowWriter
+from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion

@@ -1,4 +1,4 @@
-"""The one way to open a network: from memory, on few threads, complete in its own file."""
+"""The one way to open an ONNX network: from memory, on few threads, complete in its file."""
 
 from __future__ import annotations
 
@@ -35,10 +35,33 @@ def open_session(
     remedy: str = "",
     threads: int = 1,
 ) -> Any:
-    """An onnxruntime.InferenceSession of a file whose weights all lie in it.
+    """Open a network whose weights all lie in its file.
 
     The file is read into memory first, so that it cannot name other files; one that does is
-    refused. Raises `error`, in one line, for a file that is missing, too large or no network.
+    refused.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    max_bytes : int
+        Largest size of the file, bytes.
+    allowed, remedy : str
+        What kind of file is wanted, and how to get one; both appear in the error message.
+    error : type of InputError
+        The class to raise.
+    threads : int
+        Threads of one run.
+
+    Returns
+    -------
+    onnxruntime.InferenceSession
+        On the CPU.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for a file that is missing, too large or not a network.
     """
     data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
     try:
@@ -59,31 +82,58 @@ def session_of(
     threads: int = 1,
     initializers: dict[str, Any] | None = None,
 ) -> Any:
-    """An onnxruntime.InferenceSession of a model in memory.
+    """Open a network in memory.
 
-    `initializers` are weights by name (onnxruntime.OrtValue) that the model declares without
-    holding them. Raises `error` where onnxruntime does not take it.
+    Parameters
+    ----------
+    model : bytes
+        An ONNX model.
+    subject : str or Path
+        Where it is from, for the message.
+    allowed : str
+        What is wanted.
+    error : type of InputError
+        The class to raise.
+    threads : int
+        Threads of one run.
+    initializers : dict of str to onnxruntime.OrtValue, optional
+        Weights that the model declares without containing them.
+
+    Returns
+    -------
+    onnxruntime.InferenceSession
+        On the CPU.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, where onnxruntime does not take the model.
     """
     onnxruntime = load_onnxruntime()
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    options.log_severity_level = 4  # what it says in many lines, our error says in one
+    options.log_severity_level = 4  # our error says in one line what it logs in many
     if initializers:
         options.add_external_initializers(list(initializers), list(initializers.values()))
     try:
         return onnxruntime.InferenceSession(
             model, options, providers=["CPUExecutionProvider"], enable_fallback=0
-        )  # a second try, which it tells on standard output, would end as the first
+        )  # a second try, announced on standard output, would fail as the first did
     except Exception as problem:  # onnxruntime has no common base of its own
         raise error.about(subject, found="no ONNX network", allowed=allowed) from problem
 
 
 def load_onnxruntime() -> Any:
-    """The module onnxruntime, told to send nothing.
+    """Import onnxruntime, told to send nothing.
 
     Releases from 1.31 on count sessions, keep an identifier below the user's cache folder and send
-    both to their maker, from threads of their own that start with the import. They heed the
-    environment then; the call is for a program that imported onnxruntime before.
+    both to their maker, from threads of their own that start with the import. They then heed the
+    environment; the call is for a program that imported onnxruntime before.
+
+    Returns
+    -------
+    module
+        `onnxruntime`.
     """
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 from elocute.head.model import HeadModel
 from elocute.motion.edits.pose import joint_index
 from elocute.motion.joint_jacobians import (

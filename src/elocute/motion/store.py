@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError, MotionError
-from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES, read_npz, write_npz
+from elocute.files.array_reading import read_npz
+from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, finite_number, parse_json
+from elocute.files.unpacked_size import unpacked_limit
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion, check_motion
 
@@ -93,7 +95,7 @@ def load_motion(path: str | Path) -> Motion:
         path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=MotionError, remedy=REMEDY
     )
     # As many bytes as the archive may unpack to may its shapes unfold to.
-    limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * Path(path).stat().st_size)
+    limit = unpacked_limit(Path(path).stat().st_size)
     try:
         return _unfold(stored, limit)
     except (MotionError, HeadError) as error:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import MotionError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 from elocute.motion.motion import checked_fps
 from elocute.numerics.input_checks import array_of
 from elocute.one_line_repr import one_line

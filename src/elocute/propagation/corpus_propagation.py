@@ -26,7 +26,7 @@ from elocute.encoders.registry import resolve_encoder
 from elocute.errors import CorpusError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.work_folder import prepare_work
-from elocute.jobs.pool import Failed, Pool, one_after_another
+from elocute.jobs.pool import FailedTask, Pool, one_after_another
 from elocute.motion.store import load_motion
 from elocute.propagation.blendshape_basis import provide_basis
 from elocute.propagation.captured_words import CapturedWord, captured_words
@@ -214,7 +214,7 @@ def _run(
                 summary.kept += 1
 
     for done, (task, outcome) in enumerate(pool(run_word, left()), 1):
-        if isinstance(outcome, Failed):
+        if isinstance(outcome, FailedTask):
             summary.failed.append((task.word, outcome.reason))
         if progress:
             progress(min(1.0, (done + summary.kept) / total))

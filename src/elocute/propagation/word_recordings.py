@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elocute.corpus.clip import NAME
+from elocute.corpus.clip import NAME_PATTERN
 from elocute.errors import CorpusError
 from elocute.files.reading import read_text
 
@@ -64,7 +64,7 @@ class WordRecordings:
         for path, part in _files(self.folder / self.words[word]):
             name = path.relative_to(self.folder).as_posix()
             clip = f"{word}.{path.stem}".replace("'", "-")
-            if not NAME.fullmatch(clip):
+            if not NAME_PATTERN.fullmatch(clip):
                 skipped.append(
                     (
                         name,
@@ -129,7 +129,7 @@ def find_recordings(folder: str | Path) -> WordRecordings:
         ):
             continue
         word = entry.name.casefold()
-        if not NAME.fullmatch(word.replace("'", "_")) or word in words:
+        if not NAME_PATTERN.fullmatch(word.replace("'", "_")) or word in words:
             raise CorpusError.about(
                 entry.path,
                 found="a folder that cannot be a word",

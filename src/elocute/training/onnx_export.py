@@ -44,7 +44,7 @@ def export_network(
         torch.onnx.export(
             network.eval(),
             tuple(inputs.values()),
-            traced,
+            traced,  # pyright: ignore[reportArgumentType] a file that is open is allowed too
             input_names=list(inputs),
             output_names=outputs,
             opset_version=OPSET,

@@ -62,9 +62,9 @@ def _words(path: Path) -> None:
 
 
 def _parts(path: Path) -> None:
-    from elocute.evaluation.alignment_trials import read_parts
+    from elocute.evaluation.timed_recordings import read_phone_times
 
-    read_parts(path)
+    read_phone_times(path)
 
 
 def _phones(path: Path) -> None:
@@ -156,9 +156,9 @@ def _scan(folder: Path, _out: Path) -> None:
 
 
 def _vertex_list(path: Path) -> None:
-    from elocute.evaluation.vertex_lists import read_vertex_list
+    from elocute.evaluation.vertex_regions import read_vertex_region
 
-    read_vertex_list(path, 100)
+    read_vertex_region(path, 100)
 
 
 def _frame(path: Path) -> None:
@@ -234,16 +234,16 @@ def _features(folder: Path, _out: Path) -> None:
 
 
 def _track(path: Path, _out: Path) -> None:
-    from elocute.corpus.importers.grid import read_track
+    from elocute.corpus.importers.grid import read_tracked_lips
 
-    read_track(path / "clip.npz")
+    read_tracked_lips(path / "clip.npz")
 
 
 def _take(path: Path, _out: Path) -> None:
-    from elocute.evaluation.real_talker import read_take, read_takes
+    from elocute.evaluation.tracked_mouth_scores import find_tracked_mouths, read_tracked_mouth
 
-    for take in read_takes(path):
-        read_take(take)
+    for take in find_tracked_mouths(path):
+        read_tracked_mouth(take)
 
 
 def _convert(format: str) -> Callable[[Path, Path], object]:
@@ -379,7 +379,7 @@ READERS: tuple[Reader, ...] = (
         {"*.json": "json", "*.TextGrid": "text"},
         ("elocute.alignment.word_times",),
     ),
-    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.alignment_trials",)),
+    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.timed_recordings",)),
     Reader(
         "phones",
         seeds.phones,
@@ -427,7 +427,7 @@ READERS: tuple[Reader, ...] = (
         seeds.vertex_lists,
         only(_vertex_list),
         {"*.npy": "npy", "*.json": "json", "*.txt": "text"},
-        ("elocute.evaluation.vertex_lists",),
+        ("elocute.evaluation.vertex_regions",),
     ),
     Reader("track", seeds.tracks, _track, {"*.npz": "npz"}, ("elocute.corpus.importers.grid",)),
     Reader(
@@ -435,7 +435,7 @@ READERS: tuple[Reader, ...] = (
         seeds.tracks,
         _take,
         {"*.npz": "npz"},
-        ("elocute.evaluation.real_talker",),
+        ("elocute.evaluation.tracked_mouth_scores",),
     ),
     Reader(
         "features",

@@ -29,7 +29,8 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
 from elocute.corpus.word_clip import COMPONENTS_MAX
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import ArrayFile, RowWriter
+from elocute.files.array_file import ArrayFile
+from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.json_records import finite_number, read_record
 from elocute.numerics.resampling import frame_places, read_rows

@@ -1,4 +1,4 @@
-"""Named lists of vertices, with a hash: published lip errors differ by whose lips they mean."""
+"""Named regions of vertices with a hash, since published errors differ in whose lips they mean."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from elocute.corpus.topologies import Topology, published_indices
 from elocute.errors import CorpusError
-from elocute.files.arrays import read_npy
+from elocute.files.array_reading import read_npy
 from elocute.files.json_records import INTEGER_MAX_DIGITS, parse_json
 from elocute.files.reading import read_bytes, read_text
 from elocute.head.builtin import load_builtin_head
@@ -21,13 +21,21 @@ from elocute.one_line_repr import one_line
 
 FILE_MAX_BYTES = 16_000_000
 HASH_DIGITS = 12
-BUILTIN_LISTS = ("lips", "upper_face", "eyes")
+BUILTIN_REGIONS = ("lips", "upper_face", "eyes")
 ALLOWED = "a list of vertex numbers: .json, .txt or .npy"
 
 
 @dataclass(frozen=True, eq=False)
-class VertexList:
-    """name and indices (vertex,) int64, rising, each once."""
+class VertexRegion:
+    """A named set of vertices that a metric is computed over.
+
+    Attributes
+    ----------
+    name : str
+        With its origin: `builtin:…`, `published:…` or `file:…`.
+    indices : (vertex,) int64
+        Rising, each once.
+    """
 
     name: str
     indices: NDArray[np.int64]
@@ -36,40 +44,67 @@ class VertexList:
 
     @property
     def digest(self) -> str:
-        """The first 12 hexadecimal digits of the SHA-256 of the sorted little-endian int64."""
+        """The first 12 hexadecimal digits of the SHA-256 of the indices as little-endian int64."""
         return hashlib.sha256(self.indices.astype("<i8").tobytes()).hexdigest()[:HASH_DIGITS]
 
     def record(self) -> dict[str, Any]:
-        """For reports: name, count and hash."""
+        """Name, number of vertices and hash, for reports."""
         return {"name": self.name, "vertices": len(self.indices), "sha256": self.digest}
 
 
-def builtin_list(which: str) -> VertexList:
-    """One of BUILTIN_LISTS in the topology of the built-in head, called `builtin:…`.
+def builtin_region(which: str) -> VertexRegion:
+    """A region of the built-in head.
 
-    lips        the skin of both lips up to the vermilion border
-    upper_face  the face from the lower edge of the eye areas upwards, with brows and lashes
-    eyes        the skin around both eyes, lids included
+    Parameters
+    ----------
+    which : str
+        `lips`: the skin of both lips up to the vermilion border; `upper_face`: the face from the
+        lower edge of the eye areas upwards, with brows and lashes; `eyes`: the skin around both
+        eyes, lids included.
 
-    Raises CorpusError for another name.
+    Returns
+    -------
+    VertexRegion
+        Called `builtin:WHICH`.
+
+    Raises
+    ------
+    CorpusError
+        For another name.
     """
-    if which not in BUILTIN_LISTS:
+    if which not in BUILTIN_REGIONS:
         raise CorpusError.about(
-            f"vertex list {which!r}", found="unknown", allowed=", ".join(BUILTIN_LISTS)
+            f"vertex list {which!r}", found="unknown", allowed=", ".join(BUILTIN_REGIONS)
         )
-    return VertexList(f"builtin:{which}", _places(load_builtin_head(), which))
+    return VertexRegion(f"builtin:{which}", _places(load_builtin_head(), which))
 
 
-def published_list(topology: Topology, which: str) -> VertexList:
-    """The list of lips or upper_face that figures were published over, called `published:…`.
+def published_region(topology: Topology, which: str) -> VertexRegion:
+    """The region that published figures of a topology were computed over.
 
-    Raises CorpusError for another name.
+    Parameters
+    ----------
+    topology : Topology
+        `FLAME` or `BIWI`.
+    which : str
+        `lips` or `upper_face`.
+
+    Returns
+    -------
+    VertexRegion
+        Called `published:…` after its source.
+
+    Raises
+    ------
+    CorpusError
+        For another name.
     """
     indices = published_indices(topology, which)
-    return VertexList(f"published:{topology.published[which]}", indices)
+    return VertexRegion(f"published:{topology.published[which]}", indices)
 
 
 def _places(head: HeadModel, which: str) -> NDArray[np.int64]:
+    """Indices of a region of the built-in head."""
     eyes = np.union1d(head.regions["eye_area_left"], head.regions["eye_area_right"])
     if which == "eyes":
         return eyes.astype(np.int64)
@@ -81,12 +116,26 @@ def _places(head: HeadModel, which: str) -> NDArray[np.int64]:
     return np.unique(np.concatenate(parts)).astype(np.int64)
 
 
-def read_vertex_list(path: str | Path, vertex_count: int) -> VertexList:
-    """A list of one's own (FLAME's lips, say): numbers from 0, in any order.
+def read_vertex_region(path: str | Path, vertex_count: int) -> VertexRegion:
+    """Read a region from a file, FLAME's lips for example.
 
-    .json holds a list of numbers, .txt numbers apart by white space or commas, .npy an array of
-    integers. The list is called `file:NAME`. Raises CorpusError for anything else, an empty
-    list, or numbers past `vertex_count`.
+    Parameters
+    ----------
+    path : str or Path
+        Vertex numbers from 0 in any order: a list in a .json, numbers with white space or commas
+        between them in a .txt, or a one-dimensional array of integers in a .npy.
+    vertex_count : int
+        Vertices of the topology.
+
+    Returns
+    -------
+    VertexRegion
+        Called `file:NAME`.
+
+    Raises
+    ------
+    CorpusError
+        For anything else, an empty list, or numbers beyond the topology.
     """
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
@@ -94,10 +143,11 @@ def read_vertex_list(path: str | Path, vertex_count: int) -> VertexList:
         raise CorpusError.about(path, found=f"suffix {path.suffix!r}", allowed=ALLOWED)
     numbers = reader(path)
     _check(path, numbers, vertex_count)
-    return VertexList(f"file:{path.name}", np.unique(numbers.astype(np.int64)))
+    return VertexRegion(f"file:{path.name}", np.unique(numbers.astype(np.int64)))
 
 
 def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
+    """Raise CorpusError for anything but a list of vertices of the topology."""
     if numbers.ndim != 1 or not len(numbers) or numbers.dtype.kind not in "iu":
         found = f"{numbers.dtype} of shape {numbers.shape}"
         raise CorpusError.about(path, found=found, allowed="one list of whole numbers")
@@ -109,6 +159,7 @@ def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
 
 
 def _from_json(path: Path) -> NDArray[Any]:
+    """A JSON list of whole numbers."""
     data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     numbers = parse_json(data, path, allowed=ALLOWED, error=CorpusError)
     if not isinstance(numbers, list) or not all(type(number) is int for number in numbers):
@@ -117,6 +168,7 @@ def _from_json(path: Path) -> NDArray[Any]:
 
 
 def _from_text(path: Path) -> NDArray[Any]:
+    """Whole numbers with white space or commas between them."""
     text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     words = text.replace(",", " ").split()
     for word in words:
@@ -127,6 +179,7 @@ def _from_text(path: Path) -> NDArray[Any]:
 
 
 def _from_npy(path: Path) -> NDArray[Any]:
+    """An array of numbers."""
     return read_npy(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
 
 

@@ -1,4 +1,4 @@
-"""What a corpus looks like as a whole, gathered block by block."""
+"""Statistics of a corpus, gathered block by block."""
 
 from __future__ import annotations
 
@@ -16,7 +16,15 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """count frames; mean and variance (…,) of each number, over all of them."""
+    """Mean and variance over frames.
+
+    Attributes
+    ----------
+    count : int
+        Frames.
+    mean, variance : (…,) float64
+        Of each number, over all frames.
+    """
 
     count: int
     mean: Doubles
@@ -24,7 +32,18 @@ class Moments:
 
 
 def moments(blocks: Iterable[NDArray[np.floating]]) -> Moments:
-    """One pass over blocks (frame, …), numerically stable (Chan, Golub and LeVeque 1983)."""
+    """Mean and variance in one numerically stable pass (Chan, Golub and LeVeque 1983).
+
+    Parameters
+    ----------
+    blocks : iterable of (frame, …) float
+        Blocks of one frame or more, equal in all other axes.
+
+    Returns
+    -------
+    Moments
+        Over all frames.
+    """
     count, mean, spread = 0, np.zeros(0), np.zeros(0)
     for block in blocks:
         values = np.asarray(block, np.float64)
@@ -41,14 +60,38 @@ def moments(blocks: Iterable[NDArray[np.floating]]) -> Moments:
 
 
 def displacement_blocks(corpus: Corpus, names: Iterable[str]) -> Iterator[NDArray[np.float32]]:
-    """(frame, vertex, 3) m of some clips, a few seconds at a time."""
+    """Displacements of some clips, a few seconds at a time.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        The corpus.
+    names : iterable of str
+        Its clips.
+
+    Yields
+    ------
+    (frame, vertex, 3) float32
+        Displacements from the subject's template, m.
+    """
     for name in names:
         for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
             yield corpus.displacements(name, start, start + BLOCK_FRAMES)
 
 
-def summary(corpus: Corpus) -> dict[str, object]:
-    """The figures of `elocute corpus info`."""
+def corpus_summary(corpus: Corpus) -> dict[str, object]:
+    """The figures of `elocute corpus info`.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        The corpus.
+
+    Returns
+    -------
+    dict
+        By name, for JSON; durations in minutes.
+    """
     per_subject = {
         subject: sum(e.frames for e in corpus.entries if e.subject == subject) / corpus.fps
         for subject in corpus.subjects

@@ -1,4 +1,4 @@
-"""What a Parquet file unpacks to, told from its footer and page headers before it is opened.
+"""What a Parquet file unpacks to, found in its footer and page headers before it is opened.
 
 pyarrow trusts both: run lengths make a billion values of a few bytes, a page may announce more
 than the footer does, and a footer that lacks a part ends the process. All of it is Thrift's
@@ -39,14 +39,28 @@ Fields = dict[tuple[int, int], Any]
 
 
 def unpacked_bytes(file: BinaryIO) -> int:
-    """What all columns of an open Parquet file take in memory, at most.
+    """An upper bound of what all columns of a Parquet file take in memory.
 
-    Raises ValueError for a file that is invalid, not whole, or has a part in another file.
+    Parameters
+    ----------
+    file : binary file
+        A file of the operating system.
+
+    Returns
+    -------
+    int
+        Bytes.
+
+    Raises
+    ------
+    ValueError
+        For a file that is invalid, not whole, or has a part in another file.
     """
     return sum(_column_bytes(file, *place) for place in _columns(_footer(file)))
 
 
 def _footer(file: BinaryIO) -> Fields:
+    """The fields of the footer."""
     end = os.fstat(file.fileno()).st_size
     if end < 12:
         raise ValueError("no Parquet file")
@@ -80,13 +94,14 @@ def _columns(footer: Fields) -> Iterator[tuple[int, int, int]]:
 
 
 def _fields(value: Any) -> Fields:
+    """The fields of a struct; raises ValueError for anything else."""
     if not isinstance(value, dict):
         raise ValueError("a footer that lacks a part")
     return value
 
 
 def _column_bytes(file: BinaryIO, start: int, size: int, promised: int) -> int:
-    """Of a column chunk of `size` bytes at `start` that promises so many values."""
+    """Bytes of a column chunk of `size` bytes at `start` that promises so many values."""
     at, end, total, seen = start, start + size, 0, 0
     for _ in range(PAGES_MAX):
         if seen >= promised:
@@ -106,6 +121,7 @@ def _column_bytes(file: BinaryIO, start: int, size: int, promised: int) -> int:
 
 
 def _page_values(fields: Fields, kind: tuple[int, int]) -> int:
+    """Number of values of a page of one kind, 0 for another kind."""
     if kind not in fields:
         return 0
     count = fields[kind].get(PAGE_VALUES, -1)
@@ -137,6 +153,7 @@ def _struct(data: memoryview, at: int, depth: int) -> tuple[Fields, int]:
 
 
 def _value(data: memoryview, at: int, kind: int, depth: int) -> tuple[Any, int]:
+    """A value of one kind, and where it ends."""
     if kind in (I16, I32, I64):
         return _whole(data, at)
     if kind in (BYTE, DOUBLE, TRUE, FALSE):
@@ -152,6 +169,7 @@ def _value(data: memoryview, at: int, kind: int, depth: int) -> tuple[Any, int]:
 
 
 def _items(data: memoryview, at: int, depth: int) -> tuple[list[Any], int]:
+    """The items of a list, and where it ends."""
     (head,), at = _taken(data, at, 1)
     count, kind = head >> 4, head & 15
     if count == 15:
@@ -166,6 +184,7 @@ def _items(data: memoryview, at: int, depth: int) -> tuple[list[Any], int]:
 
 
 def _taken(data: memoryview, at: int, size: int) -> tuple[memoryview, int]:
+    """The next `size` bytes, and where they end."""
     if size > len(data) - at:
         raise ValueError("it ends early")
     return data[at : at + size], at + size
@@ -178,6 +197,7 @@ def _whole(data: memoryview, at: int) -> tuple[int, int]:
 
 
 def _varint(data: memoryview, at: int) -> tuple[int, int]:
+    """An unsigned number, seven bits a byte, least first; and where it ends."""
     value = 0
     for place in range(10):
         (byte,), at = _taken(data, at, 1)

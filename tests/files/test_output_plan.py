@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from elocute.errors import InputError, OutputError
-from elocute.files import ledger
-from elocute.files.outputs import OutputPlan
+from elocute.files import output_history
+from elocute.files.output_plan import OutputPlan
 
 
 @pytest.fixture(autouse=True)
@@ -191,9 +191,11 @@ def test_what_comes_between_check_and_writing_is_kept(tmp_path, speech):
         pass
 
 
-def test_a_damaged_ledger_is_begun_anew(tmp_path, speech, state):
+def test_a_damaged_history_is_begun_anew(tmp_path, speech, state):
     run(tmp_path / "talk.glb", speech)
-    (state / ledger.NAME).write_bytes(b"no database at all, but long enough to be looked at" * 40)
+    (state / output_history.DATABASE_NAME).write_bytes(
+        b"no database at all, but long enough to be looked at" * 40
+    )
     with pytest.raises(OutputError, match="not made from"):
         run(tmp_path / "talk.glb", speech)
     run(tmp_path / "talk.glb", speech, overwrite=True)
@@ -201,22 +203,22 @@ def test_a_damaged_ledger_is_begun_anew(tmp_path, speech, state):
 
 
 @pytest.mark.parametrize("broken", ["file", "folder"])
-def test_without_a_ledger_nothing_is_known_and_everything_works(tmp_path, speech, state, broken):
+def test_without_a_history_nothing_is_known_and_everything_works(tmp_path, speech, state, broken):
     """A file where the folder should be, or a folder where the file should be."""
     if broken == "file":
         state.write_text("in the way")
     else:
-        (state / ledger.NAME).mkdir(parents=True)
+        (state / output_history.DATABASE_NAME).mkdir(parents=True)
     run(tmp_path / "talk.glb", speech)
     with pytest.raises(OutputError, match="not made from"):
         run(tmp_path / "talk.glb", speech)
 
 
-def test_the_ledger_forgets_the_oldest(tmp_path, speech, state, monkeypatch):
-    monkeypatch.setattr(ledger, "ROWS_MAX", 3)
+def test_the_history_forgets_the_oldest(tmp_path, speech, state, monkeypatch):
+    monkeypatch.setattr(output_history, "ROWS_MAX", 3)
     for number in range(5):
         run(tmp_path / f"{number}.npz", speech)
-    with contextlib.closing(sqlite3.connect(state / ledger.NAME)) as table:
+    with contextlib.closing(sqlite3.connect(state / output_history.DATABASE_NAME)) as table:
         assert table.execute("SELECT count(*) FROM outputs").fetchone() == (3,)
     run(tmp_path / "4.npz", speech)
     with pytest.raises(OutputError):
@@ -227,7 +229,7 @@ def _note(folder, first):
     for number in range(first, first + 20):
         path = folder / f"{number}.npz"
         path.write_text("x")
-        ledger.remember(path, ["speech.wav"])
+        output_history.remember_output(path, ["speech.wav"])
 
 
 def test_many_processes_note_at_once(tmp_path):
@@ -238,16 +240,16 @@ def test_many_processes_note_at_once(tmp_path):
     for worker in workers:
         worker.join(60)
     places = [tmp_path / f"{100 * k + n}.npz" for k in range(3) for n in range(20)]
-    assert all(ledger.recall(place) == ("speech.wav", True) for place in places)
+    assert all(output_history.recall_output(place) == ("speech.wav", True) for place in places)
 
 
 @pytest.mark.skipif(sys.platform in ("darwin", "win32"), reason="the names of Linux")
-def test_where_the_ledger_lies(monkeypatch, tmp_path):
+def test_where_the_history_lies(monkeypatch, tmp_path):
     monkeypatch.delenv("ELOCUTE_STATE")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    assert ledger.state_folder() == tmp_path / "elocute"
+    assert output_history.state_folder() == tmp_path / "elocute"
     monkeypatch.setenv("XDG_STATE_HOME", "relative is not allowed")
-    assert ledger.state_folder().parts[-3:] == (".local", "state", "elocute")
+    assert output_history.state_folder().parts[-3:] == (".local", "state", "elocute")
 
 
 def test_names_that_are_no_text_are_remembered(tmp_path, speech):

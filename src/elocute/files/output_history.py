@@ -1,10 +1,10 @@
-"""What this tool wrote, and from what: so that the same command may replace its own files.
+"""What this tool wrote, and from what, so that the same command may replace its own files.
 
 A small SQLite file in the user's state folder: `ELOCUTE_STATE` where that is set, else
 `XDG_STATE_HOME/elocute` or `~/.local/state/elocute`, on macOS `~/Library/Application
 Support/elocute`, on Windows `%LOCALAPPDATA%/elocute`. It holds paths, sizes and times, and stays on
-this machine.
-Where it cannot be read or written, nothing is known, and nothing that exists is taken for ours.
+this machine. Where it cannot be read or written, nothing is known, and every file that exists
+counts as somebody else's.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     import sqlite3
 
-NAME = "outputs.sqlite3"
+DATABASE_NAME = "outputs.sqlite3"
 ROWS_MAX = 50_000
 """The oldest are forgotten: their files are then strangers' files, which is the safe side."""
 WAIT_S = 2.0
@@ -34,7 +34,13 @@ _T = TypeVar("_T")
 
 
 def state_folder() -> Path:
-    """Where the ledger lies; nothing is made."""
+    """Where the history lies; nothing is made.
+
+    Returns
+    -------
+    Path
+        It may be missing.
+    """
     named = os.environ.get("ELOCUTE_STATE")
     if named:
         return Path(named)
@@ -48,12 +54,35 @@ def state_folder() -> Path:
 
 
 def source_text(sources: Iterable[Source]) -> str:
-    """Inputs as the ledger names them: files by their real path, everything else as it is."""
+    """Inputs as the history names them.
+
+    Parameters
+    ----------
+    sources : iterable of str or Path
+        Files, or texts that name something else.
+
+    Returns
+    -------
+    str
+        A line for each: files by their real path, everything else as it is.
+    """
     return "\n".join(os.path.realpath(s) if os.path.lexists(s) else str(s) for s in sources)
 
 
 def fingerprint(path: Path) -> str | None:
-    """Size and time of a file, or of all that a folder holds; None where nothing is."""
+    """What changes when a file or a folder changes.
+
+    Parameters
+    ----------
+    path : Path
+        A file or folder.
+
+    Returns
+    -------
+    str or None
+        From the size and time of the file, or of all that the folder holds; None where nothing is
+        there.
+    """
     try:
         facts = os.lstat(path)
         if stat.S_ISREG(facts.st_mode):
@@ -73,8 +102,16 @@ def fingerprint(path: Path) -> str | None:
         return None if not os.path.lexists(path) else "unknown"
 
 
-def remember(path: Path, sources: Iterable[Source]) -> None:
-    """Note that `path`, as it is now, was made from `sources`. Does nothing where it cannot."""
+def remember_output(path: Path, sources: Iterable[Source]) -> None:
+    """Note that an output, as it is now, was made from `sources`; nothing happens where that fails.
+
+    Parameters
+    ----------
+    path : Path
+        The output.
+    sources : iterable of str or Path
+        What it was made from.
+    """
     found, source = fingerprint(path), source_text(sources)
     if found is None:
         return
@@ -88,11 +125,22 @@ def remember(path: Path, sources: Iterable[Source]) -> None:
             "DELETE FROM outputs WHERE id <= (SELECT max(id) FROM outputs) - ?", (ROWS_MAX,)
         )
 
-    _with_ledger(note)
+    _with_history(note)
 
 
-def recall(path: Path) -> tuple[str, bool] | None:
-    """What `path` was made from and whether it is still as it was made; None where unknown."""
+def recall_output(path: Path) -> tuple[str, bool] | None:
+    """What an output was made from.
+
+    Parameters
+    ----------
+    path : Path
+        The output.
+
+    Returns
+    -------
+    (str, bool) or None
+        The text of its sources, and whether it is still as it was made; None where it is unknown.
+    """
 
     def ask(table: sqlite3.Connection) -> tuple[str, str] | None:
         row = table.execute(
@@ -100,7 +148,7 @@ def recall(path: Path) -> tuple[str, bool] | None:
         ).fetchone()
         return None if row is None else (os.fsdecode(row[0]), os.fsdecode(row[1]))
 
-    known = _with_ledger(ask)
+    known = _with_history(ask)
     return None if known is None else (known[0], known[1] == fingerprint(path))
 
 
@@ -109,12 +157,12 @@ def _key(path: Path) -> bytes:
     return os.fsencode(Path(os.path.realpath(path.parent), path.name))
 
 
-def _with_ledger(ask: Callable[[sqlite3.Connection], _T]) -> _T | None:
-    """`ask` of the open ledger, begun anew once where it is damaged; None where there is none."""
+def _with_history(ask: Callable[[sqlite3.Connection], _T]) -> _T | None:
+    """`ask` of the open history, begun anew once where it is damaged; None where there is none."""
     try:
         import sqlite3
 
-        place = state_folder() / NAME
+        place = state_folder() / DATABASE_NAME
         place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         if os.path.lexists(place) and not place.is_file():
             return None

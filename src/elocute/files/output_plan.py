@@ -2,7 +2,7 @@
 
 Side files count as outputs too (the .wav beside a .glb). Refused are two outputs at one place, an
 output that is an input, and whatever exists already, unless this tool made it from the very same
-input and nobody changed it since (`files.ledger`), or the user said what is to be done with it.
+input and nobody changed it since (`output_history`), or the user says what to do with it.
 """
 
 from __future__ import annotations
@@ -18,17 +18,29 @@ from pathlib import Path
 
 from elocute.errors import InputError, OutputError
 from elocute.files.atomic import check_output, moved_aside
-from elocute.files.ledger import Source, fingerprint, recall, remember, source_text
+from elocute.files.output_history import (
+    Source,
+    fingerprint,
+    recall_output,
+    remember_output,
+    source_text,
+)
 
 REMEDY = "`overwrite` replaces it, `no_clobber` keeps it"
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedOutput:
     """One file or folder to be written.
 
-    sources  what it is made from: files, or texts that name something else
-    beside   the output that it is a side file of, or None
+    Attributes
+    ----------
+    path : Path
+        The output.
+    sources : tuple of str or Path
+        What it is made from: files, or texts that name something else.
+    beside : Path or None
+        The output that it is a side file of.
     """
 
     path: Path
@@ -37,34 +49,79 @@ class Planned:
 
     @property
     def origin(self) -> str:
-        """Its inputs as a person reads them."""
+        """Its sources, as a message names them."""
         return " and ".join(map(str, self.sources)) or "anything"
 
 
 class OutputPlan:
-    """What a run reads and will write: `add` everything, `check` once, then write."""
+    """What a run reads and will write: `add` everything, `check` once, then write.
+
+    Parameters
+    ----------
+    inputs : iterable of str or Path
+        What the run reads.
+    remedy : str
+        What to do about a file that exists; appears in the message.
+
+    Attributes
+    ----------
+    kept : list of Path
+        Outputs that exist and stay as they are, since the user said so.
+    """
 
     def __init__(self, inputs: Iterable[Source] = (), *, remedy: str = REMEDY) -> None:
-        self._inputs, self._planned = list(inputs), list[Planned]()
+        self._inputs, self._planned = list(inputs), list[PlannedOutput]()
         self._remedy, self._folders = remedy, set[Path]()
         self._seen: dict[Path, str | None] = {}
         self.kept: list[Path] = []
         """Files that are there and stay as they are, since the user said so."""
 
     def add(self, path: Path, *sources: Source, beside: Path | None = None) -> None:
-        """Plan an output made from `sources`, which count as inputs of the run."""
-        self._planned.append(Planned(path, sources, beside))
+        """Plan an output.
+
+        Parameters
+        ----------
+        path : Path
+            The output.
+        *sources : str or Path
+            What it is made from; they count as inputs of the run.
+        beside : Path, optional
+            The output that it is a side file of.
+        """
+        self._planned.append(PlannedOutput(path, sources, beside))
         self._inputs += sources
 
     def make_folder(self, folder: Path) -> None:
-        """Plan a folder, with those above it, that is made when a file in it is written."""
+        """Plan a folder, with those above it, that is made when a file in it is written.
+
+        Parameters
+        ----------
+        folder : Path
+            The folder.
+        """
         self._folders.add(folder)
 
     def check(self, *, overwrite: bool = False, no_clobber: bool = False) -> OutputPlan:
-        """Raise OutputError for the first output that would lose something; gives the plan.
+        """Check that no output would destroy something.
 
-        overwrite   files that exist are replaced; folders only where this tool made them
-        no_clobber  outputs that exist are left out and listed in `kept`
+        Parameters
+        ----------
+        overwrite : bool
+            Replace files that exist; folders only where this tool made them.
+        no_clobber : bool
+            Leave out outputs that exist, and list them in `kept`.
+
+        Returns
+        -------
+        OutputPlan
+            Itself.
+
+        Raises
+        ------
+        OutputError
+            For the first output that cannot be written, or would destroy something.
+        InputError
+            For `overwrite` and `no_clobber` together.
         """
         if overwrite and no_clobber:
             raise InputError.about("`overwrite`", found="`no_clobber` too", allowed="one of them")
@@ -84,29 +141,60 @@ class OutputPlan:
         return self
 
     def _room(self, path: Path) -> Path:
-        """Itself, or the outermost folder that is to be made for it."""
+        """The path itself, or the outermost folder that is to be made for it."""
         if path.parent in self._folders:
             while not path.parent.exists():
                 path = path.parent
         return path
 
     def wants(self, path: Path) -> bool:
-        """Whether this output is to be written."""
+        """Whether an output is to be written.
+
+        Parameters
+        ----------
+        path : Path
+            A planned output.
+
+        Returns
+        -------
+        bool
+            False where it is kept.
+        """
         return path not in self.kept
 
     def wanted(self, paths: Iterable[Path]) -> list[Path]:
+        """Those of some outputs that are to be written.
+
+        Parameters
+        ----------
+        paths : iterable of Path
+            Planned outputs.
+
+        Returns
+        -------
+        list of Path
+            In the same order.
+        """
         return [path for path in paths if self.wants(path)]
 
     @property
     def finished(self) -> bool:
-        """Whether there is nothing to be written at all."""
+        """Whether nothing is to be written at all."""
         return not any(self.wants(one.path) for one in self._planned if one.beside is None)
 
     @contextlib.contextmanager
     def writing(self, path: Path) -> Iterator[None]:
-        """Around the writing of an output and of its side files; remembers them as made.
+        """Write an output and its side files in this block; they are remembered as made.
 
-        Raises OutputError where something came there since `check`.
+        Parameters
+        ----------
+        path : Path
+            A planned output.
+
+        Raises
+        ------
+        OutputError
+            Where something else was written there since `check`, or a folder cannot be made.
         """
         written = [one for one in self._planned if path in (one.path, one.beside)]
         written = [one for one in written if self.wants(one.path)]
@@ -125,7 +213,7 @@ class OutputPlan:
                     aside.enter_context(moved_aside(one.path))
             yield
         for one in written:
-            remember(one.path, one.sources)
+            remember_output(one.path, one.sources)
             self._seen[one.path] = fingerprint(one.path)
 
 
@@ -150,10 +238,10 @@ def _made_folder(folder: Path) -> Iterator[None]:
         raise
 
 
-def _refuse_strangers(planned: Planned, overwrite: bool, remedy: str) -> None:
-    """Raise OutputError where what exists is not ours to replace."""
+def _refuse_strangers(planned: PlannedOutput, overwrite: bool, remedy: str) -> None:
+    """Raise OutputError for what exists and is not ours to replace."""
     path = planned.path
-    known = recall(path)
+    known = recall_output(path)
     if known is not None and known[1] and (overwrite or known[0] == source_text(planned.sources)):
         return
     is_folder = path.is_dir() and not path.is_symlink()
@@ -173,10 +261,10 @@ def _refuse_strangers(planned: Planned, overwrite: bool, remedy: str) -> None:
     raise OutputError.about(path, found=found, remedy=remedy)
 
 
-def _refuse_collisions(planned: list[Planned]) -> None:
-    """Two outputs at one place, also where the file system does not tell names apart by case."""
-    first: dict[tuple[str, str], Planned] = {}
-    alike: dict[tuple[str, str], Planned] = {}
+def _refuse_collisions(planned: list[PlannedOutput]) -> None:
+    """Raise OutputError for two outputs at one place, also where names differ only by case."""
+    first: dict[tuple[str, str], PlannedOutput] = {}
+    alike: dict[tuple[str, str], PlannedOutput] = {}
     for one in planned:
         folder, name = os.path.realpath(one.path.parent), one.path.name
         other = first.setdefault((folder, name), one)
@@ -188,7 +276,8 @@ def _refuse_collisions(planned: list[Planned]) -> None:
             raise _collision(one, other)
 
 
-def _collision(one: Planned, other: Planned) -> OutputError:
+def _collision(one: PlannedOutput, other: PlannedOutput) -> OutputError:
+    """The error for two outputs at one place."""
     if one.sources == other.sources:
         return OutputError.about(
             one.path, found=f"two outputs of {one.origin} at one place", remedy="rename one"
@@ -202,7 +291,7 @@ def _collision(one: Planned, other: Planned) -> OutputError:
 
 
 def _are_one_name(folder: Path, name: str, other: str) -> bool:
-    """Whether the file system takes both for the same name: it is asked."""
+    """Whether the file system takes both for the same name, found out by asking it."""
     while not folder.is_dir():  # it may be one that is yet to be made
         folder = folder.parent
     with tempfile.TemporaryDirectory(prefix=".elocute-", dir=folder) as room:
@@ -211,7 +300,7 @@ def _are_one_name(folder: Path, name: str, other: str) -> bool:
 
 
 def _by_identity(inputs: Iterable[Source]) -> dict[tuple[int, int], Source]:
-    """Inputs that exist, by what makes a file itself whatever it is called."""
+    """Inputs that exist, by device and inode: what makes a file itself whatever it is called."""
     found: dict[tuple[int, int], Source] = {}
     for source in inputs:
         try:
@@ -222,24 +311,32 @@ def _by_identity(inputs: Iterable[Source]) -> dict[tuple[int, int], Source]:
     return found
 
 
-def _refuse_inputs(planned: Planned, inputs: dict[tuple[int, int], Source]) -> None:
-    try:
-        facts = planned.path.stat()
-    except OSError:
-        return
-    source = inputs.get((facts.st_dev, facts.st_ino))
-    found = None if source is None else f"an input of this run ({source})"
-    if found is None and stat.S_ISDIR(facts.st_mode):
-        place = os.path.realpath(planned.path)
-        within = [s for s in inputs.values() if Path(os.path.realpath(s)).is_relative_to(place)]
-        found = f"a folder that holds an input of this run ({within[0]})" if within else None
-    if found is None and stat.S_ISREG(facts.st_mode) and not (recall(planned.path) or ("", 0))[1]:
-        place = os.path.realpath(planned.path.parent)
-        folders = [s for s in inputs.values() if Path(s).is_dir()]
-        within = [s for s in folders if Path(place).is_relative_to(os.path.realpath(s))]
-        found = f"a file of an input of this run ({within[0]})" if within else None
+def _refuse_inputs(planned: PlannedOutput, inputs: dict[tuple[int, int], Source]) -> None:
+    """Raise OutputError for an output that would destroy an input."""
+    found = _input_at(planned.path, inputs)
     if found is not None:
         aside = "" if planned.beside is None else f", where the sound of {planned.beside.name} goes"
         raise OutputError.about(
             planned.path, found=found + aside, remedy="choose another output name"
         )
+
+
+def _input_at(path: Path, inputs: dict[tuple[int, int], Source]) -> str | None:
+    """What input would be lost where an output is written to `path`, or None."""
+    try:
+        facts = path.stat()
+    except OSError:
+        return None
+    source = inputs.get((facts.st_dev, facts.st_ino))
+    if source is not None:
+        return f"an input of this run ({source})"
+    if stat.S_ISDIR(facts.st_mode):
+        place = os.path.realpath(path)
+        within = [s for s in inputs.values() if Path(os.path.realpath(s)).is_relative_to(place)]
+        return f"a folder that holds an input of this run ({within[0]})" if within else None
+    if stat.S_ISREG(facts.st_mode) and not (recall_output(path) or ("", False))[1]:
+        place = os.path.realpath(path.parent)
+        folders = [s for s in inputs.values() if Path(s).is_dir()]
+        within = [s for s in folders if Path(place).is_relative_to(os.path.realpath(s))]
+        return f"a file of an input of this run ({within[0]})" if within else None
+    return None
