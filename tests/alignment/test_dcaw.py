@@ -101,6 +101,8 @@ def test_attention_over_the_source_is_half_of_its_energies() -> None:
     over_target = torch.log_softmax(scores, dim=2)
     both = torch.log(soft_attention(scores, ones[0])) + over_target
     torch.testing.assert_close(log_attention(scores, *ones), both / 2)
+    alone = log_attention(scores, *ones, mutual=False)
+    torch.testing.assert_close(alone.exp(), soft_attention(scores, ones[0]))
 
 
 def test_the_objective_is_the_sum_over_all_pairs_of_sets() -> None:

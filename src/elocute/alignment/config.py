@@ -179,6 +179,10 @@ class DcawConfig(AlignConfig):
     shared: bool | None = setting(
         None, help="One network for all views; none: where their feature counts are equal."
     )
+    mutual: bool = setting(
+        True,
+        help="Source frames choose among target frames as these do among them; no: Eq. 2 alone.",
+    )
     attention: str = setting(
         "learned",
         choices=ATTENTIONS,

@@ -10,6 +10,7 @@ Where the paper leaves a choice, or its choice did not lead to an aligner:
 - Monotonic attention is the forward sum over all monotone paths: the energy of a cell is the log
   of Eq. 2, A the probability that a path passes it, columns divided by their sums. The paper cites
   attention by sampled sigmoids (`attention="sampled"`).
+- Source frames choose among target frames too: the energy is the mean of both logs (`mutual`).
 - The linear part of the encoders begins as principal components, and the score as a bump around
   equal frames. The score learns at a tenth of the encoders' rate.
 - The constraint of Eq. 4 is kept by folding: every so many steps the canonical variates of the
@@ -145,9 +146,7 @@ def dcaw_aligner(config: DcawConfig, network: DcawNetwork, widths: Sequence[int]
         config=config,
         find_path=partial(find_sampled_path if sampled else find_attended_path, config),
         features=partial(output_features, network),
-        pair_cost=partial(sampled_cost, network, config)
-        if sampled
-        else partial(attention_cost, network),
+        pair_cost=partial(sampled_cost if sampled else attention_cost, network, config),
         widths=tuple(widths),
         all_pairs=True,
     )
@@ -164,14 +163,16 @@ def output_features(network: DcawNetwork, view: FloatArray, place: int) -> ViewF
     return ViewFeatures(outputs)
 
 
-def attention_cost(network: DcawNetwork, source: ViewFeatures, target: ViewFeatures) -> CostMatrix:
+def attention_cost(
+    network: DcawNetwork, config: DcawConfig, source: ViewFeatures, target: ViewFeatures
+) -> CostMatrix:
     """(source, target) minus the log of Eq. 2."""
     one, other = source.compared, target.compared
     _check_cells(len(one), len(other))
     with torch.no_grad():
         scores = network.attention(torch.from_numpy(one)[None], torch.from_numpy(other)[None])
-        masks = (torch.ones(1, len(view)) for view in (one, other))
-        return -log_attention(scores.double(), *masks)[0].numpy()
+        rows, columns = (torch.ones(1, len(view)) for view in (one, other))
+        return -log_attention(scores.double(), rows, columns, config.mutual)[0].numpy()
 
 
 def find_attended_path(config: DcawConfig, cost: CostMatrix) -> PairPath:
@@ -247,7 +248,7 @@ def warping(network: DcawNetwork, batch: PairBatch, config: DcawConfig, kind: st
         scores = network.attention(batch.source, batch.target)
         if kind == "sampled":
             return monotonic_attention(scores, inside, config.open_source)
-        energies = log_attention(scores, inside, wanted)
+        energies = log_attention(scores, inside, wanted, config.mutual)
         weights = PathMarginals.apply(energies, batch.lengths, config.open_source)
     return weights / weights.sum(dim=1, keepdim=True).clamp_min(SMALL)  # pyright: ignore
 

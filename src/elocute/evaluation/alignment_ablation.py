@@ -20,6 +20,7 @@ PARTS: dict[str, Sequence[tuple[str, dict[str, Any]]]] = {
     "dcaw": (
         ("no training", {"steps": 0}),
         ("no folding", {"folds": 0, "fold_every": 10**6}),
+        ("Eq. 2 alone", {"mutual": False}),
         ("attention fixed", {"attention": "fixed"}),
         ("attention sampled", {"attention": "sampled"}),
         ("attention DTW's path", {"attention": "path"}),

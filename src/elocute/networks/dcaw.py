@@ -174,17 +174,22 @@ def soft_attention(scores: Tensor, source_mask: Tensor) -> Tensor:
     return torch.softmax(hidden, dim=1)
 
 
-def log_attention(scores: Tensor, source_mask: Tensor, target_mask: Tensor) -> Tensor:
-    """log of Eq. 2, (pair, source, target): the mean of that over the source and over the target.
+def log_attention(
+    scores: Tensor, source_mask: Tensor, target_mask: Tensor, mutual: bool = True
+) -> Tensor:
+    """log of Eq. 2, (pair, source, target); zero in the padding.
 
-    Eq. 2 lets every target frame choose among the source frames. The other half lets source frames
-    choose too, so that a frame which is like everything attracts nobody. Zero in the padding.
+    Eq. 2 lets every target frame choose among the source frames. With `mutual`, source frames
+    choose among the target frames too, and the two logarithms are averaged: a frame that is like
+    everything then attracts nobody.
     """
     inside = (source_mask.unsqueeze(2) * target_mask.unsqueeze(1)).bool()
     over_source = scores.masked_fill(source_mask.unsqueeze(2) == 0, HIDDEN_SCORE)
-    over_target = scores.masked_fill(target_mask.unsqueeze(1) == 0, HIDDEN_SCORE)
-    both = torch.log_softmax(over_source, dim=1) + torch.log_softmax(over_target, dim=2)
-    return (0.5 * both).masked_fill(~inside, 0.0)
+    chosen = torch.log_softmax(over_source, dim=1)
+    if mutual:
+        over_target = scores.masked_fill(target_mask.unsqueeze(1) == 0, HIDDEN_SCORE)
+        chosen = 0.5 * (chosen + torch.log_softmax(over_target, dim=2))
+    return chosen.masked_fill(~inside, 0.0)
 
 
 def monotonic_attention(scores: Tensor, source_mask: Tensor, free_start: bool = False) -> Tensor:
