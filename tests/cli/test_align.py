@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +15,25 @@ import soundfile
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
 
+def takes_of_a_word(folder: Path, speech: Path, edges: Sequence[float]) -> Path:
+    """A folder of one word by three takes: real speech at three paces, cut in the same parts."""
+    room = folder / "first"
+    room.mkdir()
+    samples, rate = soundfile.read(speech, dtype="float32")
+    samples = samples[: int((edges[-1] + 0.1) * rate)]
+    for name, pace in (("a", 1.0), ("b", 0.9), ("c", 1.1)):
+        soundfile.write(room / f"{name}.wav", samples, round(rate * pace))
+        times = (np.array(edges) / pace).tolist()
+        parts = [[a, b, p] for a, b, p in zip(times, times[1:], "WXYZ", strict=False)]
+        (room / f"{name}.json").write_text(json.dumps({"phones": parts}))
+    return folder
+
+
 @pytest.fixture(scope="module")
 def words(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) -> Path:
-    """A folder of one word by three takes: real speech at three paces, cut in the same parts."""
-    folder = tmp_path_factory.mktemp("words") / "first"
-    folder.mkdir()
-    samples, rate = soundfile.read(speech_wav, dtype="float32")
-    samples = samples[: int(1.6 * rate)]
-    edges = np.array([0.1, 0.45, 0.8, 1.2, 1.5])
-    for name, pace in (("a", 1.0), ("b", 0.9), ("c", 1.1)):
-        soundfile.write(folder / f"{name}.wav", samples, round(rate * pace))
-        times = (edges / pace).tolist()
-        parts = [[a, b, p] for a, b, p in zip(times, times[1:], "WXYZ", strict=False)]
-        (folder / f"{name}.json").write_text(json.dumps({"phones": parts}))
-    return folder.parent
+    """One word of 1.6 s by three takes."""
+    folder = tmp_path_factory.mktemp("words")
+    return takes_of_a_word(folder, speech_wav, [0.1, 0.45, 0.8, 1.2, 1.5])
 
 
 def test_two_recordings_are_aligned_and_drawn(
@@ -140,16 +146,33 @@ def test_learned_methods_are_judged_beside_them(words: Path, cli: Callable[..., 
     assert methods["dctw/expected"]["error_frames"] != methods["dctw"]["error_frames"]
 
 
-def test_an_ablation_leaves_out_every_part(words: Path, cli: Callable[..., object]) -> None:
+def test_an_ablation_leaves_out_every_part(
+    tmp_path: Path, speech_wav: Path, refused: Callable[..., None]
+) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
-    done = cli("evaluate", "alignment", words, "--ablation", "--together", "--json")
-    methods = json.loads(done.stdout)["methods"]  # pyright: ignore
-    for name in ("dtw", "ctw/together", "cca-soft: no guide", "cca-soft: no prior"):
+    from elocute.evaluation.alignment_ablation import ablation_variants
+    from elocute.evaluation.alignment_scores import compare_methods, score_folder
+
+    words = takes_of_a_word(tmp_path, speech_wav, [0.1, 0.3, 0.5])
+    brief = [
+        replace(each, settings=tuple(({"steps": 2} | dict(each.settings)).items()))
+        if each.method in ("dctw", "cca-soft", "dcaw")
+        else each
+        for each in ablation_variants(together=True)
+    ]
+    rows, broken = score_folder(words, brief)
+    methods = compare_methods(rows, "dcaw/together")
+    assert not broken and "against" in methods["dtw"] and "against" not in methods["dcaw/together"]
+    for name in ("ctw/together/expected", "cca-soft: no guide", "cca-soft: no prior"):
         assert "against" in methods[name]
-    assert "against" not in methods["dcaw/together"]
     parts = {name.removeprefix("dcaw: ") for name in methods if name.startswith("dcaw: ")}
     assert {"attention fixed", "attention uniform", "attention diagonal", "attention off"} <= parts
     assert methods["dcaw: attention off"] != methods["dcaw/together"]
+    # The same list is what the command compares.
+    refused(
+        *("evaluate", "alignment", words, "--ablation", "--tested", "magic"),
+        says="dcaw: attention off",
+    )
 
 
 def test_bad_input_of_the_judgement(
