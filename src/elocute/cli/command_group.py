@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -10,7 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 from elocute.cli.examples import EXAMPLES
 from elocute.cli.flags import RUNNING, in_flags
 from elocute.cli.settings_options import expanded
-from elocute.errors import ElocuteError
+from elocute.errors import ElocuteError, InputError
 
 
 class ExplainedCommand(TyperCommand):
@@ -27,6 +28,29 @@ class ExplainedCommand(TyperCommand):
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         write_examples(ctx, formatter)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        given = list(args)
+        rest = super().parse_args(ctx, args)
+        self._refuse_empty_names(ctx, given)
+        return rest
+
+    def _refuse_empty_names(self, ctx: Any, given: list[str]) -> None:
+        """An empty name, as of a variable of the shell that is not set, would be the folder here.
+
+        Raises InputError.
+        """
+        empty = any(not word or (word.startswith("--") and word.endswith("=")) for word in given)
+        if "." in given or not empty:
+            return
+        for parameter in self.params:
+            value = ctx.params.get(parameter.name or "")
+            if Path() in (value if isinstance(value, list | tuple) else [value]):
+                raise InputError.about(
+                    f"{parameter.opts[-1]} ''",
+                    found="no name",
+                    allowed="the name of a file or a folder; . is this one",
+                )
 
     def invoke(self, ctx: Any) -> Any:
         before = RUNNING.set(self)

@@ -82,6 +82,8 @@ def _leave(interrupts: _Interrupts) -> int:
         if isinstance(error, OSError) and error.errno in DISK_ERRORS:
             where = error.filename or "a temporary file"
             return _say(f"{where}: cannot be written ({error.strerror})", 2)
+        if isinstance(error, MemoryError):
+            return _say("not enough memory for this; try less at once, or a larger machine", 1)
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             return _say(f"{str(error.filename)[:200]}…: not a valid name ({error.strerror})", 2)
         raise

@@ -39,4 +39,8 @@ Split = typer.Option("default", help="Name of the split of the corpus.")
 Table = typer.Option(
     None, "--table", help="Also write the table to this file (.csv or .tex). Can be repeated."
 )
+OverwriteTable = typer.Option(False, "--overwrite", help="Replace existing tables.")
+KeepTable = typer.Option(
+    False, "--no-clobber", help="Leave existing tables as they are, and say so."
+)
 Json = typer.Option(False, "--json", help="Print the result as one JSON record.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -131,7 +131,8 @@ def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) ->
                 allowed=f"{components}, the shapes of the basis",
             )
     with write_atomically(path) as draft:
-        pyarrow_parquet().write_table(_table(clips, components), draft, compression="zstd")
+        with draft.open("wb") as file:  # a path would have to be UTF-8
+            pyarrow_parquet().write_table(_table(clips, components), file, compression="zstd")
         digest = sha256_of(draft)
     return ShardEntry(path.name, len(clips), digest)
 
@@ -286,12 +287,13 @@ def _opened(path: Path) -> Iterator[Any]:
     Texts come as dictionaries, so that one that is repeated is held once. Raises CorpusError.
     """
     _check_unpacked(path)
-    try:
-        file = pyarrow_parquet().ParquetFile(path, read_dictionary=list(TEXTS))
-    except _arrow_errors() as error:
-        raise _unreadable(path, error) from error
-    with file:
-        yield file
+    with ExitStack() as stack:
+        try:
+            raw = stack.enter_context(path.open("rb"))  # a path would have to be UTF-8
+            file = pyarrow_parquet().ParquetFile(raw, read_dictionary=list(TEXTS))
+        except _arrow_errors() as error:
+            raise _unreadable(path, error) from error
+        yield stack.enter_context(file)
 
 
 def _check_unpacked(path: Path) -> None:

@@ -205,14 +205,9 @@ class OutputPlan:
                     found="it was written by something else in the meantime",
                     remedy="choose another name",
                 )
-        try:
-            if path.parent in self._folders:
-                path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError.about(
-                path.parent, found=f"cannot be made ({error.strerror})"
-            ) from error
         with contextlib.ExitStack() as aside:
+            if path.parent in self._folders:
+                aside.enter_context(_made_folder(path.parent))
             for one in written:
                 if one.path.is_dir() and not one.path.is_symlink():
                     aside.enter_context(moved_aside(one.path))
@@ -220,6 +215,27 @@ class OutputPlan:
         for one in written:
             remember_output(one.path, one.sources)
             self._seen[one.path] = fingerprint(one.path)
+
+
+@contextlib.contextmanager
+def _made_folder(folder: Path) -> Iterator[None]:
+    """A folder with those above it; where the block fails, those that are new and empty go."""
+    new = []
+    for place in (folder, *folder.parents):
+        if os.path.lexists(place):
+            break
+        new.append(place)
+    try:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError.about(folder, found=f"cannot be made ({error.strerror})") from error
+        yield
+    except BaseException:
+        for place in new:
+            with contextlib.suppress(OSError):
+                place.rmdir()
+        raise
 
 
 def _refuse_strangers(planned: PlannedOutput, overwrite: bool, remedy: str) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import contextlib
+import os
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from elocute.errors import OutputError
@@ -38,7 +40,29 @@ def prepare_folder(folder: Path, resume: bool) -> None:
             allowed="a new or empty folder",
             remedy="`resume` continues in it",
         )
-    folder.mkdir(exist_ok=True)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError.about(folder, found=f"cannot be made ({error.strerror})") from error
+
+
+@contextlib.contextmanager
+def no_empty_folder(folder: Path) -> Iterator[None]:
+    """Around work that makes a folder: where it fails before a file is in it, the folder goes."""
+    is_new = not os.path.lexists(folder)
+    try:
+        yield
+    except BaseException:
+        if is_new:
+            remove_empty(folder)
+        raise
+
+
+def remove_empty(folder: Path) -> None:
+    """Remove a folder and those in it as far as they hold no files."""
+    for inner, _, _ in os.walk(folder, topdown=False):
+        with contextlib.suppress(OSError):
+            Path(inner).rmdir()
 
 
 def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from elocute.errors import HeadError
 from elocute.files.json_records import finite_number, read_record
 from elocute.head.model import HeadModel
+from elocute.one_line_repr import brief
 
 IDENTITY_COUNT = 50
 COEFFICIENT_MAX = 5.0
@@ -140,7 +141,7 @@ def sample_identities(head: HeadModel, count: int, seed: int) -> NDArray[np.floa
     ranges = {"count": (count, 1, COUNT_MAX), "seed": (seed, 0, IDENTITY_SEED_MAX)}
     for name, (value, low, high) in ranges.items():
         if not low <= value <= high:
-            raise HeadError.about(name, found=str(value), allowed=f"{low} to {high}")
+            raise HeadError.about(f"`{name}`", found=brief(value), allowed=f"{low} to {high}")
     return np.stack([_drawn(components, seed, number) for number in range(count)])
 
 

@@ -46,4 +46,4 @@ def open_head(choice: str | Path) -> HeadModel:
     if suffix in MESH_SUFFIXES:
         return head_from_mesh(path)
     found = f"suffix {suffix!r}" if suffix else "unknown"
-    raise HeadError.about(str(choice), found=found, allowed=ALLOWED)
+    raise HeadError.about(str(choice) or "head ''", found=found, allowed=ALLOWED)

@@ -20,6 +20,7 @@ from typing import Any
 
 from elocute.errors import ElocuteError, InputError
 from elocute.jobs.pool import JOBS_MAX, FailedTask, Pool
+from elocute.one_line_repr import brief
 
 TRIES = 3
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -77,7 +78,7 @@ def checked_jobs(jobs: int) -> int:
         For a number outside 0 to `JOBS_MAX`.
     """
     if not 0 <= jobs <= JOBS_MAX:
-        raise InputError.about("`jobs`", found=str(jobs), allowed=f"0 to {JOBS_MAX}")
+        raise InputError.about("`jobs`", found=brief(jobs), allowed=f"0 to {JOBS_MAX}")
     return jobs
 
 

@@ -117,6 +117,8 @@ def phone_lookahead_s() -> float:
     return builtin_encoder().lookahead_s + 1 / FEATURE_RATE
 
 
+BLOCK_S = 300.0
+"""Seconds of a sound in memory that are made into features at once."""
 Progress = Callable[[float], None]
 """Called with the share of the work done, 0…1."""
 
@@ -138,7 +140,7 @@ class SoundBlocks:
 
 
 def blocks_of(sound: Waveform) -> SoundBlocks:
-    """A sound in memory as one block.
+    """A sound in memory as blocks: a long one in several, since features take more memory.
 
     Parameters
     ----------
@@ -149,7 +151,12 @@ def blocks_of(sound: Waveform) -> SoundBlocks:
     -------
     SoundBlocks
     """
-    return SoundBlocks(sound.sample_rate, [(sound.samples, 1.0)])
+    size, total = round(BLOCK_S * sound.sample_rate), len(sound.samples)
+    blocks = [
+        (sound.samples[first : first + size], min(1.0, (first + size) / total))
+        for first in range(0, total, size)
+    ]
+    return SoundBlocks(sound.sample_rate, blocks)
 
 
 def extract_features(

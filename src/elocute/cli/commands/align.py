@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
     from elocute.audio.waveform import Waveform
 
 METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
+LONGEST_S = 600.0
+LARGEST_S2 = 8000.0
+"""The seconds of one recording times those of the other: every frame of one is held against every
+frame of the other, in 1 GB of memory at most."""
 
 
 def align_command(
@@ -49,7 +54,7 @@ def align_command(
     Soft-DTW takes a second. Learned methods (ctw, dctw, dcaw) are fitted to these two recordings
     alone; fitted to many recordings of a word (`elocute.alignment.fit_aligner`) they are better.
     """
-    from elocute.audio.read import read_audio
+    from elocute.audio.read import probe_audio, read_audio
     from elocute.encoders.protocol import FEATURE_RATE
 
     check_file_suffix(plot, ".png")
@@ -58,8 +63,11 @@ def align_command(
         from elocute.alignment import methods
     chosen = methods.resolve_method(method)
     config = chosen.config(band=band, open_source=find)
-    sounds = [read_audio(path) for path in (source, target)]
-    views = [_view(*pair, encoder) for pair in zip((source, target), sounds, strict=True)]
+    paths = (source, target)
+    _check_lengths(paths, [probe_audio(path).duration_s or 0.0 for path in paths])
+    sounds = [read_audio(path) for path in paths]
+    _check_lengths(paths, [sound.duration_s for sound in sounds])
+    views = [_view(*pair, encoder) for pair in zip(paths, sounds, strict=True)]
     with logged_progress(f"fitting {method}", as_json) as progress:
         found = methods.align(views, method, config, seed, progress)
     if plot is not None and plan.wants(plot):
@@ -72,6 +80,24 @@ def align_command(
         print(json.dumps(record | {"path": found.path.tolist()}))
     else:
         _show(found, source.name, find)
+
+
+def _check_lengths(paths: Sequence[Path], durations_s: Sequence[float]) -> None:
+    """Refuse recordings that would take the machine's memory. Raises InputError."""
+    for path, seconds in zip(paths, durations_s, strict=True):
+        if seconds > LONGEST_S:
+            raise InputError.about(
+                path, found=f"{seconds:.1f} s", allowed=f"up to {LONGEST_S:g} s", remedy="cut it"
+            )
+    source, target = durations_s
+    if source * target > LARGEST_S2:
+        raise InputError.about(
+            paths[0],
+            found=f"{source:.1f} s, with {target:.1f} s of {paths[1].name}",
+            allowed=f"up to {LARGEST_S2**0.5:.0f} s each, or {LONGEST_S:g} s with "
+            f"{LARGEST_S2 / LONGEST_S:.0f} s",
+            remedy="cut them",
+        )
 
 
 def _view(path: Path, sound: Waveform, encoder: str) -> NDArray[np.floating]:

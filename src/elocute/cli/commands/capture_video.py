@@ -64,8 +64,6 @@ def video_command(
     seconds = time.perf_counter() - started
     motion = _dressed(captured.motion, identity, zero_pose)
     sound = video[0] if captured.track.has_sound else None
-    if sound is None:
-        warn_of_silence(files, f"{video[0].name} has none")
     for target in files:
         with progress_bar(f"writing {target.name}", as_json) as progress:
             write_motion(
@@ -78,6 +76,8 @@ def video_command(
             )
         if not as_json:
             print(target)
+    if sound is None:
+        warn_of_silence(files, f"{video[0].name} has none")
     _report(video[0], captured, files, seconds, as_json)
 
 

@@ -106,8 +106,6 @@ def edit_command(
     for edit in edits:
         edited = edit(edited)
     heard = None if sound is None else _heard(sound, start or 0.0, stop, duration_s)
-    if sound is None:
-        warn_of_silence(targets, "--audio FILE adds it")
     for target in targets:
         with progress_bar(f"writing {target.name}", as_json) as progress:
             write_motion(
@@ -120,6 +118,8 @@ def edit_command(
             )
         if not as_json:
             print(target)
+    if sound is None:
+        warn_of_silence(targets, "--audio FILE adds it")
     if as_json:
         record: dict[str, Any] = {"input": str(motion), "outputs": [str(t) for t in targets]}
         record |= {"frames": edited.frame_count, "fps": edited.fps, "edits": len(edits)}

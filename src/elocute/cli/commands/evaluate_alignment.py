@@ -38,6 +38,8 @@ def alignment_command(
     seed: int = options.LearningSeed,
     per_word: bool = typer.Option(False, help="Also print every word."),
     table: list[Path] | None = options.Table,
+    overwrite: bool = options.OverwriteTable,
+    no_clobber: bool = options.KeepTable,
     as_json: bool = options.Json,
 ) -> None:
     """Compare alignments by the error (Eq. 11) and overlap of phones that they carry over.
@@ -58,7 +60,7 @@ def alignment_command(
             raise InputError.about(place, found="not a folder", allowed="a folder of words")
     resolve_encoder(encoder)
     files = check_tables(table)
-    plan = plan_files([folder], files, False, False)
+    plan = plan_files([folder], files, overwrite, no_clobber)
     with progress_bar("aligning", as_json) as progress:
         rows, broken = score_folder(
             folder,

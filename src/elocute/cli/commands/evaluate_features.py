@@ -30,6 +30,8 @@ def features_command(
     split: str = options.Split,
     resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     table: list[Path] | None = options.Table,
+    overwrite: bool = options.OverwriteTable,
+    no_clobber: bool = options.KeepTable,
     as_json: bool = options.Json,
 ) -> None:
     """Train VOCA once per speech encoder, all else equal, and measure each on the test part.
@@ -46,7 +48,7 @@ def features_command(
     if not names:
         raise InputError.about(f"--encoders {encoders!r}", found="none", allowed="phones,fbank,…")
     files = check_tables(table)
-    plan = plan_files([corpus], files, False, False)
+    plan = plan_files([corpus], files, overwrite, no_clobber)
     opened = open_corpus(corpus)
     clips = list(opened.split(split).test)
     if not clips:
@@ -88,7 +90,7 @@ def _train(
     """Encoder to its model; all settings are checked before the first hour is spent."""
     from elocute.cli.progress import EpochLines
     from elocute.encoders.registry import resolve_encoder
-    from elocute.files.work_folder import prepare_trainings
+    from elocute.files.work_folder import no_empty_folder, prepare_trainings
 
     with needs_extra("training", "train"):
         from elocute.training.voca.config import VocaTrainConfig
@@ -97,11 +99,14 @@ def _train(
     for name in encoders:
         resolve_encoder(name)
     folders = {name: output / re.sub(r"\W+", "_", name) for name in encoders}
-    prepare_trainings(output, [folder.name for folder in folders.values()], resume)
-    models = {}
-    for name, config in configs.items():
-        train_voca(corpus, config, folders[name], split, resume=resume, report=EpochLines(quiet))
-        models[name] = folders[name] / MODEL
+    with no_empty_folder(output):
+        prepare_trainings(output, [folder.name for folder in folders.values()], resume)
+        models = {}
+        for name, config in configs.items():
+            train_voca(
+                corpus, config, folders[name], split, resume=resume, report=EpochLines(quiet)
+            )
+            models[name] = folders[name] / MODEL
     return models
 
 

@@ -45,6 +45,8 @@ def wild_command(
     config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
     resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     tables: list[Path] | None = options.Table,
+    overwrite: bool = options.OverwriteTable,
+    no_clobber: bool = options.KeepTable,
     as_json: bool = options.Json,
 ) -> None:
     """Train and measure: new speakers, new words, sentences, losses, noise, bases, a real talker.
@@ -58,7 +60,7 @@ def wild_command(
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
     from elocute.corpus.shards import open_shards
-    from elocute.files.work_folder import prepare_trainings
+    from elocute.files.work_folder import no_empty_folder, prepare_trainings
 
     with needs_extra("training", "train"):
         from elocute.evaluation.wild_experiments import (
@@ -69,23 +71,24 @@ def wild_command(
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
     check_trainings(chosen)
     files = check_tables(tables)
-    plan = plan_files([shards], files, False, False)
+    plan = plan_files([shards], files, overwrite, no_clobber)
     opened = open_shards(shards, sounds)
     corpus = None if sentences is None else open_corpus(sentences)
     taken = [] if corpus is None else select_sentences(corpus, opened, subject, clips)
     wanted = read_names(names)
-    prepare_trainings(output, chosen, resume)
-    found = study_wild(
-        opened,
-        output,
-        config,
-        trainings=chosen,
-        sentences=corpus,
-        names=taken,
-        talker=real,
-        talker_names=wanted,
-        report=EpochLines(as_json),
-    )
+    with no_empty_folder(output):
+        prepare_trainings(output, chosen, resume)
+        found = study_wild(
+            opened,
+            output,
+            config,
+            trainings=chosen,
+            sentences=corpus,
+            names=taken,
+            talker=real,
+            talker_names=wanted,
+            report=EpochLines(as_json),
+        )
     report = {
         "shards": shards.name,
         "clips": len(opened),

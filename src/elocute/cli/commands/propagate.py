@@ -13,6 +13,7 @@ from elocute.cli import options
 from elocute.cli.flags import in_flags
 from elocute.cli.progress import progress_bar, resumable
 from elocute.cli.settings_options import options_of
+from elocute.files.work_folder import no_empty_folder
 from elocute.propagation.settings import PropagateConfig
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def propagate_command(
 
     with (
         resumable("--resume continues"),
+        no_empty_folder(output),
         progress_bar(f"carrying over to {recordings.name}", as_json) as progress,
     ):
         summary = propagate_corpus(

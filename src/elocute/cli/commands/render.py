@@ -36,7 +36,6 @@ def render_command(
     as_json: bool = options.Json,
 ) -> None:
     """Convert a stored motion to video, glTF, HTML, meshes, curves or pictures."""
-
     plan = OutputPlan()
     check_format_settings(output, format_settings)
     for target in output:
@@ -45,8 +44,6 @@ def render_command(
         return
     targets = plan.wanted(output)
     loaded = _load(motion)
-    if audio is None:
-        warn_of_silence(targets, "--audio FILE adds it")
     if fps is not None:
         loaded = loaded.at_fps(fps)
     for target in targets:
@@ -61,6 +58,8 @@ def render_command(
             )
         if not as_json:
             print(target)
+    if audio is None:
+        warn_of_silence(targets, "--audio FILE adds it")
     if as_json:
         record = {"input": str(motion), "outputs": [str(target) for target in targets]}
         print(json.dumps(record | {"frames": loaded.frame_count, "fps": loaded.fps}))

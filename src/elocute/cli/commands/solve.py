@@ -69,9 +69,9 @@ def solve_command(
             joints=() if zero_pose else None,
             progress=progress,
         )
-    warn_of_silence([output], "elocute render MOTION.npz --audio FILE adds it")
     with plan.writing(output):
         write(solved, output)
+    warn_of_silence([output], "elocute render MOTION.npz --audio FILE adds it")
     mean, p95 = float(residual_mm.mean()), float(np.percentile(residual_mm, 95))
     if as_json:
         record = {"input": str(vertices), "output": str(output), "frames": solved.frame_count}

@@ -13,7 +13,7 @@ from elocute.cli.command_group import CommandGroup
 from elocute.cli.progress import EpochLines
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
-from elocute.files.work_folder import prepare_training
+from elocute.files.work_folder import no_empty_folder, prepare_training
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.voca.config import PRESETS, VocaTrainConfig
 
@@ -58,8 +58,8 @@ def voca_command(
         from elocute.training.device import resolve_device
         from elocute.training.voca.run import MODEL, train_voca
     resolve_device(device)
-    prepare_training(output, resume)
-    with EpochLines(as_json) as report:
+    with no_empty_folder(output), EpochLines(as_json) as report:
+        prepare_training(output, resume)
         trained = train_voca(
             opened, config, output, split, resume=resume, report=report, device=device
         )
@@ -97,8 +97,8 @@ def crnn_command(
         from elocute.training.device import resolve_device
     opened = open_shards(shards, sounds)
     resolve_device(device)
-    prepare_training(output, resume)
-    with EpochLines(as_json) as report:
+    with no_empty_folder(output), EpochLines(as_json) as report:
+        prepare_training(output, resume)
         trained, missing = train_crnn(
             opened, config, output, resume=resume, report=report, device=device
         )
