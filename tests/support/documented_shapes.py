@@ -4,7 +4,7 @@
 
 in the section Parameters or Returns of a public function, method or dataclass says that the array
 has two axes, the second of length 3; an axis of the same name has one length throughout a call.
-`...` stands for any axes before the rest. What is returned has the dtype given as well. Calls that
+`...` stands for any axes before or after the rest. What is returned has the dtype given as well. Calls that
 raise are left alone: what is refused may have any shape. See docs/decisions/010.
 """
 
@@ -60,9 +60,10 @@ def check(where: str, array: Any, shape: Shape, lengths: dict[str, int], dtype: 
         return
     said = f"{where}: {array.shape} {array.dtype}, documented as ({', '.join(shape)}) {dtype}"
     axes, found = shape, array.shape
-    if axes and axes[0] == "...":
-        axes = axes[1:]
-        found = found[len(found) - len(axes) :] if len(found) >= len(axes) else ()
+    if "..." in axes:
+        first, last = axes[0] == "...", axes[-1] == "..."
+        axes = axes[first : len(axes) - last]
+        found = found[max(len(found) - len(axes), 0) :] if first else found[: len(axes)]
     if len(axes) != len(found):
         raise ShapeError(said)
     for axis, length in zip(axes, found, strict=True):
