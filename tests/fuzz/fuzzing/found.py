@@ -18,7 +18,7 @@ import numpy as np
 import soundfile
 
 from tests.fuzz.fuzzing.cases import Files
-from tests.fuzz.fuzzing.mutations import npy
+from tests.fuzz.fuzzing.mutations.arrays import npy
 
 HUGE = "9" * 400
 DEEP = "[" * 100_000 + "]" * 100_000
