@@ -24,6 +24,13 @@ def _corpus(folder: Path, _out: Path) -> None:
         corpus.vertices(entry.name)
 
 
+def _captured(folder: Path, _out: Path) -> None:
+    from elocute.corpus.corpus_store import open_corpus
+    from elocute.propagation.captured_words import captured_words
+
+    captured_words(open_corpus(folder / "corpus"), folder / "words")
+
+
 def _shards(folder: Path, _out: Path) -> None:
     from elocute.corpus.shards import open_shards
 
@@ -107,5 +114,14 @@ READERS: tuple[Reader, ...] = (
         {"*.npz": "npz", "*.ogg": "bytes"},
         _IMPORTERS,
         short=40,
+    ),
+    Reader(
+        "captured words",
+        seeds.captured,
+        _captured,
+        {"*words/*.json": "json", "*.TextGrid": "text"},
+        ("elocute.propagation.captured_words", "elocute.corpus.corpus_store", *AUDIO),
+        needs=("pyarrow",),
+        short=100,
     ),
 )

@@ -42,4 +42,5 @@ READERS: tuple[Reader, ...] = (
         ("elocute.capture.video.video_frames", "av"),
         short=150,
     ),
+    Reader("other sound", seeds.others, only(_sound), {"*": "bytes"}, AUDIO, short=150),
 )

@@ -94,4 +94,12 @@ READERS: tuple[Reader, ...] = (
         {"*.vl": "vl"},
         ("elocute.corpus.importers.biwi",),
     ),
+    Reader(
+        "texture",
+        seeds.textures,
+        _scan,
+        {"skin.png": "png", "skin.*": "bytes"},
+        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file", "trimesh"),
+        short=100,
+    ),
 )

@@ -44,6 +44,18 @@ def _checkpoint(path: Path) -> None:
     _restore(path, network, optimiser, material, VocaTrainConfig())
 
 
+def _crnn_checkpoint(path: Path) -> None:
+    import torch
+
+    from elocute.training.crnn.config import CrnnTrainConfig
+    from elocute.training.crnn.fit import _restore
+
+    network: Any = torch.nn.Linear(3, 2)
+    optimiser = torch.optim.Adam(network.parameters())
+    data: Any = SimpleNamespace(train=(0, 1), validation=(2,))
+    _restore(path, network, optimiser, data, CrnnTrainConfig())
+
+
 def _transformer(folder: Path, _out: Path) -> None:
     from elocute.encoders.speech_transformer import Wav2Vec2
 
@@ -106,5 +118,13 @@ READERS: tuple[Reader, ...] = (
         ("elocute.encoders.speech_transformer", "elocute.encoders.speech_transformer_network"),
         needs=("torch", "transformers"),
         short=0,
+    ),
+    Reader(
+        "crnn checkpoint",
+        seeds.crnn_checkpoints,
+        only(_crnn_checkpoint),
+        {"*.safetensors": "safetensors"},
+        ("elocute.training.crnn.fit", "torch._dynamo"),
+        needs=("torch", "safetensors", "lightning_fabric", "pyarrow"),
     ),
 )

@@ -67,6 +67,7 @@ READERS: tuple[Reader, ...] = (
             ("keyframes", _keyframes, ("elocute.cli.keyframes",)),
             ("numbers", _numbers, ("elocute.cli.keyframes",)),
             ("identities", _identities, ("elocute.cli.keyframes",)),
+            ("text", _read_text, ("elocute.alignment.forced_alignment",)),
             ("encoder", _encoder_text, ("elocute.encoders.registry",)),
         )
     ),

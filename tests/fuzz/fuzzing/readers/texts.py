@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from unittest import mock
 
 from tests.fuzz.fuzzing import seeds
 from tests.fuzz.fuzzing.cases import Reader
@@ -88,6 +89,26 @@ def _lrw(folder: Path, _out: Path) -> None:
             word_span(folder, recording, 0.4)
 
 
+def _curves_json(path: Path) -> None:
+    from elocute.export.curves_json import read_json_curves
+
+    read_json_curves(path)
+
+
+def _names(path: Path) -> None:
+    from elocute.cli.names import read_names
+
+    read_names(path)
+
+
+def _ledger(folder: Path, _out: Path) -> None:
+    from elocute.files.ledger import recall, remember
+
+    with mock.patch.dict("os.environ", ELOCUTE_STATE=str(folder)):
+        recall(folder / "talk.wav")
+        remember(folder / "talk.wav", ["nothing"])
+
+
 _JSON = {"*.json": "json"}
 
 READERS: tuple[Reader, ...] = (
@@ -140,4 +161,19 @@ READERS: tuple[Reader, ...] = (
     ),
     Reader("curves", seeds.curves, only(_curves), {"*.csv": "text"}, ("elocute.export.arkit_csv",)),
     Reader("lrw", seeds.lrw, _lrw, {"*.txt": "text"}, ("elocute.propagation.word_recordings",)),
+    Reader(
+        "curves json",
+        seeds.curves_json,
+        only(_curves_json),
+        _JSON,
+        ("elocute.export.curves_json",),
+    ),
+    Reader("names", seeds.names, only(_names), {"*.txt": "text"}, ("elocute.cli.names",)),
+    Reader(
+        "ledger",
+        seeds.ledgers,
+        _ledger,
+        {"*.sqlite3": "bytes"},
+        ("elocute.files.ledger", "sqlite3"),
+    ),
 )

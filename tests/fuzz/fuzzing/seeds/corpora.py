@@ -10,7 +10,7 @@ import numpy as np
 
 from elocute.audio.waveform import Waveform
 from tests.fuzz.fuzzing.seeds.making import RATE, module, place, small_motion, tone
-from tests.fuzz.fuzzing.seeds.media import write_wav
+from tests.fuzz.fuzzing.seeds.media import vorbis, write_wav
 
 
 def corpora(folder: Path) -> None:
@@ -77,8 +77,6 @@ def features(folder: Path) -> None:
 
 def tracks(folder: Path) -> None:
     """Lips tracked in video, as `grid` has them, and a sound beside them."""
-    import soundfile
-
     from elocute.corpus.importers.grid import SCALARS
     from elocute.head.mediapipe_face_mesh import LIP_CONTOURS, UNDER_NOSE
 
@@ -100,7 +98,7 @@ def tracks(folder: Path) -> None:
         words=json.dumps([[0, 0.2, "sil"], [0.2, 0.5, "bin"]]),
         **fields,
     )
-    soundfile.write(inner / "clip.ogg", tone(0.6), RATE)
+    vorbis(inner / "clip.ogg", 0.6)
 
 
 def vocaset(folder: Path) -> None:
@@ -145,3 +143,17 @@ def pickles(folder: Path) -> None:
     for protocol in (2, 4, 5):
         path = place(folder, f"protocol{protocol}") / "item.pkl"
         path.write_bytes(pickle.dumps(item, protocol))
+
+
+def captured(folder: Path) -> None:
+    """A corpus of three clips and, beside it, when the words of one are said."""
+    from elocute.alignment.word_times import TimedWord, TimedWords, write_words
+
+    corpora(folder)
+    said = TimedWords((TimedWord("a", 0.02, 0.06, 0.9), TimedWord("text", 0.08, 0.15, 0.8)), 0.2)
+    for inner in list(folder.iterdir()):
+        corpus = inner.rename(folder / "moved")
+        corpus.rename(place(folder, inner.name) / "corpus")
+        (inner / "words").mkdir()
+        write_words(said, inner / "words" / "anna.ahanna.json")
+        write_words(said, inner / "words" / "bob.ahbob.TextGrid")

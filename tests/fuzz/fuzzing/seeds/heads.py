@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import struct
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,23 @@ def scans(folder: Path) -> None:
     (textured / "scan.obj").write_text("\n".join(lines) + "\n")
     (textured / "scan.mtl").write_text("newmtl skin\nKd 1 1 1\nmap_Kd skin.png\n")
     Image.new("RGB", (8, 8), (200, 150, 130)).save(textured / "skin.png")
+
+
+def textures(folder: Path) -> None:
+    """A textured scan for every kind of picture."""
+    from PIL import Image
+
+    from elocute.files.meshes import PICTURE_FORMATS
+
+    scans(folder / "made")
+    lines = (folder / "made" / "textured" / "scan.obj").read_text()
+    shutil.rmtree(folder / "made")
+    colours = np.arange(24 * 16 * 3, dtype=np.uint8).reshape(24, 16, 3)
+    for kind in PICTURE_FORMATS:
+        inner, name = place(folder, kind), f"skin.{kind.lower()}"
+        (inner / "scan.obj").write_text(lines)
+        (inner / "scan.mtl").write_text(f"newmtl skin\nKd 1 1 1\nmap_Kd {name}\n")
+        Image.fromarray(colours).save(inner / name, kind)
 
 
 def vertex_lists(folder: Path) -> None:

@@ -63,6 +63,7 @@ def checkpoints(folder: Path) -> None:
     from elocute.training.checkpoint import network_tensors, save_checkpoint
     from elocute.training.voca.config import VocaTrainConfig
 
+    torch.manual_seed(0)
     network = torch.nn.Linear(3, 2)
     optimiser = torch.optim.Adam(network.parameters())
     network(torch.ones(1, 3)).sum().backward()
@@ -75,6 +76,25 @@ def checkpoints(folder: Path) -> None:
     }
     path = place(folder, "one") / "checkpoint.safetensors"
     save_checkpoint(path, network_tensors(network, optimiser), record)
+
+
+def crnn_checkpoints(folder: Path) -> None:
+    """As `train crnn` leaves them, of the same network."""
+    import torch
+
+    from elocute.training.checkpoint import network_tensors, save_checkpoint
+    from elocute.training.crnn.config import CrnnTrainConfig
+
+    torch.manual_seed(0)
+    network = torch.nn.Linear(3, 2)
+    optimiser = torch.optim.Adam(network.parameters())
+    network(torch.ones(1, 3)).sum().backward()
+    optimiser.step()
+    tensors = network_tensors(network, optimiser)
+    tensors |= {f"best.{name}": value.clone() for name, value in network.state_dict().items()}
+    log = [{"epoch": 1.0, "validation_loss": 0.5}]
+    record = {"kind": "crnn", "config": CrnnTrainConfig().record(), "log": log, "clips": [2, 1]}
+    save_checkpoint(place(folder, "one") / "checkpoint.safetensors", tensors, record)
 
 
 TINY = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from tests.fuzz.fuzzing.seeds.making import place, small_head
+from tests.fuzz.fuzzing.seeds.making import place, small_head, small_motion
 from tests.fuzz.fuzzing.seeds.media import encoded, write_wav
 
 
@@ -127,6 +127,29 @@ def curves(folder: Path) -> None:
         values = ",".join(f"{0.01 * (frame + i):.6f}" for i in range(len(names)))
         rows.append(f"00:00:00:{frame:06.3f},61,{values},{zeros}")
     (place(folder, "one") / "take.csv").write_text("\n".join(rows) + "\n")
+
+
+def curves_json(folder: Path) -> None:
+    from elocute.export.curves_json import write_json
+
+    write_json(small_motion(turning=False), place(folder, "one") / "talk.json")
+
+
+def names(folder: Path) -> None:
+    (place(folder, "one") / "names.txt").write_text("anna.ahanna\nbob.ahbob\n\ncy.ahcy\n")
+
+
+def ledgers(folder: Path) -> None:
+    """The file that remembers outputs; the one file that it remembers lies beside it."""
+    from unittest import mock
+
+    from elocute.files.ledger import remember
+
+    inner = place(folder, "one")
+    (inner / "talk.wav").write_bytes(b"sound")
+    with mock.patch.dict("os.environ", ELOCUTE_STATE=str(inner)):
+        remember(Path("/talk.glb/of/nobody").parent, [inner / "talk.wav"])
+        remember(inner / "talk.wav", ["nothing"])
 
 
 def lrw(folder: Path) -> None:
