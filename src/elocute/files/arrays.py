@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,8 @@ AXES_MAX = 8
 NUMBER_KINDS = "biuf"
 TEXT_MAX_BYTES = 4_000_000
 ENTRIES_MAX = 10_000
+DIRECTORY_MAX_BYTES = 4_000_000
+"""What zipfile may ask for at once to list the entries, each of which it makes an object."""
 UNPACKED_TIMES = 100
 """An archive may unpack to this many times its own size …"""
 UNPACKED_FREE_BYTES = 64_000_000
@@ -83,13 +85,29 @@ def read_npz(
             path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
         ) as file,
         _one_line(path, allowed, error, remedy),
-        zipfile.ZipFile(file) as archive,
+        _archive(file) as archive,
     ):
         entries = archive.infolist()
         _check_entries(entries, os.fstat(file.fileno()).st_size)
         names = {entry.filename.removesuffix(".npy"): entry for entry in entries}
         chosen = {name: entry for name, entry in names.items() if only is None or name in only}
         return {name: _unpacked(archive, entry) for name, entry in chosen.items()}
+
+
+def npz_names(
+    path: str | Path,
+    *,
+    max_bytes: int,
+    allowed: str,
+    error: type[InputError] = InputError,
+) -> frozenset[str]:
+    """The names of the arrays in an .npz, of which none is read. Raises as `read_npz`."""
+    with (
+        open_regular(path, max_bytes=max_bytes, allowed=allowed, error=error) as file,
+        _one_line(path, allowed, error, ""),
+        _archive(file) as archive,
+    ):
+        return frozenset(name.removesuffix(".npy") for name in archive.namelist())
 
 
 def write_npz(
@@ -410,6 +428,34 @@ def _filled_from(file: Any, array: NDArray[Any], place: int) -> bool:
             return False
         done += got
     return True
+
+
+def _archive(file: BinaryIO) -> zipfile.ZipFile:
+    """An archive whose directory is of limited size. Raises what zipfile raises."""
+    limited = _Limited(file)
+    archive = zipfile.ZipFile(cast(Any, limited))
+    limited.most = None
+    return archive
+
+
+class _Limited:
+    """A file that gives at most so much at once: zipfile asks for the whole directory first."""
+
+    most: int | None = DIRECTORY_MAX_BYTES
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.seek, self.tell = file.seek, file.tell
+
+    def read(self, size: int = -1) -> bytes:
+        if self.most is None:
+            return self._file.read(size)
+        if size > self.most:
+            raise _UnusableError(f"more than {ENTRIES_MAX} arrays")
+        return self._file.read(self.most if size < 0 else size)
+
+    def seekable(self) -> bool:
+        return True
 
 
 def _check_entries(entries: list[zipfile.ZipInfo], packed: int) -> None:

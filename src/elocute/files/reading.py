@@ -15,6 +15,8 @@ from typing import BinaryIO
 from elocute.errors import InputError
 from elocute.one_line_repr import brief
 
+HOLES_FREE_BYTES, HOLES_TIMES = 100_000_000, 1000
+"""A file may be a thousand times as long as what is stored of it, or this long."""
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -26,6 +28,28 @@ def path_of(name: object, error: type[InputError] = InputError) -> Path:
         return Path(name)
     except TypeError:  # a path object that stands for bytes
         raise error.about("path", found=brief(name), allowed="a name as text") from None
+
+
+def _stored_bytes(descriptor: int, facts: os.stat_result) -> int:
+    """What of an open file is stored, where that is little and the system tells; else its size.
+
+    A few bytes can begin a file of a terabyte that is never there, and is read for hours.
+    """
+    if facts.st_size <= HOLES_FREE_BYTES or not hasattr(os, "SEEK_DATA"):
+        return facts.st_size
+    if getattr(facts, "st_blocks", facts.st_size) * 512 * HOLES_TIMES >= facts.st_size:
+        return facts.st_size
+    stored = at = 0
+    try:
+        for _ in range(HOLES_TIMES):
+            at = os.lseek(descriptor, at, os.SEEK_DATA)
+            end = os.lseek(descriptor, at, os.SEEK_HOLE)
+            stored, at = stored + end - at, end
+        return facts.st_size  # of many parts, which nobody makes by a single call
+    except OSError:  # no data after this place
+        return stored
+    finally:
+        os.lseek(descriptor, 0, os.SEEK_SET)
 
 
 @contextmanager
@@ -59,6 +83,14 @@ def open_regular(
                 path,
                 found=bytes_text(facts.st_size),
                 allowed=f"{allowed} of up to {bytes_text(max_bytes)}",
+            )
+        stored = _stored_bytes(descriptor, facts)
+        if facts.st_size > max(HOLES_FREE_BYTES, HOLES_TIMES * stored):
+            raise error.about(
+                path,
+                found=f"{bytes_text(facts.st_size)}, nearly all of it holes",
+                allowed=allowed,
+                remedy="copy it again",
             )
         try:
             yield file

@@ -111,6 +111,14 @@ FOUND: dict[str, Made] = {
         "style",
         partial(_text, "style.json", '{"amplitude": "' + "x" * 5000 + '"}'),
     ),
+    "style of lists in lists": (
+        "style",
+        partial(_text, "style.json", '{"amplitude": ' + "[" * 900 + "]" * 900 + "}"),
+    ),
+    "scan with a face far beyond its vertices": (
+        "scan",
+        partial(_text, "scan.obj", "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 2147483648\n"),
+    ),
     "mix of huge whole numbers": (
         "style",
         partial(_text, "style.json", f'{{"mix": {{"calm": {HUGE}, "broad": 1}}}}'),

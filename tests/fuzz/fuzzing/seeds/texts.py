@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from pathlib import Path
 
@@ -140,16 +141,18 @@ def names(folder: Path) -> None:
 
 
 def ledgers(folder: Path) -> None:
-    """The file that remembers outputs; the one file that it remembers lies beside it."""
-    from unittest import mock
+    """The file that remembers outputs, with two rows."""
+    import sqlite3
 
-    from elocute.files.ledger import remember
+    from elocute.files.ledger import _TABLE, NAME
 
     inner = place(folder, "one")
     (inner / "talk.wav").write_bytes(b"sound")
-    with mock.patch.dict("os.environ", ELOCUTE_STATE=str(inner)):
-        remember(Path("/talk.glb/of/nobody").parent, [inner / "talk.wav"])
-        remember(inner / "talk.wav", ["nothing"])
+    with contextlib.closing(sqlite3.connect(inner / NAME)) as table, table:
+        table.execute(_TABLE)
+        for path in (b"/talk.glb", b"/face.csv"):
+            row = path, b"talk.wav", b"5 1700000000"
+            table.execute("INSERT INTO outputs (path, source, state) VALUES (?, ?, ?)", row)
 
 
 def lrw(folder: Path) -> None:
