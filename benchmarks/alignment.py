@@ -32,14 +32,14 @@ ROOT = Path(__file__).resolve().parents[1]
 
 import torch
 
-from elocute.cli.evaluate_alignment import DEFAULT_METHODS, print_table
+from elocute.cli.commands.evaluate_alignment import DEFAULT_METHODS, print_table
 from elocute.evaluation.alignment_scores import (
-    Row,
-    judge_folder,
-    judge_word,
-    pairs_of_words,
-    summarise,
+    WordScore,
+    compare_methods,
+    score_folder,
+    score_word,
     word_names,
+    word_pairs,
 )
 from recipes.alignment.natural import natural_words
 from recipes.alignment.speak import TUNING_VOICES, VOICES, speak_all, speak_sentences
@@ -58,7 +58,7 @@ def main() -> None:
         {"words": synthetic, "find": synthetic, "natural": natural, "visual": visual}[
             given.experiment
         ](given, rows, record)
-    table = summarise(rows)
+    table = compare_methods(rows)
     print(
         f"{given.name}: {len({row.word for row in rows})} words, "
         f"{sum(row.pairs for row in rows) // len(table)} pairs, "
@@ -68,18 +68,18 @@ def main() -> None:
     print(json.dumps({"experiment": given.name, "methods": table}))
 
 
-def known_rows(record: Path) -> list[Row]:
-    """Words judged by an earlier run that was broken off, or of fewer words."""
+def known_rows(record: Path) -> list[WordScore]:
+    """Words scored by an earlier run that was broken off, or of fewer words."""
     if not record.exists():
         return []
     lines = record.read_text(encoding="utf-8").splitlines()
-    return [Row(**json.loads(line)) for line in lines]
+    return [WordScore(**json.loads(line)) for line in lines]
 
 
-def keep(rows: list[Row], record: Path):
-    """Add each word's rows as it is judged."""
+def keep(rows: list[WordScore], record: Path):
+    """Add each word's rows as it is scored."""
 
-    def done(share: float, own: list[Row]) -> None:
+    def done(share: float, own: list[WordScore]) -> None:
         rows.extend(own)
         with record.open("a", encoding="utf-8") as file:
             file.writelines(json.dumps(asdict(row)) + "\n" for row in own)
@@ -100,14 +100,14 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--encoder", default="fbank")
     parser.add_argument("--methods", default=f"{DEFAULT_METHODS},ctw/expected,dctw/expected")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--table", action="store_true", help="print what is there, judge nothing")
+    parser.add_argument("--table", action="store_true", help="print what is there, score nothing")
     given = parser.parse_args()
     noise = "clean" if given.noise_db is None else f"{given.noise_db:g}dB"
     given.name = f"{given.experiment}-{given.part}-{given.encoder}-{noise}-{given.seed}"
     return given
 
 
-def synthetic(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
+def synthetic(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
     tuning = given.part == "tuning"
     texts = (TUNING_WORDS if tuning else WORDS)[: given.words]
     voices = TUNING_VOICES if tuning else VOICES
@@ -117,18 +117,18 @@ def synthetic(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
     if given.experiment == "find":
         speak_sentences(folder, f"{start}sentences", texts, voices, FRAMES)
         sentences = folder / f"{start}sentences"
-    judged(given, rows, record, folder / f"{start}words", texts, sentences)
+    score(given, rows, record, folder / f"{start}words", texts, sentences)
 
 
-def natural(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
+def natural(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
     natural_words(given.data, given.folder / "natural")
     texts = word_names(given.folder / "natural")[: given.words]
-    judged(given, rows, record, given.folder / "natural", texts)
+    score(given, rows, record, given.folder / "natural", texts)
 
 
-def judged(
+def score(
     given: argparse.Namespace,
-    rows: list[Row],
+    rows: list[WordScore],
     record: Path,
     folder: Path,
     texts: Sequence[str],
@@ -136,7 +136,7 @@ def judged(
 ) -> None:
     wanted = [text for text in texts if text not in {row.word for row in rows}]
     if wanted:
-        _, broken = judge_folder(
+        _, broken = score_folder(
             folder,
             given.methods.split(","),
             sentences=sentences,
@@ -144,17 +144,17 @@ def judged(
             noise_db=given.noise_db,
             words=wanted,
             seed=given.seed,
-            done=keep(rows, record),
+            on_word=keep(rows, record),
         )
         print(*(f"left out: {line}" for line in broken), sep="\n", file=sys.stderr)
 
 
-def visual(given: argparse.Namespace, rows: list[Row], record: Path) -> None:
+def visual(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
     known, done = {row.word for row in rows}, keep(rows, record)
     for word, takes in list(visual_words(given.data).items())[: given.words]:
-        pairs = pairs_of_words(takes)
+        pairs = word_pairs(takes)
         if len(pairs) > 1 and word not in known:
-            done(0.0, judge_word(word, pairs, given.methods.split(","), given.seed))
+            done(0.0, score_word(word, pairs, given.methods.split(","), given.seed))
 
 
 if __name__ == "__main__":

@@ -151,7 +151,7 @@ def guided(work: Path, name: str, seconds: float) -> None:
     with Server(work) as server:
         server.check(name)  # makes the seeds
     with atheris.instrument_imports(include=["elocute"]):
-        import elocute.files.arrays
+        import elocute.files.array_reading
         import elocute.files.json_records  # noqa: F401
         from tests.fuzz.fuzzing.readers import READERS
     from elocute.errors import ElocuteError

@@ -28,7 +28,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from elocute.articulation.style import STYLES
 from elocute.corpus.corpus_store import Corpus, open_corpus
-from elocute.evaluation.model_predictions import true_track
+from elocute.evaluation.model_predictions import recorded_motion
 from elocute.head.builtin import load_builtin_head
 from elocute.models.feature_extraction import extract_features
 from elocute.models.protocol import FrameSpan
@@ -44,7 +44,7 @@ def held_out(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Itera
     for name in names:
         subject = corpus.entry(name).subject
         if subject in styles:
-            yield name, subject, true_track(corpus, name)
+            yield name, subject, recorded_motion(corpus, name)
 
 
 def said_again(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Iterator[Case]:

@@ -13,7 +13,13 @@ import numpy as np
 
 import elocute
 from elocute.corpus import Clip, Corpus, Split, corpus_writer, open_corpus
-from elocute.evaluation import Measure, builtin_list, clip_predictor, rows, score_clips
+from elocute.evaluation import (
+    MetricConfig,
+    builtin_region,
+    clip_predictor,
+    score_clips,
+    subject_scores,
+)
 from elocute.models import open_model
 from elocute.training import VocaTrainConfig, train_voca
 
@@ -65,10 +71,10 @@ def main() -> None:
         corpus, VocaTrainConfig(epochs=given.epochs, learning_rate=2e-3), given.output / "voca"
     )
     model = open_model(given.output / "voca" / "model.onnx")
-    measure = Measure(builtin_list("lips"), builtin_list("upper_face"), mouth=True)
+    measure = MetricConfig(builtin_region("lips"), builtin_region("upper_face"), mouth=True)
     test = corpus.split("default").test
     predict = clip_predictor(model, corpus)
-    for row in rows(score_clips(corpus, test, model.styles, predict, measure)):
+    for row in subject_scores(score_clips(corpus, test, model.styles, predict, measure)):
         error = row.summary["lve_mm"]
         print(
             f"{row.subject:>6} in the style {row.style:>6}: lip vertex error {error.value:.2f} mm"

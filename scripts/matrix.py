@@ -54,7 +54,7 @@ RUN_TIME = [
     "tests/files/test_media.py",
     "tests/files/test_meshes.py",
     "tests/files/test_onnx_session.py",
-    "tests/files/test_outputs.py",
+    "tests/files/test_output_plan.py",
     "tests/files/test_records.py",
     "tests/head/test_hostile_files.py",
     "tests/head/test_model.py",

@@ -224,11 +224,16 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
 
 
 def _make_vocaset(place: Path, name: str, request: pytest.FixtureRequest) -> None:
-    from elocute.corpus.importers import splits
+    from elocute.corpus.importers import published_splits
 
     python2: Any = request.getfixturevalue("python2")
     if name == "VOCASET":
-        people = (splits.TRAIN[0], splits.TRAIN[1], splits.VALIDATION[0], splits.TEST[0])
+        people = (
+            published_splits.VOCASET_TRAIN[0],
+            published_splits.VOCASET_TRAIN[1],
+            published_splits.VOCASET_VALIDATION[0],
+            published_splits.VOCASET_TEST[0],
+        )
         request.getfixturevalue("sources").write_vocaset(place, python2, people)
     else:
         place.write_bytes(python2.dumps(python2.flame(vertices=5023)))

@@ -83,7 +83,27 @@ def test_a_table_has_a_row_for_each_setting() -> None:
 
 
 def test_the_docstring_names_every_setting() -> None:
-    assert "    minutes  How long (1 to 120 min). Default: 40." in (Oven.__doc__ or "").splitlines()
+    assert (Oven.__doc__ or "").splitlines() == [
+        "How a cake is baked.",
+        "",
+        "Parameters",
+        "----------",
+        "minutes : int, default 40",
+        "    How long (1 to 120 min).",
+        "share : float, optional",
+        "    How full the tin is (above 0, up to 1).",
+        "fan : bool, default False",
+        "    Whether air is moved.",
+        "heat : str, default 'both'",
+        "    Where it comes from (both, top).",
+        "tin : tuple[int, int], default (20, 30)",
+        "    Its sides (5 to 60 cm).",
+    ]
+
+
+def test_sections_of_a_docstring_follow_its_parameters() -> None:
+    doc = Style.__doc__ or ""
+    assert doc.index("Parameters\n---") < doc.index("amplitude : float") < doc.index("Raises\n---")
 
 
 @pytest.mark.parametrize("cls", EVERY, ids=lambda cls: cls.__name__)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.evaluation.alignment_trials import Take
+from elocute.evaluation.timed_recordings import TimedRecording
 from recipes.encoder.natural import PAD_S, EnglishAligner, read
 
 CURVES = (
@@ -50,9 +50,9 @@ AROUND_S = 0.08
 TAKES = 10
 
 
-def visual_words(data: Path) -> dict[str, list[Take]]:
+def visual_words(data: Path) -> dict[str, list[TimedRecording]]:
     """Takes of each word; view (frame, curve), each of mean 0 and deviation 1."""
-    found: dict[str, list[Take]] = defaultdict(list)
+    found: dict[str, list[TimedRecording]] = defaultdict(list)
     aligner = EnglishAligner()
     for path in sorted((data / "grid_s1" / "clips").glob("*.npz")):
         if min(len(found[word]) for word in WORDS) >= TAKES:
@@ -80,7 +80,7 @@ def _cut(
     fps: float,
     phones: list[tuple[float, float, str]],
     span: tuple[float, float],
-) -> Take | None:
+) -> TimedRecording | None:
     first = max(0, int(np.floor((span[0] - AROUND_S) * fps)))
     view = curves[first : int(np.ceil((span[1] + AROUND_S) * fps)) + 1]
     inside = [p for p in phones if span[0] <= (p[0] + p[1]) / 2 < span[1]]
@@ -90,4 +90,6 @@ def _cut(
     parts = tuple((max(0.0, a - shift), b - shift, phone) for a, b, phone in inside)
     view = (view - view.mean(axis=0)) / np.maximum(view.std(axis=0), 1e-6)
     slopes = np.gradient(view, axis=0)
-    return Take(name, np.concatenate([view, slopes], axis=1).astype(np.float32), parts, rate=fps)
+    return TimedRecording(
+        name, np.concatenate([view, slopes], axis=1).astype(np.float32), parts, rate=fps
+    )

@@ -35,8 +35,8 @@ from elocute.models.feature_extraction import (
 )
 from elocute.models.protocol import FrameSpan
 from elocute.models.registry import DEFAULT_MODEL, open_model
-from elocute.models.streaming import FPS_RANGE, STRENGTH_RANGE, check_range
-from elocute.models.styles import checked_style
+from elocute.models.streaming import check_animation_settings
+from elocute.models.style_mixes import checked_style
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
 from elocute.numerics.input_checks import check_kind
@@ -159,8 +159,7 @@ def animate(
         For anything that cannot be used; AudioError for sound, HeadError for heads and identities,
         ModelError for models and styles.
     """
-    check_range("fps", fps, FPS_RANGE)
-    check_range("strength", strength, STRENGTH_RANGE)
+    check_animation_settings(fps, strength)
     sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved, rig = chosen.style(checked_style(style)), chosen.rig(_rig(head, identity))
@@ -180,8 +179,8 @@ def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
     if str(identity) != "mean":
         raise InputError.about(
             f"identity {identity}",
-            found="a face of the built-in head for another head",
-            allowed="one of head and identity",
+            found="an identity of the built-in head for another head",
+            allowed="one of `head` and `identity`",
         )
     return open_head(head)
 

@@ -33,14 +33,22 @@ class ElocuteError(Exception):
 class Interrupted(BaseException):
     """Ctrl-C on the command line; its text says what was done by then.
 
-    No KeyboardInterrupt, which the option parser would take for itself.
+    Not a KeyboardInterrupt, which the option parser would catch.
     """
 
 
 def printable(text: object) -> str:
     """Text as it can stand in one line of a terminal.
 
-    Control characters, line ends and the bytes of a file name that are no text are escaped.
+    Parameters
+    ----------
+    text
+        Anything; its `str` is taken.
+
+    Returns
+    -------
+    str
+        With control characters, line ends and undecodable bytes of file names escaped.
     """
     return "".join(
         letter if letter.isprintable() or letter == "\u200d" else _escaped(letter)
@@ -122,9 +130,19 @@ def _start(text: str) -> str:
 
 @contextmanager
 def needs_extra(what: str, extra: str) -> Iterator[None]:
-    """Around imports of packages that an extra installs: says which extra `what` needs.
+    """Around imports of packages that an extra installs: say which one is missing.
 
-    Raises MachineError.
+    Parameters
+    ----------
+    what : str
+        What needs them, for the message.
+    extra : str
+        The extra.
+
+    Raises
+    ------
+    MachineError
+        Where one of them cannot be imported.
     """
     try:
         yield

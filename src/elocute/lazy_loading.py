@@ -20,10 +20,20 @@ from typing import Any
 def lazy(
     package: str, homes: Mapping[str, Iterable[str]], packages: Iterable[str] = ()
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a package.
+    """Make `__getattr__` and `__dir__` of a package that loads its names when first asked for.
 
-    homes     names by the module of the package that they lie in
-    packages  those inside it that are reached as attributes
+    Parameters
+    ----------
+    package : str
+        Its `__name__`.
+    homes : mapping of str to iterable of str
+        Modules of the package, and the names that each defines.
+    packages : iterable of str
+        Packages inside it that are reached as attributes.
+
+    Returns
+    -------
+    __getattr__, __dir__ : callable
     """
     module_of = {name: module for module, names in homes.items() for name in names}
     inner = frozenset(packages)

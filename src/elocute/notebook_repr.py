@@ -1,7 +1,7 @@
 """What an object shows of itself in a notebook.
 
-What draws lies above most of what is drawn. So a class asks here for its view, and the package
-itself, which stands above all, says who draws it.
+The code that draws lies in a layer above most of what is drawn. So a class asks here for its view,
+and `elocute` itself, which is above all layers, registers what draws it.
 """
 
 from __future__ import annotations
@@ -13,10 +13,28 @@ _views: dict[str, Callable[[Any], str]] = {}
 
 
 def register_view(kind: str, view: Callable[[Any], str]) -> None:
-    """Say what makes the HTML of objects of the class named `kind`."""
+    """Register what makes the HTML of objects.
+
+    Parameters
+    ----------
+    kind : str
+        The name of their class.
+    view : callable
+        Takes the object and returns its HTML.
+    """
     _views[kind] = view
 
 
 def html_of(item: object) -> str:
-    """The HTML that shows an object in a notebook."""
+    """The HTML that shows an object in a notebook.
+
+    Parameters
+    ----------
+    item
+        Of a class that was registered.
+
+    Returns
+    -------
+    str
+    """
     return _views[type(item).__name__](item)

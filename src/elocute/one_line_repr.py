@@ -10,7 +10,17 @@ LONGEST = 160
 
 
 def one_line(self: Any) -> str:
-    """The `__repr__` of a dataclass, in one line of about `LONGEST` characters at most."""
+    """The `__repr__` of a dataclass, in one line of about `LONGEST` characters at most.
+
+    Parameters
+    ----------
+    self
+        An instance of the dataclass, which says `__repr__ = one_line`.
+
+    Returns
+    -------
+    str
+    """
     parts, length = [], 0
     for field in fields(self):
         if not field.repr:
@@ -25,7 +35,19 @@ def one_line(self: Any) -> str:
 
 
 def brief(value: Any, depth: int = 3) -> str:
-    """A value inside such a line; of lists in lists, so many are told."""
+    """A value in a few words: arrays by type and shape, long sequences by length.
+
+    Parameters
+    ----------
+    value
+        Anything.
+    depth : int
+        Levels of lists in lists that are told.
+
+    Returns
+    -------
+    str
+    """
     if hasattr(value, "dtype") and getattr(value, "shape", ()):
         return f"{value.dtype}{tuple(value.shape)}".replace(",)", ")")
     if isinstance(value, int) and value.bit_length() > 100:

@@ -15,8 +15,10 @@ Validation, docstring, options of the command line and the documentation's table
 
 from __future__ import annotations
 
+import inspect
 import math
 import numbers
+import re
 import types
 from collections.abc import Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
@@ -32,13 +34,26 @@ SEED_MAX = 2**31 - 1
 SHOWN_MAX = 60
 """Characters of a value that an error shows."""
 Class = TypeVar("Class", bound=type)
+_SECTION = re.compile(r"^(?=\w+\n---)", re.M)
+"""The heading of a section of a docstring."""
 
 
 @dataclass(frozen=True)
 class Setting:
     """What is known of a setting beside its type and default.
 
-    low and high may be taken; what must lie above a number has `above`. `choices` are of texts.
+    Parameters
+    ----------
+    help : str
+        A sentence.
+    unit : str
+        Of a number.
+    low, high : float, optional
+        The least and the greatest number allowed.
+    above : float, optional
+        What a number must be greater than, where the bound itself is not allowed.
+    choices : tuple of str
+        The texts allowed; () for any.
     """
 
     help: str
@@ -50,7 +65,7 @@ class Setting:
 
     @property
     def allowed(self) -> str:
-        """The range in words: `1 to 240 frames/s`; empty where anything may be."""
+        """The range in words: `1 to 240 frames/s`; empty where anything is allowed."""
         if self.choices:
             return ", ".join(self.choices)
         high = None if self.high is None else _number(self.high)
@@ -61,6 +76,19 @@ class Setting:
         else:
             text = f"up to {high}" if high else ""
         return f"{text} {self.unit}".strip() if text else ""
+
+    def holds(self, number: Any) -> bool:
+        """Whether a number is finite and within the range."""
+        try:
+            finite = math.isfinite(number)
+        except OverflowError:  # a whole number beyond every float
+            return False
+        return (
+            finite
+            and (self.low is None or number >= self.low)
+            and (self.high is None or number <= self.high)
+            and (self.above is None or number > self.above)
+        )
 
     @property
     def text(self) -> str:
@@ -79,26 +107,89 @@ def setting(
     above: float | None = None,
     choices: Sequence[str] = (),
 ) -> Any:
-    """A field of a settings dataclass; its default is the first argument."""
+    """A field of a settings dataclass.
+
+    Parameters
+    ----------
+    default
+        Its default; without one it must be given.
+    help, unit, low, high, above, choices
+        As `Setting` takes them.
+
+    Returns
+    -------
+    dataclasses.Field
+    """
     about = Setting(help, unit, low, high, above, tuple(choices))
     return field(default=default, metadata={KEY: about})
 
 
 def settings_of(cls: type) -> list[tuple[Field[Any], Setting]]:
-    """The fields of a settings dataclass that are settings, in their order."""
+    """The fields of a settings dataclass that are settings.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+
+    Returns
+    -------
+    list of (dataclasses.Field, Setting)
+        In their order.
+    """
     return [(each, each.metadata[KEY]) for each in fields(cls) if KEY in each.metadata]
+
+
+def setting_of(cls: type, name: str) -> Setting:
+    """What is known of one setting.
+
+    Parameters
+    ----------
+    cls : type
+        Its dataclass.
+    name : str
+        Its field.
+
+    Returns
+    -------
+    Setting
+    """
+    return next(known for each, known in settings_of(cls) if each.name == name)
 
 
 @lru_cache
 def types_of(cls: type) -> dict[str, tuple[Any, bool]]:
-    """Of each field its type, without `| None`, and whether None may be."""
+    """The types of the fields of a dataclass.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+
+    Returns
+    -------
+    dict of str to (type, bool)
+        The type of each field without `| None`, and whether None is allowed.
+    """
     return {name: _without_none(hint) for name, hint in get_type_hints(cls).items()}
 
 
 def check_settings(given: Any, error: type[InputError] = InputError, about: str = "") -> None:
-    """Raise `error` for the first setting of another type or outside its range.
+    """Refuse settings of another type or outside their range.
 
-    about  what the settings are of, where their names alone would not tell: `style`
+    Parameters
+    ----------
+    given
+        An instance of a settings dataclass.
+    error : type of InputError
+        What is raised.
+    about : str
+        What the settings are of, where their names alone would not say it: "style".
+
+    Raises
+    ------
+    InputError
+        An `error` for the first setting that does not fit.
     """
     for each, known in settings_of(type(given)):
         value = getattr(given, each.name)
@@ -114,7 +205,18 @@ def check_settings(given: Any, error: type[InputError] = InputError, about: str 
 
 
 def settings_table(cls: type) -> str:
-    """The settings of a dataclass as a Markdown table."""
+    """The settings of a dataclass as a table of the documentation.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+
+    Returns
+    -------
+    str
+        Markdown, a row for each setting.
+    """
     rows = ["| setting | default | allowed | |", "|---|---|---|---|"]
     for each, known in settings_of(cls):
         allowed = known.unit or _named(types_of(cls)[each.name][0])
@@ -126,13 +228,36 @@ def settings_table(cls: type) -> str:
 
 
 def described(cls: Class) -> Class:
-    """Add what each setting is to the docstring of its dataclass."""
+    """Add a Parameters section to the docstring of a dataclass, an entry for each setting.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass. Sections that its docstring has, such as Raises, follow the new one.
+
+    Returns
+    -------
+    type
+        The same class.
+    """
     found = settings_of(cls)
-    wide = max((len(each.name) for each, _ in found), default=0)
-    lines = [f"    {e.name:{wide}}  {known.text} Default: {_default(e)}." for e, known in found]
-    if cls.__doc__ is not None and lines:  # python -OO has none
-        cls.__doc__ = "\n".join([cls.__doc__.rstrip(), "", *lines, ""])
+    if cls.__doc__ is not None and found:  # python -OO has none
+        summary, *sections = _SECTION.split(inspect.cleandoc(cls.__doc__), maxsplit=1)
+        lines = [f"{_declared(each)}\n    {known.text}" for each, known in found]
+        parameters = "\n".join(["Parameters", "----------", *lines])
+        cls.__doc__ = "\n\n".join([summary.rstrip(), parameters, *sections]) + "\n"
     return cls
+
+
+def _declared(each: Field[Any]) -> str:
+    """Name, type and default of a field, as numpydoc writes them."""
+    kind = each.type if isinstance(each.type, str) else getattr(each.type, "__name__", each.type)
+    kind = str(kind).removesuffix(" | None")
+    if each.default is MISSING:
+        return f"{each.name} : {kind}"
+    if each.default is None:
+        return f"{each.name} : {kind}, optional"
+    return f"{each.name} : {kind}, default {each.default!r}"
 
 
 def _fits(value: Any, kind: Any, known: Setting) -> bool:
@@ -144,23 +269,10 @@ def _fits(value: Any, kind: Any, known: Setting) -> bool:
         return isinstance(value, bool)
     if kind in (int, float):
         number = numbers.Integral if kind is int else numbers.Real
-        return isinstance(value, number) and not isinstance(value, bool) and _inside(value, known)
+        return isinstance(value, number) and not isinstance(value, bool) and known.holds(value)
     if kind is str:
         return isinstance(value, str) and (not known.choices or value in known.choices)
     return isinstance(value, kind)
-
-
-def _inside(value: Any, known: Setting) -> bool:
-    try:
-        finite = math.isfinite(value)
-    except OverflowError:  # a whole number beyond every float
-        return False
-    return (
-        finite
-        and (known.low is None or value >= known.low)
-        and (known.high is None or value <= known.high)
-        and (known.above is None or value > known.above)
-    )
 
 
 def _without_none(hint: Any) -> tuple[Any, bool]:

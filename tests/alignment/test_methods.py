@@ -21,7 +21,7 @@ from elocute.alignment.warping_paths import (
     path_attention,
 )
 from elocute.errors import AlignmentError
-from elocute.evaluation.alignment_scores import read_softly
+from elocute.evaluation.alignment_scores import with_expected_path
 
 DEEP = ("dctw", "dcaw")
 
@@ -134,9 +134,9 @@ def test_any_features_can_be_read_along_the_expected_alignment(method: str) -> N
     fitted = fit_aligner([(view, other)], method, brief(method))
     if method == "softdtw":
         with pytest.raises(AlignmentError, match="SoftDtwConfig"):
-            read_softly(fitted)
+            with_expected_path(fitted)
         return
-    found = read_softly(fitted).align(view, other)
+    found = with_expected_path(fitted).align(view, other)
     check_path(found.path, (45, 60))
     assert np.abs(found.source_frames() - places).mean() <= 1.5
     assert found.attention is not None

@@ -81,12 +81,28 @@ def test_bad_input_of_align_is_one_line(
     refused("align", sound, sound, "--plot", tmp_path / "no" / "plot.png", says="mkdir")
 
 
+def test_long_recordings_in_small_files_do_not_take_the_machine(
+    tmp_path: Path, refused: Callable[..., None]
+) -> None:
+    for seconds in (95, 700):
+        silence = np.zeros(seconds * 8000, np.int16)
+        soundfile.write(tmp_path / f"s{seconds}.flac", silence, 8000)
+    long, short = tmp_path / "s700.flac", tmp_path / "s95.flac"
+    assert long.stat().st_size < 20_000
+    refused("align", long, short, says="s700.flac: 700.0 s; allowed: up to 600 s")
+    refused("align", short, short, says="allowed: up to 89 s each")
+
+
 def test_methods_are_judged_by_known_times(
-    words: Path, tmp_path: Path, cli: Callable[..., object]
+    words: Path, tmp_path: Path, cli: Callable[..., object], refused: Callable[..., None]
 ) -> None:
     arguments = ("evaluate", "alignment", words, "--methods", "diagonal,dtw,ctw", "--json")
     table = tmp_path / "table.csv"
-    record = json.loads(cli(*arguments, "--per-word", "--table", table).stdout)  # pyright: ignore
+    table.write_text("mine")
+    refused(*arguments, "--table", table, says="--overwrite replaces it, --no-clobber keeps it")
+    assert table.read_text() == "mine"
+    given = (*arguments, "--per-word", "--table", table, "--overwrite")
+    record = json.loads(cli(*given).stdout)  # pyright: ignore
     methods = record["methods"]
     with table.open(newline="", encoding="utf-8") as file:
         errors = {row["method"]: float(row["error frames"]) for row in csv.DictReader(file)}
@@ -112,7 +128,7 @@ def test_bad_input_of_the_judgement(
     words: Path, tmp_path: Path, refused: Callable[..., None]
 ) -> None:
     command = ("evaluate", "alignment")
-    refused(*command, tmp_path / "none", says="no folder")
+    refused(*command, tmp_path / "none", says="not a folder")
     refused(*command, tmp_path, says="no folder of recordings")
     refused(*command, words, "--methods", "dtw,magic", says="magic")
     refused(*command, words, "--methods", ",", says="none")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from tests.support.commands import one_line, run_python
+from tests.support.commands import one_line, run_here, run_python
 from tests.support.commands import run_apart as run
 
 COMMANDS = (
@@ -227,14 +227,20 @@ def test_evaluate_real_reports_correlation_and_closures(shared_data, tmp_path):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["-o", "t.csv", "--size", "640x640"], "t.csv: --size is no option of .csv; allowed: none"),
-        (["-o", "t.glb", "--view", "side"], "--view is no option of .glb; allowed: --embed-audio"),
-        (["-o", "t.csv", "-o", "t.npz", "--title", "a"], "t.csv: --title is no option of .csv"),
+        (
+            ["-o", "t.csv", "--size", "640x640"],
+            "t.csv: --size is not an option of .csv; allowed: none",
+        ),
+        (
+            ["-o", "t.glb", "--view", "side"],
+            "--view is not an option of .glb; allowed: --embed-audio",
+        ),
+        (["-o", "t.csv", "-o", "t.npz", "--title", "a"], "t.csv: --title is not an option of .csv"),
         (
             ["-o", "t.png", "--backend", "none"],
             "--backend: 'none'; allowed: auto, moderngl, embreex",
         ),
-        (["-o", "-", "--format", "csv", "--embed-audio"], "--embed-audio is no option of .csv"),
+        (["-o", "-", "--format", "csv", "--embed-audio"], "--embed-audio is not an option of .csv"),
     ],
 )
 def test_an_option_that_no_output_has_is_refused(speech_wav, tmp_path, options, told):
@@ -249,3 +255,15 @@ def test_of_several_outputs_each_takes_the_options_that_it_has(speech_wav, tmp_p
     result = run("animate", speech_wav, "-o", page, "-o", table, "--title", "Hello there")
     assert result.returncode == 0, result.stderr
     assert "<title>Hello there</title>" in page.read_text(encoding="utf-8") and table.is_file()
+
+
+def test_memory_that_is_not_there_is_one_line(monkeypatch):
+    from elocute.cli import entry_point
+
+    def refused_memory():
+        raise MemoryError("Unable to allocate 1.3 TiB")
+
+    monkeypatch.setattr(entry_point, "_run_app", refused_memory)
+    told = run_here("info", "a.wav")
+    assert (told.returncode, told.stderr.count("\n")) == (1, 1)
+    assert told.stderr.startswith("elocute: not enough memory")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import elocute
-from elocute.cli.doctor import _tested
+from elocute.cli.commands.doctor import _tested
 from tests.support.commands import Result, run_apart
 
 HERE = Path(elocute.__file__).parents[1]

@@ -18,8 +18,8 @@ from elocute.animation import animate
 from elocute.audio.read import read_audio
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import ModelError
-from elocute.evaluation.model_predictions import clip_predictor, true_track
-from elocute.evaluation.vertex_lists import builtin_list
+from elocute.evaluation.model_predictions import clip_predictor, recorded_motion
+from elocute.evaluation.vertex_regions import builtin_region
 from elocute.head.builtin import load_builtin_head
 from elocute.models.feature_extraction import extract_features
 from elocute.models.model_shapes import basis_of
@@ -52,7 +52,7 @@ def test_the_best_style_is_the_one_that_made_the_clips(cli: Cli, corpus: Corpus)
     }
     assert min(lips, key=lambda style: lips[style]) == "tense"
     assert set(SPEAKERS) < set(lips) and lips["broad"] > 0.3
-    assert each["lips"]["sha256"] == builtin_list("lips").digest
+    assert each["lips"]["sha256"] == builtin_region("lips").digest
 
 
 def test_lips_that_meet_are_counted(cli: Cli, corpus: Corpus) -> None:
@@ -74,7 +74,7 @@ def test_a_trained_model_knows_its_speakers(cli: Cli, learned: Any, tmp_path: Pa
     for row in rows.values():
         interval = row["velocity_mm"]
         assert interval["low"] <= interval["value"] <= interval["high"]
-    assert f"lips: builtin:lips, {len(builtin_list('lips').indices)} vertices" in shown
+    assert f"lips: builtin:lips, {len(builtin_region('lips').indices)} vertices" in shown
     assert sum(line.startswith("broad ") for line in shown.splitlines()) == 3
 
 
@@ -121,7 +121,7 @@ def test_another_topology_has_no_lips_of_its_own(
 
 def test_predictions_are_of_the_clips_length_over_its_speakers_face(corpus: Corpus) -> None:
     predict = clip_predictor(open_model(), corpus)
-    one, true = predict("tense.own2", "tense"), true_track(corpus, "tense.own2")
+    one, true = predict("tense.own2", "tense"), recorded_motion(corpus, "tense.own2")
     assert (one.frame_count, one.fps) == (true.frame_count, true.fps)
     assert np.array_equal(one.template, corpus.template("tense"))
     np.testing.assert_allclose(one.values, true.values, atol=1e-3)

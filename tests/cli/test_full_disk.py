@@ -192,3 +192,18 @@ def test_a_state_folder_that_cannot_be_used_does_not_matter(talk, small, tmp_pat
     one_line(run("render", talk, "-o", target, env=environment), "exists already")
     assert run("render", talk, "-o", target, "--overwrite", env=environment).returncode == 0
     assert kind != "a file" or state.read_text() == "mine"
+
+
+def test_a_warning_does_not_come_before_an_error(talk, tmp_path):
+    """That a .glb is without sound is told of one that was written."""
+    for command in ("render", "edit", "solve"):
+        done = run(command, talk, "-o", tmp_path / "a.glb", preexec_fn=limited)
+        one_line(done, "a.glb: cannot be written (File too large)")
+
+
+def test_folders_that_would_be_new_are_not_left_empty(small, speech_wav):
+    (small / "full").write_bytes(b"x" * (os.statvfs(small).f_bavail * 4096 - 8192))
+    target = small / "new" / "takes"
+    done = run("animate", speech_wav, "-o", target, "--format", "npz")
+    one_line(done, "cannot be written (No space left on device)")
+    assert [path.name for path in small.iterdir()] == ["full"]

@@ -3,7 +3,7 @@
 import pytest
 
 from elocute.articulation.style import parse_mix, resolve_style
-from elocute.cli.formats import parse_size
+from elocute.cli.format_options import parse_size
 from elocute.cli.keyframes import parse_list, parse_numbers
 from elocute.errors import InputError
 from elocute.head.identity import resolve_identity

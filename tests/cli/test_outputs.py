@@ -116,7 +116,7 @@ def test_subfolders_are_mirrored_or_said_to_be_left_out(say, tmp_path, run):
     say("clips/one.wav")
     say("clips/deep/er/one.wav")
     done = run("animate", tmp_path / "clips", "-o", tmp_path / "out", "--format", "csv")
-    assert done.returncode == 0 and "1 subfolders with sound left out" in done.stderr
+    assert done.returncode == 0 and "1 subfolder with sound left out" in done.stderr
     assert [p.name for p in (tmp_path / "out").rglob("*.csv")] == ["one.csv"]
     done = run("animate", tmp_path / "clips", "-o", tmp_path / "out", "-r", "--format", "csv")
     assert (done.returncode, done.stderr) == (0, "")
@@ -193,3 +193,28 @@ def test_python_replaces_what_is_named_and_nothing_beside_it(say, tmp_path):
     take.write(tmp_path / "take.glb", overwrite=True)
     take.write(tmp_path / "take.glb")  # made of this very sound, so it may
     assert len(np.asarray(soundfile.read(tmp_path / "take.wav")[0])) > 10000
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--phones", ""), "--phones '': no name"),
+        (("--phones=",), "--phones '': no name"),
+        (("-o", ""), "--output '': no name"),
+        (("--head", ""), "head '': unknown"),
+    ],
+)
+def test_an_empty_name_is_said_to_be_one(say, tmp_path, refused, words, told):
+    """As a variable of the shell that is not set gives."""
+    refused("animate", say("x.wav"), "-o", tmp_path / "a.csv", *words, says=told)
+    assert not (tmp_path / "a.csv").exists()
+
+
+def test_a_long_number_is_not_echoed(tmp_path, run):
+    for words in (
+        ("head", "sample", "-o", tmp_path / "a", "--count"),
+        ("head", "sample", "-o", tmp_path / "a", "--seed"),
+    ):
+        told = run(*words, "9" * 400)
+        assert told.returncode == 2 and len(told.stderr) < 120, told.stderr
+        assert words[-1] in told.stderr

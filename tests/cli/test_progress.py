@@ -7,7 +7,7 @@ import io
 import pytest
 
 from elocute.cli import progress
-from elocute.cli.progress import Lines, progress_bar, told_progress
+from elocute.cli.progress import EpochLines, logged_progress, progress_bar
 
 
 class Terminal(io.StringIO):
@@ -17,7 +17,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def train(lines: Lines, epochs: int = 3) -> None:
+def train(lines: EpochLines, epochs: int = 3) -> None:
     """A training's reports: a hundred steps of hearing, then epochs."""
     for step in range(1, 101):
         lines(0.0, f"hearing the shards: {step}%")
@@ -26,7 +26,7 @@ def train(lines: Lines, epochs: int = 3) -> None:
 
 
 def test_a_log_holds_a_line_per_epoch(capsys: pytest.CaptureFixture[str]) -> None:
-    train(Lines(quiet=False))
+    train(EpochLines(quiet=False))
     assert capsys.readouterr().err.splitlines() == [
         "hearing the shards: 1%",
         " 33% epoch 1: loss 0.5",
@@ -41,7 +41,7 @@ def test_long_hearing_is_told_now_and_then(
     """Ten seconds a step: every third step is told."""
     clock = iter(range(0, 10_000, 10))
     monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
-    train(Lines(quiet=False), epochs=1)
+    train(EpochLines(quiet=False), epochs=1)
     assert len(capsys.readouterr().err.splitlines()) == 34 + 1
 
 
@@ -49,24 +49,24 @@ def test_a_terminal_shows_one_line_drawn_anew(monkeypatch: pytest.MonkeyPatch) -
     screen = Terminal()
     monkeypatch.setattr(progress.sys, "stderr", screen)
     monkeypatch.setattr(progress, "REDRAWN_S", 0.0)
-    train(Lines(quiet=False), epochs=2)
+    train(EpochLines(quiet=False), epochs=2)
     assert screen.getvalue().count("\n") == 2
     shown = [line.rsplit("\r", 1)[-1] for line in screen.getvalue().split("\n")[:-1]]
     assert shown == [" 50% epoch 1: loss 0.5", "100% epoch 2: loss 0.5"]
 
 
 def test_machines_are_told_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    train(Lines(quiet=True))
+    train(EpochLines(quiet=True))
     with progress_bar("measuring") as bar:
         bar(0.5)  # no terminal, no bar
     assert capsys.readouterr().err == ""
 
 
 def test_work_of_unknown_length_is_told_in_a_log(capsys: pytest.CaptureFixture[str]) -> None:
-    with told_progress("fitting dcaw") as progress:
+    with logged_progress("fitting dcaw") as progress:
         for step in range(1, 41):
             progress(step / 40)
     assert capsys.readouterr().err == "fitting dcaw: 2%\n"
-    with told_progress("fitting dcaw", quiet=True) as progress:
+    with logged_progress("fitting dcaw", quiet=True) as progress:
         progress(0.5)
     assert capsys.readouterr().err == ""

@@ -10,13 +10,13 @@ import pytest
 from elocute.cli.outputs import plan_files
 from elocute.cli.tables import check_tables, write_tables
 from elocute.errors import InputError, OutputError
-from elocute.evaluation.confidence_intervals import NOTHING, Interval
+from elocute.evaluation.confidence_intervals import NO_INTERVAL, ConfidenceInterval
 
 COLUMNS = ["name", "clips", "error mm²", "p"]
 ROWS = [
-    ["50 %_a", 3, Interval(1.23456, 1.0, 2.5), 0.0125],
-    ["b", 4, NOTHING, None],
-    ["c", 5, NOTHING, float("nan")],
+    ["50 %_a", 3, ConfidenceInterval(1.23456, 1.0, 2.5), 0.0125],
+    ["b", 4, NO_INTERVAL, None],
+    ["c", 5, NO_INTERVAL, float("nan")],
 ]
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.support.commands import run_apart
+from elocute.models.model_file import open_session, stored_record
+from tests.support.commands import one_line, run_apart
 
 pytest.importorskip("torch", reason="needs the extra `train`")
 
@@ -67,6 +70,35 @@ def test_what_cannot_be_trained_is_one_line(
     assert told in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     assert not (tmp_path / "out" / "model.onnx").exists()
+
+
+def test_what_fails_before_the_first_epoch_leaves_no_folder(
+    tmp_path: Path, make_corpus: Callable[..., object], run: Callable[..., Any]
+) -> None:
+    make_corpus(tmp_path / "corpus")
+    out = tmp_path / "out"
+    for wrong in (("--split", "other"), ("--encoder", "ears")):
+        one_line(run("train", "voca", tmp_path / "corpus", "-o", out, *wrong))
+        assert not out.exists()
+    if Path("/proc/self").exists():
+        done = run("train", "voca", tmp_path / "corpus", "-o", "/proc/elocute")
+        one_line(done, "/proc/elocute: cannot be ")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such a name")
+def test_a_folder_whose_name_is_no_text_is_trained_in_and_gone_on_in(
+    tmp_path: Path, make_corpus: Callable[..., object], run: Callable[..., Any], speech_wav: Path
+) -> None:
+    make_corpus(tmp_path / "corpus")
+    out = tmp_path / os.fsdecode(b"\xff\xfe")
+    given = ("train", "voca", tmp_path / "corpus", "-o", out, "--encoder", "fbank", "--json")
+    for more in ((1,), (2, "--resume")):
+        done = run(*given, "--device", "cpu", "--epochs", *more)
+        assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["epoch"] == 2
+    model = ("--model", out / "model.onnx")
+    done = run("animate", speech_wav, *model, "-o", tmp_path / "a.csv", "--fps", 5)
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_training_goes_on_only_where_one_began(
@@ -128,3 +160,33 @@ def test_forged_checkpoints_are_one_line(
         assert done.returncode == 2 and len(lines) == 1, (name, done.stderr[-500:])
         assert str(place) in lines[0] and len(lines[0]) < 1000, (name, lines[0])
         assert place.read_bytes() == data
+
+
+def test_the_preset_of_the_paper_and_what_changes_it(
+    tmp_path: Path, make_corpus: Callable[..., object], run: Callable[..., Any]
+) -> None:
+    make_corpus(tmp_path / "corpus", vertices=True)
+    train = ("train", "voca", tmp_path / "corpus", "--encoder", "fbank", "--epochs", "1")
+    settings = {}
+    for name, more in (("all", ()), ("reduced", ("--reduced", "--batch", "32"))):
+        done = run(*train, "-o", tmp_path / name, "--preset", "paper", *more)
+        assert done.returncode == 0, done.stderr
+        settings[name] = stored_record(open_session(tmp_path / name / "model.onnx"))["config"]
+    assert settings["all"] | {"epochs": 50, "encoder": "deepspeech"} == {
+        "epochs": 50,
+        "batch_pairs": 64,
+        "learning_rate": 1e-4,
+        "position_weight": 1.0,
+        "velocity_weight": 10.0,
+        "components": 50,
+        "seed": 0,
+        "reduced": False,
+        "initialisers": "released",
+        "encoder": "deepspeech",
+    }
+    assert settings["reduced"] == settings["all"] | {"reduced": True, "batch_pairs": 32}
+    done = run(*train, "-o", tmp_path / "none", "--preset", "publication")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "elocute: --preset: 'publication'; allowed: default, paper\n",
+    )

@@ -10,7 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elocute.corpus.importers import splits
+from elocute.corpus.importers.published_splits import (
+    VOCASET_TEST,
+    VOCASET_TRAIN,
+    VOCASET_VALIDATION,
+)
 from elocute.motion.store import load_motion
 from tests.support.commands import run_apart
 
@@ -24,7 +28,12 @@ def elocute(*arguments: object) -> str:
 
 
 def test_three_commands(tmp_path: Path, sources: Any, python2: Any, speech_wav: Path) -> None:
-    people = (splits.TRAIN[0], splits.TRAIN[1], splits.VALIDATION[0], splits.TEST[0])
+    people = (
+        VOCASET_TRAIN[0],
+        VOCASET_TRAIN[1],
+        VOCASET_VALIDATION[0],
+        VOCASET_TEST[0],
+    )
     sources.write_vocaset(tmp_path / "VOCASET", python2, people)
     flame = tmp_path / "generic_model.pkl"
     flame.write_bytes(python2.dumps(python2.flame(vertices=5023)))
@@ -56,7 +65,11 @@ def test_lips_and_dynamics_are_measured_without_naming_vertices(
     tmp_path: Path, sources: Any, python2: Any
 ) -> None:
     """On FLAME's mesh the published lists are taken, and the table goes into files."""
-    people = (splits.TRAIN[0], splits.VALIDATION[0], splits.TEST[0])
+    people = (
+        VOCASET_TRAIN[0],
+        VOCASET_VALIDATION[0],
+        VOCASET_TEST[0],
+    )
     sources.write_vocaset(tmp_path / "VOCASET", python2, people)
     elocute("corpus", "convert", tmp_path / "VOCASET", "-o", tmp_path / "corpus")
     train = "train", "voca", tmp_path / "corpus", "-o", tmp_path / "trained", "--epochs", "1"

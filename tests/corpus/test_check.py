@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import elocute
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.corpus.audio_sync import estimate_offset, lag_sums, openness
+from elocute.corpus.audio_sync import estimate_offset, expected_openness, lag_sums
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_checks import Finding, check_corpus
 from elocute.corpus.corpus_store import Corpus, open_corpus
@@ -129,7 +129,7 @@ def test_offsets_come_out_between_frames(takes) -> None:
     rng = np.random.default_rng(0)
     steps = np.repeat(rng.random(60), 8000)
     sound = Waveform((0.3 * steps * rng.normal(size=len(steps))).astype(np.float32), 48000)
-    mouth = np.interp(np.arange(600) / 60 - 0.043, np.arange(1000) / 100, openness(sound))
+    mouth = np.interp(np.arange(600) / 60 - 0.043, np.arange(1000) / 100, expected_openness(sound))
     sums = lag_sums(sound, mouth, 60.0)
     assert sums is not None
     assert estimate_offset(sums).seconds == pytest.approx(0.043, abs=0.004)

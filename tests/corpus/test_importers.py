@@ -13,20 +13,29 @@ import soundfile
 
 from elocute.corpus.corpus_checks import check_corpus
 from elocute.corpus.corpus_store import Corpus, open_corpus
-from elocute.corpus.importers import splits
 from elocute.corpus.importers.biwi import convert_biwi
-from elocute.corpus.importers.common import metres_per_unit
 from elocute.corpus.importers.folder import convert_folder
-from elocute.corpus.importers.grid import SCALARS, grid_clips, read_track
+from elocute.corpus.importers.grid import SCALARS, grid_clips, read_tracked_lips
+from elocute.corpus.importers.length_scale import metres_per_unit
+from elocute.corpus.importers.published_splits import (
+    BIWI_SEEN,
+    VOCASET_TEST,
+    VOCASET_TRAIN,
+    VOCASET_VALIDATION,
+)
 from elocute.corpus.importers.registry import convert, detect_format
 from elocute.corpus.importers.vocaset import convert_vocaset
-from elocute.corpus.split import leaks
+from elocute.corpus.split import find_leaks
 from elocute.errors import CorpusError, InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 
-TWO = (splits.TRAIN[0], splits.VALIDATION[0], splits.TEST[0])
+TWO = (
+    VOCASET_TRAIN[0],
+    VOCASET_VALIDATION[0],
+    VOCASET_TEST[0],
+)
 
 
 @pytest.fixture
@@ -70,7 +79,7 @@ def test_the_published_split_keeps_own_sentences_only(voca):
     assert len(split.train) == 3
     assert [name.rsplit("_", 1)[1] for name in split.validation] == ["sentence21", "sentence40"]
     assert [name.rsplit("_", 1)[1] for name in split.test] == ["sentence21", "sentence40"]
-    assert leaks(corpus.entries, split) == []
+    assert find_leaks(corpus.entries, split) == []
 
 
 def test_sentences_have_one_name_where_the_words_are_the_same(voca, tmp_path):
@@ -89,7 +98,7 @@ def test_other_subjects_get_an_even_split(tmp_path, sources, python2):
     sources.write_vocaset(tmp_path / "v", python2, ("ann", "bob", "cy"), (1, 2))
     corpus, notes = converted(tmp_path / "v")
     assert any(note.startswith("split: even") for note in notes)
-    assert leaks(corpus.entries, corpus.split()) == []
+    assert find_leaks(corpus.entries, corpus.split()) == []
     assert all(corpus.split().parts().values())
 
 
@@ -138,7 +147,7 @@ def test_the_folder_convention_is_read(tmp_path, sources):
     told = "\n".join(notes)
     assert "taken as mm" in told and "A_e02: no sound" in told and "who_e01: no template" in told
     assert "C_e03: " in told
-    assert leaks(corpus.entries, corpus.split()) == []
+    assert find_leaks(corpus.entries, corpus.split()) == []
 
 
 def test_the_folder_convention_is_refused_by_name(tmp_path, sources):
@@ -155,7 +164,7 @@ def test_the_folder_convention_is_refused_by_name(tmp_path, sources):
 BIWI_CLIPS = tuple(
     f"{subject}_{sentence}"
     for subject, sentences in (
-        *((name, ("e01", "e33", "e37")) for name in splits.BIWI_SEEN),
+        *((name, ("e01", "e33", "e37")) for name in BIWI_SEEN),
         ("F1", ("e01", "e40")),
     )
     for sentence in sentences
@@ -222,17 +231,17 @@ def test_a_wrong_frame_rate_is_one_line_that_names_the_option(prepared_biwi, tmp
 
 
 @pytest.mark.parametrize(
-    ("split", "judged"),
+    ("split", "expected"),
     [
         ("published", {"F2", "F3", "F4", "M3", "M4", "M5"}),
         ("M4/F1,M5", {"F1"}),
         ("sentences", {"F1"}),
     ],
 )
-def test_the_split_is_ones_choice(prepared_biwi, tmp_path, split, judged):
+def test_the_split_is_ones_choice(prepared_biwi, tmp_path, split, expected):
     convert(prepared_biwi, tmp_path / "out", split=split, leave_out=frozenset(["F3.e01"]))
     corpus = open_corpus(tmp_path / "out")
-    assert {corpus.entry(clip).subject for clip in corpus.split().test} == judged
+    assert {corpus.entry(clip).subject for clip in corpus.split().test} == expected
 
 
 def test_splits_and_units_that_are_none_are_refused(prepared_biwi, tmp_path):
@@ -355,7 +364,7 @@ def test_real_lips_move_the_head_as_they_were_tracked(shared_data, tmp_path):
         frames = clip.frames[:]
         assert frames.min() >= 0 and frames.max() <= 1
         assert residual_mm < 1.5
-        track = read_track(tmp_path / f"{clip.sentence}.npz")
+        track = read_tracked_lips(tmp_path / f"{clip.sentence}.npz")
         tracked = track.scalars["inner_opening_mean"]
         measures = measure_mouth(Motion(head, frames, 25.0))
         count = min(len(tracked), len(frames))
@@ -393,7 +402,7 @@ def test_a_tracked_clip_without_its_fields_is_refused(tmp_path):
     for fields in without:
         np.savez(tmp_path / "a.npz", **fields)
         with pytest.raises(CorpusError, match=r"a\.npz: no tracked lips"):
-            read_track(tmp_path / "a.npz")
+            read_tracked_lips(tmp_path / "a.npz")
     with pytest.raises(CorpusError, match="nowhere a closed mouth"):
         next(grid_clips(tmp_path, leave_out=set(), fps=60.0))
     soundfile.write(tmp_path / "b.wav", np.zeros(100), 16000)

@@ -12,8 +12,8 @@ import pytest
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.topologies import BIWI, FLAME, topology_of
 from elocute.errors import CorpusError, MotionError
-from elocute.evaluation.confidence_intervals import mean_interval, ratio_interval, summarise
-from elocute.evaluation.lip_closures import Closures, closures, lip_opening, short_runs
+from elocute.evaluation.confidence_intervals import mean_interval, metric_intervals, ratio_interval
+from elocute.evaluation.lip_closures import ClosureCounts, count_closures, lip_opening, short_runs
 from elocute.evaluation.metrics import (
     clip_metrics,
     dynamics_deviation,
@@ -23,12 +23,12 @@ from elocute.evaluation.metrics import (
     mean_vertex_error,
     velocity_error,
 )
-from elocute.evaluation.model_predictions import true_track
-from elocute.evaluation.vertex_lists import (
-    VertexList,
-    builtin_list,
-    published_list,
-    read_vertex_list,
+from elocute.evaluation.model_predictions import recorded_motion
+from elocute.evaluation.vertex_regions import (
+    VertexRegion,
+    builtin_region,
+    published_region,
+    read_vertex_region,
 )
 from elocute.head.builtin import load_builtin_head
 from elocute.motion import vertex_motion
@@ -37,7 +37,7 @@ from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.vertex_motion import VertexMotion
 
 FPS = 30.0
-LIPS = VertexList("some", np.array([1, 4, 6]))
+LIPS = VertexRegion("some", np.array([1, 4, 6]))
 
 
 def random_track(seed: int, frames: int = 23, vertices: int = 9) -> VertexMotion:
@@ -154,8 +154,10 @@ class TestClosures:
         true[[10, 11, 30]] = 0.0
         predicted = np.full(60, 5.0)
         predicted[[12, 50]] = 0.1
-        assert closures(predicted, true, FPS) == Closures(wanted=2, met=1, made=2, right=1)
-        assert closures(true, true, FPS) == Closures(2, 2, 2, 2)
+        assert count_closures(predicted, true, FPS) == ClosureCounts(
+            wanted=2, met=1, made=2, right=1
+        )
+        assert count_closures(true, true, FPS) == ClosureCounts(2, 2, 2, 2)
 
     def test_the_opening_is_that_of_the_mouth_measures(self, corpus: Corpus) -> None:
         head, weights = load_builtin_head(), np.array(corpus.frames("plain.s0"))
@@ -171,13 +173,13 @@ class TestClosures:
 class TestVertexLists:
     def test_the_built_in_lists(self) -> None:
         head = load_builtin_head()
-        lips, upper, eyes = (builtin_list(name) for name in ("lips", "upper_face", "eyes"))
+        lips, upper, eyes = (builtin_region(name) for name in ("lips", "upper_face", "eyes"))
         assert len(lips.indices) == len(head.regions["lips"])
         assert not np.isin(lips.indices, upper.indices).any()
         assert np.isin(eyes.indices, upper.indices).all()
         assert head.template[upper.indices, 1].min() > head.template[lips.indices, 1].max()
         with pytest.raises(CorpusError, match="upper_face"):
-            builtin_list("ears")
+            builtin_region("ears")
 
     @pytest.mark.parametrize(
         ("topology", "which", "count", "digest"),
@@ -189,7 +191,7 @@ class TestVertexLists:
         ],
     )
     def test_the_published_lists(self, topology, which, count, digest) -> None:
-        found = published_list(topology, which)
+        found = published_region(topology, which)
         assert (len(found.indices), found.digest) == (count, digest)
         assert (np.diff(found.indices) > 0).all() and found.indices[-1] < topology.vertices
         assert topology_of(topology.vertices) is topology
@@ -197,7 +199,7 @@ class TestVertexLists:
     def test_another_mesh_has_no_published_list(self) -> None:
         assert topology_of(5024) is None
         with pytest.raises(CorpusError, match="lips, upper_face"):
-            published_list(FLAME, "ears")
+            published_region(FLAME, "ears")
 
     def test_the_hash_is_of_the_sorted_numbers(self, tmp_path: Path) -> None:
         raw = np.array([3, 5, 8], "<i8").tobytes()
@@ -205,7 +207,7 @@ class TestVertexLists:
         (tmp_path / "a.txt").write_text("5 3\n8,")
         np.save(tmp_path / "a.npy", np.array([5, 8, 3], np.uint16))
         for name in ("a.json", "a.txt", "a.npy"):
-            read = read_vertex_list(tmp_path / name, 9)
+            read = read_vertex_region(tmp_path / name, 9)
             assert read.indices.tolist() == [3, 5, 8]
             assert read.digest == hashlib.sha256(raw).hexdigest()[:12]
             assert read.record()["name"] == f"file:{name}"
@@ -233,7 +235,7 @@ class TestVertexLists:
         if content is not None:
             (tmp_path / name).write_text(content)
         with pytest.raises(CorpusError, match=told):
-            read_vertex_list(tmp_path / name, 9)
+            read_vertex_region(tmp_path / name, 9)
 
 
 class TestBootstrap:
@@ -255,12 +257,12 @@ class TestBootstrap:
         assert mean_interval([2.0]).record() == {"value": 2.0, "low": 2.0, "high": 2.0}
 
     def test_a_summary_of_a_corpus_is_json(self, corpus: Corpus) -> None:
-        lists = builtin_list("lips"), builtin_list("upper_face")
+        lists = builtin_region("lips"), builtin_region("upper_face")
         clips = [
-            clip_metrics(true_track(corpus, a), true_track(corpus, a), *lists, mouth=True)
+            clip_metrics(recorded_motion(corpus, a), recorded_motion(corpus, a), *lists, mouth=True)
             for a in ("plain.s0", "broad.s0")
         ]
-        summary = summarise(clips)
+        summary = metric_intervals(clips)
         assert summary["mve_mm"].value == 0
         assert summary["closure_recall"].value == summary["closure_precision"].value == 1
         json.dumps({name: i.record() for name, i in summary.items()}, allow_nan=False)

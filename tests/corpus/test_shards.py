@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -80,6 +82,15 @@ def test_what_was_written_is_read(folder: Path, sounds: Path) -> None:
             assert np.array_equal(getattr(clip, name), getattr(true, name)), name
     assert [c.clip for c in shards.clips("test")] == [f"w{n:03}" for n in range(3, 20, 4)]
     assert shards.basis.names == load_builtin_head().expression_names[:28]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such a name")
+def test_a_folder_whose_name_is_no_text(tmp_path: Path, sounds: Path, basis: Motion) -> None:
+    place = tmp_path / os.fsdecode(b"\xff\xfe")
+    with shard_writer(place, basis) as writer:
+        writer.add(word(0))
+    (clip,) = open_shards(place, sounds).clips()
+    assert clip.clip == "w000"
 
 
 def test_sound_is_cut_to_the_sample(folder: Path, sounds: Path) -> None:

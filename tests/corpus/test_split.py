@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from elocute.corpus.split import Entry, Split, leaks, split_by_subject
+from elocute.corpus.split import ClipEntry, Split, find_leaks, split_by_subject
 from elocute.errors import CorpusError
 
 
-def entry(subject: str, sentence: str) -> Entry:
-    return Entry(f"{subject}.{sentence}", subject, sentence, f"text of {sentence}", 0, 1)
+def entry(subject: str, sentence: str) -> ClipEntry:
+    return ClipEntry(f"{subject}.{sentence}", subject, sentence, f"text of {sentence}", 0, 1)
 
 
 ENTRIES = [
@@ -28,22 +28,22 @@ def test_validation_and_test_keep_only_sentences_of_their_own() -> None:
     assert split.train == ("ada.shared", "ada.a1")
     assert split.validation == ("ben.b1",)
     assert split.test == ("dana.d1",)
-    assert not leaks(ENTRIES, split)
+    assert not find_leaks(ENTRIES, split)
 
 
 def test_leaks_name_what_is_shared() -> None:
     split = Split(("ada.shared",), ("ben.shared",), ("ada.a1",))
-    found = leaks(ENTRIES, split)
+    found = find_leaks(ENTRIES, split)
     assert "subject 'ada' is in test and train" in found
     assert "sentence 'shared' is in train and validation" in found
 
 
 def test_one_text_under_two_names_leaks() -> None:
     entries = [
-        Entry("a.1", "a", "1", "Hello there", 0, 1),
-        Entry("b.2", "b", "2", "hello  THERE", 0, 1),
+        ClipEntry("a.1", "a", "1", "Hello there", 0, 1),
+        ClipEntry("b.2", "b", "2", "hello  THERE", 0, 1),
     ]
-    assert leaks(entries, Split(("a.1",), (), ("b.2",))) == [
+    assert find_leaks(entries, Split(("a.1",), (), ("b.2",))) == [
         "text 'hello there' is in test and train"
     ]
 

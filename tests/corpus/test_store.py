@@ -12,12 +12,12 @@ import pytest
 
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
+from elocute.corpus.corpus_statistics import displacement_blocks, moments
 from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.corpus_writing import corpus_writer, set_split
 from elocute.corpus.split import Split
-from elocute.corpus.statistics import displacement_blocks, moments
 from elocute.errors import CorpusError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 
 RNG = np.random.default_rng(0)
 

@@ -16,10 +16,10 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError, HeadError, InputError
 from elocute.evaluation.mouth_studies import (
     NoiseScore,
+    face_score_spread,
     face_scores,
-    mean_scores,
+    mean_noise_scores,
     noise_scores,
-    spread,
     style_openings,
 )
 from elocute.motion.motion import Motion
@@ -78,7 +78,7 @@ def test_a_mouth_that_never_opens_has_nothing_to_lose(words: Waveform) -> None:
 def test_scores_are_averaged_level_by_level() -> None:
     one = [NoiseScore(-12, 2.0, 0.5, 0.8), NoiseScore(-6, 1.0, 0.2, 0.0)]
     two = [NoiseScore(-12, 4.0, 1.0, 0.6), NoiseScore(-6, 3.0, 0.4, 0.5)]
-    first, second = mean_scores([one, two])
+    first, second = mean_noise_scores([one, two])
     assert astuple(first) == (-12, 3.0, 0.75, pytest.approx(0.7))
     assert astuple(second) == (-6, 2.0, pytest.approx(0.3), 0.25)
 
@@ -141,7 +141,7 @@ class TestFaces:
     def test_the_spread_is_over_faces(self, motion: Motion) -> None:
         scores = face_scores(motion, 4, seed=2)
         peaks = [score.peak_opening_mm for score in scores]
-        row = spread(scores)["peak_opening_mm"]
+        row = face_score_spread(scores)["peak_opening_mm"]
         assert row == pytest.approx(
             {
                 "mean": np.mean(peaks),
@@ -150,4 +150,4 @@ class TestFaces:
                 "greatest": max(peaks),
             }
         )
-        assert set(spread(scores)) == set(vars(scores[0]))
+        assert set(face_score_spread(scores)) == set(vars(scores[0]))

@@ -30,9 +30,13 @@ def test_suffixes_may_be_upper_case():
 @pytest.mark.parametrize(
     ("name", "options", "told"),
     [
-        ("talk.csv", {"size": (64, 64)}, "talk.csv: `size` is no option of .csv; allowed: none"),
-        ("talk.glb", {"size": (64, 64)}, "`size` is no option of .glb; allowed: `embed_audio`"),
-        ("talk.mp4", {"title": "a"}, "no option of .mp4; allowed: `size`, `backend`, `view`"),
+        (
+            "talk.csv",
+            {"size": (64, 64)},
+            "talk.csv: `size` is not an option of .csv; allowed: none",
+        ),
+        ("talk.glb", {"size": (64, 64)}, "`size` is not an option of .glb; allowed: `embed_audio`"),
+        ("talk.mp4", {"title": "a"}, "not an option of .mp4; allowed: `size`, `backend`, `view`"),
         (
             "talk.png",
             {"size": (1, 64)},

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 from elocute.errors import CorpusError, InputError, MotionError
-from elocute.files.arrays import ArrayFile, RowWriter, npz_names, read_npy, read_npz, write_npz
+from elocute.files.array_file import ArrayFile
+from elocute.files.array_reading import npz_names, read_npy, read_npz
+from elocute.files.array_writing import RowWriter, write_npz
 
 LIMITS = {"max_bytes": 10_000_000, "allowed": "numbers (.npz)"}
 

@@ -174,3 +174,30 @@ def test_containers_of_one_name_leave_each_other_alone(tmp_path):
         other.rename(draft)
         process.stdin.close()
     assert (tmp_path / "slow.txt").read_text() == "whole"
+
+
+def test_a_folder_comes_back_where_the_work_fails(tmp_path):
+    place = tmp_path / "frames"
+    place.mkdir()
+    (place / "1").write_text("mine")
+    with pytest.raises(ZeroDivisionError), moved_aside(place):
+        assert not place.exists()
+        raise ZeroDivisionError
+    assert (place / "1").read_text() == "mine"
+    assert [p.name for p in tmp_path.iterdir()] == ["frames"]
+
+
+def test_a_folder_whose_place_was_taken_is_kept_beside_it(tmp_path):
+    """Another program put a folder there in the meantime: neither is lost."""
+    place = tmp_path / "frames"
+    place.mkdir()
+    (place / "1").write_text("mine")
+    kept_beside = pytest.raises(OutputError, match=r"frames: cannot be put back; it is kept in ")
+    with kept_beside, moved_aside(place):
+        place.mkdir()
+        (place / "2").write_text("theirs")
+        raise ZeroDivisionError
+    assert (place / "2").read_text() == "theirs"
+    kept = [p for p in tmp_path.iterdir() if p != place]
+    assert len(kept) == 1 and kept[0].name.startswith("frames.before-")
+    assert (kept[0] / "frames" / "1").read_text() == "mine"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from elocute.files.parquet import unpacked_bytes
+from elocute.files.parquet_size import unpacked_bytes
 
 I32, I64, LIST, STRUCT = 5, 6, 9, 12
 

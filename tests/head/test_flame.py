@@ -10,7 +10,7 @@ from scipy.sparse import csc_matrix
 from elocute.errors import HeadError, InputError
 from elocute.export.registry import write
 from elocute.head.flame import flame_vertices, load_flame
-from elocute.head.flame_head import flame_head
+from elocute.head.flame_to_head import head_from_flame
 from elocute.head.store import load_head, save_head
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
@@ -44,7 +44,7 @@ def model(python2, raw, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def head(model):
-    return flame_head(model)
+    return head_from_flame(model)
 
 
 @pytest.fixture(scope="module")
@@ -289,6 +289,6 @@ class TestHeads:
     def test_eyeballs_have_an_iris(self, model):
         weights = np.tile([0.0, 1, 0, 0, 0], (200, 1))
         weights[:60] = [0, 0, 0, 1, 0]
-        head = flame_head(replace(model, skin_weights=weights))
+        head = head_from_flame(replace(model, skin_weights=weights))
         assert len(np.unique(head.vertex_color[:60], axis=0)) >= 2
         assert np.array_equal(np.unique(head.vertex_color[60:], axis=0), [[206, 162, 142]])

@@ -78,8 +78,11 @@ def with_texts(**given):
         ({"skin_weights": lambda a: a[:3]}, "skin_weights is (3, 1)"),
         ({"texts": with_texts(joint_parents=[0])}, "does not follow its parent"),
         ({"texts": with_texts(joint_parents=["a"])}, "does not follow its parent"),
-        ({"texts": with_texts(joint_names=[["a"]])}, "joint_names that are none"),
-        ({"texts": with_texts(expression_names=["a", "a"])}, "expression_names that are none"),
+        ({"texts": with_texts(joint_names=[["a"]])}, "joint_names with an unusable"),
+        (
+            {"texts": with_texts(expression_names=["a", "a"])},
+            "expression_names with an unusable or repeated",
+        ),
         ({"texts": with_texts(name="x" * 5000)}, "name that is not text"),
         ({"texts": lambda a: a[:9]}, "no JSON"),
         ({"texts": with_texts(notice=3)}, "notice that is not text"),

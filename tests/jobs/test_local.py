@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from elocute.errors import InputError
-from elocute.jobs.pool import Failed
+from elocute.jobs.pool import FailedTask
 from elocute.jobs.process_pool import checked_jobs, run_local
 from tests.jobs import works
 
@@ -48,19 +48,21 @@ def test_a_killed_worker_is_replaced(run: Run, tmp_path: Path):
 def test_a_task_that_kills_every_worker_is_given_up(run: Run, tmp_path: Path):
     found = run("die_always")
     failed = found.pop(3)
-    assert isinstance(failed, Failed) and "SIGKILL" in failed.reason and "3 times" in failed.reason
+    assert (
+        isinstance(failed, FailedTask) and "SIGKILL" in failed.reason and "3 times" in failed.reason
+    )
     assert sorted(found) == REST == once(tmp_path)
 
 
 def test_out_of_memory(run: Run, tmp_path: Path):
     found = run("eat", 1)
-    assert isinstance(found[3], Failed) and "out of memory" in found[3].reason
+    assert isinstance(found[3], FailedTask) and "out of memory" in found[3].reason
     assert once(tmp_path) == REST
 
 
 def test_bad_input_is_not_tried_again(run: Run, tmp_path: Path):
     found = run("refuse")
-    assert isinstance(found[3], Failed) and found[3].reason.startswith("three: found wrong")
+    assert isinstance(found[3], FailedTask) and found[3].reason.startswith("three: found wrong")
     assert once(tmp_path) == REST
 
 

@@ -13,6 +13,7 @@ import elocute
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
+from elocute.models.feature_extraction import blocks_of
 from elocute.models.registry import model_names, open_model
 from elocute.models.streaming import CurveStream
 
@@ -176,3 +177,12 @@ def test_memory_stays_bounded(speech, name):
     finally:
         tracemalloc.stop()
     assert held[1] - held[0] < 300_000
+
+
+def test_a_long_sound_is_made_into_features_piece_by_piece():
+    """Features take far more memory than the sound they are of."""
+    sound = Waveform(np.arange(700 * 100, dtype=np.float32) / 1e5, 100)
+    blocks = [block for block, _ in blocks_of(sound).blocks]
+    assert [len(block) for block in blocks] == [30_000, 30_000, 10_000]
+    assert np.array_equal(np.concatenate(blocks), sound.samples)
+    assert [share for _, share in blocks_of(sound).blocks][-1] == 1.0

@@ -13,14 +13,14 @@ from elocute.audio.features import Features
 from elocute.audio.read import read_audio
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import ModelError
-from elocute.evaluation.model_predictions import true_track
+from elocute.evaluation.model_predictions import recorded_motion
 from elocute.head.builtin import load_builtin_head
 from elocute.models import style_fit
 from elocute.models.feature_extraction import extract_features
 from elocute.models.model_shapes import basis_of
 from elocute.models.protocol import FrameSpan, SpeechFeatures
 from elocute.models.style_fit import ObservedMotion, fit_style, search
-from elocute.models.styles import read_mix, write_mix
+from elocute.models.style_mixes import read_mix, write_mix
 from elocute.models.voca import VocaModel
 from elocute.motion import vertex_motion
 from elocute.motion.vertex_motion import VertexMotion
@@ -76,7 +76,7 @@ def test_everybody_is_known_by_a_sentence_nobody_taught(
 ) -> None:
     assert name in learned.corpus.split().test
     speech, _ = extract_features(model, learned.corpus.sound(name))
-    fit = fit_style(model, [ObservedMotion(speech, true_track(learned.corpus, name))])
+    fit = fit_style(model, [ObservedMotion(speech, recorded_motion(learned.corpus, name))])
     assert fit.best_style == next(iter(fit.mix)) == learned.corpus.entry(name).subject
 
 

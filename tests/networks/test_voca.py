@@ -74,3 +74,27 @@ def test_styles_mix_alike_among_vertices_and_in_the_embedding() -> None:
         first, second = (voca.encode(windows, style.expand(5, -1)) for style in (one, two))
         of_vertices = 0.3 * voca.decoder(first) + 0.7 * voca.decoder(second)
         torch.testing.assert_close(voca.decoder(0.3 * first + 0.7 * second), of_vertices)
+
+
+def test_the_initialisers_of_the_released_code() -> None:
+    torch.manual_seed(0)
+    voca = Voca(PAPER)
+    voca.start_as_released()
+    for layer in voca.layers:
+        assert layer.bias is not None
+        assert layer.weight.abs().max() <= 0.04 and layer.bias.abs().max() <= 0.04
+        # A normal distribution cut at two deviations has 0.88 of its deviation.
+        assert float(layer.weight.detach().std()) == pytest.approx(0.88 * 0.02, rel=0.05)
+        assert layer.bias.abs().max() > 0
+    for layer in (voca.hidden, voca.embedding):
+        assert layer.weight.abs().max() <= 0.2
+        assert float(layer.weight.detach().std()) == pytest.approx(0.88 * 0.1, rel=0.05)
+        assert not layer.bias.any()
+
+
+def test_the_norm_is_one_mean_and_one_variance_for_all_features() -> None:
+    voca = Voca(PAPER).train()
+    windows = torch.randn(6, 1, 16, 29) * 3 + 2
+    out = voca.norm(windows)
+    expected = (windows - windows.mean()) / windows.std(correction=0)
+    torch.testing.assert_close(out, expected, atol=1e-5, rtol=1e-4)

@@ -16,7 +16,7 @@ from elocute.audio.mel_with_deltas import mel_columns  # noqa: E402
 from elocute.audio.read import read_audio  # noqa: E402
 from elocute.audio.waveform import Waveform  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
-from elocute.evaluation.concordance import figures  # noqa: E402
+from elocute.evaluation.concordance import score_concordance  # noqa: E402
 from elocute.models.crnn import CrnnModel  # noqa: E402
 from elocute.models.crnn_network import (  # noqa: E402
     JOINS,
@@ -72,7 +72,7 @@ def test_concordance_is_lins() -> None:
     one, other = (torch.from_numpy(part)[None] for part in (x, y))
     mask = torch.ones(1, 40)
     assert np.allclose(concordance(one, other, mask).numpy(), expected, atol=1e-5)
-    found = figures([x[:15], x[15:]], [y[:15], y[15:]], np.ones(3))
+    found = score_concordance([x[:15], x[15:]], [y[:15], y[15:]], np.ones(3))
     assert found.mean.value == pytest.approx(expected.mean(), abs=1e-5)
     assert found.mean.low <= found.mean.value <= found.mean.high
     assert found.clips == 2 and found.frames == 40

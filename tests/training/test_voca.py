@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -24,7 +27,13 @@ from elocute.models.protocol import FrameSpan, SpeechFeatures  # noqa: E402
 from elocute.models.voca import VocaModel  # noqa: E402
 from elocute.training.voca.config import VocaTrainConfig  # noqa: E402
 from elocute.training.voca.export import export_voca  # noqa: E402
-from elocute.training.voca.fit import TrainedVoca, fit, pair_loss  # noqa: E402
+from elocute.training.voca.fit import (  # noqa: E402
+    TrainedVoca,
+    fit,
+    new_network,
+    pair_loss,
+    share_of_batch,
+)
 from elocute.training.voca.training_data import VocaTrainingData, prepare  # noqa: E402
 
 Make = Callable[..., Corpus]
@@ -184,3 +193,75 @@ def test_styles_and_models_that_are_not_there_are_named(
     (tmp_path / "text.onnx").write_text(json.dumps({}))
     with pytest.raises(ModelError, match="no ONNX network"):
         elocute.animate(speech_wav, model=tmp_path / "text.onnx")
+
+
+def test_the_preset_of_the_paper_decodes_vertex_by_vertex(
+    tmp_path: Path, make_corpus: Make
+) -> None:
+    """Section 5 and Table 1: 64 pairs, 1e-4, 50 epochs, the decoder over all vertices from PCA."""
+    config = VocaTrainConfig.preset("paper", encoder="fbank")
+    assert (config.batch_pairs, config.learning_rate, config.epochs) == (64, 1e-4, 50)
+    assert (config.position_weight, config.velocity_weight, config.components) == (1.0, 10.0, 50)
+    corpus = make_corpus(tmp_path / "c", vertices=True)
+    data = prepare(corpus, config, resolve_encoder("fbank"))
+    torch.manual_seed(0)
+    network = new_network(data, config)
+    assert network.decoder.out_features == corpus.vertex_count * 3
+    components = network.decoder.weight.detach()
+    moved = data.train.targets - data.train.targets.mean(dim=0)
+    left = moved - moved @ torch.linalg.pinv(components).T @ components.T
+    assert float(left.square().sum()) < 1e-3 * float(moved.square().sum())
+    assert network.layers[0].weight.abs().max() <= 0.04
+    assert not network.decoder.bias.any()
+    with pytest.raises(ModelError, match="default, paper"):
+        VocaTrainConfig.preset("publication")
+
+
+def test_nothing_of_a_step_stays_on_the_cpu(data: VocaTrainingData) -> None:
+    """On the meta device every tensor that was left on the CPU is an error, as on a real one."""
+    network = new_network(data, CONFIG).to("meta")
+    frames = data.train.to("meta")
+    later = frames.pairs[:8]
+    both = torch.cat([later - 1, later])
+    styles = torch.eye(len(data.styles), device="meta")[frames.subjects[both]]
+    predicted = network(frames.windows(both), styles)
+    loss = pair_loss(
+        predicted.reshape(2, 8, -1), frames.targets[both].reshape(2, 8, -1), CONFIG, data.vertices
+    )
+    loss.backward()
+    assert all(value.grad is not None for value in network.parameters())
+    assert loss.device.type == "meta"
+
+
+@pytest.mark.parametrize("pairs", [64, 5, 3, 2, 1])
+@pytest.mark.parametrize("processes", [1, 2, 3])
+def test_shares_of_a_batch_have_its_mean(pairs: int, processes: int) -> None:
+    losses = torch.rand(pairs, dtype=torch.float64)
+    shares = [share_of_batch(losses, rank, processes) for rank in range(processes)]
+    mean = sum(weight * float(share.mean()) for share, weight in shares) / processes
+    assert mean == pytest.approx(float(losses.mean()))
+
+
+def test_two_processes_train_as_one_does(
+    corpus: Corpus, data: VocaTrainingData, tmp_path: Path
+) -> None:
+    """Started by torchrun, joined by gloo; the last batch of an epoch is not even."""
+    config = dataclasses.replace(CONFIG, epochs=2, batch_pairs=33)
+    assert len(data.train.pairs) % 33 % 2 == 1
+    alone = fit(data, config, device="cpu")
+    torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"]
+    train = ["-m", "elocute", "train", "voca", str(corpus.folder), "-o", str(tmp_path / "out")]
+    settings = ["--epochs=2", "--batch=33", "--encoder=fbank", "--learning-rate=1e-3"]
+    subprocess.run(
+        [*torchrun, *train, *settings, "--device=cpu"],
+        check=True,
+        capture_output=True,
+        timeout=300,
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+    )
+    rows = (tmp_path / "out/log.csv").read_text().splitlines()
+    losses = [float(row.split(",")[1]) for row in rows[1:]]
+    assert losses == pytest.approx([row["train_mm2"] for row in alone.log], rel=1e-4)
+    validation = [float(row.split(",")[2]) for row in rows[1:]]
+    assert validation == pytest.approx([row["validation_mm2"] for row in alone.log], rel=1e-3)
+    assert VocaModel(tmp_path / "out/model.onnx").record.styles == ("plain",)

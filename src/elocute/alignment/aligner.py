@@ -35,8 +35,12 @@ from elocute.one_line_repr import one_line
 class ViewFeatures:
     """What a method makes of a view (frame, feature).
 
-    compared  (frame, dimension) of which costs and score are made
-    hidden    (frame, unit) that attention looks at, where the method has attention
+    Parameters
+    ----------
+    compared : (frame, dimension)
+        What costs and score are computed from.
+    hidden : (frame, unit), optional
+        What attention looks at; None for a method without attention.
     """
 
     compared: FloatArray

@@ -11,7 +11,13 @@ from elocute.settings import check_settings, described, setting
 @described
 @dataclass(frozen=True, kw_only=True)
 class AlignConfig:
-    """Settings of every method. Raises AlignmentError for a number outside its range."""
+    """Settings of every method.
+
+    Raises
+    ------
+    AlignmentError
+        For a number outside its range.
+    """
 
     band: float | None = setting(
         None,

@@ -24,6 +24,7 @@ from elocute.articulation.contacts_and_rest import (
     speech_gate,
 )
 from elocute.articulation.phone_targets import curve_names
+from elocute.articulation.settings import AnimationSettings
 from elocute.articulation.style import Style
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
@@ -33,6 +34,7 @@ from elocute.motion.blink_timing import blink_curve
 from elocute.motion.curves import Curves
 from elocute.numerics.input_checks import check_kind, real_number
 from elocute.one_line_repr import brief
+from elocute.settings import setting_of
 
 FloatArray = NDArray[np.floating]
 
@@ -106,8 +108,9 @@ def articulate(
         For a strength out of range, and posteriors of another shape.
     """
     style = style or Style()
-    if not 0 <= strength <= 2:
-        raise InputError.about("strength", found=f"{strength}", allowed="a number from 0 to 2")
+    known = setting_of(AnimationSettings, "strength")
+    if not known.holds(strength):
+        raise InputError.about("`strength`", found=brief(strength), allowed=known.allowed)
     if log_posteriors.ndim != 2 or log_posteriors.shape[1] != len(PHONES):
         raise InputError.about(
             "posteriors", found=f"shape {log_posteriors.shape}", allowed=f"(frames, {len(PHONES)})"

@@ -95,7 +95,7 @@ def _group(curve: str) -> str:
 
 @cache
 def curve_names() -> tuple[str, ...]:
-    """Every curve that some viseme uses, in a fixed order."""
+    """The names of the curves that visemes use, in a fixed order."""
     return tuple(sorted({curve for shape in VISEME_SHAPES.values() for curve in shape}))
 
 

@@ -53,7 +53,7 @@ def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
             if row:
                 yield number, row
     except csv.Error as error:
-        raise InputError.about(path, found="no text", allowed=",".join(COLUMNS)) from error
+        raise InputError.about(path, found="not a CSV", allowed=",".join(COLUMNS)) from error
 
 
 def _row(path: Path, number: int, row: list[str]) -> tuple[float, float, str]:

@@ -17,7 +17,10 @@ from elocute.settings import check_settings, described, setting
 class Style:
     """How a person articulates; the defaults are a plain speaker's.
 
-    Raises InputError where a number lies outside its range.
+    Raises
+    ------
+    InputError
+        For a number outside its range.
     """
 
     amplitude: float = setting(
@@ -75,9 +78,22 @@ STYLES: dict[str, Style] = {
 
 
 def parse_mix(text: str) -> dict[str, float]:
-    """`calm:0.7,broad:0.3` as shares that sum to one; a lone name is all of it.
+    """Read a mix of styles as users type it.
 
-    Raises InputError for shares that are not numbers, negative, or all zero.
+    Parameters
+    ----------
+    text : str
+        "calm:0.7,broad:0.3"; a name without a share counts as one.
+
+    Returns
+    -------
+    dict of str to float
+        Shares that sum to one, by name. Names are not checked.
+
+    Raises
+    ------
+    InputError
+        For shares that are not numbers, negative, or all zero.
     """
     shares: dict[str, float] = {}
     for part in text.split(","):
@@ -102,7 +118,22 @@ def parse_mix(text: str) -> dict[str, float]:
 
 
 def mix_styles(shares: dict[str, float]) -> Style:
-    """The convex mix of named styles, number by number. Raises InputError for unknown names."""
+    """The convex mix of named styles, number by number.
+
+    Parameters
+    ----------
+    shares : dict of str to float
+        Share of each style; they sum to one.
+
+    Returns
+    -------
+    Style
+
+    Raises
+    ------
+    InputError
+        For a name that is not in `STYLES`.
+    """
     for name in shares:
         if name not in STYLES:
             raise InputError.about(

@@ -33,14 +33,16 @@ from elocute.capture.sequence_tracking import (
 from elocute.capture.settings import BatchSettings
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
-from elocute.corpus.importers.common import even_split
+from elocute.corpus.importers.even_splits import even_split
 from elocute.corpus.shard_file import sha256_of
 from elocute.errors import AudioError, CaptureError, ElocuteError, InputError, OutputError
-from elocute.files.arrays import ArrayFile, RowWriter, read_npz
+from elocute.files.array_file import ArrayFile
+from elocute.files.array_reading import read_npz
+from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import moved_aside, write_atomically
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
-from elocute.jobs.pool import Failed
+from elocute.jobs.pool import FailedTask
 from elocute.jobs.process_pool import run_local
 
 CORPUS, MADE = "corpus", "corpus.sha256"
@@ -255,7 +257,7 @@ def _track_all(
     )
     lost: dict[str, str] = {}
     for chunk, outcome in run_local(_track_chunk, tasks, min(jobs, len(chunks))):
-        if isinstance(outcome, Failed):
+        if isinstance(outcome, FailedTask):
             lost[chunk.sequence] = outcome.reason
         count(len(chunk.numbers))
     return lost

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.frame_store import FrameRecord, read_pose, read_zero
+from elocute.capture.registered_frames import FrameRecord, read_pose, read_zero
 from elocute.capture.registration.pose import HeadPose, apply_pose
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.frame_store import (
+from elocute.capture.registered_frames import (
     FrameRecord,
     read_frame_record,
     read_registration,

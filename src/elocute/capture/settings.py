@@ -14,19 +14,29 @@ from elocute.settings import check_settings, described, setting
 class BatchSettings:
     """How folders of scans are registered.
 
-    Raises CaptureError for a number outside its range.
+    Raises
+    ------
+    CaptureError
+        For a number outside its range.
     """
 
     head: str = setting(
-        "builtin", help="The topology to register: builtin, a FLAME model or a head file."
+        "builtin", help="Head whose mesh is registered: builtin, a FLAME model or a head file."
     )
     fps: float | None = setting(
-        None, unit="frames/s", above=0, high=1000.0, help="Frame rate, before that of capture.json."
+        None,
+        unit="frames/s",
+        above=0,
+        high=1000.0,
+        help="Frame rate; overrides that of capture.json.",
     )
     unit: str | None = setting(
-        None, help="Unit of the coordinates, before that of capture.json: m, mm, cm, dm or inch."
+        None,
+        help="Unit of the coordinates (m, mm, cm, dm or inch); overrides that of capture.json.",
     )
-    jobs: int = setting(1, low=0, high=JOBS_MAX, help="Processes; 0 takes all processors.")
+    jobs: int = setting(
+        1, low=0, high=JOBS_MAX, help="Number of processes; 0 takes all processors."
+    )
     eyes_ms: float = setting(
         20.0,
         unit="ms",
@@ -47,12 +57,13 @@ class Scanner:
     Half of the noise is drawn pixel by pixel, half is spread over neighbours, as stereo matching
     does. The neck turns half as far as the head beside it.
 
-    Raises CaptureError for a number outside its range.
+    Raises
+    ------
+    CaptureError
+        For a number outside its range.
     """
 
-    points: int = setting(
-        120_000, low=2_000, high=1_000_000, help="About how many points each scan has."
-    )
+    points: int = setting(120_000, low=2_000, high=1_000_000, help="Points of each scan, roughly.")
     noise_mm: float = setting(
         0.1,
         unit="mm",
@@ -72,7 +83,7 @@ class Scanner:
         unit="mm",
         low=0.0,
         high=100.0,
-        help="Standard deviation of what no model explains, of face and mouth.",
+        help="Standard deviation of bumps that no model explains, on face and mouth.",
     )
     turn_deg: float = setting(
         8.0, unit="degrees", low=0.0, high=100.0, help="How far the head turns."

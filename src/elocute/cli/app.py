@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import typer
 
-from elocute.cli import (
+from elocute.cli.command_group import CommandGroup
+from elocute.cli.commands import (
     align,
     animate,
     blendshapes,
@@ -15,8 +16,9 @@ from elocute.cli import (
     doctor,
     edit,
     evaluate,
-    heads,
+    head,
     info,
+    measure,
     propagate,
     render,
     solve,
@@ -24,9 +26,8 @@ from elocute.cli import (
     train,
     words,
 )
-from elocute.cli.commands import Commands
 
-app = Commands(
+app = CommandGroup(
     "Speech in, 3D facial animation out.",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -34,12 +35,12 @@ app.command("animate")(animate.animate_command)
 app.command("render")(render.render_command)
 app.command("edit")(edit.edit_command)
 app.command("solve")(solve.solve_command)
-app.command("measure")(render.measure_command)
+app.command("measure")(measure.measure_command)
 app.command("info")(info.info_command)
 app.command("doctor")(doctor.doctor_command)
 app.command("align")(align.align_command)
 app.add_typer(evaluate.app, name="evaluate")
-app.add_typer(heads.app, name="head")
+app.add_typer(head.app, name="head")
 app.add_typer(corpus.app, name="corpus")
 capture.app.command("landmarks")(capture_landmarks.landmarks_command)
 capture.app.command("video")(capture_video.video_command)

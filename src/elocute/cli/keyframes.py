@@ -15,7 +15,7 @@ def parse_numbers(option: str, text: str, count: int) -> list[tuple[float, list[
 
 
 def split_keyframes(option: str, text: str) -> list[tuple[float, str]]:
-    """(seconds, text) of each `seconds:text`, parted by semicolons. Raises InputError."""
+    """(seconds, text) of each `seconds:text`, separated by semicolons. Raises InputError."""
     parts = [part.strip() for part in text.split(";") if part.strip()]
     if len(parts) == 1 and ":" not in parts[0]:
         return [(0.0, parts[0])]
@@ -23,7 +23,7 @@ def split_keyframes(option: str, text: str) -> list[tuple[float, str]]:
 
 
 def parse_list(option: str, text: str) -> list[float]:
-    """Numbers parted by commas. Raises InputError."""
+    """Numbers separated by commas. Raises InputError."""
     return _numbers(option, text, None)
 
 
@@ -47,6 +47,6 @@ def _numbers(option: str, text: str, count: int | None) -> list[float]:
         numbers = []
     wrong = not numbers or not all(math.isfinite(number) for number in numbers)
     if wrong or (count is not None and len(numbers) != count):
-        allowed = "finite numbers parted by commas" if count is None else _WANTED[count]
+        allowed = "finite numbers separated by commas" if count is None else _WANTED[count]
         raise InputError.about(option, found=repr(text[:60]), allowed=allowed)
     return numbers

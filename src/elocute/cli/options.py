@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import typer
 
-SEED_MAX = 2**32 - 1
+from elocute.articulation.settings import AnimationSettings
+from elocute.cli.settings_options import option
+from elocute.settings import SEED_MAX
 
+Fps = option(AnimationSettings, "fps")
+Strength = option(AnimationSettings, "strength")
+LearningSeed = typer.Option(0, min=0, max=SEED_MAX, help="Seed of the learned methods.")
 Output = typer.Option(
     ...,
     "-o",
     "--output",
-    help="Where to write; the suffix chooses the format. May be given several times.",
+    help="Where to write; the suffix chooses the format. Can be repeated.",
 )
-Overwrite = typer.Option(False, "--overwrite", help="Replace files that are there already.")
-NoClobber = typer.Option(
-    False, "--no-clobber", help="Leave files that are there already as they are, and say so."
+Overwrite = typer.Option(False, "--overwrite", help="Replace files that exist already.")
+NoClobber = typer.Option(False, "--no-clobber", help="Keep files that exist already, and say so.")
+Identity = typer.Option(
+    "mean", "--identity", help="Identity of the face: a name, a seed, or a .json file."
 )
 StyleName = typer.Option(
     "plain", "--style", help="Speaking style: a name, a mix (calm:0.7,broad:0.3), or a .json file."
@@ -22,13 +28,19 @@ StyleName = typer.Option(
 Model = typer.Option(
     "articulation",
     "--model",
-    help="What drives the face: articulation, voca, crnn or an .onnx.",
+    help="Speech model: articulation (the rules), voca, crnn, or a trained model (.onnx).",
 )
 Head = typer.Option(
-    "builtin", "--head", help="builtin, or a head or mesh file in the topology of the model."
+    "builtin",
+    "--head",
+    help="Head to animate: builtin, or a head or mesh file in the topology of the model.",
 )
-Split = typer.Option("default", help="Which split of the corpus.")
+Split = typer.Option("default", help="Name of the split of the corpus.")
 Table = typer.Option(
-    None, "--table", help="Also write the table: .csv or .tex. May be given several times."
+    None, "--table", help="Also write the table to this file (.csv or .tex). Can be repeated."
 )
-Json = typer.Option(False, "--json", help="Print one JSON record for machines.")
+OverwriteTable = typer.Option(False, "--overwrite", help="Replace existing tables.")
+KeepTable = typer.Option(
+    False, "--no-clobber", help="Leave existing tables as they are, and say so."
+)
+Json = typer.Option(False, "--json", help="Print the result as one JSON record.")

@@ -1,4 +1,4 @@
-"""What commands share about their outputs: planned before any work, then written."""
+"""Outputs of commands: planned and checked before any work, then written."""
 
 from __future__ import annotations
 
@@ -8,19 +8,33 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from elocute.cli.formats import Drawing, drawing_of
-from elocute.files.outputs import OutputPlan
+from elocute.cli.format_options import FormatSettings, settings_for_format
+from elocute.errors import OutputError
+from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.files.ledger import Source
+    from elocute.files.output_history import Source
     from elocute.motion.motion import Motion
 
 
-def settled(plan: OutputPlan, overwrite: bool, no_clobber: bool, as_json: bool = False) -> bool:
-    """Check a plan and say what is left as it is; True where nothing is left to be done."""
+def check_file_suffix(path: Path | None, *allowed: str) -> None:
+    """Raise OutputError for an output with another suffix than these; None is no output."""
+    if path is not None and path.suffix.lower() not in map(str.lower, allowed):
+        raise OutputError.about(path, found=f"suffix {path.suffix!r}", allowed=" ".join(allowed))
+
+
+def check_plan(plan: OutputPlan, overwrite: bool, no_clobber: bool) -> None:
+    """Check a plan, and say which files are kept. Raises OutputError for what is in the way."""
     plan.check(overwrite=overwrite, no_clobber=no_clobber)
     for path in plan.kept:
         print(f"elocute: {path}: exists already; left as it is", file=sys.stderr)
+
+
+def nothing_to_do(
+    plan: OutputPlan, overwrite: bool, no_clobber: bool, as_json: bool = False
+) -> bool:
+    """Check a plan; whether all its files are kept, which is then the command's result."""
+    check_plan(plan, overwrite, no_clobber)
     if plan.finished and as_json:
         print(json.dumps({"outputs": [], "kept": [str(path) for path in plan.kept]}))
     return plan.finished
@@ -34,7 +48,7 @@ def plan_files(
     for path in outputs:
         if path is not None:
             plan.add(path, *sources)
-    settled(plan, overwrite, no_clobber)
+    check_plan(plan, overwrite, no_clobber)
     return plan
 
 
@@ -44,7 +58,7 @@ def plan_motion(
     source: Source,
     *,
     sound: Path | None,
-    drawing: Drawing,
+    format_settings: FormatSettings,
     cut: bool = False,
 ) -> None:
     """Plan a motion of `source` as a file, with what is written beside it. Raises InputError."""
@@ -52,7 +66,7 @@ def plan_motion(
 
     check_suffix(target)
     plan.add(target, source)
-    for side in side_files(target, sound, embed_audio=_embeds(drawing), cut=cut):
+    for side in side_files(target, sound, embed_audio=_embeds(format_settings), cut=cut):
         plan.add(side, sound or source, beside=target)
 
 
@@ -63,24 +77,24 @@ def write_motion(
     *,
     sound: Any,
     progress: Any,
-    drawing: Drawing,
+    format_settings: FormatSettings,
 ) -> None:
     """Write what `plan_motion` planned."""
     from elocute.export.registry import side_files, write
 
-    sides = side_files(target, sound, embed_audio=_embeds(drawing))
+    sides = side_files(target, sound, embed_audio=_embeds(format_settings))
     heard = sound if all(map(plan.wants, sides)) else None
     with plan.writing(target):
-        more = drawing_of(target, drawing)
+        more = settings_for_format(target, format_settings)
         write(motion, target, sound=heard, overwrite=True, progress=progress, **more)
 
 
-def _embeds(drawing: Drawing) -> bool:
-    return drawing.get("embed_audio", False)
+def _embeds(format_settings: FormatSettings) -> bool:
+    return format_settings.get("embed_audio", False)
 
 
-def tell_silent(targets: Iterable[Path], remedy: str) -> None:
-    """One line for outputs that could carry sound and do not, since none was given."""
+def warn_of_silence(targets: Iterable[Path], remedy: str) -> None:
+    """Say which outputs could carry sound and do not, since none was given."""
     from elocute.export.registry import WRITERS
 
     silent = [path.name for path in targets if WRITERS[path.suffix.lower()].has_sound]

@@ -13,7 +13,7 @@ from elocute.errors import Interrupted, printable
 
 @contextlib.contextmanager
 def progress_bar(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
-    """A function that takes the share done (0…1); Interrupted tells the last one."""
+    """A function that takes the share done (0…1); Interrupted names the last one."""
     done, draw = 0.0, None
 
     def watch(share: float) -> None:
@@ -31,7 +31,7 @@ def progress_bar(label: str, quiet: bool = False) -> Iterator[Callable[[float], 
 
 @contextlib.contextmanager
 def counted(total: int, what: str = "done") -> Iterator[Callable[[], None]]:
-    """A function to be called for each of `total` things done; Interrupted tells how many were."""
+    """A function to be called for each of `total` things done; Interrupted says how many were."""
     done = 0
 
     def one() -> None:
@@ -46,7 +46,7 @@ def counted(total: int, what: str = "done") -> Iterator[Callable[[], None]]:
 
 @contextlib.contextmanager
 def resumable(how: str) -> Iterator[None]:
-    """Around work that keeps what is done: Interrupted tells how to go on."""
+    """Around work that keeps what is done: Interrupted says how to continue."""
     try:
         yield
     except Interrupted as stop:
@@ -73,10 +73,10 @@ def _bar(label: str, quiet: bool) -> Iterator[Callable[[float], None] | None]:
 
 
 @contextlib.contextmanager
-def told_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
-    """As `progress_bar`, and in a log a line at first and then one every QUIET_S: for work of
-    which nobody knows beforehand whether it takes a second or minutes."""
-    lines = Lines(quiet or sys.stderr.isatty())
+def logged_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float], None]]:
+    """As `progress_bar`, with a line in a log at first and then every QUIET_S: for work that takes
+    a second or minutes, nobody knows beforehand."""
+    lines = EpochLines(quiet or sys.stderr.isatty())
     with progress_bar(label, quiet) as bar:
 
         def watch(share: float) -> None:
@@ -87,15 +87,15 @@ def told_progress(label: str, quiet: bool = False) -> Iterator[Callable[[float],
 
 
 QUIET_S = 30.0
-"""Steps on the way to the first epoch are told at most so often in a log."""
+"""Steps before the first epoch appear in a log at most this often."""
 REDRAWN_S = 0.1
 
 
-class Lines:
+class EpochLines:
     """A line for every epoch, none for machines; around a training, tells how far it got.
 
-    Called with the share of all epochs done and a text. Texts at a share of nought tell steps
-    before the first epoch ("hearing the corpus: 12%"), of which there are hundreds: a terminal
+    Called with the share of all epochs done and a text. Texts at a share of zero are of steps
+    before the first epoch ("encoding the corpus: 12%"), of which there are hundreds: a terminal
     shows them in one line that is drawn anew, a log the first of each kind and then one every
     QUIET_S.
     """
@@ -118,12 +118,12 @@ class Lines:
         self._kind, self._told = kind, now
         self._write(line, "" if self.terminal else "\n")
 
-    def __enter__(self) -> Lines:
+    def __enter__(self) -> EpochLines:
         return self
 
     def __exit__(self, kind: object, error: object, trace: object) -> None:
         if isinstance(error, Interrupted):
-            raise Interrupted(f"{self._last or 'no epoch'} done; --resume goes on") from None
+            raise Interrupted(f"{self._last or 'no epoch'} done; --resume continues") from None
 
     def _write(self, text: str, end: str) -> None:
         """Over the line that is still open, if one is."""

@@ -54,26 +54,78 @@ class SettingsGroup:
         return self.cls(**given)
 
 
+@dataclass(frozen=True)
+class PresetGroup(SettingsGroup):
+    """Settings that begin with a preset; every one that is given stands above it."""
+
+    presets: tuple[str, ...]
+
+    def options(self) -> dict[str, tuple[Any, Any]]:
+        help = f"Settings to begin with ({', '.join(self.presets)}); other options change them."
+        found: dict[str, tuple[Any, Any]] = {
+            "preset": (str, typer.Option(self.presets[0], help=help))
+        }
+        for name, (kind, made) in super().options().items():
+            shown, made.default = made.default, None
+            if isinstance(shown, bool):
+                shown = made.param_decls[0].split("/")[0 if shown else 1].lstrip("-")
+            made.help += f" [default: {shown}]"
+            found[name] = (kind | None, made)
+        return found
+
+    def build(self, given: dict[str, Any]) -> Any:
+        changes = {name: value for name, value in given.items() if value is not None}
+        return self.cls.preset(changes.pop("preset"), **changes)
+
+
 def options_of(
     cls: type,
     *,
     without: Iterable[str] = (),
     flags: Mapping[str, str] | None = None,
     defaults: Mapping[str, Any] | None = None,
+    presets: Iterable[str] = (),
 ) -> Any:
     """The default of a parameter that stands for the settings of a dataclass.
 
-    without   fields that are no options
-    flags     names of their own, where the field's is not the flag: {"batch_pairs": "--batch"}
-    defaults  where the command's differ from the dataclass's
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+    without : iterable of str
+        Fields that are not options.
+    flags : mapping of str, optional
+        Flags that are not named after their fields: {"batch_pairs": "--batch"}.
+    defaults : mapping of str, optional
+        Defaults that differ from the dataclass's.
+    presets : iterable of str, optional
+        Names that the dataclass's method `preset` takes, its defaults first.
+
+    Returns
+    -------
+    SettingsGroup
     """
-    return SettingsGroup(cls, frozenset(without), flags or {}, defaults or {})
+    settings = (cls, frozenset(without), flags or {}, defaults or {})
+    return PresetGroup(*settings, tuple(presets)) if presets else SettingsGroup(*settings)
 
 
 def option(cls: type, name: str, *flags: str, default: Any = ...) -> Any:
-    """The typer option of one setting; its range is checked where the settings are built.
+    """The typer option of one setting; its range is checked where the setting is used.
 
-    default  where the command's differs from the dataclass's
+    Parameters
+    ----------
+    cls : type
+        The settings dataclass.
+    name : str
+        Its field.
+    *flags : str
+        Flags, where the field's name is not the flag.
+    default
+        The command's default, where it differs from the dataclass's.
+
+    Returns
+    -------
+    typer.models.OptionInfo
     """
     field, known = next(pair for pair in settings_of(cls) if pair[0].name == name)
     return typer.Option(field.default if default is ... else default, *flags, help=known.text)

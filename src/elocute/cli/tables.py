@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from elocute.errors import InputError
-from elocute.evaluation.confidence_intervals import Interval
+from elocute.evaluation.confidence_intervals import ConfidenceInterval
 from elocute.files.atomic import write_atomically
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 
-Cell = str | int | float | Interval | None
+Cell = str | int | float | ConfidenceInterval | None
 """None, NaN and an interval without a value stand for what is not available."""
 SUFFIXES = (".csv", ".tex")
 LATEX = {
@@ -77,13 +77,15 @@ def _csv(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
 
 def _with_intervals(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[bool]:
     """Of each column, whether it holds intervals."""
-    return [any(isinstance(row[k], Interval) for row in rows) for k in range(len(columns))]
+    return [
+        any(isinstance(row[k], ConfidenceInterval) for row in rows) for k in range(len(columns))
+    ]
 
 
 def _values(cell: Cell, three: bool) -> tuple[object, ...]:
     if not three:
         return ("" if cell is None or cell != cell else cell,)
-    if not isinstance(cell, Interval) or cell.record() is None:
+    if not isinstance(cell, ConfidenceInterval) or cell.record() is None:
         return ("", "", "")
     return (cell.value, cell.low, cell.high)
 
@@ -99,10 +101,10 @@ def _latex(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
 
 
 def _latex_cell(cell: Cell) -> str:
-    lacking = cell.record() is None if isinstance(cell, Interval) else cell != cell
+    lacking = cell.record() is None if isinstance(cell, ConfidenceInterval) else cell != cell
     if cell is None or lacking:
         return "--"
-    if isinstance(cell, Interval):
+    if isinstance(cell, ConfidenceInterval):
         return f"${cell.value:.3g}$ [${cell.low:.3g}$, ${cell.high:.3g}$]"
     if isinstance(cell, float):
         return f"${cell:.3g}$"

@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from elocute.corpus.importers.registry import convert
     from elocute.corpus.shard_writing import ShardWriter
     from elocute.corpus.shards import Shards, open_shards, shard_writer
-    from elocute.corpus.split import Entry, Split, split_by_subject
+    from elocute.corpus.split import ClipEntry, Split, split_by_subject
     from elocute.corpus.word_clip import WordClip
 
 __all__ = [
     "Clip",
+    "ClipEntry",
     "Corpus",
     "CorpusWriter",
-    "Entry",
     "Finding",
     "ShardWriter",
     "Shards",
@@ -45,7 +45,7 @@ __getattr__, __dir__ = lazy(
         "importers.registry": ("convert",),
         "shard_writing": ("ShardWriter",),
         "shards": ("Shards", "open_shards", "shard_writer"),
-        "split": ("Entry", "Split", "split_by_subject"),
+        "split": ("ClipEntry", "Split", "split_by_subject"),
         "word_clip": ("WordClip",),
     },
 )

@@ -1,7 +1,7 @@
-"""Whether sound and motion run together: the mouth is open where open vowels are heard.
+"""Whether sound and motion are synchronous: the mouth is open where open vowels are heard.
 
 Loudness alone misleads: syllables follow one another so evenly that the next one fits as well.
-Both are brought to 100 values a second, blurred, and correlated at each lag. One short clip says
+Both are brought to 100 values a second, smoothed, and correlated at each lag. One short clip says
 little; the sums over a subject's clips say much.
 """
 
@@ -18,7 +18,7 @@ from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.numerics.smoothing import gaussian_smoothed
 
-Floats = NDArray[np.float64]
+Doubles = NDArray[np.float64]
 
 RATE = 100.0
 BLUR_S = 0.05  # standard deviation: about 120 ms wide
@@ -46,14 +46,19 @@ OPENNESS = {
 
 @dataclass(frozen=True, eq=False)
 class LagSums:
-    """Sums from which a correlation at each lag comes; those of several clips add up.
+    """Sums from which a correlation at each lag is computed; those of several clips add up.
 
-    products, sound, motion  (lag,): Σ s·m, Σ s², Σ m² of deviations from each clip's means
+    Attributes
+    ----------
+    products, sound, motion : (lag,) float64
+        Σ s·m, Σ s² and Σ m² of deviations from each clip's means, at the lags of `LAGS`.
+    seconds : float
+        Duration that was summed, s.
     """
 
-    products: Floats
-    sound: Floats
-    motion: Floats
+    products: Doubles
+    sound: Doubles
+    motion: Doubles
     seconds: float
 
     def __add__(self, other: LagSums) -> LagSums:
@@ -66,28 +71,64 @@ class LagSums:
 
 
 @dataclass(frozen=True)
-class Offset:
-    """seconds that the motion comes late (negative: early); r there; gain over r at no lag."""
+class SyncOffset:
+    """By how much motion and sound are apart.
+
+    Attributes
+    ----------
+    seconds : float
+        How much later the motion is than the sound, s; negative where it is earlier.
+    r : float
+        Correlation at that lag.
+    gain : float
+        How much higher it is than without a lag.
+    """
 
     seconds: float
     r: float
     gain: float
 
 
-def openness(sound: Waveform) -> Floats:
-    """(value,) at RATE: how far the mouth should be open by what the speech encoder hears."""
+def expected_openness(sound: Waveform) -> Doubles:
+    """How far the mouth should be open, by the phones that the speech encoder recognises.
+
+    Parameters
+    ----------
+    sound : Waveform
+        Speech.
+
+    Returns
+    -------
+    (value,) float64
+        0 to 1, at `RATE` values a second.
+    """
     encoder = builtin_encoder()
-    heard = np.exp(encoder.encode(sound.resample(SPEECH_RATE).samples))
-    opened = heard @ np.array([OPENNESS[PHONE_TO_VISEME[phone]] for phone in PHONES])
+    phones = np.exp(encoder.encode(sound.resample(SPEECH_RATE).samples))
+    opened = phones @ np.array([OPENNESS[PHONE_TO_VISEME[phone]] for phone in PHONES])
     times = np.arange(int(sound.duration_s * RATE)) / RATE
     return _smoothed(np.interp(times, np.arange(len(opened)) / FEATURE_RATE, opened))
 
 
-def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
-    """Correlation sums of one clip; None where it is too short or one of both is constant."""
+def lag_sums(sound: Waveform, activity: Doubles, fps: float) -> LagSums | None:
+    """Sum up the correlation of one clip at each lag.
+
+    Parameters
+    ----------
+    sound : Waveform
+        The clip's sound.
+    activity : (frame,) float64
+        How far the mouth is from rest, in any unit.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    LagSums or None
+        None where the clip is too short, or its sound or motion does not change.
+    """
     if min(sound.duration_s, len(activity) / fps) * RATE < 3 * LAGS[-1]:
         return None
-    voice = openness(sound)
+    voice = expected_openness(sound)
     times = np.arange(int(len(activity) / fps * RATE)) / RATE
     mouth = _smoothed(np.interp(times, np.arange(len(activity)) / fps, activity))
     count = min(len(voice), len(mouth))
@@ -99,14 +140,25 @@ def lag_sums(sound: Waveform, activity: Floats, fps: float) -> LagSums | None:
     products, squares_s, squares_m = (np.zeros(len(LAGS)) for _ in range(3))
     for place, lag in enumerate(LAGS):
         late = mouth[lag:] if lag >= 0 else mouth[:lag]
-        heard = voice[: len(voice) - lag] if lag >= 0 else voice[-lag:]
-        products[place] = heard @ late
-        squares_s[place], squares_m[place] = heard @ heard, late @ late
+        early = voice[: len(voice) - lag] if lag >= 0 else voice[-lag:]
+        products[place] = early @ late
+        squares_s[place], squares_m[place] = early @ early, late @ late
     return LagSums(products, squares_s, squares_m, count / RATE)
 
 
-def estimate_offset(sums: LagSums) -> Offset:
-    """The lag of the highest correlation, between values by a parabola."""
+def estimate_offset(sums: LagSums) -> SyncOffset:
+    """Find the lag of the highest correlation, by a parabola through the values around it.
+
+    Parameters
+    ----------
+    sums : LagSums
+        Of one clip or more.
+
+    Returns
+    -------
+    SyncOffset
+        At that lag.
+    """
     r = sums.products / np.sqrt(sums.sound * sums.motion)
     best = int(r.argmax())
     shift = 0.0
@@ -116,8 +168,9 @@ def estimate_offset(sums: LagSums) -> Offset:
         shift = 0.5 * (low - high) / bend if bend < 0 else 0.0
     zero = len(LAGS) // 2
     seconds = (float(LAGS[best]) + float(shift)) / RATE
-    return Offset(seconds, float(r[best]), float(r[best] - r[zero]))
+    return SyncOffset(seconds, float(r[best]), float(r[best] - r[zero]))
 
 
-def _smoothed(values: Floats) -> Floats:
+def _smoothed(values: Doubles) -> Doubles:
+    """Values at `RATE`, smoothed by a Gaussian."""
     return gaussian_smoothed(values, BLUR_S * RATE)

@@ -10,16 +10,34 @@ from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
 from elocute.errors import CorpusError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 from elocute.one_line_repr import one_line
 
-# Names become file names: nothing else may stand in them.
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}")
+# Names become file names: they hold nothing else.
+NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}")
 
 
 def check_name(name: str, what: str) -> str:
-    """`name` itself; CorpusError where it could not be a file name anywhere."""
-    if not NAME.fullmatch(name):
+    """Check a name that becomes part of a file name.
+
+    Parameters
+    ----------
+    name : str
+        The name.
+    what : str
+        What it names, for the message.
+
+    Returns
+    -------
+    str
+        The name itself.
+
+    Raises
+    ------
+    CorpusError
+        Where it could not be a file name on every system.
+    """
+    if not NAME_PATTERN.fullmatch(name):
         raise CorpusError.about(
             f"{what} {name[:60]!r}",
             found="no plain name",
@@ -30,16 +48,26 @@ def check_name(name: str, what: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """One recording with its motion.
+    """One recording of a sentence with its motion.
 
-    subject   who moves; one template each
-    sentence  an identifier that all recordings of the same text share
-    text      the words, or ""
-    sound     the recording
-    frames    (frame, component) weights on the corpus's basis, or (frame, vertex, 3) m in zero
-              pose; frame f is at time f / fps of the corpus; in memory, or left on disk
+    Parameters
+    ----------
+    subject : str
+        Who moves; each subject has one template.
+    sentence : str
+        An identifier that all recordings of the same text share.
+    text : str
+        The words, or "".
+    sound : Waveform
+        The recording.
+    frames : (frame, component) or (frame, vertex, 3) float32, or ArrayFile
+        Weights of the corpus's basis, or vertices in m in zero pose; frame f is at time f / fps of
+        the corpus. In memory, or left on disk.
 
-    Raises CorpusError for unusable names or no frame at all.
+    Raises
+    ------
+    CorpusError
+        For unusable names, or without a frame.
     """
 
     subject: str

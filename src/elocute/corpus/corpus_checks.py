@@ -1,4 +1,4 @@
-"""What is wrong with a corpus, found before anybody trains on it.
+"""Find what is wrong with a corpus before it is used for training.
 
 A corpus of any size is read once, clip by clip; what is kept are the findings and a few sums for
 each subject.
@@ -12,12 +12,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elocute.audio.waveform import Waveform
-from elocute.corpus.audio_sync import LAG_MAX_S, LagSums, Offset, estimate_offset, lag_sums
+from elocute.corpus.audio_sync import LAG_MAX_S, LagSums, SyncOffset, estimate_offset, lag_sums
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.frame_rates import TOLERANCE, fitting_rate
-from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, height, is_head_sized
-from elocute.corpus.motion_checks import MotionFacts, Places, examine, find_places
-from elocute.corpus.split import Entry, Split, leaks
+from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, is_head_sized, longest_side
+from elocute.corpus.motion_checks import (
+    MotionFacts,
+    MotionRegions,
+    examine_motion,
+    find_motion_regions,
+)
+from elocute.corpus.split import ClipEntry, Split, find_leaks
 from elocute.errors import AudioError
 
 TURN_MAX_DEG, SHIFT_MAX_MM = 2.0, 5.0
@@ -35,7 +40,19 @@ SAME_OFFSET_S = 0.06
 
 @dataclass(frozen=True)
 class Finding:
-    """level "error" or "warning"; about a clip, a subject, a split or "corpus"; at a frame."""
+    """Something that is wrong with a corpus.
+
+    Attributes
+    ----------
+    level : str
+        "error" or "warning".
+    about : str
+        A clip, a subject, a split, or "corpus".
+    what : str
+        What was found.
+    frame : int or None
+        Where in the clip.
+    """
 
     level: str
     about: str
@@ -53,13 +70,14 @@ class _Length:
 
 
 @dataclass
-class _Sums:
-    """Correlation sums by subject, and clips that are off by themselves."""
+class _SyncSums:
+    """Correlation sums by subject, and clips that are out of sync by themselves."""
 
     subjects: dict[str, LagSums] = field(default_factory=dict)
-    clips: list[tuple[str, str, Offset]] = field(default_factory=list)
+    clips: list[tuple[str, str, SyncOffset]] = field(default_factory=list)
 
-    def add(self, entry: Entry, sums: LagSums) -> None:
+    def add(self, entry: ClipEntry, sums: LagSums) -> None:
+        """Add a clip, and note it where it alone is clearly out of sync."""
         known = self.subjects.get(entry.subject)
         self.subjects[entry.subject] = sums if known is None else known + sums
         offset = estimate_offset(sums)
@@ -69,52 +87,66 @@ class _Sums:
 
 
 def check_corpus(corpus: Corpus, progress: Callable[[float], None] | None = None) -> list[Finding]:
-    """Findings of a corpus, those about the whole first; none where it is clean.
+    """Check a corpus in one pass over its clips.
 
-    Looks for numbers that are not finite, units other than metres, jumps, clips that are turned
-    or shifted against their template, clips that do not move, sound that is missing, cut short,
-    of another length or at another time than the motion, and splits that share something.
+    Looks for numbers that are not finite; units other than metres; jumps; clips that are turned or
+    shifted against their template; clips that do not move; sound that is missing, cut short, of
+    another length or at another time than the motion; and splits whose parts share something.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        The corpus.
+    progress : callable, optional
+        Called with the share that is done, 0 to 1.
+
+    Returns
+    -------
+    list of Finding
+        Those about the whole corpus first; empty where nothing is wrong.
     """
-    found = list(_templates(corpus))
-    found += _splits(corpus)
-    places = find_places(corpus)
-    sums = _Sums()
+    found = list(_template_findings(corpus))
+    found += _split_findings(corpus)
+    regions = find_motion_regions(corpus)
+    sums = _SyncSums()
     clips: list[Finding] = []
     lengths: list[_Length] = []
     for done, entry in enumerate(corpus.entries, 1):
-        clips += _clip(corpus, entry, places, sums, lengths)
+        clips += _clip_findings(corpus, entry, regions, sums, lengths)
         if progress:
             progress(done / len(corpus.entries))
     rate = _wrong_rate(corpus, lengths)
     if rate is not None:
         clips = [finding for finding in clips if not finding.what.startswith(LENGTH)]
         found.append(rate)
-    return [*found, *_offsets(sums), *clips]
+    return [*found, *_offset_findings(sums), *clips]
 
 
-def _templates(corpus: Corpus) -> Iterator[Finding]:
+def _template_findings(corpus: Corpus) -> Iterator[Finding]:
+    """Neutral faces that are not finite, or not of a head's size in metres."""
     for subject in corpus.subjects:
         template = np.asarray(corpus.template(subject))
         if not np.isfinite(template).all():
             yield Finding("error", subject, "template: NaN or infinity")
             continue
-        size = height(template)
+        size = longest_side(template)
         if not is_head_sized(size):
             low, high = HEIGHT_RANGE_M
             unit = fitting_unit(size)
             fits = f"it fits a head in {unit}" if unit else "no unit fits"
-            told = f"template: {size:.4g} m high, a head has {low:g} to {high:g} m; {fits}"
-            yield Finding("error", subject, told)
+            text = f"template: {size:.4g} m high, a head has {low:g} to {high:g} m; {fits}"
+            yield Finding("error", subject, text)
 
 
-def _splits(corpus: Corpus) -> Iterator[Finding]:
-    # One or two people cannot be told apart by subject: measures then hold for them alone.
+def _split_findings(corpus: Corpus) -> Iterator[Finding]:
+    # One or two people cannot be split by subject: measures then hold for them alone.
+    """What the parts of each split share."""
     few = len(corpus.subjects) < 3
     for name, split in corpus.splits.items():
-        lines = leaks(corpus.entries, split)
+        lines = find_leaks(corpus.entries, split)
         if not few and _by_sentence(corpus, split, lines):
-            told = "parts share subjects but no sentence: measures hold for these people alone"
-            yield Finding("warning", f"split {name}", told)
+            text = "parts share subjects but no sentence: measures hold for these people alone"
+            yield Finding("warning", f"split {name}", text)
             continue
         for line in lines:
             level = "warning" if few and line.startswith("subject ") else "error"
@@ -122,20 +154,28 @@ def _splits(corpus: Corpus) -> Iterator[Finding]:
 
 
 def _by_sentence(corpus: Corpus, split: Split, lines: list[str]) -> bool:
-    """Whether a split divides sentences on purpose: those who choose or judge are all taught,
-    or all not, and no sentence is shared, as in BIWI-Test-A and BIWI-Test-B."""
-    taught, *judged = (
+    """Whether a split divides sentences on purpose, as BIWI-Test-A and BIWI-Test-B do.
+
+    The subjects of validation and of test are then all in training, or none of them is, and no
+    sentence is shared.
+    """
+    train, *others = (
         {corpus.entry(clip).subject for clip in clips} for clips in split.parts().values()
     )
     shared = all(line.startswith("subject ") for line in lines)
-    return bool(lines) and shared and all(s <= taught or not s & taught for s in judged)
+    return bool(lines) and shared and all(part <= train or not part & train for part in others)
 
 
-def _clip(
-    corpus: Corpus, entry: Entry, places: Places, sums: _Sums, lengths: list[_Length]
+def _clip_findings(
+    corpus: Corpus,
+    entry: ClipEntry,
+    regions: MotionRegions,
+    sums: _SyncSums,
+    lengths: list[_Length],
 ) -> Iterator[Finding]:
-    facts = examine(corpus, entry.name, places)
-    yield from _motion(entry, facts)
+    """What is wrong with one clip; adds to the sums and lengths."""
+    facts = examine_motion(corpus, entry.name, regions)
+    yield from _motion_findings(entry, facts)
     try:
         sound = corpus.sound(entry.name)
     except AudioError as error:
@@ -150,8 +190,8 @@ def _clip(
     if facts.broken is not None:
         return
     if _loud(sound) and np.ptp(facts.activity) < STILL_MM:
-        told = f"still: the mouth moves {np.ptp(facts.activity):.2f} mm though somebody speaks"
-        yield Finding("error", entry.name, told)
+        text = f"still: the mouth moves {np.ptp(facts.activity):.2f} mm though somebody speaks"
+        yield Finding("error", entry.name, text)
         return
     measured = lag_sums(sound, facts.activity, corpus.fps)
     if measured is not None:
@@ -159,7 +199,7 @@ def _clip(
 
 
 def _wrong_rate(corpus: Corpus, lengths: list[_Length]) -> Finding | None:
-    """One finding in place of many where most lengths are off by one ratio: another rate fits."""
+    """One finding in place of many where most lengths are off by one ratio."""
     if len(lengths) < SAME_RATIO_CLIPS or 2 * len(lengths) < len(corpus.entries):
         return None
     rates = np.array([length.frames / length.seconds for length in lengths])
@@ -168,61 +208,66 @@ def _wrong_rate(corpus: Corpus, lengths: list[_Length]) -> Finding | None:
         return None
     rate = fitting_rate(middle) or middle
     level = "error" if any(length.level == "error" for length in lengths) else "warning"
-    told = (
+    text = (
         f"{LENGTH} in {len(lengths)} of {len(corpus.entries)} clips sound lasts "
         f"{corpus.fps / middle:.2f} times as long as motion at {corpus.fps:g} frames/s; at "
         f"{rate:.4g} they fit: convert the recordings anew, `fps` {rate:.4g}"
     )
-    return Finding(level, "corpus", told)
+    return Finding(level, "corpus", text)
 
 
-def _motion(entry: Entry, facts: MotionFacts) -> Iterator[Finding]:
+def _motion_findings(entry: ClipEntry, facts: MotionFacts) -> Iterator[Finding]:
+    """What is wrong with the motion of a clip."""
     if facts.broken is not None:
         yield Finding("error", entry.name, "motion: NaN or infinity", facts.broken)
         return
     if facts.jump is not None:
-        told = f"jump: a vertex moves {facts.jump_mm:.1f} mm in one frame"
-        yield Finding("error", entry.name, told, facts.jump)
+        text = f"jump: a vertex moves {facts.jump_mm:.1f} mm in one frame"
+        yield Finding("error", entry.name, text, facts.jump)
     if facts.turned_deg > TURN_MAX_DEG or facts.shifted_mm > SHIFT_MAX_MM:
-        told = (
+        text = (
             f"pose: turned {facts.turned_deg:.1f} degrees and shifted {facts.shifted_mm:.1f} mm "
             "against the template; unpose it"
         )
-        yield Finding("error", entry.name, told, facts.posed)
+        yield Finding("error", entry.name, text, facts.posed)
 
 
 def _loud(sound: Waveform) -> bool:
+    """Whether the sound is loud enough for speech."""
     return float(np.sqrt(np.mean(np.square(sound.samples, dtype=np.float64)))) > LOUD_RMS
 
 
-def _offsets(sums: _Sums) -> Iterator[Finding]:
-    """The whole corpus first; then subjects and clips that differ from what was said already."""
+def _offset_findings(sums: _SyncSums) -> Iterator[Finding]:
+    """Offsets of the corpus, then of subjects and clips that differ from what was said already."""
     if not sums.subjects:
         return
     parts = list(sums.subjects.values())
-    whole = _sure(sum(parts[1:], parts[0])) if len(parts) > 1 else None
+    whole = _sure_offset(sum(parts[1:], parts[0])) if len(parts) > 1 else None
     if whole is not None:
-        yield Finding("error", "corpus", _told(whole))
+        yield Finding("error", "corpus", _offset_text(whole))
     for subject, part in sums.subjects.items():
-        offset = _sure(part)
-        if offset is not None and not _same(offset, whole):
-            yield Finding("error", subject, _told(offset))
+        offset = _sure_offset(part)
+        if offset is not None and not _is_said(offset, whole):
+            yield Finding("error", subject, _offset_text(offset))
         for name, who, single in sums.clips:
-            if who == subject and not _same(single, offset or whole):
-                yield Finding("warning", name, _told(single))
+            if who == subject and not _is_said(single, offset or whole):
+                yield Finding("warning", name, _offset_text(single))
 
 
-def _sure(sums: LagSums) -> Offset | None:
+def _sure_offset(sums: LagSums) -> SyncOffset | None:
+    """The offset of a subject or corpus, where it is large and clear."""
     offset = estimate_offset(sums)
     enough = sums.seconds >= POOLED_SECONDS and offset.gain > POOLED_GAIN and offset.r > POOLED_R
     return offset if enough and abs(offset.seconds) > OFFSET_MAX_S else None
 
 
-def _same(offset: Offset, said: Offset | None) -> bool:
+def _is_said(offset: SyncOffset, said: SyncOffset | None) -> bool:
+    """Whether an offset is the same as one that was said already."""
     return said is not None and abs(offset.seconds - said.seconds) < SAME_OFFSET_S
 
 
-def _told(offset: Offset) -> str:
+def _offset_text(offset: SyncOffset) -> str:
+    """An offset in a finding."""
     than = "after" if offset.seconds > 0 else "before"
     return (
         f"offset: motion comes {1000 * abs(offset.seconds):.0f} ms {than} the sound "

@@ -1,4 +1,4 @@
-"""A corpus on disk: a folder that is read lazily and never runs anything.
+"""A corpus on disk: a folder that is read when it is needed, and from which nothing is run.
 
     corpus.json     who says what, where its frames are, the splits; no paths
     motion.npy      all frames of all clips, one after another: (frame, component) weights or
@@ -8,7 +8,7 @@
     faces.npy       (face, 3 or 4), where they are known
     sound/NAME.flac 16 bits
 
-Arrays are uncompressed, and frames stay on disk until they are asked for: a random one costs
+Arrays are uncompressed, and frames stay on disk until they are asked for: a random one takes
 some hundredths of a millisecond, however long the corpus.
 """
 
@@ -25,9 +25,10 @@ from numpy.typing import NDArray
 
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip, check_name
-from elocute.corpus.split import Entry, Split
+from elocute.corpus.split import PARTS, ClipEntry, Split
 from elocute.errors import CorpusError
-from elocute.files.arrays import ArrayFile, read_npy
+from elocute.files.array_file import ArrayFile
+from elocute.files.array_reading import read_npy
 from elocute.files.json_records import finite_number, read_record
 from elocute.files.reading import is_file, path_of
 from elocute.motion.motion import FPS_MAX
@@ -44,12 +45,28 @@ Array = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Corpus:
-    """A folder of clips; frames are read when they are asked for.
+    """A folder of clips; `open_corpus` makes one, and frames are read when they are asked for.
 
-    kind        "weights" on `basis`, or "vertices"
-    components  names of the weights, () for vertices
-    topology    name of the head whose mesh this is ("elocute" for the built-in), or ""
-    subjects    names, in the order of `templates` and of a model's styles
+    Attributes
+    ----------
+    folder : Path
+        Where it is.
+    fps : float
+        Frames per second.
+    kind : str
+        "weights" of `basis`, or "vertices".
+    components : tuple of str
+        Names of the weights, () for vertices.
+    topology : str
+        Name of the head whose mesh this is ("elocute" for the built-in one), or "".
+    subjects : tuple of str
+        In the order of `templates` and of a model's styles.
+    entries : tuple of ClipEntry
+        The clips.
+    splits : dict of str to Split
+        Splits by name.
+    note : str
+        Origin and licence, in words.
     """
 
     folder: Path
@@ -58,7 +75,7 @@ class Corpus:
     components: tuple[str, ...]
     topology: str
     subjects: tuple[str, ...]
-    entries: tuple[Entry, ...]
+    entries: tuple[ClipEntry, ...]
     splits: dict[str, Split] = field(default_factory=dict)
     note: str = ""
 
@@ -66,7 +83,7 @@ class Corpus:
 
     @cached_property
     def motion(self) -> ArrayFile:
-        """All frames, on disk."""
+        """(frame, …) of all clips, on disk."""
         return ArrayFile(_there(self.folder / "motion.npy"), allowed=ALLOWED, error=CorpusError)
 
     @cached_property
@@ -81,7 +98,7 @@ class Corpus:
 
     @cached_property
     def faces(self) -> NDArray[np.int32] | None:
-        """(face, 3 or 4), or None where nobody wrote them."""
+        """(face, 3 or 4) corners, or None where they are unknown."""
         path = self.folder / "faces.npy"
         if not path.is_file():
             return None
@@ -96,19 +113,38 @@ class Corpus:
         return faces.astype(np.int32)
 
     @cached_property
-    def by_name(self) -> dict[str, Entry]:
+    def by_name(self) -> dict[str, ClipEntry]:
+        """Clips by name."""
         return {entry.name: entry for entry in self.entries}
 
     @property
     def vertex_count(self) -> int:
+        """Vertices of the mesh."""
         return self.templates.shape[1]
 
     @property
     def frame_count(self) -> int:
+        """Frames of all clips."""
         return sum(entry.frames for entry in self.entries)
 
-    def entry(self, name: str) -> Entry:
-        """Raises CorpusError for a clip that is not there."""
+    def entry(self, name: str) -> ClipEntry:
+        """A clip as the manifest lists it.
+
+        Parameters
+        ----------
+        name : str
+            `SUBJECT.SENTENCE`.
+
+        Returns
+        -------
+        ClipEntry
+            The entry.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown clip.
+        """
         if name not in self.by_name:
             raise CorpusError.about(
                 self.folder, found=f"no clip {name[:60]!r}", allowed=_some(list(self.by_name))
@@ -116,7 +152,23 @@ class Corpus:
         return self.by_name[name]
 
     def split(self, name: str = "default") -> Split:
-        """Raises CorpusError for a split that is not there."""
+        """A split.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+
+        Returns
+        -------
+        Split
+            Names of the clips of each part.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown split.
+        """
         if name not in self.splits:
             raise CorpusError.about(
                 self.folder, found=f"no split {name[:60]!r}", allowed=_some(list(self.splits))
@@ -124,7 +176,23 @@ class Corpus:
         return self.splits[name]
 
     def template(self, subject: str) -> Array:
-        """(vertex, 3) m. Raises CorpusError for somebody who is not there."""
+        """The neutral face of a subject.
+
+        Parameters
+        ----------
+        subject : str
+            The subject.
+
+        Returns
+        -------
+        (vertex, 3) float32
+            Metres.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown subject.
+        """
         if subject not in self.subjects:
             raise CorpusError.about(
                 self.folder,
@@ -134,12 +202,46 @@ class Corpus:
         return self.templates[self.subjects.index(subject)]
 
     def frames(self, name: str) -> ArrayFile:
-        """(frame, component) or (frame, vertex, 3) of one clip: nothing is read yet."""
+        """The frames of a clip, on disk.
+
+        Parameters
+        ----------
+        name : str
+            The clip.
+
+        Returns
+        -------
+        ArrayFile (frame, component) or (frame, vertex, 3)
+            Weights, or vertices in m; nothing is read yet.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown clip.
+        """
         entry = self.entry(name)
         return self.motion.part(entry.start, entry.start + entry.frames)
 
     def displacements(self, name: str, start: int = 0, stop: int | None = None) -> Array:
-        """(frame, vertex, 3) m from the subject's template."""
+        """Displacements of a clip from its subject's template.
+
+        Parameters
+        ----------
+        name : str
+            The clip.
+        start, stop : int
+            Frames, as in a slice; all by default.
+
+        Returns
+        -------
+        (frame, vertex, 3) float32
+            Metres.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown clip.
+        """
         frames = self.frames(name)[start:stop]
         if self.basis is None:
             return frames - self.template(self.entry(name).subject)
@@ -147,23 +249,93 @@ class Corpus:
         return flat.reshape(len(frames), -1, 3)
 
     def vertices(self, name: str, start: int = 0, stop: int | None = None) -> Array:
-        """(frame, vertex, 3) m."""
+        """Vertices of a clip.
+
+        Parameters
+        ----------
+        name : str
+            The clip.
+        start, stop : int
+            Frames, as in a slice; all by default.
+
+        Returns
+        -------
+        (frame, vertex, 3) float32
+            Metres.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown clip.
+        """
         if self.basis is None:
             return self.frames(name)[start:stop]
         return self.displacements(name, start, stop) + self.template(self.entry(name).subject)
 
     def sound_path(self, name: str) -> Path:
-        """Made from the clip's name, never read from the manifest."""
+        """The file of a clip's sound, made from the clip's name and never read from the manifest.
+
+        Parameters
+        ----------
+        name : str
+            The clip.
+
+        Returns
+        -------
+        Path
+            It may be missing.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown clip.
+        """
         return self.folder / "sound" / f"{self.entry(name).name}.flac"
 
     def sound(self, name: str) -> Waveform:
-        """Raises AudioError where the file is missing or broken."""
+        """Read the sound of a clip.
+
+        Parameters
+        ----------
+        name : str
+            The clip.
+
+        Returns
+        -------
+        Waveform
+            The sound.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown clip.
+        AudioError
+            For a file that is missing or damaged.
+        """
         from elocute.audio.read import read_audio
 
         return read_audio(self.sound_path(name))
 
     def clip(self, name: str) -> Clip:
-        """Everything of one clip in memory."""
+        """Read a clip into memory.
+
+        Parameters
+        ----------
+        name : str
+            The clip.
+
+        Returns
+        -------
+        Clip
+            Sound and frames.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown clip, or frames that are cut short.
+        AudioError
+            For a sound that is missing or damaged.
+        """
         entry = self.entry(name)
         return Clip(
             entry.subject,
@@ -175,9 +347,22 @@ class Corpus:
 
 
 def open_corpus(folder: str | Path) -> Corpus:
-    """Read the manifest and check that the arrays fit it; frames stay on disk.
+    """Read the manifest of a corpus and check that the arrays fit it; frames stay on disk.
 
-    Raises CorpusError with what is wrong and where.
+    Parameters
+    ----------
+    folder : str or Path
+        A folder that `corpus_writer` wrote.
+
+    Returns
+    -------
+    Corpus
+        The corpus.
+
+    Raises
+    ------
+    CorpusError
+        With what is wrong and where.
     """
     folder = path_of(folder, CorpusError)
     corpus = _corpus_of(folder, _read_manifest(folder))
@@ -186,13 +371,37 @@ def open_corpus(folder: str | Path) -> Corpus:
 
 
 def write_manifest(folder: Path, corpus: dict[str, Any]) -> None:
-    """corpus.json, readable by eye."""
+    """Write corpus.json into a folder, indented for people.
+
+    Parameters
+    ----------
+    folder : Path
+        The corpus's folder.
+    corpus : dict
+        As from `manifest_of`.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    """
     text = json.dumps({"format": FORMAT, "version": VERSION, **corpus}, indent=1)
     (folder / "corpus.json").write_text(text + "\n", encoding="utf-8")
 
 
 def manifest_of(corpus: Corpus) -> dict[str, Any]:
-    """What `write_manifest` takes."""
+    """What the manifest of a corpus says.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        The corpus.
+
+    Returns
+    -------
+    dict
+        For JSON.
+    """
     return {
         "fps": corpus.fps,
         "kind": corpus.kind,
@@ -208,6 +417,7 @@ def manifest_of(corpus: Corpus) -> dict[str, Any]:
 
 
 def _read_manifest(folder: Path) -> dict[str, Any]:
+    """The manifest of a folder, once its format and version are known to be ours."""
     path = folder / "corpus.json"
     if not is_file(path):
         raise CorpusError.about(
@@ -229,6 +439,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
 
 
 def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
+    """A Corpus of its manifest, all fields checked."""
     try:
         clips, fps = _list_of(record["clips"], dict), finite_number(record["fps"])
         corpus = Corpus(
@@ -240,9 +451,7 @@ def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
             tuple(check_name(_text(s), "subject") for s in record["subjects"]),
             tuple(map(_entry, clips)),
             {
-                _text(name): Split(
-                    *(tuple(_list_of(parts[p], str)) for p in ("train", "validation", "test"))
-                )
+                _text(name): Split(*(tuple(_list_of(parts[p], str)) for p in PARTS))
                 for name, parts in record["splits"].items()
             },
             _text(record["note"]),
@@ -259,28 +468,33 @@ def _corpus_of(folder: Path, record: dict[str, Any]) -> Corpus:
     return corpus
 
 
-def _entry(clip: dict[str, Any]) -> Entry:
+def _entry(clip: dict[str, Any]) -> ClipEntry:
+    """One clip of a manifest."""
     subject = check_name(_text(clip["subject"]), "subject")
     sentence = check_name(_text(clip["sentence"]), "sentence")
     start, frames = clip["start"], clip["frames"]
     if type(start) is not int or type(frames) is not int or max(start, frames) > COUNT_MAX:
         raise ValueError("start and frames that are no whole numbers")
-    return Entry(f"{subject}.{sentence}", subject, sentence, _text(clip["text"]), start, frames)
+    return ClipEntry(f"{subject}.{sentence}", subject, sentence, _text(clip["text"]), start, frames)
 
 
 def _text(value: Any) -> str:
+    """A text of the manifest; raises TypeError for anything else."""
     if not isinstance(value, str) or len(value) > TEXT_MAX:
         raise TypeError(f"found a {type(value).__name__}, no text of up to {TEXT_MAX} characters")
     return value
 
 
 def _list_of(values: Any, kind: type) -> list[Any]:
+    """A list of one kind of value; raises TypeError for anything else."""
     if not isinstance(values, list) or not all(isinstance(value, kind) for value in values):
         raise TypeError(f"no list of {kind.__name__}")
     return values
 
 
 def _check_lists(corpus: Corpus) -> None:
+    """Raise CorpusError where clips, subjects and splits of a manifest contradict one another."""
+
     def refuse(found: str, allowed: str) -> None:
         raise CorpusError.about(corpus.folder / "corpus.json", found=found, allowed=allowed)
 
@@ -310,6 +524,7 @@ def _check_lists(corpus: Corpus) -> None:
 
 
 def _check_arrays(corpus: Corpus) -> None:
+    """Raise CorpusError where arrays and manifest do not fit."""
     motion, templates = corpus.motion, corpus.templates
     vertex = templates.shape[1] if templates.ndim == 3 else 0
     expected = (len(corpus.subjects), vertex, 3)
@@ -335,6 +550,7 @@ def _check_arrays(corpus: Corpus) -> None:
 
 
 def _there(path: Path) -> Path:
+    """A file of the corpus; raises CorpusError where it is missing."""
     if not path.is_file():
         raise CorpusError.about(
             path.parent, found=f"no {path.name} in it", allowed="a whole corpus"
@@ -343,6 +559,7 @@ def _there(path: Path) -> Path:
 
 
 def _in_memory(path: Path) -> Array:
+    """An array of lengths, read whole."""
     array = read_npy(_there(path), max_bytes=ARRAY_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     if array.dtype.kind != "f":
         raise CorpusError.about(path, found=str(array.dtype), allowed="metres")
@@ -350,4 +567,5 @@ def _in_memory(path: Path) -> Array:
 
 
 def _some(names: list[str]) -> str:
+    """The first names of many, for messages."""
     return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")

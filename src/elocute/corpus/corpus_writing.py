@@ -1,4 +1,4 @@
-"""Writing a corpus clip by clip, in memory for one clip."""
+"""Writing a corpus clip by clip, with one clip in memory."""
 
 from __future__ import annotations
 
@@ -13,17 +13,32 @@ from numpy.typing import NDArray
 from elocute.audio.write import write_flac
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.corpus_store import Corpus, manifest_of, open_corpus, write_manifest
-from elocute.corpus.split import Entry, Split
+from elocute.corpus.split import ClipEntry, Split
 from elocute.errors import CorpusError
-from elocute.files.arrays import RowWriter, save_npy
-from elocute.files.atomic import write_folder_atomically
+from elocute.files.array_writing import RowWriter, save_npy
+from elocute.files.atomic import write_atomically, write_folder_atomically
 
-BLOCK = 120  # frames of a clip that are in memory at once where the clip lies on disk
+BLOCK_FRAMES = 120  # in memory at once of a clip that lies on disk
 FLAC_MAX_HZ = 655_350
 
 
 class CorpusWriter:
-    """Takes clips; `corpus_writer` makes one and renames the folder when all is whole."""
+    """Writes clips into a new folder; `corpus_writer` makes one and moves the folder into place.
+
+    Parameters
+    ----------
+    folder : Path
+        An empty folder.
+    templates, fps, basis, components, faces, topology, note
+        As for `corpus_writer`.
+
+    Attributes
+    ----------
+    entries : list of ClipEntry
+        Clips that were written.
+    splits : dict of str to Split
+        Splits to be written; to be filled by the caller.
+    """
 
     def __init__(
         self,
@@ -50,7 +65,7 @@ class CorpusWriter:
             {},
             note,
         )
-        self.entries: list[Entry] = []
+        self.entries: list[ClipEntry] = []
         self.splits: dict[str, Split] = {}
         stacked = np.stack(list(templates.values())).astype(np.float32)
         self._shape = stacked.shape[1:] if basis is None else (len(basis),)
@@ -64,7 +79,32 @@ class CorpusWriter:
         self._names: set[str] = set()
 
     def add(self, clip: Clip) -> None:
-        """Append one clip. Raises CorpusError where it does not fit the corpus."""
+        """Append one clip.
+
+        Parameters
+        ----------
+        clip : Clip
+            Its frames must fit the corpus's basis or topology.
+
+        Raises
+        ------
+        CorpusError
+            For a clip of another shape, an unknown subject, a name that is there already, or a
+            sample rate beyond what FLAC holds.
+        """
+        self._check(clip)
+        path = self._corpus.folder / "sound" / f"{clip.name}.flac"
+        write_flac(path, clip.sound.samples, clip.sound.sample_rate)
+        start = self._rows.count
+        for block in range(0, len(clip.frames), BLOCK_FRAMES):
+            self._rows.add(clip.frames[block : block + BLOCK_FRAMES])
+        self._names.add(clip.name)
+        self.entries.append(
+            ClipEntry(clip.name, clip.subject, clip.sentence, clip.text, start, len(clip.frames))
+        )
+
+    def _check(self, clip: Clip) -> None:
+        """Raise CorpusError for a clip that does not fit the corpus."""
         if clip.frames.shape[1:] != self._shape:
             raise CorpusError.about(
                 f"clip {clip.name}",
@@ -85,18 +125,9 @@ class CorpusWriter:
                 found=f"sound at {clip.sound.sample_rate} Hz",
                 allowed=f"up to {FLAC_MAX_HZ} Hz, as much as FLAC holds",
             )
-        path = self._corpus.folder / "sound" / f"{clip.name}.flac"
-        write_flac(path, clip.sound.samples, clip.sound.sample_rate)
-        start = self._rows.count
-        for block in range(0, len(clip.frames), BLOCK):
-            self._rows.add(clip.frames[block : block + BLOCK])
-        self._names.add(clip.name)
-        self.entries.append(
-            Entry(clip.name, clip.subject, clip.sentence, clip.text, start, len(clip.frames))
-        )
 
     def close(self) -> None:
-        """Fill in the header and write the manifest."""
+        """Write the header of the frames, and the manifest."""
         self._rows.close()
         whole = replace(self._corpus, entries=tuple(self.entries), splits=self.splits)
         write_manifest(self._corpus.folder, manifest_of(whole))
@@ -114,12 +145,38 @@ def corpus_writer(
     topology: str = "",
     note: str = "",
 ) -> Iterator[CorpusWriter]:
-    """A CorpusWriter whose folder appears under its name only when the block ends well.
+    """Write a corpus whose folder appears under its name only when the block ends without error.
 
-    templates  subject to (vertex, 3) m
-    basis      (component, vertex, 3) m where clips hold weights, None where they hold vertices
+    Parameters
+    ----------
+    folder : str or Path
+        A new folder.
+    templates : dict of str to (vertex, 3) float32
+        The neutral face of each subject, m.
+    fps : float
+        Frames per second.
+    basis : (component, vertex, 3) float32, optional
+        What the weights of clips move, m; without it clips hold vertices.
+    components : tuple of str
+        Names of the weights.
+    faces : (face, 3 or 4) int, optional
+        Corners of triangles or quads.
+    topology : str
+        Name of the mesh: "elocute", "flame", "biwi", or "".
+    note : str
+        Origin and licence, in words.
 
-    Raises OutputError for a place that cannot be written, CorpusError for an empty corpus.
+    Yields
+    ------
+    CorpusWriter
+        Takes the clips.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written, or a folder that exists.
+    CorpusError
+        For an empty corpus.
     """
     with write_folder_atomically(folder) as draft:
         writer = CorpusWriter(
@@ -143,9 +200,22 @@ def corpus_writer(
 
 
 def set_split(corpus: Corpus, name: str, split: Split) -> None:
-    """Store a split under a name in the manifest of a corpus on disk."""
-    from elocute.files.atomic import write_atomically
+    """Store a split in the manifest of a corpus on disk.
 
+    Parameters
+    ----------
+    corpus : Corpus
+        The corpus, which stays as it is in memory.
+    name : str
+        Name of the split; one of that name is replaced.
+    split : Split
+        Names of its clips.
+
+    Raises
+    ------
+    OutputError
+        Where the manifest cannot be written.
+    """
     record = manifest_of(corpus)
     record["splits"][name] = split.parts()
     with write_atomically(corpus.folder / "corpus.json") as draft:

@@ -1,4 +1,4 @@
-"""How many frames a second foreign motion has, told by its sounds and its mesh."""
+"""The frame rate of imported motion, from the lengths of its sounds and its mesh."""
 
 from __future__ import annotations
 
@@ -7,31 +7,45 @@ from statistics import median
 
 from elocute.corpus.topologies import Topology
 
-USUAL = 30.0
-RATES = (24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0)
+USUAL_FPS = 30.0
+KNOWN_FPS = (24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0)
 TOLERANCE = 0.03
 """Sounds and motion differ in length by this share at most where a rate fits."""
 
 
-def frame_rate(
+def choose_frame_rate(
     lengths: Sequence[tuple[int, float]],
     topology: Topology | None,
-    told: float | None,
+    given: float | None,
     notes: list[str],
 ) -> float:
-    """The rate that `told` says, or that fits; a note says what was assumed.
+    """Choose the frame rate of motion that does not say it.
 
-    lengths  of some clips, frames and seconds of sound
+    Parameters
+    ----------
+    lengths : sequence of (int, float)
+        Frames, and seconds of sound, of some clips.
+    topology : Topology or None
+        The mesh, where it is known.
+    given : float or None
+        The rate that the user says; it is taken, with a note where another one fits.
+    notes : list of str
+        A line is appended that says what was assumed.
+
+    Returns
+    -------
+    float
+        Frames per second.
     """
     measured = median(frames / seconds for frames, seconds in lengths) if lengths else None
-    fitting = fitting_rate(measured, topology.rates if topology else (USUAL,))
-    if told is not None:
-        if fitting is not None and abs(told / fitting - 1) > TOLERANCE:
+    fitting = fitting_rate(measured, topology.rates if topology else (USUAL_FPS,))
+    if given is not None:
+        if fitting is not None and abs(given / fitting - 1) > TOLERANCE:
             notes.append(
-                f"frames/s: {told:g} as `fps` says, but the lengths of the sounds fit {fitting:g}"
+                f"frames/s: {given:g} as `fps` says, but the lengths of the sounds fit {fitting:g}"
             )
-        return told
-    usual = topology.rates[0] if topology else USUAL
+        return given
+    usual = topology.rates[0] if topology else USUAL_FPS
     if fitting is None:
         why = (
             "there are no sounds to tell it by"
@@ -45,10 +59,23 @@ def frame_rate(
 
 
 def fitting_rate(measured: float | None, usual: Sequence[float] = ()) -> float | None:
-    """The usual rate within TOLERANCE of what was measured, else the nearest of RATES, or None."""
+    """The known rate that is nearest to a measured one.
+
+    Parameters
+    ----------
+    measured : float or None
+        Frames per second.
+    usual : sequence of float
+        Rates that are tried before those of `KNOWN_FPS`.
+
+    Returns
+    -------
+    float or None
+        None where no rate is within `TOLERANCE`.
+    """
     if measured is None:
         return None
-    for rates in (usual, RATES):
+    for rates in (usual, KNOWN_FPS):
         near = [rate for rate in rates if abs(measured / rate - 1) <= TOLERANCE]
         if near:
             return min(near, key=lambda rate: abs(measured / rate - 1))

@@ -1,4 +1,4 @@
-"""Units of length, told by the size of a head."""
+"""Units of length, recognised by the size of a head."""
 
 from __future__ import annotations
 
@@ -10,17 +10,51 @@ HEIGHT_RANGE_M = (0.1, 0.6)  # from a mask of the face to a head with shoulders
 TYPICAL_HEIGHT_M = 0.25
 
 
-def height(template: NDArray[np.floating]) -> float:
-    """Longest side of the box around vertices (vertex, 3), in their own unit; NaN for none."""
+def longest_side(template: NDArray[np.floating]) -> float:
+    """Longest side of the box around vertices.
+
+    Parameters
+    ----------
+    template : (vertex, 3) float
+        In any unit; points that are not finite do not count.
+
+    Returns
+    -------
+    float
+        In the same unit; NaN without a finite point.
+    """
     finite = template[np.isfinite(template).all(axis=1)]
     return float(np.ptp(finite, axis=0).max()) if len(finite) else float("nan")
 
 
 def is_head_sized(size: float) -> bool:
+    """Whether something is as large as a head may be.
+
+    Parameters
+    ----------
+    size : float
+        Longest side, m.
+
+    Returns
+    -------
+    bool
+        True within `HEIGHT_RANGE_M`.
+    """
     return HEIGHT_RANGE_M[0] <= size <= HEIGHT_RANGE_M[1]
 
 
 def fitting_unit(size: float) -> str:
-    """The unit in which a head of this height would be most like a head, or ""."""
+    """The unit in which something has most nearly the size of a head.
+
+    Parameters
+    ----------
+    size : float
+        Longest side, in an unknown unit.
+
+    Returns
+    -------
+    str
+        A name in `UNITS`, or "" where none fits.
+    """
     fits = {name: size * metres for name, metres in UNITS.items() if is_head_sized(size * metres)}
     return min(fits, key=lambda name: abs(np.log(fits[name] / TYPICAL_HEIGHT_M)), default="")

@@ -1,4 +1,4 @@
-"""What can be wrong with the motion of a clip, looked at some frames at a time."""
+"""What can be wrong with the motion of a clip, looked at in blocks of frames."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.numerics.rigid_alignment import rigid_alignment, turned_degrees
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Doubles = NDArray[np.float64]
 
 BLOCK_FRAMES = 128
 SPEED_MAX_M_S = 1.2  # 20 mm between frames at 60 a second; lips reach 0.3
@@ -22,8 +22,16 @@ RIGID_SHARE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
-    """moving: the vertices that move most, the mouth; steady: those that move least."""
+class MotionRegions:
+    """Vertices that move most, and least, in a corpus.
+
+    Attributes
+    ----------
+    moving : (vertex,) int
+        Those that move most: the mouth.
+    steady : (vertex,) int
+        Those that move least.
+    """
 
     moving: NDArray[np.integer]
     steady: NDArray[np.integer]
@@ -33,15 +41,25 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class MotionFacts:
-    """One clip in numbers.
+    """Measurements of one clip's motion.
 
-    activity   (frame,) mm: how far the moving vertices are from the template, on average
-    broken     first frame that is not finite, or None
-    jump       frame after the largest jump, or None; jump_mm its size
-    turned_deg, shifted_mm  worst against the template, at frame `posed`
+    Attributes
+    ----------
+    activity : (frame,) float64
+        Mean distance of the moving vertices from the template, mm.
+    broken : int or None
+        First frame that is not finite.
+    jump : int or None
+        Frame after the largest jump.
+    jump_mm : float
+        Its size, mm.
+    turned_deg, shifted_mm : float
+        Largest turn in degrees and shift in mm against the template.
+    posed : int
+        Frame that is turned and shifted most.
     """
 
-    activity: Floats
+    activity: Doubles
     broken: int | None = None
     jump: int | None = None
     jump_mm: float = 0.0
@@ -50,8 +68,19 @@ class MotionFacts:
     posed: int = 0
 
 
-def find_places(corpus: Corpus) -> Places:
-    """Vertices by how much they move about within clips, judged by a sample of frames."""
+def find_motion_regions(corpus: Corpus) -> MotionRegions:
+    """Find the vertices that move most and least within clips, from a sample of frames.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        The corpus.
+
+    Returns
+    -------
+    MotionRegions
+        Vertex numbers, rising.
+    """
     spread = np.zeros(corpus.vertex_count)
     entries = corpus.entries
     for index in np.unique(np.linspace(0, len(entries) - 1, SAMPLE_CLIPS).round().astype(int)):
@@ -63,15 +92,31 @@ def find_places(corpus: Corpus) -> Places:
     order = np.argsort(spread, kind="stable")
     count = len(order)
     moving = order[-max(1, min(MOVING_COUNT, count // 4)) :]
-    return Places(np.sort(moving), np.sort(order[: max(4, round(RIGID_SHARE * count))]))
+    return MotionRegions(np.sort(moving), np.sort(order[: max(4, round(RIGID_SHARE * count))]))
 
 
 def sampled_frames(count: int) -> NDArray[np.integer]:
+    """Up to `SAMPLE_FRAMES` frames of `count`, evenly spaced."""
     return np.unique(np.linspace(0, count - 1, SAMPLE_FRAMES).round().astype(int))
 
 
-def examine(corpus: Corpus, name: str, places: Places) -> MotionFacts:
-    """One pass over a clip's frames, BLOCK_FRAMES at a time."""
+def examine_motion(corpus: Corpus, name: str, regions: MotionRegions) -> MotionFacts:
+    """Measure a clip's motion in one pass, `BLOCK_FRAMES` at a time.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        The corpus.
+    name : str
+        The clip.
+    regions : MotionRegions
+        Vertices of this corpus.
+
+    Returns
+    -------
+    MotionFacts
+        Of the clip; only `broken` where a frame is not finite.
+    """
     activity, before, start = [], None, 0
     jump, jump_m = None, SPEED_MAX_M_S / corpus.fps
     for block in _blocks(corpus, name):
@@ -83,32 +128,46 @@ def examine(corpus: Corpus, name: str, places: Places) -> MotionFacts:
         if len(steps) and steps.max() > jump_m:
             jump = start + int(steps.argmax()) + (before is None)
             jump_m = float(steps.max())
-        activity.append(1000 * _distances(corpus, name, block, places.moving))
+        activity.append(1000 * _distances(corpus, name, block, regions.moving))
         before, start = block[-1:], start + len(block)
     turned, shifted, posed = (0.0, 0.0, 0)
     whole = np.isfinite(corpus.template(corpus.entry(name).subject)).all()
     if corpus.kind == "vertices" and whole:  # weights on a basis have nothing to turn by
-        turned, shifted, posed = _pose(corpus, name, places.steady)
+        turned, shifted, posed = _pose(corpus, name, regions.steady)
     found_mm = 1000 * jump_m if jump is not None else 0.0
     return MotionFacts(
         np.concatenate(activity), None, jump, found_mm, turned, 1000 * shifted, posed
     )
 
 
-def rigid_motion(points: Floats, template: Floats) -> tuple[float, float]:
-    """Degrees and metres by which points (vertex, 3) are turned and shifted."""
+def rigid_motion(points: Doubles, template: Doubles) -> tuple[float, float]:
+    """How far points are turned and shifted against a template.
+
+    Parameters
+    ----------
+    points, template : (vertex, 3) float64
+        The same points, m.
+
+    Returns
+    -------
+    turn : float
+        Degrees.
+    shift : float
+        Metres between the means.
+    """
     rotation, _ = rigid_alignment(template, points)
     shift = points.mean(axis=0) - template.mean(axis=0)
     return turned_degrees(rotation), float(np.linalg.norm(shift))
 
 
 def _blocks(corpus: Corpus, name: str) -> Iterator[NDArray[np.float32]]:
+    """Frames of a clip, block after block."""
     frames = corpus.frames(name)
     for start in range(0, len(frames), BLOCK_FRAMES):
         yield np.asarray(frames[start : start + BLOCK_FRAMES])
 
 
-def _steps(corpus: Corpus, frames: NDArray[np.float32]) -> Floats:
+def _steps(corpus: Corpus, frames: NDArray[np.float32]) -> Doubles:
     """(frame - 1,) m that the fastest vertex moves from each frame to the next."""
     change = np.diff(frames, axis=0)
     if corpus.basis is None:
@@ -125,7 +184,7 @@ def _steps(corpus: Corpus, frames: NDArray[np.float32]) -> Floats:
 
 def _distances(
     corpus: Corpus, name: str, block: NDArray[np.float32], moving: NDArray[np.integer]
-) -> Floats:
+) -> Doubles:
     """(frame,) m, mean distance of the moving vertices from the template."""
     if corpus.basis is None:
         moved = block[:, moving] - corpus.template(corpus.entry(name).subject)[moving]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -13,10 +13,10 @@ import numpy as np
 
 from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
-from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES
 from elocute.files.atomic import write_atomically
-from elocute.files.parquet import unpacked_bytes
+from elocute.files.parquet_size import unpacked_bytes
 from elocute.files.reading import bytes_text, open_regular
+from elocute.files.unpacked_size import UNPACKED_TIMES, unpacked_limit
 
 FILE_MAX_BYTES = 4_000_000_000
 BATCH_ROWS = 64  # rows in memory at once while reading
@@ -27,23 +27,55 @@ NUMBERS = ("start_s", "end_s", "fps", "confidence")
 
 @dataclass(frozen=True)
 class ShardEntry:
-    """A shard as the manifest lists it: file name, rows, SHA-256 of the file."""
+    """A shard as the manifest lists it.
+
+    Attributes
+    ----------
+    name : str
+        File name.
+    rows : int
+        Number of clips.
+    sha256 : str
+        SHA-256 of the file, hexadecimal.
+    """
 
     name: str
     rows: int
     sha256: str
 
 
-def parquet() -> Any:
-    """pyarrow.parquet. Raises MachineError with what to install."""
+def pyarrow_parquet() -> Any:
+    """The module pyarrow.parquet, imported when it is needed.
+
+    Returns
+    -------
+    module
+        `pyarrow.parquet`.
+
+    Raises
+    ------
+    MachineError
+        Without pyarrow, with what to install.
+    """
     with needs_extra("reading shards", "wild"):
         import pyarrow.parquet
     return pyarrow.parquet
 
 
-def schema(components: int) -> Any:
-    """The columns of docs/design.md: `parameters` is a list of `components` floats per frame."""
-    parquet()
+def shard_schema(components: int) -> Any:
+    """The columns of a shard, as docs/conventions.md lists them.
+
+    Parameters
+    ----------
+    components : int
+        Parameters of a frame.
+
+    Returns
+    -------
+    pyarrow.Schema
+        `parameters` is a list of `components` floats for each frame.
+    """
+    pyarrow_parquet()
     import pyarrow as pa
 
     row = pa.list_(pa.float32(), components)
@@ -61,9 +93,32 @@ def schema(components: int) -> Any:
 
 
 def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) -> ShardEntry:
-    """Write one shard, whole or not at all. Raises CorpusError, OutputError, MachineError.
+    """Write one shard, whole or not at all.
 
-    Workers that write a shard each give their entries to `shards.write_manifest` at the end.
+    Workers that write a shard each give their entries to `shard_writing.write_manifest` at the end.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    clips : sequence of WordClip
+        Rows, one or more.
+    components : int
+        Parameters of a frame.
+
+    Returns
+    -------
+    ShardEntry
+        For the manifest.
+
+    Raises
+    ------
+    CorpusError
+        For no clip, or clips with another number of parameters.
+    OutputError
+        Where the file cannot be written.
+    MachineError
+        Without pyarrow.
     """
     path = Path(path)
     if not clips:
@@ -76,12 +131,14 @@ def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) ->
                 allowed=f"{components}, the shapes of the basis",
             )
     with write_atomically(path) as draft:
-        parquet().write_table(_table(clips, components), draft, compression="zstd")
+        with draft.open("wb") as file:  # a path would have to be UTF-8
+            pyarrow_parquet().write_table(_table(clips, components), file, compression="zstd")
         digest = sha256_of(draft)
     return ShardEntry(path.name, len(clips), digest)
 
 
 def _table(clips: Sequence[WordClip], components: int) -> Any:
+    """The rows as a pyarrow Table."""
     import pyarrow as pa
 
     flat = pa.array(np.concatenate([clip.parameters.ravel() for clip in clips]))
@@ -96,17 +153,48 @@ def _table(clips: Sequence[WordClip], components: int) -> Any:
         pa.ListArray.from_arrays(ends, pa.FixedSizeListArray.from_arrays(flat, components)),
         pa.array([clip.confidence for clip in clips], pa.float32()),
     ]
-    return pa.Table.from_arrays(columns, schema=schema(components))
+    return pa.Table.from_arrays(columns, schema=shard_schema(components))
 
 
 def sha256_of(path: Path) -> str:
-    """Of a regular file, read in blocks. Raises CorpusError."""
+    """SHA-256 of a file, which is read in blocks.
+
+    Parameters
+    ----------
+    path : Path
+        A regular file.
+
+    Returns
+    -------
+    str
+        Hexadecimal.
+
+    Raises
+    ------
+    CorpusError
+        Where it cannot be read.
+    """
     with open_regular(path, max_bytes=2**40, allowed="a file", error=CorpusError) as file:
         return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
 
 
-def fault(path: Path, entry: ShardEntry, components: int) -> str | None:
-    """Why a shard cannot be used, or None."""
+def shard_fault(path: Path, entry: ShardEntry, components: int) -> str | None:
+    """Why a shard cannot be used.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    entry : ShardEntry
+        What the manifest says of it.
+    components : int
+        Parameters of a frame.
+
+    Returns
+    -------
+    str or None
+        None for a whole shard.
+    """
     if not path.is_file():
         return "no such file"
     if path.stat().st_size > FILE_MAX_BYTES:
@@ -120,12 +208,30 @@ def fault(path: Path, entry: ShardEntry, components: int) -> str | None:
         return str(error)
     if rows != entry.rows:
         return f"{rows} rows instead of {entry.rows}"
-    same = _plain_types(found).equals(schema(components))
+    same = _plain_types(found).equals(shard_schema(components))
     return None if same else "other columns than a shard has"
 
 
-def read_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, str]]:
-    """Some text columns of all rows, few rows in memory. Raises CorpusError naming the row."""
+def read_text_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, str]]:
+    """Read some text columns of all rows, with few rows in memory.
+
+    Parameters
+    ----------
+    path : Path
+        The shard.
+    names : sequence of str
+        Columns of `TEXTS`.
+
+    Yields
+    ------
+    dict of str to str
+        One for each row.
+
+    Raises
+    ------
+    CorpusError
+        Naming the row that cannot be used.
+    """
     row = 0
     for batch in _batches(path, names):
         for index in range(batch.num_rows):
@@ -134,7 +240,27 @@ def read_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, str]]:
 
 
 def read_clips(path: Path, components: int, split: str | None = None) -> Iterator[WordClip]:
-    """Rows one after another, few in memory. Raises CorpusError naming shard and row."""
+    """Read the rows one after another, with few in memory.
+
+    Parameters
+    ----------
+    path : Path
+        The shard.
+    components : int
+        Parameters of a frame.
+    split : str, optional
+        Only rows of this split.
+
+    Yields
+    ------
+    WordClip
+        One for each row.
+
+    Raises
+    ------
+    CorpusError
+        Naming the shard and the row that cannot be used.
+    """
     row = 0
     for batch in _batches(path):
         for index in range(batch.num_rows):
@@ -144,6 +270,7 @@ def read_clips(path: Path, components: int, split: str | None = None) -> Iterato
 
 
 def _batches(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
+    """Rows of a shard, `BATCH_ROWS` at a time, valid as Arrow arrays."""
     with _opened(path) as file:
         try:
             for batch in file.iter_batches(BATCH_ROWS, columns=names and list(names)):
@@ -160,12 +287,13 @@ def _opened(path: Path) -> Iterator[Any]:
     Texts come as dictionaries, so that one that is repeated is held once. Raises CorpusError.
     """
     _check_unpacked(path)
-    try:
-        file = parquet().ParquetFile(path, read_dictionary=list(TEXTS))
-    except _arrow_errors() as error:
-        raise _unreadable(path, error) from error
-    with file:
-        yield file
+    with ExitStack() as stack:
+        try:
+            raw = stack.enter_context(path.open("rb"))  # a path would have to be UTF-8
+            file = pyarrow_parquet().ParquetFile(raw, read_dictionary=list(TEXTS))
+        except _arrow_errors() as error:
+            raise _unreadable(path, error) from error
+        yield stack.enter_context(file)
 
 
 def _check_unpacked(path: Path) -> None:
@@ -176,7 +304,7 @@ def _check_unpacked(path: Path) -> None:
             unpacked, size = unpacked_bytes(file), path.stat().st_size
         except ValueError as error:
             raise _unreadable(path, error) from error
-    if unpacked > max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * size):
+    if unpacked > unpacked_limit(size):
         raise CorpusError.about(
             path,
             found=f"{bytes_text(unpacked)} in {bytes_text(size)}",
@@ -185,12 +313,14 @@ def _check_unpacked(path: Path) -> None:
 
 
 def _arrow_errors() -> tuple[type[Exception], ...]:
+    """What pyarrow may raise on a damaged file."""
     import pyarrow as pa
 
     return pa.ArrowException, OSError, ValueError, KeyError, IndexError, TypeError, MemoryError
 
 
 def _unreadable(path: Path, error: Exception) -> CorpusError:
+    """The error for a file that pyarrow does not read."""
     reason = " ".join(str(error).split())[:120]
     return CorpusError.about(path, found=f"no Parquet file ({reason})", allowed="a shard")
 
@@ -207,6 +337,7 @@ def _plain_types(found: Any) -> Any:
 
 
 def _text(path: Path, row: int, value: Any) -> str:
+    """A text of a row; raises CorpusError for anything else."""
     try:
         text = value.as_py()
     except ValueError:  # bytes that are no UTF-8
@@ -219,6 +350,7 @@ def _text(path: Path, row: int, value: Any) -> str:
 
 
 def _clip(path: Path, batch: Any, index: int, row: int, components: int) -> WordClip:
+    """One row of a batch; raises CorpusError where it is not a WordClip."""
     try:
         scalar = batch["parameters"][index].values
         frames = batch["frames"][index].as_py()

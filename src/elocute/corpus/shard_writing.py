@@ -1,4 +1,4 @@
-"""Writing shards clip by clip, in memory for one shard."""
+"""Writing shards clip by clip, with one shard in memory."""
 
 from __future__ import annotations
 
@@ -21,23 +21,49 @@ ROWS = 1000
 
 
 class ShardWriter:
-    """Takes clips and writes a shard for every so many; `shard_writer` makes one."""
+    """Takes clips and writes a shard for every so many; `shard_writer` makes one.
+
+    Parameters
+    ----------
+    folder : Path
+        An existing folder.
+    components : int
+        Parameters of a frame.
+    rows : int
+        Clips in a shard.
+
+    Attributes
+    ----------
+    entries : list of ShardEntry
+        Shards that were written.
+    """
 
     def __init__(self, folder: Path, components: int, rows: int) -> None:
         self.folder, self.components, self.rows = folder, components, rows
         self.entries: list[ShardEntry] = []
         self._waiting: list[WordClip] = []
-        self._names: set[str] = set()
-        self._parts: dict[str, str] = {}
+        self._splits = DisjointSplits()
 
     def add(self, clip: WordClip) -> None:
-        """Append a clip. Raises CorpusError where its name was there, or its speaker elsewhere."""
-        take_apart(clip.clip, clip.speaker, clip.split, self._names, self._parts)
+        """Append a clip.
+
+        Parameters
+        ----------
+        clip : WordClip
+            The clip.
+
+        Raises
+        ------
+        CorpusError
+            For a name that is there already, or a speaker that is in another split.
+        """
+        self._splits.add(clip.clip, clip.speaker, clip.split)
         self._waiting.append(clip)
         if len(self._waiting) >= self.rows:
             self.flush()
 
     def flush(self) -> None:
+        """Write the clips that wait, however few."""
         if self._waiting:
             path = self.folder / f"words-{len(self.entries):05}.parquet"
             self.entries.append(write_shard(path, self._waiting, self.components))
@@ -48,12 +74,30 @@ class ShardWriter:
 def shard_writer(
     folder: str | Path, basis: Motion, *, note: str = "", rows: int = ROWS
 ) -> Iterator[ShardWriter]:
-    """A ShardWriter whose folder appears under its name only when the block ends well.
+    """Write shards whose folder appears under its name only when the block ends without error.
 
-    basis  a Motion on the head whose shapes the parameters weigh (`learn_blendshapes`, `sweep`)
-    rows   clips in a shard
+    Parameters
+    ----------
+    folder : str or Path
+        A new folder.
+    basis : Motion
+        On the head whose shapes the parameters weigh, as from `learn_blendshapes`.
+    note : str
+        Origin and licence, in words.
+    rows : int
+        Clips in a shard.
 
-    Raises OutputError for a folder that is there, CorpusError where nothing was added.
+    Yields
+    ------
+    ShardWriter
+        Takes the clips.
+
+    Raises
+    ------
+    OutputError
+        For a folder that exists, or a place that cannot be written.
+    CorpusError
+        Where nothing was added.
     """
     if rows < 1:
         raise CorpusError.about("rows", found=str(rows), allowed="1 or more")
@@ -67,7 +111,26 @@ def shard_writer(
 def write_manifest(
     folder: Path, entries: Sequence[ShardEntry], basis: Motion, note: str = ""
 ) -> None:
-    """Name the shards that lie in a folder, and the basis beside them. Raises CorpusError."""
+    """Write the manifest of shards that lie in a folder, and the basis beside it.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the shards.
+    entries : sequence of ShardEntry
+        Its shards.
+    basis : Motion
+        On the head whose shapes the parameters weigh.
+    note : str
+        Origin and licence, in words.
+
+    Raises
+    ------
+    CorpusError
+        For no shard.
+    OutputError
+        Where a file cannot be written.
+    """
     if not entries:
         raise CorpusError.about(folder, found="no clip", allowed="one or more")
     save_motion(basis, folder / BASIS)
@@ -82,14 +145,33 @@ def write_manifest(
         draft.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 
 
-def take_apart(clip: str, speaker: str, split: str, names: set[str], parts: dict[str, str]) -> None:
-    """Note a clip and its speaker's split; CorpusError where either contradicts what was noted."""
-    if clip in names:
-        raise CorpusError.about(f"clip {clip}", found="there twice", allowed="each clip once")
-    names.add(clip)
-    if parts.setdefault(speaker, split) != split:
-        raise CorpusError.about(
-            f"speaker {speaker}",
-            found=f"in {parts[speaker]} and in {split}",
-            allowed="each speaker in one split",
-        )
+class DisjointSplits:
+    """Clips that were seen and the split of each speaker, to find what is there twice."""
+
+    def __init__(self) -> None:
+        self._clips: set[str] = set()
+        self._split_of: dict[str, str] = {}
+
+    def add(self, clip: str, speaker: str, split: str) -> None:
+        """Note a clip.
+
+        Parameters
+        ----------
+        clip, speaker, split : str
+            Their names.
+
+        Raises
+        ------
+        CorpusError
+            For a clip that was noted before, or a speaker that was noted in another split.
+        """
+        if clip in self._clips:
+            raise CorpusError.about(f"clip {clip}", found="there twice", allowed="each clip once")
+        self._clips.add(clip)
+        known = self._split_of.setdefault(speaker, split)
+        if known != split:
+            raise CorpusError.about(
+                f"speaker {speaker}",
+                found=f"in {known} and in {split}",
+                allowed="each speaker in one split",
+            )

@@ -4,8 +4,8 @@
     basis.npz       what the parameters weigh: a Motion that shows each shape in turn
     NAME.parquet    rows as `WordClip` describes them
 
-Any tool that reads Parquet reads them: DuckDB, Ray Data, pandas. Sounds stay where they are; who
-reads says in which folder.
+Any tool that reads Parquet reads them: DuckDB, Ray Data, pandas. Sounds stay where they are, in a
+folder that the reader names.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ import numpy as np
 from elocute.audio.waveform import Waveform
 from elocute.corpus.shard_file import (
     ShardEntry,
-    fault,
-    parquet,
+    pyarrow_parquet,
     read_clips,
-    read_columns,
+    read_text_columns,
+    shard_fault,
     write_shard,
 )
 from elocute.corpus.shard_writing import (
@@ -32,9 +32,9 @@ from elocute.corpus.shard_writing import (
     FORMAT,
     MANIFEST,
     VERSION,
+    DisjointSplits,
     ShardWriter,
     shard_writer,
-    take_apart,
     write_manifest,
 )
 from elocute.corpus.word_clip import COMPONENTS_MAX, SPLITS, WordClip, is_inside
@@ -58,18 +58,29 @@ __all__ = [
 ]
 
 MANIFEST_MAX_BYTES = 64_000_000
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}\.parquet")
+SHARD_NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}\.parquet")
 SHA256 = re.compile(r"[0-9a-f]{64}")
 SOUNDS_KEPT = 4  # recordings in memory: words often follow one another in one file
 
 
 @dataclass(frozen=True, eq=False)
 class Shards:
-    """Clips of a folder, read when they are asked for; `open_shards` makes one.
+    """The clips of a folder of shards, read when they are asked for; `open_shards` makes one.
 
-    components  parameters of a frame
-    entries     shards that can be used
-    broken      (shard, why) of those that cannot, left out
+    Attributes
+    ----------
+    folder : Path
+        Of the shards.
+    sound_root : Path
+        Folder that the clips' sounds lie below.
+    components : int
+        Parameters of a frame.
+    entries : tuple of ShardEntry
+        Shards that can be used.
+    broken : tuple of (str, str)
+        Names of those that cannot, with the reason.
+    note : str
+        Origin and licence, in words.
     """
 
     folder: Path
@@ -82,7 +93,23 @@ class Shards:
     __repr__ = one_line
 
     def clips(self, split: str | None = None) -> Iterator[WordClip]:
-        """All clips, or those of a split; few in memory. Raises CorpusError naming the row."""
+        """Read clips, with few in memory.
+
+        Parameters
+        ----------
+        split : str, optional
+            "train", "validation" or "test"; all by default.
+
+        Yields
+        ------
+        WordClip
+            In the order of the shards.
+
+        Raises
+        ------
+        CorpusError
+            For an unknown split, or naming a row that cannot be used.
+        """
         if split not in (None, *SPLITS):
             raise CorpusError.about(f"split {split!r}", found="unknown", allowed=", ".join(SPLITS))
         for entry in self.entries:
@@ -93,7 +120,7 @@ class Shards:
 
     @cached_property
     def basis(self) -> Motion:
-        """On the head whose shapes the parameters weigh. Raises MotionError, CorpusError."""
+        """On the head whose shapes the parameters weigh. Raises MotionError or CorpusError."""
         motion = load_motion(self.folder / BASIS)
         if len(motion.names) != self.components:
             raise CorpusError.about(
@@ -104,10 +131,26 @@ class Shards:
         return motion
 
     def sound(self, clip: WordClip, margin_s: float = 0.0) -> Waveform:
-        """What is heard from start_s to end_s, `margin_s` more at both ends.
+        """Read the sound of a clip, from start_s to end_s.
 
-        Silence stands for what the file does not reach. Raises AudioError for a file that is
-        missing or broken, CorpusError for one outside the folder of sounds or a clip beyond it.
+        Parameters
+        ----------
+        clip : WordClip
+            A clip of these shards.
+        margin_s : float
+            How much more is read at both ends, s.
+
+        Returns
+        -------
+        Waveform
+            With silence where the file does not reach.
+
+        Raises
+        ------
+        AudioError
+            For a file that is missing or damaged.
+        CorpusError
+            For a file outside the folder of sounds, or a clip that starts behind its end.
         """
         whole = _recording(*self._confined(clip))
         rate = whole.sample_rate
@@ -124,6 +167,7 @@ class Shards:
         return Waveform(padded, rate)
 
     def _confined(self, clip: WordClip) -> tuple[Path, int]:
+        """The clip's file below the folder of sounds, and when it changed."""
         root = self.sound_root.resolve()
         path = (root / clip.audio).resolve()
         if not is_inside(clip.audio) or not path.is_relative_to(root):
@@ -135,6 +179,7 @@ class Shards:
 
 @lru_cache(SOUNDS_KEPT)
 def _recording(path: Path, _changed: int) -> Waveform:
+    """A whole recording, kept for the next clips of it."""
     from elocute.audio.read import read_audio
 
     return read_audio(path)
@@ -143,16 +188,33 @@ def _recording(path: Path, _changed: int) -> Waveform:
 def open_shards(folder: str | Path, sound_root: str | Path) -> Shards:
     """Read the manifest and check every shard against it; clips stay on disk.
 
-    A shard that is missing, truncated, altered or no shard is named in `broken` and left out.
-    Raises CorpusError where none is left, a speaker is in two splits or a clip occurs twice;
-    MachineError without pyarrow.
+    A shard that is missing, truncated or altered is named in `broken` and left out.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The folder of the shards.
+    sound_root : str or Path
+        The folder that their sounds lie below.
+
+    Returns
+    -------
+    Shards
+        The shards that can be used.
+
+    Raises
+    ------
+    CorpusError
+        Where none is left, a speaker is in two splits, or a clip occurs twice.
+    MachineError
+        Without pyarrow.
     """
     folder, sound_root = Path(folder), Path(sound_root)
-    parquet()
+    pyarrow_parquet()
     components, entries, note = _read_manifest(folder)
     if not sound_root.is_dir():
         raise CorpusError.about(sound_root, found="no folder", allowed="the folder of the sounds")
-    faults = {entry: fault(folder / entry.name, entry, components) for entry in entries}
+    faults = {entry: shard_fault(folder / entry.name, entry, components) for entry in entries}
     usable = tuple(entry for entry, why in faults.items() if why is None)
     broken = tuple((entry.name, why) for entry, why in faults.items() if why is not None)
     if not usable:
@@ -160,23 +222,23 @@ def open_shards(folder: str | Path, sound_root: str | Path) -> Shards:
         raise CorpusError.about(
             folder, found=f"no shard that can be used; {name}: {why}", allowed="one or more"
         )
-    _check_apart(folder, usable)
+    _check_splits(folder, usable)
     return Shards(folder, sound_root, components, usable, broken, note)
 
 
-def _check_apart(folder: Path, entries: Sequence[ShardEntry]) -> None:
-    """Refuse a speaker on both sides of a split, and a clip that is there twice."""
-    names: set[str] = set()
-    parts: dict[str, str] = {}
+def _check_splits(folder: Path, entries: Sequence[ShardEntry]) -> None:
+    """Raise CorpusError for a speaker in two splits, or a clip that is there twice."""
+    splits = DisjointSplits()
     for entry in entries:
-        for row in read_columns(folder / entry.name, ("clip", "speaker", "split")):
+        for row in read_text_columns(folder / entry.name, ("clip", "speaker", "split")):
             try:
-                take_apart(row["clip"], row["speaker"], row["split"], names, parts)
+                splits.add(row["clip"], row["speaker"], row["split"])
             except CorpusError as error:
                 raise CorpusError(f"{folder / entry.name}: {error}") from error
 
 
 def _read_manifest(folder: Path) -> tuple[int, list[ShardEntry], str]:
+    """Number of parameters, shards and note of a manifest, checked."""
     path = folder / MANIFEST
     if not is_file(path):
         raise CorpusError.about(
@@ -207,18 +269,21 @@ def _read_manifest(folder: Path) -> tuple[int, list[ShardEntry], str]:
 
 
 def _count(value: object) -> int:
+    """A whole number above 0; raises ValueError for anything else."""
     if type(value) is not int or value < 1:
         raise ValueError("a number of rows or parameters that is none")
     return value
 
 
 def _digest(value: object) -> str:
+    """A SHA-256; raises ValueError for anything else."""
     if not isinstance(value, str) or not SHA256.fullmatch(value):
         raise ValueError("a checksum that is none")
     return value
 
 
 def _shard_name(name: object) -> str:
-    if not isinstance(name, str) or not NAME.fullmatch(name):
+    """The name of a shard's file; raises ValueError for anything else."""
+    if not isinstance(name, str) or not SHARD_NAME_PATTERN.fullmatch(name):
         raise ValueError(f"shard {str(name)[:80]!r}")
     return name

@@ -1,4 +1,4 @@
-"""Split: which clips are for training, validation and test; and what leaks between them."""
+"""Split: which clips are for training, validation and test, and what leaks between them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,22 @@ from dataclasses import dataclass
 from elocute.errors import CorpusError
 from elocute.one_line_repr import one_line
 
+PARTS = ("train", "validation", "test")
+
 
 @dataclass(frozen=True)
-class Entry:
-    """A clip as the manifest lists it; its frames are start … start + frames of the motion."""
+class ClipEntry:
+    """A clip as the manifest of a corpus lists it.
+
+    Attributes
+    ----------
+    name : str
+        `SUBJECT.SENTENCE`.
+    subject, sentence, text : str
+        As in `Clip`.
+    start, frames : int
+        The first of its frames in the corpus's motion, and their number.
+    """
 
     name: str
     subject: str
@@ -23,7 +35,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Split:
-    """Names of clips."""
+    """Names of the clips for training, validation and test."""
 
     train: tuple[str, ...]
     validation: tuple[str, ...]
@@ -32,17 +44,34 @@ class Split:
     __repr__ = one_line
 
     def parts(self) -> dict[str, tuple[str, ...]]:
+        """Names of clips by part: train, validation, test."""
         return {"train": self.train, "validation": self.validation, "test": self.test}
 
 
 def split_by_subject(
-    entries: Sequence[Entry], validation: Iterable[str], test: Iterable[str]
+    entries: Sequence[ClipEntry], validation: Iterable[str], test: Iterable[str]
 ) -> Split:
-    """Whole subjects apart, and no sentence in two parts (VOCA 2019, section 5).
+    """Split a corpus with whole subjects apart and no sentence in two parts (VOCA 2019, section 5).
 
-    All sentences of the other subjects are for training. Of the subjects named for validation and
-    test, only sentences that nobody of another part speaks are kept. Raises CorpusError for a
-    subject that is not there or named twice, or for a part left empty.
+    All sentences of the other subjects are for training. Of the subjects for validation and test,
+    only sentences that no subject of another part speaks are kept.
+
+    Parameters
+    ----------
+    entries : sequence of ClipEntry
+        Clips of the corpus.
+    validation, test : iterable of str
+        Subjects of these parts; all others are for training.
+
+    Returns
+    -------
+    Split
+        Names of the clips of each part.
+
+    Raises
+    ------
+    CorpusError
+        For a subject that is unknown or in both, or a part that is left empty.
     """
     validation, test = set(validation), set(test)
     known = {entry.subject for entry in entries}
@@ -54,13 +83,13 @@ def split_by_subject(
         name: "validation" if name in validation else "test" if name in test else "train"
         for name in known
     }
-    heard: dict[str, set[str]] = {}
+    parts_with: dict[str, set[str]] = {}
     for entry in entries:
-        heard.setdefault(entry.sentence, set()).add(part_of[entry.subject])
-    parts: dict[str, list[str]] = {"train": [], "validation": [], "test": []}
+        parts_with.setdefault(entry.sentence, set()).add(part_of[entry.subject])
+    parts: dict[str, list[str]] = {part: [] for part in PARTS}
     for entry in entries:
         part = part_of[entry.subject]
-        if part == "train" or heard[entry.sentence] == {part}:
+        if part == "train" or parts_with[entry.sentence] == {part}:
             parts[part].append(entry.name)
     for part, names in parts.items():
         wanted = {"train": True, "validation": validation, "test": test}[part]
@@ -70,11 +99,24 @@ def split_by_subject(
                 found=f"no clip left for {part}",
                 allowed="subjects that speak sentences of their own",
             )
-    return Split(*(tuple(parts[name]) for name in ("train", "validation", "test")))
+    return Split(*(tuple(parts[name]) for name in PARTS))
 
 
-def leaks(entries: Sequence[Entry], split: Split) -> list[str]:
-    """What two parts share, a line each: subjects, sentences, or one text under two names."""
+def find_leaks(entries: Sequence[ClipEntry], split: Split) -> list[str]:
+    """Find what the parts of a split share.
+
+    Parameters
+    ----------
+    entries : sequence of ClipEntry
+        Clips of the corpus.
+    split : Split
+        A split of them.
+
+    Returns
+    -------
+    list of str
+        A line for each subject, sentence, or text under two names.
+    """
     by_name = {entry.name: entry for entry in entries}
     where: dict[tuple[str, str], set[str]] = {}
     for part, names in split.parts().items():

@@ -1,4 +1,4 @@
-"""Meshes that published corpora share, told by how many vertices they have.
+"""Meshes that published corpora share, recognised by their number of vertices.
 
 The numbers of vertices that published lip errors and upper-face dynamics are counted over are
 facts about those measurements; docs/cards/vertex_lists.md says where each list stands.
@@ -18,18 +18,24 @@ from elocute.files.reading import read_text
 
 ASSETS = Path(__file__).parent / "assets"
 LIST_MAX_BYTES = 1_000_000
-LISTS = ("lips", "upper_face")
 
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """A mesh of many corpora.
+    """A mesh of several corpora.
 
-    name        as a corpus's manifest says it
-    title       for people
-    vertices    their count, by which it is told
-    rates       frames per second that folders of it come in, the usual one first
-    published   list to where it was published, for names in reports
+    Attributes
+    ----------
+    name : str
+        As in a corpus's manifest.
+    title : str
+        For people.
+    vertices : int
+        Their number, by which the mesh is recognised.
+    rates : tuple of float
+        Frames per second that folders of it have, the usual one first.
+    published : dict of str to str
+        Regions of vertices (`lips`, `upper_face`), and where each was published.
     """
 
     name: str
@@ -57,13 +63,42 @@ TOPOLOGIES = (FLAME, BIWI)
 
 
 def topology_of(vertices: int) -> Topology | None:
-    """The known mesh with so many vertices, or None."""
+    """The known mesh with a number of vertices.
+
+    Parameters
+    ----------
+    vertices : int
+        Their number.
+
+    Returns
+    -------
+    Topology or None
+        None for an unknown mesh.
+    """
     return next((known for known in TOPOLOGIES if known.vertices == vertices), None)
 
 
 @cache
 def published_indices(topology: Topology, which: str) -> NDArray[np.int64]:
-    """(vertex,) rising numbers of one of LISTS, read-only. Raises CorpusError for another."""
+    """Vertices that published figures were computed over.
+
+    Parameters
+    ----------
+    topology : Topology
+        The mesh.
+    which : str
+        `lips` or `upper_face`.
+
+    Returns
+    -------
+    (vertex,) int64
+        Rising; read-only.
+
+    Raises
+    ------
+    CorpusError
+        For another name.
+    """
     if which not in topology.published:
         raise CorpusError.about(
             f"vertex list {which!r}", found="unknown", allowed=", ".join(topology.published)

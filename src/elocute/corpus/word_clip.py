@@ -23,21 +23,35 @@ AUDIO_MAX = 1000  # characters of a sound's name
 
 @dataclass(frozen=True, eq=False)
 class WordClip:
-    """A row of a shard (in the wild 2019, section 4.2).
+    """A row of a shard: one recording of one word (Tzirakis et al. 2019, section 4.2).
 
-    clip        a name, unique among all shards of a folder
-    word        what is said
-    speaker     who is heard
-    source      the captured speaker whose motion was carried over; the speaker where it is true
-    split       train, validation or test
-    audio       a sound file, relative to the folder of sounds, with / between folders
-    start_s     where in that file frame 0 is
-    end_s       where the clip ends, after start_s
-    fps         frames per second
-    parameters  (frame, component) float32 weights of the shards' basis; 28 in the paper
-    confidence  0…1, how well the alignment explains the pair; 1 for what was captured
+    Parameters
+    ----------
+    clip : str
+        A name, unique among all shards of a folder.
+    word : str
+        What is said.
+    speaker : str
+        Who is heard.
+    source : str
+        The captured speaker whose motion was carried over; the speaker where it is captured.
+    split : str
+        "train", "validation" or "test".
+    audio : str
+        A sound file, relative to the folder of sounds, with / between folders.
+    start_s, end_s : float
+        Where in that file frame 0 is, and where the clip ends, s.
+    fps : float
+        Frames per second.
+    parameters : (frame, component) float32
+        Weights of the shards' basis; 28 components in the paper.
+    confidence : float
+        How well the alignment explains the pair, 0 to 1; 1 for what was captured.
 
-    Raises CorpusError naming the clip for anything else.
+    Raises
+    ------
+    CorpusError
+        Naming the clip, for anything else.
     """
 
     clip: str
@@ -72,6 +86,7 @@ class WordClip:
         object.__setattr__(self, "parameters", self._checked())
 
     def _checked(self) -> NDArray[np.float32]:
+        """The parameters as float32, checked."""
         values = np.ascontiguousarray(self.parameters, np.float32)
         if values.ndim != 2 or not (
             1 <= len(values) <= FRAMES_MAX and 1 <= values.shape[1] <= COMPONENTS_MAX
@@ -86,6 +101,7 @@ class WordClip:
         return values
 
     def _refuse(self, found: str, allowed: str) -> None:
+        """Raise CorpusError about this clip."""
         raise CorpusError.about(f"clip {self.clip[:120]}", found=found, allowed=allowed)
 
     def __len__(self) -> int:
@@ -93,7 +109,18 @@ class WordClip:
 
 
 def is_inside(audio: str) -> bool:
-    """Whether a name stays below the folder it is looked up in, on any system."""
+    """Whether a name stays below the folder that it is looked up in, on any system.
+
+    Parameters
+    ----------
+    audio : str
+        A relative path with / between folders.
+
+    Returns
+    -------
+    bool
+        False for anything else.
+    """
     if not audio or len(audio) > AUDIO_MAX or "\\" in audio or ":" in audio:
         return False
     path = PurePosixPath(audio)

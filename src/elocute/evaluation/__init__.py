@@ -9,50 +9,67 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.evaluation.confidence_intervals import Interval, mean_interval
-    from elocute.evaluation.corpus_scores import Measure, Row, best_rows, rows, score_clips
-    from elocute.evaluation.model_predictions import clip_predictor, true_track
-    from elocute.evaluation.mouth_studies import face_scores, noise_scores, style_openings
-    from elocute.evaluation.real_talker import evaluate_real
-    from elocute.evaluation.vertex_lists import (
-        VertexList,
-        builtin_list,
-        published_list,
-        read_vertex_list,
+    from elocute.evaluation.confidence_intervals import ConfidenceInterval, mean_interval
+    from elocute.evaluation.corpus_scores import (
+        MetricConfig,
+        SubjectScore,
+        best_style_scores,
+        score_clips,
+        subject_scores,
     )
-    from elocute.evaluation.wild_experiments import WildStudy, chosen_sentences, study_wild
+    from elocute.evaluation.model_predictions import clip_predictor, recorded_motion
+    from elocute.evaluation.mouth_studies import face_scores, noise_scores, style_openings
+    from elocute.evaluation.tracked_mouth_scores import evaluate_tracked_mouths
+    from elocute.evaluation.vertex_regions import (
+        VertexRegion,
+        builtin_region,
+        published_region,
+        read_vertex_region,
+    )
+    from elocute.evaluation.wild_experiments import WildStudy, select_sentences, study_wild
 
 __all__ = [
-    "Interval",
-    "Measure",
-    "Row",
-    "VertexList",
+    "ConfidenceInterval",
+    "MetricConfig",
+    "SubjectScore",
+    "VertexRegion",
     "WildStudy",
-    "best_rows",
-    "builtin_list",
-    "chosen_sentences",
+    "best_style_scores",
+    "builtin_region",
     "clip_predictor",
-    "evaluate_real",
+    "evaluate_tracked_mouths",
     "face_scores",
     "mean_interval",
     "noise_scores",
-    "published_list",
-    "read_vertex_list",
-    "rows",
+    "published_region",
+    "read_vertex_region",
+    "recorded_motion",
     "score_clips",
+    "select_sentences",
     "study_wild",
     "style_openings",
-    "true_track",
+    "subject_scores",
 ]
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "confidence_intervals": ("Interval", "mean_interval"),
-        "corpus_scores": ("Measure", "Row", "best_rows", "rows", "score_clips"),
-        "model_predictions": ("clip_predictor", "true_track"),
+        "confidence_intervals": ("ConfidenceInterval", "mean_interval"),
+        "corpus_scores": (
+            "MetricConfig",
+            "SubjectScore",
+            "best_style_scores",
+            "subject_scores",
+            "score_clips",
+        ),
+        "model_predictions": ("clip_predictor", "recorded_motion"),
         "mouth_studies": ("face_scores", "noise_scores", "style_openings"),
-        "real_talker": ("evaluate_real",),
-        "vertex_lists": ("VertexList", "builtin_list", "published_list", "read_vertex_list"),
-        "wild_experiments": ("WildStudy", "chosen_sentences", "study_wild"),
+        "tracked_mouth_scores": ("evaluate_tracked_mouths",),
+        "vertex_regions": (
+            "VertexRegion",
+            "builtin_region",
+            "published_region",
+            "read_vertex_region",
+        ),
+        "wild_experiments": ("WildStudy", "select_sentences", "study_wild"),
     },
 )

@@ -1,7 +1,7 @@
-"""Methods of alignment against known times: errors of each, and whether differences are chance.
+"""Methods of alignment against known phone times: the errors of each, and tests between them.
 
-Each method is fitted once per word to all of the word's pairs, without any truth, and then aligns
-each of them. Words are what the paired test counts, since pairs of one word share recordings.
+Each method is fitted once per word to all of the word's pairs, without the true times, and then
+aligns each of them. The paired test counts words, since the pairs of one word share recordings.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from elocute.alignment.aligner import Aligner, find_dtw_path
-from elocute.alignment.alignment import WarpingPath as Steps
+from elocute.alignment.alignment import WarpingPath
 from elocute.alignment.config import DtwPathConfig
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.sound_views import DEFAULT, speech_view
@@ -23,8 +23,14 @@ from elocute.alignment.warping_paths import diagonal_path
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
 from elocute.errors import AlignmentError, ElocuteError
-from elocute.evaluation.alignment_trials import Pair, Take, read_parts, sentence_pair, word_pair
 from elocute.evaluation.path_errors import carried_overlap, path_error
+from elocute.evaluation.timed_recordings import (
+    RecordingPair,
+    TimedRecording,
+    read_phone_times,
+    sentence_pair,
+    word_pair,
+)
 
 EXPECTED = "/expected"
 """After a method's name: its features, with the path read along the expected alignment."""
@@ -35,11 +41,21 @@ MEASURES = ("error_frames", "overlap", "found")
 
 
 @dataclass(frozen=True)
-class Row:
-    """One word by one method: means over its pairs.
+class WordScore:
+    """One word aligned by one method: means over the word's pairs.
 
-    error_frames: Eq. 11, lower is better. overlap: mean intersection-over-union of phones carried
-    over, higher is better; found: of the whole word, where it was to be found.
+    Attributes
+    ----------
+    word, method : str
+        Their names.
+    pairs : int
+        Number of pairs.
+    error_frames : float
+        Error of the path, Eq. 11 of Tzirakis et al. 2019, frames; lower is better.
+    overlap : float
+        Mean intersection over union of phones carried over, 0 to 1; higher is better.
+    found : float
+        The same of the whole word, where it was to be found in a sentence.
     """
 
     word: str
@@ -50,35 +66,79 @@ class Row:
     found: float
 
 
-def read_takes(
+def read_recordings(
     folder: Path, encoder: str = DEFAULT, noise_db: float | None = None
-) -> tuple[list[Take], list[str]]:
-    """All NAME.wav of a word with their NAME.json, and what is wrong with those left out.
+) -> tuple[list[TimedRecording], list[str]]:
+    """Read all recordings of a word.
 
-    noise_db: speech over babble of the same voices (backwards), in decibels; None for clean.
+    Parameters
+    ----------
+    folder : Path
+        NAME.wav with NAME.json of phone times beside it.
+    encoder : str
+        Speech encoder that gives the views.
+    noise_db : float, optional
+        Level of the speech over babble made of the same voice backwards, dB; clean by default.
+
+    Returns
+    -------
+    recordings : list of TimedRecording
+        In the order of their names.
+    broken : list of str
+        Why others were left out.
     """
-    takes, broken = [], []
+    recordings, broken = [], []
     for path in sorted(folder.glob("*.wav")):
         try:
-            parts, word = read_parts(path.with_suffix(".json"))
+            phones, word = read_phone_times(path.with_suffix(".json"))
             sound = read_audio(path)
             if noise_db is not None:
                 seed = sum(path.stem.encode()) + len(folder.name)
                 sound = with_noise(sound, babble(sound, seed), -noise_db)
-            takes.append(Take(path.stem, speech_view(sound, encoder), parts, word))
+            recordings.append(TimedRecording(path.stem, speech_view(sound, encoder), phones, word))
         except ElocuteError as error:
             broken.append(str(error))
-    return takes, broken
+    return recordings, broken
 
 
-def pairs_of_words(takes: Sequence[Take]) -> list[Pair]:
-    """Every two recordings of a word that say it with nearly the same phones."""
-    pairs = (word_pair(takes[i], takes[j]) for j in range(len(takes)) for i in range(j))
+def word_pairs(recordings: Sequence[TimedRecording]) -> list[RecordingPair]:
+    """Every two recordings of a word that say it with nearly the same phones.
+
+    Parameters
+    ----------
+    recordings : sequence of TimedRecording
+        Of one word.
+
+    Returns
+    -------
+    list of RecordingPair
+        Each with whole recordings.
+    """
+    pairs = (
+        word_pair(recordings[i], recordings[j]) for j in range(len(recordings)) for i in range(j)
+    )
     return [pair for pair in pairs if pair]
 
 
-def pairs_to_find(sentences: Sequence[Take], words: Sequence[Take], each: int = 3) -> list[Pair]:
-    """Each sentence with so many recordings of its word by others, taken turn by turn."""
+def sentence_pairs(
+    sentences: Sequence[TimedRecording], words: Sequence[TimedRecording], each: int = 3
+) -> list[RecordingPair]:
+    """Each sentence with recordings of its word by others, taken in turn.
+
+    Parameters
+    ----------
+    sentences : sequence of TimedRecording
+        Sentences that contain the word.
+    words : sequence of TimedRecording
+        Recordings of the word alone.
+    each : int
+        Most pairs for a sentence.
+
+    Returns
+    -------
+    list of RecordingPair
+        Each a word to be found in a sentence.
+    """
     pairs = []
     for place, sentence in enumerate(sentences):
         others = [words[(place + n + 1) % len(words)] for n in range(len(words))]
@@ -87,31 +147,70 @@ def pairs_to_find(sentences: Sequence[Take], words: Sequence[Take], each: int = 
     return pairs
 
 
-def judge_word(
-    word: str, pairs: Sequence[Pair], methods: Sequence[str], seed: int = 0
-) -> list[Row]:
-    """One row per method. Open ends where the pairs are words to be found in sentences."""
+def score_word(
+    word: str, pairs: Sequence[RecordingPair], methods: Sequence[str], seed: int = 0
+) -> list[WordScore]:
+    """Align all pairs of a word by each method and compare the paths with the true ones.
+
+    Where the pairs are words in sentences, methods may start and end anywhere in the sentence.
+
+    Parameters
+    ----------
+    word : str
+        Its name.
+    pairs : sequence of RecordingPair
+        All of them whole, or none.
+    methods : sequence of str
+        Names as for `resolve_method`, `DIAGONAL`, or a name with `EXPECTED` after it.
+    seed : int
+        Seed of learned methods.
+
+    Returns
+    -------
+    list of WordScore
+        One for each method.
+
+    Raises
+    ------
+    AlignmentError
+        For an unknown method, or one that has no expected path.
+    """
     views = [(pair.source.view, pair.target.view) for pair in pairs]
-    rows, known = [], {}
+    rows, fitted = [], dict[str, Aligner]()
     for method in methods:
         name = method.removesuffix(EXPECTED)
         if name == DIAGONAL:
             paths = [diagonal_path(len(source), len(target)) for source, target in views]
         else:
-            if name not in known:
+            if name not in fitted:
                 config = resolve_method(name).config(open_source=not pairs[0].whole)
-                known[name] = fit_aligner(views, name, config, seed)
-            fitted = known[name] if name == method else read_softly(known[name])
-            paths = [each.path for each in fitted.align_all(views)]
-        scores = np.array([_scores(p, path) for p, path in zip(pairs, paths, strict=True)])
+                fitted[name] = fit_aligner(views, name, config, seed)
+            aligner = fitted[name] if name == method else with_expected_path(fitted[name])
+            paths = [each.path for each in aligner.align_all(views)]
+        scores = np.array([_pair_scores(p, path) for p, path in zip(pairs, paths, strict=True)])
         error, overlap, found = scores.mean(axis=0)
-        rows.append(Row(word, method, len(pairs), float(error), float(overlap), float(found)))
+        rows.append(WordScore(word, method, len(pairs), float(error), float(overlap), float(found)))
     return rows
 
 
-def read_softly(fitted: Aligner) -> Aligner:
-    """The same features, paths read along the expected alignment. Raises AlignmentError for a
-    method that reads its paths in its own way."""
+def with_expected_path(fitted: Aligner) -> Aligner:
+    """An aligner with the same features whose paths are read along the expected alignment.
+
+    Parameters
+    ----------
+    fitted : Aligner
+        One that finds its paths by dynamic time warping.
+
+    Returns
+    -------
+    Aligner
+        The same with a softened path.
+
+    Raises
+    ------
+    AlignmentError
+        For a method that reads its paths in another way.
+    """
     if not isinstance(fitted.config, DtwPathConfig):
         raise AlignmentError.about(
             f"method {EXPECTED}",
@@ -122,7 +221,8 @@ def read_softly(fitted: Aligner) -> Aligner:
     return replace(fitted, config=config, find_path=partial(find_dtw_path, config))
 
 
-def _scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
+def _pair_scores(pair: RecordingPair, path: WarpingPath) -> tuple[float, float, float]:
+    """Error of a path in frames, overlap of the phones, and overlap of the whole word."""
     rate = pair.source.rate
     sources, targets = [s for s, _ in pair.spans], [t for _, t in pair.spans]
     true = (sources[0][0], sources[-1][1])
@@ -131,11 +231,24 @@ def _scores(pair: Pair, path: Steps) -> tuple[float, float, float]:
     return path_error(path, pair.truth), carried_overlap(path, sources, targets, rate), found
 
 
-def summarise(rows: Sequence[Row], judged: str = "dcaw") -> dict[str, dict[str, Any]]:
-    """Per method: means over words, and Wilcoxon's signed-rank test of `judged` against it.
+def compare_methods(
+    rows: Sequence[WordScore], candidate: str = "dcaw"
+) -> dict[str, dict[str, Any]]:
+    """Means over words, and Wilcoxon's signed-rank test of one method against the others.
 
-    p is two-sided, over words; `better` says for how many words the judged method has the lower
-    error (higher overlap).
+    Parameters
+    ----------
+    rows : sequence of WordScore
+        Scores of the same words by several methods.
+    candidate : str
+        The method that the others are compared with; without it nothing is tested.
+
+    Returns
+    -------
+    dict of str to dict
+        For each method `words`, `pairs` and the means of `MEASURES`; for all but the candidate also
+        `against`: for each measure the candidate's mean `gain` over the method (positive is
+        better), the number of words for which it is `better`, and the two-sided `p` over words.
     """
     methods = list(dict.fromkeys(row.method for row in rows))
     table: dict[str, dict[str, Any]] = {}
@@ -144,19 +257,22 @@ def summarise(rows: Sequence[Row], judged: str = "dcaw") -> dict[str, dict[str, 
         table[method] = {"words": len(own), "pairs": sum(row.pairs for row in own)}
         for measure in MEASURES:
             table[method][measure] = float(np.mean([getattr(row, measure) for row in own]))
-        if method != judged and judged in methods:
-            table[method]["against"] = _tested(rows, judged, method)
+        if method != candidate and candidate in methods:
+            table[method]["against"] = _wilcoxon_tests(rows, candidate, method)
     return table
 
 
-def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str, float]]:
+def _wilcoxon_tests(
+    rows: Sequence[WordScore], candidate: str, method: str
+) -> dict[str, dict[str, float]]:
+    """Gain, words gained and p of each measure, of the candidate over a method."""
     from scipy.stats import wilcoxon
 
     tests = {}
     for measure in MEASURES:
         known = {(row.word, row.method): getattr(row, measure) for row in rows}
         words = sorted({row.word for row in rows})
-        gains = np.array([known[word, method] - known[word, judged] for word in words])
+        gains = np.array([known[word, method] - known[word, candidate] for word in words])
         if measure != "error_frames":
             gains = -gains
         moved = np.abs(gains) > 0
@@ -165,7 +281,7 @@ def _tested(rows: Sequence[Row], judged: str, method: str) -> dict[str, dict[str
     return tests
 
 
-def judge_folder(
+def score_folder(
     folder: Path,
     methods: Sequence[str],
     *,
@@ -174,13 +290,39 @@ def judge_folder(
     noise_db: float | None = None,
     words: Sequence[str] | None = None,
     seed: int = 0,
-    done: Callable[[float, list[Row]], None] | None = None,
-) -> tuple[list[Row], list[str]]:
-    """Every word of a folder, or those named: rows, and what could not be used.
+    on_word: Callable[[float, list[WordScore]], None] | None = None,
+) -> tuple[list[WordScore], list[str]]:
+    """Score the words of a folder, or those that are named.
 
-    sentences: a folder of the same words in sentences, in which they are to be found; noise is
-    then in the sentences alone. `done` hears the share and the rows of each word as it is judged.
-    Raises AlignmentError where nothing can be judged.
+    Parameters
+    ----------
+    folder : Path
+        FOLDER/WORD/NAME.wav with NAME.json of phone times.
+    methods : sequence of str
+        As for `score_word`.
+    sentences : Path, optional
+        A folder of the same words in sentences, in which they are to be found; noise is then in the
+        sentences alone.
+    encoder, noise_db
+        As for `read_recordings`.
+    words : sequence of str, optional
+        Names of words; all by default.
+    seed : int
+        Seed of learned methods.
+    on_word : callable, optional
+        Called with the share that is done, 0 to 1, and the scores of each word.
+
+    Returns
+    -------
+    rows : list of WordScore
+        One for each word and method.
+    broken : list of str
+        What could not be used, and why.
+
+    Raises
+    ------
+    AlignmentError
+        For an unknown method, or where no word can be scored.
     """
     for method in methods:
         if method != DIAGONAL:
@@ -190,14 +332,14 @@ def judge_folder(
     for place, name in enumerate(names):
         pairs, wrong = _pairs(folder, name, sentences, encoder, noise_db)
         broken += wrong
-        own: list[Row] = []
+        own: list[WordScore] = []
         if len(pairs) < 2:
             broken.append(f"{name}: {len(pairs)} pairs whose phones agree; allowed: two or more")
         else:
-            own = judge_word(name, pairs, methods, seed)
+            own = score_word(name, pairs, methods, seed)
         rows += own
-        if done:
-            done((place + 1) / len(names), own)
+        if on_word:
+            on_word((place + 1) / len(names), own)
     if not rows:
         raise AlignmentError.about(
             folder,
@@ -208,16 +350,30 @@ def judge_folder(
 
 
 def word_names(folder: Path, sentences: Path | None = None) -> list[str]:
-    """The words that a folder holds, and the sentences too where they are given."""
+    """Names of the words that a folder holds, sorted.
+
+    Parameters
+    ----------
+    folder : Path
+        A folder with a folder for each word.
+    sentences : Path, optional
+        A second one; only words that are in both count.
+
+    Returns
+    -------
+    list of str
+        Empty where there is no such folder.
+    """
     names = sorted(p.name for p in folder.iterdir() if p.is_dir()) if folder.is_dir() else []
     return [name for name in names if sentences is None or (sentences / name).is_dir()]
 
 
 def _pairs(
     folder: Path, name: str, sentences: Path | None, encoder: str, noise_db: float | None
-) -> tuple[list[Pair], list[str]]:
-    takes, broken = read_takes(folder / name, encoder, None if sentences else noise_db)
+) -> tuple[list[RecordingPair], list[str]]:
+    """Pairs of one word, and why recordings were left out."""
+    words, broken = read_recordings(folder / name, encoder, None if sentences else noise_db)
     if sentences is None:
-        return pairs_of_words(takes), broken
-    spoken, wrong = read_takes(sentences / name, encoder, noise_db)
-    return pairs_to_find([take for take in spoken if take.word], takes), broken + wrong
+        return word_pairs(words), broken
+    spoken, wrong = read_recordings(sentences / name, encoder, noise_db)
+    return sentence_pairs([each for each in spoken if each.word], words), broken + wrong

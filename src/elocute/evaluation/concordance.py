@@ -1,4 +1,4 @@
-"""Concordance over clips, with intervals: what the paper's Table 2 holds."""
+"""Concordance over clips, with confidence intervals, as in Table 2 of Tzirakis et al. 2019."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import CorpusError
-from elocute.evaluation.confidence_intervals import CONFIDENCE, DRAWS, Interval
+from elocute.evaluation.confidence_intervals import CONFIDENCE, DRAWS, ConfidenceInterval
 
 Array = NDArray[np.float32]
 FIRST = 5  # parameters that the paper's table names one by one
@@ -17,22 +17,29 @@ TINY = 1e-12
 
 
 @dataclass(frozen=True)
-class Figures:
-    """ρc over all frames of some clips taken together, and 95 % by drawing clips again.
+class ConcordanceScore:
+    """ρc over all frames of some clips together, with confidence intervals over clips.
 
-    mean      of all parameters, the paper's µ28 where there are 28
-    weighted  by the variance that each explains, as the loss does
-    first     the first five parameters
+    Attributes
+    ----------
+    clips, frames : int
+        How many were counted.
+    mean : ConfidenceInterval
+        Mean over all parameters; the paper's µ28 where there are 28.
+    weighted : ConfidenceInterval
+        Mean weighted by the variance that each parameter explains, as in the loss.
+    first : tuple of ConfidenceInterval
+        The first `FIRST` parameters, as the paper's table has them.
     """
 
     clips: int
     frames: int
-    mean: Interval
-    weighted: Interval
-    first: tuple[Interval, ...]
+    mean: ConfidenceInterval
+    weighted: ConfidenceInterval
+    first: tuple[ConfidenceInterval, ...]
 
     def record(self) -> dict[str, object]:
-        """For JSON."""
+        """Numbers by name, for JSON."""
         return {
             "clips": self.clips,
             "frames": self.frames,
@@ -42,10 +49,30 @@ class Figures:
         }
 
 
-def figures(
+def score_concordance(
     predicted: Sequence[Array], true: Sequence[Array], shares: NDArray[np.floating], seed: int = 0
-) -> Figures:
-    """predicted, true: (frame, parameter) of each clip. Raises CorpusError for no clip."""
+) -> ConcordanceScore:
+    """Concordance of predicted with true parameters.
+
+    Parameters
+    ----------
+    predicted, true : sequence of (frame, parameter) float32
+        One for each clip, without unit.
+    shares : (parameter,) float
+        Share of the variance that each parameter explains; need not add up to 1.
+    seed : int
+        Seed of the bootstrap.
+
+    Returns
+    -------
+    ConcordanceScore
+        Over all clips.
+
+    Raises
+    ------
+    CorpusError
+        For no clip.
+    """
     if not predicted:
         raise CorpusError.about("measure", found="no clip", allowed="one or more")
     sums = np.stack([_sums(x, y) for x, y in zip(predicted, true, strict=True)])
@@ -55,7 +82,7 @@ def figures(
     drawn = _concordance(np.tensordot(counts, sums, 1))
     value = _concordance(sums.sum(axis=0)[None])[0]
     weights = np.asarray(shares, float) / np.sum(shares)
-    return Figures(
+    return ConcordanceScore(
         len(sums),
         int(sums[:, 0, 0].sum()),
         _interval(value.mean(), drawn.mean(axis=1)),
@@ -65,13 +92,13 @@ def figures(
 
 
 def _sums(x: Array, y: Array) -> NDArray[np.float64]:
-    """(6, parameter): frames, Σx, Σy, Σx², Σy², Σxy."""
+    """(6, parameter): frames, Σx, Σy, Σx², Σy², Σxy of one clip."""
     a, b = np.asarray(x, np.float64), np.asarray(y, np.float64)
     return np.stack([part.sum(axis=0) for part in (np.ones_like(a), a, b, a * a, b * b, a * b)])
 
 
 def _concordance(sums: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(draw, parameter) of (draw, 6, parameter)."""
+    """(draw, parameter) ρc of sums (draw, 6, parameter)."""
     count, x, y, xx, yy, xy = np.moveaxis(sums, 1, 0)
     mean_x, mean_y = x / count, y / count
     var_x, var_y = xx / count - mean_x**2, yy / count - mean_y**2
@@ -79,7 +106,8 @@ def _concordance(sums: NDArray[np.float64]) -> NDArray[np.float64]:
     return 2 * covariance / (var_x + var_y + (mean_x - mean_y) ** 2 + TINY)
 
 
-def _interval(value: float, draws: NDArray[np.float64]) -> Interval:
+def _interval(value: float, draws: NDArray[np.float64]) -> ConfidenceInterval:
+    """A value with the quantiles of its bootstrap."""
     tail = (1 - CONFIDENCE) / 2
     low, high = np.quantile(draws, [tail, 1 - tail])
-    return Interval(float(value), float(low), float(high))
+    return ConfidenceInterval(float(value), float(low), float(high))

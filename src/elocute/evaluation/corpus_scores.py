@@ -1,4 +1,4 @@
-"""A model against the recorded clips of a corpus: per subject and per style, with intervals.
+"""A model against the recorded clips of a corpus: per subject and style, with confidence intervals.
 
 The predictor is a plain callable, so any model can be measured.
 """
@@ -10,28 +10,41 @@ from dataclasses import dataclass
 from typing import Any
 
 from elocute.corpus.corpus_store import Corpus
-from elocute.evaluation.confidence_intervals import Interval, summarise
+from elocute.evaluation.confidence_intervals import ConfidenceInterval, metric_intervals
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.evaluation.metrics import ClipMetrics, clip_metrics
-from elocute.evaluation.model_predictions import true_track
-from elocute.evaluation.vertex_lists import VertexList
+from elocute.evaluation.model_predictions import recorded_motion
+from elocute.evaluation.vertex_regions import VertexRegion
 from elocute.motion.vertex_motion import VertexMotion
 
-Predict = Callable[[str, str], VertexMotion]
+ClipPredictor = Callable[[str, str], VertexMotion]
 """(clip, style) to a motion of the clip's length."""
-EVERYBODY = "all"
+ALL_SUBJECTS = "all"
 
 
 @dataclass(frozen=True, eq=False)
-class Measure:
-    """What is looked at: lists of vertices where there are any, closures where `mouth`."""
+class MetricConfig:
+    """Which metrics are computed, and over which vertices.
 
-    lips: VertexList | None
-    upper_face: VertexList | None
+    Parameters
+    ----------
+    lips : VertexRegion or None
+        Vertices of the lip error and the jerk; None leaves both out.
+    upper_face : VertexRegion or None
+        Vertices of the upper-face dynamics deviation; None leaves it out.
+    mouth : bool
+        Whether lip closures are counted; the topology must be the built-in head's.
+    closed_mm : float
+        Opening of the mouth below which it counts as closed, mm.
+    """
+
+    lips: VertexRegion | None
+    upper_face: VertexRegion | None
     mouth: bool
     closed_mm: float = CLOSED_MM
 
     def record(self) -> dict[str, Any]:
+        """Regions and threshold, for reports."""
         return {
             "lips": self.lips.record() if self.lips else None,
             "upper_face": self.upper_face.record() if self.upper_face else None,
@@ -41,7 +54,7 @@ class Measure:
 
 @dataclass(frozen=True, eq=False)
 class ClipScore:
-    """One clip predicted in one style."""
+    """Metrics of one clip predicted in one style."""
 
     name: str
     subject: str
@@ -50,16 +63,27 @@ class ClipScore:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
-    """Some clips of a subject (or EVERYBODY) predicted in a style."""
+class SubjectScore:
+    """Metrics over the clips of a subject, or of `ALL_SUBJECTS`, predicted in one style.
+
+    Attributes
+    ----------
+    subject, style : str
+        Their names.
+    clips : int
+        Number of clips.
+    intervals : dict of str to ConfidenceInterval
+        As from `metric_intervals`.
+    """
 
     subject: str
     style: str
     clips: int
-    summary: dict[str, Interval]
+    intervals: dict[str, ConfidenceInterval]
 
     def record(self) -> dict[str, Any]:
-        metrics = {name: interval.record() for name, interval in self.summary.items()}
+        """Numbers by name, for JSON."""
+        metrics = {name: interval.record() for name, interval in self.intervals.items()}
         return {"subject": self.subject, "style": self.style, "clips": self.clips, **metrics}
 
 
@@ -67,22 +91,48 @@ def score_clips(
     corpus: Corpus,
     names: Sequence[str],
     styles: Sequence[str],
-    predict: Predict,
-    measure: Measure,
+    predict: ClipPredictor,
+    config: MetricConfig,
     progress: Callable[[float], None] | None = None,
 ) -> list[ClipScore]:
-    """Every clip in every style. Raises CorpusError where a prediction does not fit."""
+    """Compare every clip, predicted in every style, with its recording.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        The recordings.
+    names : sequence of str
+        Its clips to score.
+    styles : sequence of str
+        Styles of the model.
+    predict : callable
+        Gives the motion of a clip in a style, as `clip_predictor` makes it.
+    config : MetricConfig
+        What is measured.
+    progress : callable, optional
+        Called with the share that is done, 0 to 1.
+
+    Returns
+    -------
+    list of ClipScore
+        One for each clip and style.
+
+    Raises
+    ------
+    CorpusError
+        For an unknown clip, or a prediction of another topology, length or frame rate.
+    """
     scores = []
     for done, name in enumerate(names, 1):
-        true, subject = true_track(corpus, name), corpus.entry(name).subject
+        true, subject = recorded_motion(corpus, name), corpus.entry(name).subject
         for style in styles:
             metrics = clip_metrics(
                 predict(name, style),
                 true,
-                measure.lips,
-                measure.upper_face,
-                mouth=measure.mouth,
-                closed_mm=measure.closed_mm,
+                config.lips,
+                config.upper_face,
+                mouth=config.mouth,
+                closed_mm=config.closed_mm,
             )
             scores.append(ClipScore(name, subject, style, metrics))
         if progress:
@@ -90,24 +140,51 @@ def score_clips(
     return scores
 
 
-def rows(scores: Sequence[ClipScore], seed: int = 0) -> list[Row]:
-    """One row per subject and style, then EVERYBODY's per style."""
+def subject_scores(scores: Sequence[ClipScore], seed: int = 0) -> list[SubjectScore]:
+    """Means over the clips of each subject, and over all clips, for each style.
+
+    Parameters
+    ----------
+    scores : sequence of ClipScore
+        Scores of clips.
+    seed : int
+        Seed of the bootstrap.
+
+    Returns
+    -------
+    list of SubjectScore
+        For each subject and style, then for `ALL_SUBJECTS` and each style.
+    """
     subjects = list(dict.fromkeys(score.subject for score in scores))
     styles = list(dict.fromkeys(score.style for score in scores))
     table = []
-    for subject in (*subjects, EVERYBODY):
+    for subject in (*subjects, ALL_SUBJECTS):
         for style in styles:
-            chosen = [s for s in scores if s.style == style and subject in (s.subject, EVERYBODY)]
+            chosen = [
+                s for s in scores if s.style == style and subject in (s.subject, ALL_SUBJECTS)
+            ]
             if chosen:
-                table.append(_row(subject, style, chosen, seed))
+                table.append(_subject_score(subject, style, chosen, seed))
     return table
 
 
-def best_rows(scores: Sequence[ClipScore], seed: int = 0) -> list[Row]:
-    """Each subject in the style that fits them best, then EVERYBODY in their own.
+def best_style_scores(scores: Sequence[ClipScore], seed: int = 0) -> list[SubjectScore]:
+    """Means over the clips of each subject in the style that fits the subject best.
 
-    The style is chosen by the truth it is measured against (lip error, or vertex error where
-    there are no lips): this says what the styles could reach, not what a listener gets.
+    The style is chosen by the truth that it is measured against (lip error, or vertex error without
+    lips): the result is what the styles could reach, not what a listener gets.
+
+    Parameters
+    ----------
+    scores : sequence of ClipScore
+        Scores of clips in several styles.
+    seed : int
+        Seed of the bootstrap.
+
+    Returns
+    -------
+    list of SubjectScore
+        For each subject, then for `ALL_SUBJECTS`, each in their own best style, called `best`.
     """
     table, kept = [], []
     for subject in dict.fromkeys(score.subject for score in scores):
@@ -115,15 +192,21 @@ def best_rows(scores: Sequence[ClipScore], seed: int = 0) -> list[Row]:
         styles = list(dict.fromkeys(score.style for score in mine))
         best = min(styles, key=lambda s: _error([m for m in mine if m.style == s]))
         chosen = [score for score in mine if score.style == best]
-        table.append(_row(subject, best, chosen, seed))
+        table.append(_subject_score(subject, best, chosen, seed))
         kept += chosen
-    return [*table, _row(EVERYBODY, "best", kept, seed)]
+    return [*table, _subject_score(ALL_SUBJECTS, "best", kept, seed)]
 
 
 def _error(scores: Sequence[ClipScore]) -> float:
+    """Sum of lip errors, or of vertex errors where there are no lips, mm."""
     lips = sum(score.metrics.lve_mm for score in scores)
     return lips if lips == lips else sum(score.metrics.mve_mm for score in scores)
 
 
-def _row(subject: str, style: str, scores: Sequence[ClipScore], seed: int) -> Row:
-    return Row(subject, style, len(scores), summarise([s.metrics for s in scores], seed))
+def _subject_score(
+    subject: str, style: str, scores: Sequence[ClipScore], seed: int
+) -> SubjectScore:
+    """The score of some clips of a subject in a style."""
+    return SubjectScore(
+        subject, style, len(scores), metric_intervals([s.metrics for s in scores], seed)
+    )

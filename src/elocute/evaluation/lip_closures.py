@@ -1,7 +1,7 @@
-"""Lips that must meet: closures of a recorded mouth, and whether a predicted one makes them.
+"""Lip closures of a recorded mouth, and whether a predicted mouth makes them.
 
-A closure is a short stretch in which the inner lips touch, open before and after: p, b and m.
-Where the mouth stays shut for longer it rests, and a rest counts nowhere.
+A closure is a short stretch in which the inner lips touch, open before and after, as on p, b and
+m. Where the mouth stays shut for longer it rests, and rests are not counted.
 """
 
 from __future__ import annotations
@@ -17,14 +17,26 @@ from elocute.head.builtin import load_builtin_head
 from elocute.motion.vertex_motion import VertexMotion
 
 CLOSED_MM = 0.5  # inner-lip gap below which nobody sees an opening
-NEAR_S = 0.040  # a closure this early or late is still met
+TOLERANCE_S = 0.040  # a closure this early or late is still met
 Doubles = NDArray[np.float64]
-Run = tuple[int, int]
+FrameRun = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Closures:
-    """true closures, those that the prediction meets; predicted closures, those that are true."""
+class ClosureCounts:
+    """Closures of one clip or more.
+
+    Attributes
+    ----------
+    wanted : int
+        Closures of the true mouth.
+    met : int
+        Those during which the predicted lips touch.
+    made : int
+        Closures of the predicted mouth.
+    right : int
+        Those during which the true lips touch.
+    """
 
     wanted: int
     met: int
@@ -32,16 +44,29 @@ class Closures:
     right: int
 
 
-def lip_opening(track: VertexMotion) -> Doubles:
-    """(frame,) mm between the inner lips, middle third, as `measure_mouth` gives it.
+def lip_opening(motion: VertexMotion) -> Doubles:
+    """Mean gap between the inner lips over the middle third of the mouth, as in `measure_mouth`.
 
-    Raises CorpusError for another topology than the built-in head's.
+    Parameters
+    ----------
+    motion : VertexMotion
+        In the topology of the built-in head.
+
+    Returns
+    -------
+    (frame,) float64
+        Millimetres, 0 or more.
+
+    Raises
+    ------
+    CorpusError
+        For another topology.
     """
     head = load_builtin_head()
-    if track.vertex_count != head.vertex_count:
+    if motion.vertex_count != head.vertex_count:
         raise CorpusError.about(
             "mouth opening",
-            found=f"{track.vertex_count} vertices",
+            found=f"{motion.vertex_count} vertices",
             allowed=f"the built-in head's {head.vertex_count}",
         )
     third = len(head.inner_lip_upper) // 3
@@ -49,36 +74,63 @@ def lip_opening(track: VertexMotion) -> Doubles:
     upper, lower = head.inner_lip_upper[middle], head.inner_lip_lower[middle]
     gaps = [
         block[:, : len(upper), 1] - block[:, len(upper) :, 1]
-        for block in track.blocks(np.concatenate([upper, lower]))
+        for block in motion.blocks(np.concatenate([upper, lower]))
     ]
     return np.maximum(np.concatenate(gaps), 0).mean(axis=1)
 
 
-def closures(
+def count_closures(
     predicted_mm: NDArray[np.floating],
     true_mm: NDArray[np.floating],
     fps: float,
     closed_mm: float = CLOSED_MM,
-) -> Closures:
-    """Count closures of two openings (frame,) in mm.
+) -> ClosureCounts:
+    """Count the closures of two mouths, and which of them the other mouth makes too.
 
-    Met is a true closure during which the predicted lips touch, NEAR_S early or late at most;
-    right is a predicted one during which the true lips do.
+    A closure is made too where the other lips touch during it, or up to `TOLERANCE_S` before or
+    after.
+
+    Parameters
+    ----------
+    predicted_mm, true_mm : (frame,) float
+        Openings of the mouth, mm.
+    fps : float
+        Frames per second.
+    closed_mm : float
+        Opening below which a mouth is closed, mm.
+
+    Returns
+    -------
+    ClosureCounts
+        Of this clip.
     """
     predicted, true = predicted_mm < closed_mm, true_mm < closed_mm
     wanted, made = short_runs(true, fps), short_runs(predicted, fps)
-    near = round(NEAR_S * fps)
+    near = round(TOLERANCE_S * fps)
 
-    def touched(run: Run, closed: NDArray[np.bool_]) -> bool:
+    def touched(run: FrameRun, closed: NDArray[np.bool_]) -> bool:
         return bool(closed[max(0, run[0] - near) : run[1] + near].any())
 
     met = sum(touched(run, predicted) for run in wanted)
     right = sum(touched(run, true) for run in made)
-    return Closures(len(wanted), met, len(made), right)
+    return ClosureCounts(len(wanted), met, len(made), right)
 
 
-def short_runs(closed: NDArray[np.bool_], fps: float) -> list[Run]:
-    """Start and stop (exclusive) of every stretch of True between two of False, but rests."""
+def short_runs(closed: NDArray[np.bool_], fps: float) -> list[FrameRun]:
+    """Find short stretches of True between two of False.
+
+    Parameters
+    ----------
+    closed : (frame,) bool
+        Whether the lips touch.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    list of (int, int)
+        First frame and the one behind the last, of stretches shorter than `REST_AFTER_S`.
+    """
     edges = np.diff(closed.astype(np.int8))
     starts, stops = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
     if len(stops) and closed[0]:

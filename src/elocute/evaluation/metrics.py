@@ -1,8 +1,9 @@
 """How far a predicted motion is from a recorded one, clip by clip.
 
-Published speech metrics disagree on vertices and squares, so each is written out here: lists of
-vertices are named and hashed (`vertex_lists`), the lip error is given squared and rooted. All
-work on blocks of frames: memory does not grow with a clip.
+Published metrics of speech animation differ in their vertices and in whether they square, so each
+is written out here: regions of vertices have names and hashes (`vertex_regions`), and the lip error
+is given squared and not. All metrics work on blocks of frames, so that memory does not grow with a
+clip.
 """
 
 from __future__ import annotations
@@ -13,10 +14,10 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.corpus.statistics import moments
+from elocute.corpus.corpus_statistics import moments
 from elocute.errors import CorpusError
-from elocute.evaluation.lip_closures import CLOSED_MM, Closures, closures, lip_opening
-from elocute.evaluation.vertex_lists import VertexList
+from elocute.evaluation.lip_closures import CLOSED_MM, ClosureCounts, count_closures, lip_opening
+from elocute.evaluation.vertex_regions import VertexRegion
 from elocute.motion.vertex_motion import VertexMotion
 
 Doubles = NDArray[np.float64]
@@ -25,16 +26,27 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class ClipMetrics:
-    """One clip; NaN where the topology names no such vertices. Lower is better but for closures.
+    """Metrics of one clip; NaN where the topology names no such vertices.
 
-    lve_mm2, lve_mm      lip vertex error, squared and rooted
-    mve_mm               mean vertex error
-    fdd_mm, fdd_abs_mm   upper-face dynamics deviation as CodeTalker's paper defines it, signed
-                         (true - predicted) and absolute
-    fdd_code_mm2         the same as CodeTalker's code computes it, of squared distances, signed
-    velocity_mm          error of the steps from frame to frame, mm a frame
-    jerk, true_jerk      of the lips, mm/s³: as calm as the truth is best, not 0
-    closures             met and counted, of the true lips and of the predicted
+    Lower is better, but for the jerk, which should be as in the recording, and for closures.
+
+    Attributes
+    ----------
+    lve_mm2, lve_mm : float
+        Lip vertex error, of squared distances (mm²) and of distances (mm).
+    mve_mm : float
+        Mean vertex error, mm.
+    fdd_mm, fdd_abs_mm : float
+        Upper-face dynamics deviation as CodeTalker's paper defines it, signed (true − predicted)
+        and absolute, mm.
+    fdd_code_mm2 : float
+        The same as CodeTalker's code computes it, of squared distances, signed, mm².
+    velocity_mm : float
+        Error of the steps from frame to frame, mm per frame.
+    jerk, true_jerk : float
+        Of the predicted and the true lips, mm/s³.
+    closures : ClosureCounts or None
+        Of the predicted and the true lips.
     """
 
     lve_mm2: float
@@ -46,29 +58,50 @@ class ClipMetrics:
     velocity_mm: float
     jerk: float
     true_jerk: float
-    closures: Closures | None
+    closures: ClosureCounts | None
 
     def record(self) -> dict[str, object]:
-        """For JSON, which knows no NaN."""
+        """Numbers by name, for JSON; None in place of NaN."""
         return {name: None if value != value else value for name, value in asdict(self).items()}
 
 
-MEANS = tuple(field.name for field in fields(ClipMetrics) if field.name != "closures")
+AVERAGED_METRICS = tuple(field.name for field in fields(ClipMetrics) if field.name != "closures")
 """Metrics that are averaged over clips."""
 
 
 def clip_metrics(
     predicted: VertexMotion,
     true: VertexMotion,
-    lips: VertexList | None = None,
-    upper_face: VertexList | None = None,
+    lips: VertexRegion | None = None,
+    upper_face: VertexRegion | None = None,
     *,
     mouth: bool = False,
     closed_mm: float = CLOSED_MM,
 ) -> ClipMetrics:
-    """Everything about one clip; with `mouth` also closures (built-in topology only).
+    """Compute all metrics of one clip.
 
-    Raises CorpusError where the two differ in topology, length or frame rate.
+    Parameters
+    ----------
+    predicted, true : VertexMotion
+        Motions of equal topology, length and frame rate.
+    lips : VertexRegion, optional
+        Vertices of the lip error and the jerk; both are NaN without.
+    upper_face : VertexRegion, optional
+        Vertices of the upper-face dynamics deviation, NaN without.
+    mouth : bool
+        Whether closures are counted; in the built-in topology only.
+    closed_mm : float
+        Opening below which the mouth is closed, mm.
+
+    Returns
+    -------
+    ClipMetrics
+        Of this clip.
+
+    Raises
+    ------
+    CorpusError
+        Where the motions differ in topology, length or frame rate.
     """
     check_alike(predicted, true)
     lve = lip_vertex_error(predicted, true, lips) if lips else (NAN, NAN)
@@ -76,14 +109,25 @@ def clip_metrics(
     jerks = (mean_jerk(predicted, lips), mean_jerk(true, lips)) if lips else (NAN, NAN)
     met = None
     if mouth:
-        met = closures(lip_opening(predicted), lip_opening(true), true.fps, closed_mm)
+        met = count_closures(lip_opening(predicted), lip_opening(true), true.fps, closed_mm)
     return ClipMetrics(
         *lve, mean_vertex_error(predicted, true), *fdd, velocity_error(predicted, true), *jerks, met
     )
 
 
 def check_alike(predicted: VertexMotion, true: VertexMotion) -> None:
-    """Raise CorpusError where two motions cannot be compared frame by frame."""
+    """Check that two motions can be compared frame by frame.
+
+    Parameters
+    ----------
+    predicted, true : VertexMotion
+        The motions.
+
+    Raises
+    ------
+    CorpusError
+        Where they differ in topology, length or frame rate.
+    """
     facts = {
         "vertices": (predicted.vertex_count, true.vertex_count),
         "frames": (predicted.frame_count, true.frame_count),
@@ -97,10 +141,26 @@ def check_alike(predicted: VertexMotion, true: VertexMotion) -> None:
 
 
 def lip_vertex_error(
-    predicted: VertexMotion, true: VertexMotion, lips: VertexList
+    predicted: VertexMotion, true: VertexMotion, lips: VertexRegion
 ) -> tuple[float, float]:
-    """(mm², mm): in each frame the lip vertex that is furthest off, its distance squared and as
-    it is, each averaged over frames (Richard et al. 2021, MeshTalk, section 4)."""
+    """Error of the worst lip vertex of each frame, averaged over frames.
+
+    As in Richard et al. 2021 (MeshTalk), section 4.
+
+    Parameters
+    ----------
+    predicted, true : VertexMotion
+        Motions of equal topology and length.
+    lips : VertexRegion
+        Vertices of the lips.
+
+    Returns
+    -------
+    squared : float
+        Of squared distances, mm².
+    distance : float
+        Of distances, mm.
+    """
     worst = [
         np.square(p - t).sum(axis=2).max(axis=1) for p, t in _pairs(predicted, true, lips.indices)
     ]
@@ -109,62 +169,123 @@ def lip_vertex_error(
 
 
 def mean_vertex_error(predicted: VertexMotion, true: VertexMotion) -> float:
-    """mm: distance of vertices, averaged over all of them and over frames."""
+    """Distance between vertices, averaged over all of them and over frames.
+
+    Parameters
+    ----------
+    predicted, true : VertexMotion
+        Motions of equal topology and length.
+
+    Returns
+    -------
+    float
+        Millimetres.
+    """
     return _mean(np.linalg.norm(p - t, axis=2).mean(axis=1) for p, t in _pairs(predicted, true))
 
 
 def dynamics_deviation(
-    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
 ) -> tuple[float, float]:
-    """(mm signed, mm absolute): how much livelier the true upper face is than the predicted.
+    """How much livelier the true upper face is than the predicted one.
 
-    Per vertex the standard deviation over time of its distance from the neutral face; true minus
-    predicted, averaged over vertices, with its sign and without (FDD of Xing et al. 2023,
-    CodeTalker, section 4.2; their code squares the distance: `dynamics_deviation_of_squares`).
+    For each vertex the standard deviation over time of its distance from the neutral face; true
+    minus predicted, averaged over vertices. This is FDD of Xing et al. 2023 (CodeTalker), section
+    4.2; their code squares the distance (`dynamics_deviation_of_squares`).
+
+    Parameters
+    ----------
+    predicted, true : VertexMotion
+        Motions of equal topology.
+    upper_face : VertexRegion
+        Vertices of the upper face.
+
+    Returns
+    -------
+    signed, absolute : float
+        Mean over vertices with the sign and without, mm.
     """
     return _dynamics(predicted, true, upper_face)[:2]
 
 
 def dynamics_deviation_of_squares(
-    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
 ) -> float:
-    """mm²: the same of squared distances, signed, as the code that published figures come from
-    computes it (CodeTalker's, and those of later work that took it over)."""
+    """FDD of squared distances, as in the code behind published figures.
+
+    The code is CodeTalker's, and that of later work that took it over.
+
+    Parameters
+    ----------
+    predicted, true : VertexMotion
+        Motions of equal topology.
+    upper_face : VertexRegion
+        Vertices of the upper face.
+
+    Returns
+    -------
+    float
+        Signed, mm².
+    """
     return _dynamics(predicted, true, upper_face)[2]
 
 
 def _dynamics(
-    predicted: VertexMotion, true: VertexMotion, upper_face: VertexList
+    predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
 ) -> tuple[float, float, float]:
     """FDD of distances, signed and absolute, and of their squares, signed."""
     plain, squared = (
-        a - b for a, b in zip(*(_liveliness(t, upper_face) for t in (true, predicted)), strict=True)
+        a - b for a, b in zip(*(_deviations(t, upper_face) for t in (true, predicted)), strict=True)
     )
     return float(plain.mean()), float(np.abs(plain).mean()), float(squared.mean())
 
 
 def velocity_error(predicted: VertexMotion, true: VertexMotion) -> float:
-    """mm a frame: how far the steps of vertices differ; 0 for a single frame."""
+    """How far the steps of vertices from frame to frame differ.
+
+    Parameters
+    ----------
+    predicted, true : VertexMotion
+        Motions of equal topology and length.
+
+    Returns
+    -------
+    float
+        Millimetres per frame; 0 for a single frame.
+    """
     return _mean(
         np.linalg.norm(np.diff(p - t, axis=0), axis=2).mean(axis=1)
         for p, t in _pairs(predicted, true, overlap=1)
     )
 
 
-def mean_jerk(track: VertexMotion, lips: VertexList) -> float:
-    """mm/s³: length of the third difference of lip vertices; 0 for fewer than four frames."""
+def mean_jerk(motion: VertexMotion, lips: VertexRegion) -> float:
+    """Mean length of the third derivative of lip vertices.
+
+    Parameters
+    ----------
+    motion : VertexMotion
+        The motion.
+    lips : VertexRegion
+        Vertices of the lips.
+
+    Returns
+    -------
+    float
+        mm/s³; 0 for fewer than four frames.
+    """
     steps = (
         np.linalg.norm(np.diff(block, 3, axis=0), axis=2).mean(axis=1)
-        for block in track.blocks(lips.indices, overlap=3)
+        for block in motion.blocks(lips.indices, overlap=3)
         if len(block) > 3
     )
-    return _mean(steps) * track.fps**3
+    return _mean(steps) * motion.fps**3
 
 
-def _liveliness(track: VertexMotion, places: VertexList) -> tuple[Doubles, Doubles]:
+def _deviations(motion: VertexMotion, region: VertexRegion) -> tuple[Doubles, Doubles]:
     """(vertex,) mm and mm²: deviations over time of distances from rest, and of their squares."""
-    rest = np.asarray(track.template, np.float64)[places.indices] * 1000
-    distances = (np.linalg.norm(b - rest, axis=2) for b in track.blocks(places.indices))
+    rest = np.asarray(motion.template, np.float64)[region.indices] * 1000
+    distances = (np.linalg.norm(b - rest, axis=2) for b in motion.blocks(region.indices))
     both = moments(np.concatenate([d, d * d], axis=1) for d in distances)
     plain, squared = np.split(np.sqrt(both.variance), 2)
     return plain, squared
@@ -176,11 +297,13 @@ def _pairs(
     vertices: NDArray[np.integer] | None = None,
     overlap: int = 0,
 ) -> Iterator[tuple[Doubles, Doubles]]:
-    both = (track.blocks(vertices, overlap) for track in (predicted, true))
+    """Blocks of both motions, (frame, vertex, 3) mm."""
+    both = (motion.blocks(vertices, overlap) for motion in (predicted, true))
     return zip(*both, strict=True)
 
 
 def _mean(parts: Iterator[Doubles]) -> float:
+    """Mean over all numbers of some arrays; 0 for none."""
     total, count = 0.0, 0
     for part in parts:
         total, count = total + float(part.sum()), count + len(part)

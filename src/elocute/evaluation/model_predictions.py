@@ -1,4 +1,4 @@
-"""A model's answer to clips of a corpus, frame for frame: what evaluations compare."""
+"""A model's motion for the clips of a corpus, frame for frame, as evaluations compare it."""
 
 from __future__ import annotations
 
@@ -23,13 +23,31 @@ CACHED_CLIPS = 2  # so that the features of a clip are computed once for all sty
 def clip_predictor(
     model: SpeechModel, corpus: Corpus, *, contacts: bool = False
 ) -> Callable[[str, str], VertexMotion]:
-    """(clip, style) to a motion of the clip's length over its subject's neutral face.
+    """Make a function that predicts the motion of a corpus's clips.
 
-    contacts  rests and closures made as `animate` makes them, instead of the bare model; for
-              models that move the built-in head
+    There are no blinks, since they cannot be heard.
 
-    Nobody blinks, as blinks cannot be heard. Raises ModelError, before any sound is read, where
-    the corpus has another topology or the model makes no contacts.
+    Parameters
+    ----------
+    model : SpeechModel
+        The model.
+    corpus : Corpus
+        The clips.
+    contacts : bool
+        Whether rests and closures are made as `animate` makes them, instead of the bare model; for
+        models that move the built-in head.
+
+    Returns
+    -------
+    callable
+        Takes a clip's name and a style, and gives a VertexMotion of the clip's length over its
+        subject's neutral face.
+
+    Raises
+    ------
+    ModelError
+        Before any sound is read, where the corpus has another topology or the model makes no
+        contacts.
     """
     if contacts and not model.makes_contacts:
         raise ModelError.about(
@@ -57,8 +75,26 @@ def clip_predictor(
     return predict
 
 
-def true_track(corpus: Corpus, name: str) -> VertexMotion:
-    """A clip as it was recorded. Raises CorpusError for a clip that is not there."""
+def recorded_motion(corpus: Corpus, name: str) -> VertexMotion:
+    """A clip as it was recorded.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        The corpus.
+    name : str
+        A clip of it.
+
+    Returns
+    -------
+    VertexMotion
+        Over the subject's neutral face; frames are read when they are asked for.
+
+    Raises
+    ------
+    CorpusError
+        For an unknown clip.
+    """
     subject = corpus.entry(name).subject
     return VertexMotion(corpus.frames(name), corpus.template(subject), corpus.fps, corpus.basis)
 

@@ -1,4 +1,4 @@
-"""What noise, styles and faces do to a model's mouth (VOCA 2019, section 7.2)."""
+"""What noise, styles and faces do to the mouth that a model animates (VOCA 2019, section 7.2)."""
 
 from __future__ import annotations
 
@@ -27,11 +27,18 @@ Opening = Callable[[Waveform], Doubles]
 
 @dataclass(frozen=True)
 class NoiseScore:
-    """One level of noise, or of gain.
+    """The mouth at one level of noise, or of gain.
 
-    amplitude_mm     mean opening of the mouth
-    amplitude_share  the same relative to the clean result: below 1 the motion is damped
-    correlation      of the opening with the clean result, 0 for a mouth that does not move
+    Attributes
+    ----------
+    level_db : float
+        Of the noise against the speech, or of the gain, dB.
+    amplitude_mm : float
+        Mean opening of the mouth, mm.
+    amplitude_share : float
+        The same relative to clean speech; below 1 the motion is damped.
+    correlation : float
+        Of the opening with that of clean speech; 0 for a mouth that does not move.
     """
 
     level_db: float
@@ -46,17 +53,37 @@ def noise_scores(
     levels_db: Sequence[float],
     opening: Opening,
 ) -> tuple[list[NoiseScore], list[Doubles]]:
-    """A score per level, and the openings: the clean one, then one per level.
+    """Score the mouth at several levels of noise.
 
-    noise (sample,) at the speech's rate; None takes the levels as gains of the speech itself.
-    Raises AudioError for noise that is silent.
+    Parameters
+    ----------
+    speech : Waveform
+        Clean speech.
+    noise : (sample,) float32 or None
+        At the speech's rate; None takes the levels as gains of the speech itself.
+    levels_db : sequence of float
+        Levels against the speech, dB.
+    opening : callable
+        Takes a Waveform and gives the opening of the mouth, (frame,) mm.
+
+    Returns
+    -------
+    scores : list of NoiseScore
+        One for each level.
+    openings : list of (frame,) float64
+        For clean speech, then for each level, mm.
+
+    Raises
+    ------
+    AudioError
+        For silent noise.
     """
     clean = opening(speech)
-    heard = [
+    sounds = [
         with_gain(speech, level) if noise is None else with_noise(speech, noise, level)
         for level in levels_db
     ]
-    openings = [opening(sound) for sound in heard]
+    openings = [opening(sound) for sound in sounds]
     scores = [
         NoiseScore(level, float(o.mean()), _share(o, clean), pearson(o, clean))
         for level, o in zip(levels_db, openings, strict=True)
@@ -64,8 +91,19 @@ def noise_scores(
     return scores, [clean, *openings]
 
 
-def mean_scores(clips: Sequence[Sequence[NoiseScore]]) -> list[NoiseScore]:
-    """Level by level, the means over clips."""
+def mean_noise_scores(clips: Sequence[Sequence[NoiseScore]]) -> list[NoiseScore]:
+    """Means over clips, level by level.
+
+    Parameters
+    ----------
+    clips : sequence of sequences of NoiseScore
+        Scores of each clip at the same levels.
+
+    Returns
+    -------
+    list of NoiseScore
+        One for each level.
+    """
     return [
         NoiseScore(*(float(mean) for mean in np.mean([list(vars(s).values()) for s in level], 0)))
         for level in zip(*clips, strict=True)
@@ -73,14 +111,32 @@ def mean_scores(clips: Sequence[Sequence[NoiseScore]]) -> list[NoiseScore]:
 
 
 def _share(opening: Doubles, clean: Doubles) -> float:
+    """Mean opening relative to the clean one; 1 where that is closed throughout."""
     return float(opening.mean() / clean.mean()) if clean.mean() > 1e-9 else 1.0
 
 
 def style_openings(styles: Sequence[str], animate: Callable[[str], Motion]) -> Curves:
-    """One curve of mouth opening (mm) per style: the paper's figure 6.
+    """The opening of the mouth in each style (VOCA 2019, figure 6).
 
-    The decoder is linear, so mixing results convexly reaches everything between the least and
-    the greatest of them. Raises HeadError for a head without lips.
+    A decoder is linear, so convex mixtures of styles reach everything between the least and the
+    greatest of the curves.
+
+    Parameters
+    ----------
+    styles : sequence of str
+        Names of styles.
+    animate : callable
+        Gives the Motion of the same speech in a style.
+
+    Returns
+    -------
+    Curves
+        One curve for each style, mm.
+
+    Raises
+    ------
+    HeadError
+        For a head without lips.
     """
     motions = [animate(style) for style in styles]
     columns = [measure_mouth(motion)["opening_mm"] for motion in motions]
@@ -89,12 +145,17 @@ def style_openings(styles: Sequence[str], animate: Callable[[str], Motion]) -> C
 
 @dataclass(frozen=True)
 class FaceScore:
-    """One face saying the speech, mm.
+    """The mouth of one face that says the speech.
 
-    mean_opening, peak_opening  over the whole speech
-    contact_gap                 the widest opening in frames where the lips touch on the motion's
-                                own face: 0 where those of this face meet as often
-    width_range                 by how much the distance of the mouth corners changes
+    Attributes
+    ----------
+    mean_opening_mm, peak_opening_mm : float
+        Over the whole speech, mm.
+    contact_gap_mm : float
+        The widest opening in frames where the lips touch on the motion's own face, mm: 0 where
+        those of this face touch too.
+    width_range_mm : float
+        Range of the distance between the mouth corners, mm.
     """
 
     mean_opening_mm: float
@@ -104,10 +165,28 @@ class FaceScore:
 
 
 def face_scores(motion: Motion, count: int, seed: int) -> list[FaceScore]:
-    """The same motion on `count` random faces of the built-in head.
+    """Score the same motion on random faces of the built-in head.
 
-    Its lips rest alike on every face and shapes add up, so scores that differ tell of a fault.
-    Raises InputError for a motion of another topology or a count that is none.
+    Its lips rest alike on every face and shapes add up, so scores that differ show a fault.
+
+    Parameters
+    ----------
+    motion : Motion
+        In the topology of the built-in head.
+    count : int
+        Number of faces.
+    seed : int
+        The same seed gives the same faces.
+
+    Returns
+    -------
+    list of FaceScore
+        One for each face.
+
+    Raises
+    ------
+    InputError
+        For a motion of another topology, or an unusable count.
     """
     head = load_builtin_head()
     if motion.head.vertex_count != head.vertex_count:
@@ -124,7 +203,7 @@ def face_scores(motion: Motion, count: int, seed: int) -> list[FaceScore]:
 
 
 def _face(motion: Motion, face: HeadModel) -> HeadModel:
-    """A face with the shapes of the motion, where they are not the built-in ones."""
+    """A face with the motion's own shapes, where these are not the built-in ones."""
     if motion.names == face.expression_names:
         return face
     basis = motion.head.expression_basis
@@ -132,6 +211,7 @@ def _face(motion: Motion, face: HeadModel) -> HeadModel:
 
 
 def _face_score(motion: Motion, touching: NDArray[np.bool_]) -> FaceScore:
+    """Score of a motion; `touching` (frame,) is where the lips touch on its own face."""
     measures = measure_mouth(motion)
     opening, width = measures["opening_mm"], measures["width_mm"]
     gap = float(opening[touching].max()) if touching.any() else 0.0
@@ -139,11 +219,23 @@ def _face_score(motion: Motion, touching: NDArray[np.bool_]) -> FaceScore:
 
 
 def _opening(motion: Motion) -> Doubles:
+    """(frame,) mm between the lips."""
     return measure_mouth(motion)["opening_mm"].astype(np.float64)
 
 
-def spread(scores: Sequence[FaceScore]) -> dict[str, dict[str, float]]:
-    """Per measure the mean, standard deviation, least and greatest over faces."""
+def face_score_spread(scores: Sequence[FaceScore]) -> dict[str, dict[str, float]]:
+    """Mean, standard deviation, least and greatest of each measure over faces.
+
+    Parameters
+    ----------
+    scores : sequence of FaceScore
+        One or more.
+
+    Returns
+    -------
+    dict of str to dict
+        For each measure `mean`, `deviation`, `least` and `greatest`, mm.
+    """
     table = {}
     for name in asdict(scores[0]):
         values = np.array([getattr(score, name) for score in scores])

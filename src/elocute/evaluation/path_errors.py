@@ -1,4 +1,4 @@
-"""How far a path is from the true one."""
+"""How far a path of an alignment is from the true one."""
 
 from __future__ import annotations
 
@@ -11,14 +11,29 @@ from elocute.alignment.alignment import WarpingPath, check_path
 from elocute.errors import AlignmentError
 from elocute.numerics.resampling import interpolate
 
-Interval = tuple[float, float]
-FINE = 20  # points per frame on a true curve, before it becomes cells
+TimeSpan = tuple[float, float]
+POINTS_PER_FRAME = 20  # points per frame on a true curve, before it becomes cells
 
 
 def path_error(found: WarpingPath, true: WarpingPath) -> float:
-    """Eq. 11 of Tzirakis et al. 2019, in frames: lower is better, 0 is the true path.
+    """Mean distance of each path's points from the nearest point of the other path.
 
-    The mean distance of each path's points from the nearest point of the other.
+    This is Eq. 11 of Tzirakis et al. 2019.
+
+    Parameters
+    ----------
+    found, true : (step, view) int
+        Paths through the same views, frames.
+
+    Returns
+    -------
+    float
+        Frames; lower is better, 0 is the true path.
+
+    Raises
+    ------
+    AlignmentError
+        For paths of other shapes.
     """
     from scipy.spatial import KDTree
 
@@ -30,20 +45,47 @@ def path_error(found: WarpingPath, true: WarpingPath) -> float:
     return float((there.sum() + back.sum()) / (len(found) + len(true)))
 
 
-def intersection_over_union(first: Interval, second: Interval) -> float:
-    """Of two spans of time: 1 is the same, 0 is apart."""
+def intersection_over_union(first: TimeSpan, second: TimeSpan) -> float:
+    """Intersection over union of two spans of time.
+
+    Parameters
+    ----------
+    first, second : (float, float)
+        Start and end, s.
+
+    Returns
+    -------
+    float
+        1 where they are the same, 0 where they do not meet.
+    """
     common = min(first[1], second[1]) - max(first[0], second[0])
     union = max(first[1], second[1]) - min(first[0], second[0])
     return max(0.0, common) / union if union > 0 else 1.0
 
 
 def carried_overlap(
-    found: WarpingPath, source: Sequence[Interval], target: Sequence[Interval], rate: float
+    found: WarpingPath, source: Sequence[TimeSpan], target: Sequence[TimeSpan], rate: float
 ) -> float:
-    """Mean intersection-over-union of parts carried over: higher is better, 1 is perfect.
+    """Mean intersection over union of spans that a path carries from target to source.
 
-    Each part of the target (a phone, a word; seconds) is taken through the path to the source
-    and compared with where that part truly is there. Frame k stands for the time around k / rate.
+    Parameters
+    ----------
+    found : (step, 2) int
+        The path, frames of source and target.
+    source, target : sequence of (float, float)
+        Start and end in s of the same spans (phones, or a word) in each.
+    rate : float
+        Frames per second; frame k stands for the time around k / rate.
+
+    Returns
+    -------
+    float
+        0 to 1; higher is better.
+
+    Raises
+    ------
+    AlignmentError
+        For no span, or other numbers of them.
     """
     if not source or len(source) != len(target):
         raise AlignmentError.about(
@@ -56,8 +98,8 @@ def carried_overlap(
     return float(np.mean(overlaps))
 
 
-def _carried(path: WarpingPath, part: Interval, rate: float) -> Interval:
-    """Where a span of the target goes: edges between frames, interpolated along the path."""
+def _carried(path: WarpingPath, part: TimeSpan, rate: float) -> TimeSpan:
+    """Where a span of the target lies in the source, interpolated along the path."""
     places = np.array(part) * rate
     targets, first = np.unique(path[:, 1], return_index=True)
     means = np.add.reduceat(path[:, 0], first) / np.diff([*first, len(path)])
@@ -72,10 +114,28 @@ def true_path(
     frames: tuple[int, int],
     whole: bool = True,
 ) -> WarpingPath:
-    """The path (step, 2) whose curve is piecewise linear between corresponding times.
+    """The path whose curve is piecewise linear between corresponding times.
 
-    source, target: (boundary,) seconds, none going back, that mean the same in both; frames: of
-    each view. Where `whole`, the ends of both views correspond too. Raises AlignmentError.
+    Parameters
+    ----------
+    source, target : (boundary,) float
+        Times in s that never decrease and mean the same in both recordings.
+    rate : float
+        Frames per second of both views.
+    frames : (int, int)
+        Length of each view.
+    whole : bool
+        Whether the ends of both views correspond too.
+
+    Returns
+    -------
+    (step, 2) int
+        Frames of source and target.
+
+    Raises
+    ------
+    AlignmentError
+        For fewer than two boundaries, other numbers of them, or times that decrease.
     """
     if len(source) != len(target) or len(source) < 2 or rate <= 0:
         raise AlignmentError.about(
@@ -92,7 +152,7 @@ def true_path(
         knots = np.concatenate([[[0.0, 0.0]], knots, [ends]])
     lengths = np.abs(np.diff(knots, axis=0)).max(axis=1)
     along = np.concatenate([[0], np.cumsum(np.maximum(lengths, 1e-9))])
-    fine = np.linspace(0, along[-1], max(2, int(along[-1] * FINE)))
+    fine = np.linspace(0, along[-1], max(2, int(along[-1] * POINTS_PER_FRAME)))
     curve = interpolate(along, knots, fine)
     cells = np.unique(np.floor(curve + 0.5).astype(np.intp), axis=0)
     # Cells of a curve that rises in both come out in order; sorting by the sum keeps ties so.

@@ -1,6 +1,6 @@
-"""The experiments of in the wild 2019, section 6.4, on shards.
+"""The experiments of Tzirakis et al. 2019 (in the wild), section 6.4, on shards.
 
-`study_wild` is all of them in one call.
+`study_wild` runs all of them in one call.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.shards import Shards
 from elocute.corpus.word_clip import SENTENCE
 from elocute.errors import AudioError, CorpusError, InputError
-from elocute.evaluation.concordance import Figures, figures
-from elocute.evaluation.real_talker import RealTalkerScore, evaluate_real
+from elocute.evaluation.concordance import ConcordanceScore, score_concordance
+from elocute.evaluation.tracked_mouth_scores import MeanMouthScore, evaluate_tracked_mouths
 from elocute.head.builtin import load_builtin_head
 from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
 from elocute.motion.curves import ARKIT_NAMES
@@ -57,7 +57,7 @@ TRAININGS = ("speaker", "word", "mse")
 PAPER = {"speaker": 0.621, "word": 0.502, "sentences": 0.463}  # µ28 on test, Table 2
 NOISES = ("white", "babble")
 SNRS_DB = (0.0, 10.0, 20.0)
-PEOPLE = {
+TRAINING_CONTENTS = {
     "speaker": "other speakers, the same words",
     "word": "other speakers, other words",
     "mse": "as the first, mean squared error",
@@ -66,23 +66,29 @@ PEOPLE = {
 
 @dataclass(frozen=True, eq=False)
 class WildStudy:
-    """What came of the experiments.
+    """Results of the experiments.
 
-    concordance  ρc of each training and part, of noise under the test clips, of sentences
-    bases        what speech blendshapes and ARKit's shapes leave of the sentences, mm
-    talker       a real talker: the recurrent model beside VOCA and the rules
-    missing      clips that could not be heard, with the reason
+    Attributes
+    ----------
+    concordance : dict of str to ConcordanceScore
+        ρc of each training and part, with noise under the test clips, and on sentences.
+    bases : list of ReconstructionErrors
+        What speech blendshapes and ARKit's shapes leave of the sentences, mm.
+    talker : dict of str to MeanMouthScore
+        A real talker: the recurrent model beside VOCA and the rules.
+    missing : tuple of (str, str)
+        Clips whose sound could not be read, with the reason.
     """
 
-    concordance: dict[str, Figures]
+    concordance: dict[str, ConcordanceScore]
     bases: list[ReconstructionErrors]
-    talker: dict[str, RealTalkerScore]
+    talker: dict[str, MeanMouthScore]
     missing: tuple[tuple[str, str], ...]
 
     __repr__ = one_line
 
     def record(self) -> dict[str, Any]:
-        """For reports; what is not available is None."""
+        """Numbers by name, for reports; None for what is not available."""
         return {
             "paper": PAPER,
             "concordance": {name: found.record() for name, found in self.concordance.items()},
@@ -111,40 +117,75 @@ def study_wild(
     talker_names: list[str] | None = None,
     report: Report | None = None,
 ) -> WildStudy:
-    """Train and measure: other speakers, other words, a loss, noise, sentences, bases, a talker.
+    """Train and measure: speakers, words, a loss, noise, sentences, bases and a real talker.
 
-    folder        there already; each training goes on in FOLDER/NAME where it was left
-    trainings     of TRAININGS, "speaker" among them
-    sentences     a corpus of continuous speech on the basis's topology; `names` are the clips
-    talker        folder of a tracked talker's clips; `talker_names` those that are measured, or all
+    Parameters
+    ----------
+    shards : Shards
+        Words of many speakers with parameters.
+    folder : Path
+        An existing folder; each training resumes in FOLDER/NAME.
+    config : CrnnTrainConfig, optional
+        Settings of the trainings.
+    trainings : sequence of str
+        Some of `TRAININGS`, "speaker" among them.
+    sentences : Corpus, optional
+        Continuous speech on the basis's topology.
+    names : sequence of str
+        Clips of `sentences` to measure.
+    talker : Path, optional
+        Folder of a tracked talker's recordings.
+    talker_names : list of str, optional
+        Recordings to measure; all by default.
+    report : callable, optional
+        Receives the progress of the trainings.
 
-    Raises InputError for other trainings, CorpusError for shards without a clip in some part.
+    Returns
+    -------
+    WildStudy
+        All results.
+
+    Raises
+    ------
+    InputError
+        For other trainings; CorpusError for shards without a clip in some part.
     """
     check_trainings(trainings)
     config = config or CrnnTrainConfig()
-    heard = cache_features(shards, folder, config.fps)
+    features = cache_features(shards, folder, config.fps)
     for name in trainings:
-        rows_of(heard, name)
-    table, shares = dict[str, Figures](), shares_of(shards)
+        training_clips(features, name)
+    table, shares = dict[str, ConcordanceScore](), variance_shares(shards)
     for name in trainings:
-        trained = train_one(shards, heard, name, config, folder / name, report)
-        for part, found in judge(trained, heard, name, shares).items():
+        trained = train_one(shards, features, name, config, folder / name, report)
+        for part, found in score_training(trained, features, name, shares).items():
             table[f"{name} {part}"] = found
         if name == "speaker":
             for kind in NOISES:
                 for snr in SNRS_DB:
-                    found = judge_noise(trained.network, shards, heard, kind, snr, shares)
+                    found = score_noise(trained.network, shards, features, kind, snr, shares)
                     table[f"{kind} {snr:.0f} dB"] = found
     model, bases = folder / "speaker" / MODEL, list[ReconstructionErrors]()
     if sentences is not None:
-        table |= judge_continuous(sentences, names, model, shards)
-        bases = builtin_bases(sentences, names, shards)
-    talking = judge_talker(talker, model, talker_names) if talker else {}
-    return WildStudy(table, bases, talking, heard.missing)
+        table |= score_continuous_speech(sentences, names, model, shards)
+        bases = compare_with_arkit(sentences, names, shards)
+    talking = score_talker(talker, model, talker_names) if talker else {}
+    return WildStudy(table, bases, talking, features.missing)
 
 
 def check_trainings(names: Sequence[str]) -> None:
-    """Raises InputError for trainings without "speaker", or one that there is not."""
+    """Check which trainings are asked for.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Some of `TRAININGS`.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, or where "speaker" is missing.
+    """
     if "speaker" not in names or not set(names) <= set(TRAININGS):
         raise InputError.about(
             f"`trainings` {', '.join(names)}",
@@ -153,12 +194,31 @@ def check_trainings(names: Sequence[str]) -> None:
         )
 
 
-def chosen_sentences(
+def select_sentences(
     corpus: Corpus, shards: Shards, subject: str | None = None, count: int = 50
 ) -> list[str]:
-    """At most `count` clips, evenly taken, of all subjects or of one.
+    """Select clips of a corpus, evenly spaced.
 
-    Raises CorpusError for another topology than the basis's, and for a subject that is not there.
+    Parameters
+    ----------
+    corpus : Corpus
+        Continuous speech.
+    shards : Shards
+        Their basis must have the corpus's topology.
+    subject : str, optional
+        Only clips of this subject.
+    count : int
+        Most clips.
+
+    Returns
+    -------
+    list of str
+        Names of clips.
+
+    Raises
+    ------
+    CorpusError
+        For another topology, or an unknown subject.
     """
     vertices = shards.basis.head.vertex_count
     if corpus.vertex_count != vertices:
@@ -175,30 +235,59 @@ def chosen_sentences(
     return names[:: max(1, len(names) // count)][:count]
 
 
-def shares_of(shards: Shards) -> Array:
-    """(parameter,) of the variance, as the loss weighs them."""
+def variance_shares(shards: Shards) -> Array:
+    """(parameter,) share of the variance that each parameter explains, as the loss weighs them."""
     return explained_shares(torch.from_numpy(shards.basis.head.expression_basis)).numpy()
 
 
 def held_out_words(words: Sequence[str]) -> tuple[str, ...]:
-    """One word in ten, the same whatever else is there: chosen by a hash."""
+    """One word in `HELD_OUT`, chosen by a hash and so independent of what else is there.
+
+    Parameters
+    ----------
+    words : sequence of str
+        Words of the shards.
+
+    Returns
+    -------
+    tuple of str
+        Sorted.
+    """
     order = sorted({w for w in words if w != SENTENCE}, key=_hash)
     return tuple(sorted(order[: max(1, len(order) // HELD_OUT)]))
 
 
 def _hash(word: str) -> str:
+    """Hexadecimal SHA-256 of a word."""
     return hashlib.sha256(word.encode()).hexdigest()
 
 
-def rows_of(heard: FeatureCache, training: str) -> dict[str, list[CachedClip]]:
-    """Rows of each split for one of TRAININGS. Raises CorpusError where a split is empty.
+def training_clips(features: FeatureCache, training: str) -> dict[str, list[CachedClip]]:
+    """The clips of each part for one of `TRAININGS`.
 
-    "word" learns from words that are judged by nobody, and is judged on the others; clips of
-    whole sentences are left out of it, as they hold words of both.
+    "word" trains on words that its validation and test do not contain; clips of whole sentences are
+    left out of it, as they contain words of both.
+
+    Parameters
+    ----------
+    features : FeatureCache
+        Clips and their features.
+    training : str
+        One of `TRAININGS`.
+
+    Returns
+    -------
+    dict of str to list of CachedClip
+        Clips for train, validation and test.
+
+    Raises
+    ------
+    CorpusError
+        Where a part has no clip.
     """
-    parts = {part: heard.select(part) for part in ("train", "validation", "test")}
+    parts = {part: features.select(part) for part in ("train", "validation", "test")}
     if training == "word":
-        held = set(held_out_words([row.word for row in heard.clips]))
+        held = set(held_out_words([row.word for row in features.clips]))
         parts = {
             part: [r for r in rows if r.word != SENTENCE and (r.word in held) != (part == "train")]
             for part, rows in parts.items()
@@ -206,46 +295,90 @@ def rows_of(heard: FeatureCache, training: str) -> dict[str, list[CachedClip]]:
     for part, rows in parts.items():
         if not rows:
             raise CorpusError.about(
-                "shards", found=f"no clip in {part} ({PEOPLE[training]})", allowed="one or more"
+                "shards",
+                found=f"no clip in {part} ({TRAINING_CONTENTS[training]})",
+                allowed="one or more",
             )
     return parts
 
 
 def train_one(
     shards: Shards,
-    heard: FeatureCache,
+    features: FeatureCache,
     training: str,
     config: CrnnTrainConfig,
     folder: Path,
     report: Report | None = None,
 ) -> TrainedCrnn:
-    """One training, resumed from `folder` where it began before; its model is left there."""
+    """Run one training, or resume it; its model is left in its folder.
+
+    Parameters
+    ----------
+    shards : Shards
+        With the basis.
+    features : FeatureCache
+        Clips of the shards.
+    training : str
+        One of `TRAININGS`.
+    config : CrnnTrainConfig
+        Its settings, but for the loss of "mse".
+    folder : Path
+        Made where it does not exist.
+    report : callable, optional
+        Receives the progress.
+
+    Returns
+    -------
+    TrainedCrnn
+        The network.
+    """
     folder.mkdir(exist_ok=True)
-    rows = rows_of(heard, training)
+    rows = training_clips(features, training)
     loss = "mse" if training == "mse" else config.loss
     data = select_training_data(
-        heard, shards.basis.head.expression_basis, rows["train"], rows["validation"]
+        features, shards.basis.head.expression_basis, rows["train"], rows["validation"]
     )
     trained = fit(data, replace(config, loss=loss), folder, resume=True, report=report)
     export_crnn(trained, shards.basis, folder / MODEL, shards.note)
     return trained
 
 
-def judge(
-    trained: TrainedCrnn, heard: FeatureCache, training: str, shares: Array
-) -> dict[str, Figures]:
-    """Validation beside test."""
-    rows = rows_of(heard, training)
+def score_training(
+    trained: TrainedCrnn, features: FeatureCache, training: str, shares: Array
+) -> dict[str, ConcordanceScore]:
+    """Concordance of a trained network on its validation and test clips."""
+    rows = training_clips(features, training)
     return {
-        part: figures(*predict_clips(trained.network, heard, rows[part]), shares)
+        part: score_concordance(*predict_clips(trained.network, features, rows[part]), shares)
         for part in ("validation", "test")
     }
 
 
-def judge_noise(
-    network: Crnn, shards: Shards, heard: FeatureCache, kind: str, snr_db: float, shares: Array
-) -> Figures:
-    """The test clips with white noise or babble under them."""
+def score_noise(
+    network: Crnn, shards: Shards, features: FeatureCache, kind: str, snr_db: float, shares: Array
+) -> ConcordanceScore:
+    """Concordance on the test clips with noise under them.
+
+    Parameters
+    ----------
+    network : Crnn
+        A trained network.
+    shards : Shards
+        With the sounds.
+    features : FeatureCache
+        Clips of the shards.
+    kind : str
+        "white" or "babble".
+    snr_db : float
+        Level of the speech over the noise, dB.
+    shares : (parameter,) float32
+        As for `score_concordance`.
+
+    Returns
+    -------
+    ConcordanceScore
+        Over the test clips.
+    """
 
     def noisy(sound: Waveform) -> Waveform:
         count = len(sound.samples)
@@ -255,32 +388,58 @@ def judge_noise(
         except AudioError:  # digital silence has no level to set noise against
             return sound
 
-    wanted = {row.clip for row in heard.select("test")}
+    wanted = {row.clip for row in features.select("test")}
     predicted, true = [], []
     shared = SharedCrnn(network)
     for clip in shards.clips("test"):
         if clip.clip not in wanted:
             continue
-        values, first, targets = clip_features(shards, clip, heard.fps, noisy)
+        values, first, targets = clip_features(shards, clip, features.fps, noisy)
         row = CachedClip(
             clip.clip, clip.word, clip.speaker, "test", 0, len(values), 0, len(targets), first
         )
         with torch.no_grad():
-            starts = torch.from_numpy(heard.starts(row))[None]
+            starts = torch.from_numpy(features.starts(row))[None]
             predicted.append(shared(torch.from_numpy(values)[None], starts)[0][0].numpy())
         true.append(targets)
-    return figures(predicted, true, shares)
+    return score_concordance(predicted, true, shares)
 
 
-def judge_sentences(
+def score_sentences(
     corpus: Corpus,
     names: Sequence[str],
     basis: Array,
     fps: float,
     shares: Array,
     predict: Callable[[Waveform], Array],
-) -> Figures:
-    """Continuous speech: clips of a corpus, their true motion projected onto the basis."""
+) -> ConcordanceScore:
+    """Concordance on continuous speech, whose true motion is projected onto the basis.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        Continuous speech.
+    names : sequence of str
+        Its clips to measure.
+    basis : (parameter, vertex, 3) float32
+        What the parameters weigh, m.
+    fps : float
+        Frames per second of the prediction.
+    shares : (parameter,) float32
+        As for `score_concordance`.
+    predict : callable
+        Takes a Waveform and gives parameters (frame, parameter).
+
+    Returns
+    -------
+    ConcordanceScore
+        Over all clips.
+
+    Raises
+    ------
+    CorpusError
+        For another topology than the basis's.
+    """
     flat = basis.reshape(len(basis), -1).astype(np.float64)
     if flat.shape[1] != corpus.vertex_count * 3:
         raise CorpusError.about(
@@ -300,14 +459,29 @@ def judge_sentences(
         count = min(len(found), len(wanted))
         predicted.append(found[:count])
         true.append(wanted[:count])
-    return figures(predicted, true, shares)
+    return score_concordance(predicted, true, shares)
 
 
 def compare_bases(
     corpus: Corpus, names: Sequence[str], speech: Array, arkit: Array
 ) -> list[ReconstructionErrors]:
-    """Section 6.3: mean distance left of clips in the speech blendshapes, in all ARKit shapes,
-    and in as many ARKit shapes as there are speech blendshapes, the best for these clips."""
+    """Mean distance that bases leave of clips (Tzirakis et al. 2019, section 6.3).
+
+    Parameters
+    ----------
+    corpus : Corpus
+        Continuous speech.
+    names : sequence of str
+        Its clips to measure.
+    speech, arkit : (component, vertex, 3) float32
+        Speech blendshapes and ARKit's shapes, m.
+
+    Returns
+    -------
+    list of ReconstructionErrors
+        Of the speech blendshapes, of all ARKit shapes, and of as many ARKit shapes as there are
+        speech blendshapes, those that fit these clips best.
+    """
     chosen = arkit[strongest_shapes(corpus, names, arkit, len(speech))]
     bases = [
         BasisProjection("speech", speech),
@@ -317,14 +491,14 @@ def compare_bases(
     return reconstruction_errors(corpus, names, bases)
 
 
-def judge_continuous(
+def score_continuous_speech(
     corpus: Corpus, names: Sequence[str], model: Path, shards: Shards
-) -> dict[str, Figures]:
-    """Sentences with the state going on, and in pieces of 15 frames as the paper does."""
+) -> dict[str, ConcordanceScore]:
+    """Concordance of a stream that keeps its state, and in pieces of 15 frames as in the paper."""
     opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
-    shares = shares_of(shards)
+    shares = variance_shares(shards)
     return {
-        f"sentences {joins}": judge_sentences(
+        f"sentences {joins}": score_sentences(
             corpus,
             names,
             basis,
@@ -336,7 +510,7 @@ def judge_continuous(
     }
 
 
-def builtin_bases(
+def compare_with_arkit(
     corpus: Corpus, names: Sequence[str], shards: Shards
 ) -> list[ReconstructionErrors]:
     """`compare_bases` with ARKit's shapes of the built-in head; empty on another mesh."""
@@ -348,14 +522,29 @@ def builtin_bases(
     return compare_bases(corpus, names, speech, head.expression_basis[places])
 
 
-def judge_talker(
+def score_talker(
     folder: Path, model: Path, names: list[str] | None = None
-) -> dict[str, RealTalkerScore]:
-    """The real talker: the recurrent model beside VOCA and the rules."""
+) -> dict[str, MeanMouthScore]:
+    """A real talker's mouth: the recurrent model beside VOCA and the rules.
+
+    Parameters
+    ----------
+    folder : Path
+        Tracked recordings, as for `evaluate_tracked_mouths`.
+    model : Path
+        The recurrent model (.onnx).
+    names : list of str, optional
+        Recordings to take; all by default.
+
+    Returns
+    -------
+    dict of str to MeanMouthScore
+        By model.
+    """
     eye_mm = 1000 * load_builtin_head().eye_distance_m
     found = {}
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
-        found[name], _ = evaluate_real(
+        found[name], _ = evaluate_tracked_mouths(
             folder,
             lambda sound, chosen=chosen: measure_mouth(animate(sound, model=chosen).motion),
             eye_mm,

@@ -27,10 +27,25 @@ def plot_alignment(
     output: str | Path,
     title: str = "",
 ) -> None:
-    """Write a .png. Raises OutputError.
+    """Draw a warping path over its matrix, with both spectrograms beside it, as .png.
 
-    sounds: source, target. matrix: (source frame, target frame), more is darker: attention, or
-    costs with their sign turned. path: (step, 2) over it.
+    Parameters
+    ----------
+    sounds : sequence of Waveform
+        Source and target.
+    matrix : (source frame, target frame)
+        Attention, or costs with their sign turned; more is darker.
+    path : (step, 2)
+        Frames of source and target.
+    output : str or Path
+        The picture.
+    title : str
+        Its heading.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
     """
     from PIL import Image, ImageDraw, ImageFont
 

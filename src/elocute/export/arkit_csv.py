@@ -28,7 +28,7 @@ POSE_COLUMNS = (
     "RightEyePitch",
     "RightEyeRoll",
 )
-# Speech shapes beyond ARKit, told in its nearest words.
+# Speech shapes that ARKit lacks, as its nearest shapes.
 NEAREST: dict[str, dict[str, float]] = {
     "mouthLabiodental": {
         "mouthRollLower": 0.55,
@@ -43,7 +43,23 @@ VALUE_MAX = 1e6
 
 
 def arkit_curves(motion: Motion) -> Curves:
-    """The 52 curves of a motion; speech shapes beyond them folded in. Raises MotionError."""
+    """ARKit's 52 curves of a motion, with the speech shapes beyond them folded in.
+
+    Parameters
+    ----------
+    motion : Motion
+        On a head with ARKit's shapes.
+
+    Returns
+    -------
+    Curves
+        0 to 1, in the order of `ARKIT_NAMES`.
+
+    Raises
+    ------
+    MotionError
+        For a head without any of them.
+    """
     curves = curves_from_motion(motion)
     unknown = [n for n in curves.names if n not in ARKIT_NAMES and n not in NEAREST]
     if not set(curves.names) & set(ARKIT_NAMES):
@@ -65,7 +81,7 @@ def write_csv(
 ) -> None:
     """Timecode, BlendShapeCount and 61 columns, as Unreal, Blender and Maya importers take them.
 
-    The built-in heads' rotations are not told (zero pose). Raises OutputError, MotionError.
+    Rotations are left out (zero pose). Raises OutputError, and MotionError for other shapes.
     """
     curves = arkit_curves(motion)
     names = [name[0].upper() + name[1:] for name in ARKIT_NAMES]
@@ -88,7 +104,25 @@ def timecode(frame: int, fps: float) -> str:
 
 
 def read_csv_curves(path: str | Path, fps: float) -> Curves:
-    """Read such a file back. Raises MotionError naming the row."""
+    """Read curves back that were written as .csv, or recorded by Live Link Face.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    fps : float
+        Frames per second, which such a file does not say.
+
+    Returns
+    -------
+    Curves
+        ARKit's 52.
+
+    Raises
+    ------
+    MotionError
+        For a file without these columns or with values that are not numbers, naming the row.
+    """
     path = Path(path)
     with open_regular(
         path, max_bytes=BYTES_MAX, allowed="a CSV of ARKit's curves", error=MotionError
@@ -97,7 +131,7 @@ def read_csv_curves(path: str | Path, fps: float) -> Curves:
             lines = io.TextIOWrapper(file, encoding="utf-8-sig", errors="replace", newline="")
             values = _curve_rows(path, csv.reader(lines))
         except csv.Error as error:
-            raise MotionError.about(path, found=f"no CSV ({error})") from error
+            raise MotionError.about(path, found=f"not a CSV ({error})") from error
     if not values:
         raise MotionError.about(path, found="no frames", allowed="one or more")
     return Curves(np.stack(values), ARKIT_NAMES, fps)
@@ -115,7 +149,9 @@ def _curve_rows(path: Path, rows: Iterator[list[str]]) -> list[NDArray[np.float3
         try:
             frame = np.array([float(row[column]) for column in columns])
         except (ValueError, IndexError) as error:
-            raise MotionError.about(f"{path} row {number}", found="no numbers") from error
+            raise MotionError.about(
+                f"{path} row {number}", found="values that are not numbers"
+            ) from error
         if not (np.abs(frame) < VALUE_MAX).all():  # NaN is not below anything
             raise MotionError.about(f"{path} row {number}", found="NaN, infinity or beyond 1e6")
         values.append(frame.astype(np.float32))

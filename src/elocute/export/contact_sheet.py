@@ -50,7 +50,21 @@ def write_png(
 def contact_sheet(
     pictures: Sequence[NDArray[np.uint8]], labels: Sequence[str], columns: int
 ) -> Any:
-    """A PIL image of equal pictures in rows, each with its label."""
+    """Lay pictures out in rows, each with its label.
+
+    Parameters
+    ----------
+    pictures : sequence of (height, width, 3) uint8
+        sRGB, all of one size.
+    labels : sequence of str
+        One per picture.
+    columns : int
+        Pictures in a row.
+
+    Returns
+    -------
+    PIL.Image.Image
+    """
     from PIL import Image, ImageDraw, ImageFont
 
     height, width = pictures[0].shape[:2]

@@ -1,4 +1,4 @@
-"""Curves as JSON, for programs of one's own: every name that the head has, as it is weighed.
+"""Curves as JSON, for other programs: the weight of every shape of the head.
 
     {"format": "elocute curves", "version": 1, "fps": 60.0,
      "names": ["eyeBlinkLeft", …], "frames": [[0, 0.25, …], …]}
@@ -32,7 +32,7 @@ def write_json(
 ) -> None:
     """Write the weights of a motion, to six decimals, one frame a line.
 
-    Rotations are not told (zero pose). Raises OutputError.
+    Rotations are left out (zero pose). Raises OutputError.
     """
     facts = {"format": FORMAT, "version": VERSION, "fps": motion.fps, "names": list(motion.names)}
     with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
@@ -44,7 +44,22 @@ def write_json(
 
 
 def read_json_curves(path: str | Path) -> Curves:
-    """Read such a file back. Raises MotionError saying what is wrong with it."""
+    """Read curves that were written as .json.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Curves
+
+    Raises
+    ------
+    MotionError
+        Saying what is wrong with the file, and in which frame.
+    """
     record = read_record(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
     if record.get("format") != FORMAT or record.get("version") != VERSION:
         told = f"format {brief(record.get('format'))}, version {brief(record.get('version'))}"
@@ -78,7 +93,9 @@ def _values(path: str | Path, frames: Any, columns: int) -> np.ndarray:
             weight = finite_number(value)
             if weight is None or abs(weight) > 1e6:
                 raise MotionError.about(
-                    f"{path} frame {number}", found="no number", allowed="numbers up to a million"
+                    f"{path} frame {number}",
+                    found="a value that is not a number",
+                    allowed="numbers up to a million",
                 )
             values[number, column] = weight
     return values

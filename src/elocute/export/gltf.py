@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.options import GlbOptions
-from elocute.export.take_sound import Sound, pack_sound, sound_source, write_wav
+from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.files.atomic import write_atomically
-from elocute.files.outputs import OutputPlan
+from elocute.files.output_plan import OutputPlan
 from elocute.head.model import HeadModel
 from elocute.head.normals import (
     linear_colors,
@@ -52,11 +52,29 @@ def write_glb(
     overwrite: bool = False,
     progress: Any = None,
 ) -> None:
-    """Write an animated head. The sound goes beside it as NAME.wav, or inside.
+    """Write an animated head as .glb, its sound beside it as NAME.wav or inside.
 
-    A NAME.wav that is there is replaced where an earlier call made it of this very sound and
-    nobody changed it since, or with `overwrite`; otherwise it is kept, nothing is written, and
-    OutputError says so. A sound that already is NAME.wav there is left alone.
+    Parameters
+    ----------
+    motion : Motion
+        What to write.
+    path : str or Path
+        The file; one of that name is replaced.
+    sound : str, Path or Waveform, optional
+        The sound that belongs to the motion. A file that is NAME.wav already is left alone.
+    options : GlbOptions, optional
+        Whether the sound goes inside.
+    overwrite : bool
+        Whether to replace a NAME.wav that an earlier call did not make from this very sound, or
+        that was changed since.
+    progress : callable, optional
+        Not called: the file is written at once.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written, and a NAME.wav that would be replaced without
+        `overwrite`; nothing is written then.
     """
     path, embed_audio = Path(path), (options or GlbOptions()).embed_audio
     beside = None if embed_audio or sound is None else wav_beside(path, sound)
@@ -79,7 +97,19 @@ def wav_beside(path: Path, sound: Sound) -> Path | None:
 
 
 def glb_bytes(motion: Motion, sound: Sound | None = None) -> bytes:
-    """The whole file in memory; `sound` is embedded."""
+    """An animated head as the bytes of a .glb.
+
+    Parameters
+    ----------
+    motion : Motion
+        What to write.
+    sound : str, Path or Waveform, optional
+        Embedded, where given.
+
+    Returns
+    -------
+    bytes
+    """
     file = _File()
     head = motion.head
     file.json["asset"] |= {"copyright": head.notice} if head.notice else {}

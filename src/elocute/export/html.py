@@ -11,7 +11,7 @@ from typing import Any
 from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
 from elocute.export.options import HtmlOptions
-from elocute.export.take_sound import Sound, pack_sound
+from elocute.export.soundtrack import Sound, pack_sound
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.files.arrays import RowWriter
+from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
@@ -70,6 +70,10 @@ def ply_of(head: HeadModel) -> MeshBytes:
         return opening + vertices.tobytes() + faces.tobytes()
 
     return mesh
+
+
+MESH_FORMATS: dict[str, Callable[[HeadModel], MeshBytes]] = {".obj": obj_of, ".ply": ply_of}
+"""What writes the mesh files of a head, by suffix."""
 
 
 def write_npy(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from elocute.errors import OutputError
 from elocute.export.options import PictureOptions
 from elocute.export.render import open_renderer, portrait
-from elocute.export.take_sound import RATE, Sound, sound_blocks
+from elocute.export.soundtrack import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
@@ -32,10 +32,27 @@ def write_mp4(
     options: PictureOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Draw a motion as video with its sound.
+    """Draw a motion as video with its sound: H.264 and AAC.
 
-    Its sides are made even, as H.264 wants. Frame i is shown at i / fps, where
-    sample i · rate / fps is heard. Raises OutputError, MachineError (no renderer).
+    Parameters
+    ----------
+    motion : Motion
+        What is drawn. Frame i is shown at i / fps, where sample i · rate / fps is heard.
+    path : str or Path
+        The file; one of that name is replaced.
+    sound : str, Path or Waveform, optional
+        The sound that belongs to the motion.
+    options : PictureOptions, optional
+        Size, renderer and view. Odd sides lose a pixel, as H.264 demands.
+    progress : callable, optional
+        Called with the share that is done, 0 to 1.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    MachineError
+        Where no renderer works.
     """
     options = options or PictureOptions()
     wide, high = options.size
@@ -57,7 +74,7 @@ def write_mp4(
 
 @contextlib.contextmanager
 def _told() -> Iterator[None]:
-    """Errors of the system stay what they are; what else the encoder says is an OutputError."""
+    """Errors of the system stay what they are; any other of the encoder is an OutputError."""
     from av.error import FFmpegError
 
     try:

@@ -6,7 +6,7 @@ import html
 
 from elocute.errors import ElocuteError
 from elocute.export.html import page_pieces
-from elocute.export.take_sound import Sound, sound_duration_s
+from elocute.export.soundtrack import Sound, sound_duration_s
 from elocute.motion.motion import Motion
 
 BYTES_MAX = 25_000_000
@@ -15,7 +15,22 @@ HEIGHT_PX = 480
 
 
 def viewer_frame(motion: Motion, sound: Sound | None, title: str) -> str:
-    """HTML that shows a motion with its sound; a sentence where it would be too long for that."""
+    """HTML that shows a motion with its sound in a notebook.
+
+    Parameters
+    ----------
+    motion : Motion
+        What is shown.
+    sound : str, Path, Waveform or None
+        The sound that belongs to it.
+    title : str
+        What the frame is called.
+
+    Returns
+    -------
+    str
+        A frame with the viewer; a sentence where the page would be too large, or cannot be made.
+    """
     try:
         if _least_bytes(motion, sound) > BYTES_MAX:
             return _sentence(title, "too long to be shown here")

@@ -5,21 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from elocute.errors import OutputError
-from elocute.export.render.choices import BACKENDS, VIEWS
+from elocute.export.render.backends_and_views import BACKENDS, VIEWS
 from elocute.settings import check_settings, described, setting
 
 
 @described
 @dataclass(frozen=True)
 class PictureOptions:
-    """Options of .mp4 and .png. Raises OutputError for what cannot be."""
+    """Options of .mp4 and .png.
+
+    Raises
+    ------
+    OutputError
+        For a value of another type or outside its range.
+    """
 
     size: tuple[int, int] = setting(
         (800, 800),
         unit="pixels",
         low=64,
         high=4096,
-        help="Width and height of a picture; a .png is a sheet twice as wide.",
+        help="Width and height of the picture; a .png sheet is twice as wide.",
     )
     backend: str = setting("auto", choices=BACKENDS, help="Renderer.")
     view: str = setting("front", choices=tuple(VIEWS), help="Where the camera stands.")
@@ -31,11 +37,15 @@ class PictureOptions:
 @described
 @dataclass(frozen=True)
 class GlbOptions:
-    """Options of .glb. Raises OutputError for what cannot be."""
+    """Options of .glb.
 
-    embed_audio: bool = setting(
-        False, help="Put the sound into the .glb instead of beside it as a .wav."
-    )
+    Raises
+    ------
+    OutputError
+        For a value of another type or outside its range.
+    """
+
+    embed_audio: bool = setting(False, help="Put the sound into the .glb, not beside it as a .wav.")
 
     def __post_init__(self) -> None:
         check_settings(self, OutputError)
@@ -44,9 +54,15 @@ class GlbOptions:
 @described
 @dataclass(frozen=True)
 class HtmlOptions:
-    """Options of .html. Raises OutputError for what cannot be."""
+    """Options of .html.
 
-    title: str | None = setting(None, help="Title of the page; the file's name by default.")
+    Raises
+    ------
+    OutputError
+        For a value of another type or outside its range.
+    """
+
+    title: str | None = setting(None, help="Title of the page; by default the name of the file.")
 
     def __post_init__(self) -> None:
         check_settings(self, OutputError)

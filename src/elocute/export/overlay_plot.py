@@ -35,9 +35,25 @@ MARKS = (1, 2, 5, 10)
 def plot_overlay(
     curves: Curves, path: str | Path, *, title: str = "", unit: str = "", shade: bool = True
 ) -> None:
-    """All curves over a common axis as .png; `shade` fills from the least to the greatest.
+    """Draw curves over each other in one panel, as .png.
 
-    Raises OutputError.
+    Parameters
+    ----------
+    curves : Curves
+        What is drawn.
+    path : str or Path
+        The picture.
+    title : str
+        Its heading.
+    unit : str
+        Of the values.
+    shade : bool
+        Fill the region between the least and the greatest curve.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
     """
     from PIL import Image, ImageDraw, ImageFont
 

@@ -1,4 +1,4 @@
-"""Which suffix is written by what, and what it may be told."""
+"""The writer and the options of each suffix."""
 
 from __future__ import annotations
 
@@ -7,22 +7,33 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from elocute.audio.waveform import Waveform
 from elocute.errors import OutputError
 from elocute.export.options import GlbOptions, HtmlOptions, PictureOptions
-from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.input_checks import check_kind
 from elocute.one_line_repr import brief
+
+if TYPE_CHECKING:  # the command line knows the formats without loading NumPy
+    from elocute.audio.waveform import Waveform
+    from elocute.motion.motion import Motion
 
 
 @dataclass(frozen=True)
 class Format:
-    """A writer, imported when first needed, and the class of its options, if it has any.
+    """A format: its writer, imported when first needed, and its options.
 
-    has_sound    whether what is written carries the sound
-    sound_beside whether the sound may be written beside it
+    Parameters
+    ----------
+    module : str
+        The module of `elocute.export` that writes it.
+    function : str
+        The writer in that module.
+    options : type, optional
+        The settings dataclass of its options; None where it has none.
+    has_sound : bool
+        Whether what is written carries the sound.
+    sound_beside : bool
+        Whether the sound may be written beside it.
     """
 
     module: str
@@ -32,6 +43,7 @@ class Format:
     sound_beside: bool = False
 
     def option_names(self) -> tuple[str, ...]:
+        """The names of its options; () where it has none."""
         return tuple(each.name for each in fields(self.options)) if self.options else ()
 
 
@@ -50,7 +62,23 @@ WRITERS: dict[str, Format] = {
 
 
 def check_suffix(path: str | Path) -> str:
-    """The suffix of `path`, in lower case. Raises OutputError for one that nothing writes."""
+    """The suffix of an output.
+
+    Parameters
+    ----------
+    path : str or Path
+        The output.
+
+    Returns
+    -------
+    str
+        In lower case, with its dot: a key of `WRITERS`.
+
+    Raises
+    ------
+    OutputError
+        For a suffix that no format has.
+    """
     if not isinstance(path, str | os.PathLike):
         raise OutputError.about("path", found=brief(path), allowed="the name of a file")
     suffix = Path(path).suffix.lower()
@@ -65,10 +93,25 @@ def check_suffix(path: str | Path) -> str:
 
 
 def format_options(path: str | Path, options: Mapping[str, Any]) -> Any:
-    """The options of the format of `path`, None where it has none.
+    """Options of the format that a suffix names, checked.
 
-    Raises OutputError for an option that the format does not have, naming those it has, and for a
-    value that cannot be.
+    Parameters
+    ----------
+    path : str or Path
+        The output.
+    options : mapping of str
+        Values by name.
+
+    Returns
+    -------
+    GlbOptions, HtmlOptions, PictureOptions or None
+        None for a format without options.
+
+    Raises
+    ------
+    OutputError
+        For an option that the format does not have, naming those it has, and for a value out of
+        range.
     """
     suffix = check_suffix(path)
     known = WRITERS[suffix].option_names()
@@ -76,7 +119,7 @@ def format_options(path: str | Path, options: Mapping[str, Any]) -> Any:
         if name not in known:
             raise OutputError.about(
                 path,
-                found=f"`{name}` is no option of {suffix}",
+                found=f"`{name}` is not an option of {suffix}",
                 allowed=", ".join(f"`{each}`" for each in known) or "none",
             )
     cls = WRITERS[suffix].options
@@ -87,20 +130,42 @@ def write(
     motion: Motion,
     path: str | Path,
     *,
-    sound: Any = None,
+    sound: str | os.PathLike[str] | Waveform | None = None,
     overwrite: bool = False,
     progress: Callable[[float], None] | None = None,
     **options: Any,
 ) -> None:
     """Write a motion in the format that the suffix names.
 
-    sound     a path or a Waveform
-    options   those of the format, as `elocute.export.options` lists them
+    Parameters
+    ----------
+    motion : Motion
+        What to write.
+    path : str or Path
+        The output. A file of that name is replaced, a folder of meshes never.
+    sound : str, Path or Waveform, optional
+        The sound that belongs to the motion.
+    overwrite : bool
+        Whether to replace a NAME.wav beside NAME.glb that was not made from this very sound.
+    progress : callable, optional
+        Called with the share that is done, 0 to 1.
+    **options
+        Those of the format: the fields of `GlbOptions`, `HtmlOptions` or `PictureOptions`.
 
-    A file of that name is replaced, a folder of meshes never; a NAME.wav beside NAME.glb with
-    `overwrite`, or where it was made of this very sound. Raises OutputError, also for an option
-    that the format does not have.
+    Raises
+    ------
+    MotionError
+        For anything but a Motion.
+    OutputError
+        For an unknown suffix, an option that the format does not have, and a place that cannot
+        be written.
+    MachineError
+        Where a picture is wanted and no renderer works.
     """
+    from elocute.audio.waveform import Waveform
+    from elocute.motion.motion import check_motion
+    from elocute.numerics.input_checks import check_kind
+
     check_motion(motion)
     chosen = format_options(path, options)
     for name, value, kinds, allowed in (
@@ -120,7 +185,23 @@ def write(
 def side_files(
     path: Path, sound: Any, *, embed_audio: bool = False, cut: bool = False
 ) -> list[Path]:
-    """What `write` makes beside `path`; `cut` says that a part of the sound file is meant."""
+    """The files that `write` makes beside an output.
+
+    Parameters
+    ----------
+    path : Path
+        The output.
+    sound : Path, Waveform or None
+        The sound that belongs to the motion.
+    embed_audio : bool
+        Whether the sound goes inside.
+    cut : bool
+        Whether only a part of the sound is meant, which cannot lie there already.
+
+    Returns
+    -------
+    list of Path
+    """
     if not WRITERS[check_suffix(path)].sound_beside or sound is None or embed_audio:
         return []
     from elocute.export.gltf import wav_beside

@@ -1,7 +1,7 @@
-"""Files are written beside their name, made durable, and renamed when whole.
+"""Files are written beside their name, synced to disk, and renamed when they are whole.
 
-What is under way lies in a hidden folder `.NAME.HOST-PID-….part` beside the place it is for. A run
-that was killed leaves it there; the next one that writes into the folder removes it.
+A draft lies in a hidden folder `.NAME.HOST-PID-….part` beside the place that it is for. A run that
+was killed leaves it there; the next one that writes into the folder removes it.
 """
 
 from __future__ import annotations
@@ -31,11 +31,23 @@ _DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", 
 
 
 def check_output(path: str | Path) -> Path:
-    """Return `path` as a Path whose folder exists and can be written.
+    """Check that a file or folder can be written, before anything is computed for it.
 
-    Raises OutputError where the folder is missing, is no folder, or denies writing; call it
-    before long work so that nothing is computed for a place that cannot take it.
-    Devices, pipes and sockets are refused: they would be replaced, for everybody.
+    Parameters
+    ----------
+    path : str or Path
+        The output.
+
+    Returns
+    -------
+    Path
+        The same.
+
+    Raises
+    ------
+    OutputError
+        Where its folder is missing or denies writing, the name cannot exist, or a device, a pipe or
+        a socket is there, which a rename would replace for everybody.
     """
     path = path_of(path, OutputError)
     folder = path.parent
@@ -71,11 +83,24 @@ def check_output(path: str | Path) -> Path:
 
 @contextlib.contextmanager
 def write_atomically(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path beside `path`; rename it there when the block ends without error.
+    """Write a file that appears under its name only when the block ends without error.
 
-    The temporary name keeps the suffix, since writers choose formats by it. The file is on the
-    disk before it takes its name. Whatever the block left behind is removed when it fails or is
-    interrupted. Raises OutputError as `check_output`, and where the disk refuses or is full.
+    Parameters
+    ----------
+    path : str or Path
+        The file; one of that name is replaced.
+
+    Yields
+    ------
+    Path
+        Where to write: a file beside `path` with the same name, since writers choose formats by the
+        suffix. It is synced to disk before it takes its place, and removed where the block fails or
+        is interrupted.
+
+    Raises
+    ------
+    OutputError
+        As `check_output`; for a folder; and where the disk refuses or is full.
     """
     path = check_output(path)
     if path.is_dir():
@@ -88,9 +113,22 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def write_folder_atomically(path: str | Path) -> Iterator[Path]:
-    """Give a temporary folder beside `path`; rename it there when the block ends without error.
+    """Write a folder that appears under its name only when the block ends without error.
 
-    An existing folder is refused, never emptied. Raises OutputError.
+    Parameters
+    ----------
+    path : str or Path
+        The folder; an existing one is refused, never emptied.
+
+    Yields
+    ------
+    Path
+        The folder to write into, beside `path`.
+
+    Raises
+    ------
+    OutputError
+        As `check_output`; for a name that exists; and where the disk refuses or is full.
     """
     path = check_output(path)
     if os.path.lexists(path):
@@ -109,9 +147,19 @@ def write_folder_atomically(path: str | Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def moved_aside(path: Path) -> Iterator[None]:
-    """Take a folder out of the way until the block has written another in its place.
+    """Move a folder out of the way until the block has written another one in its place.
 
-    It comes back where the block fails, and with the next run where this one is killed.
+    It is moved back where the block fails, and by the next run where this one is killed.
+
+    Parameters
+    ----------
+    path : Path
+        An existing folder.
+
+    Raises
+    ------
+    OutputError
+        Where it cannot be moved, or not moved back; it is then kept beside its place.
     """
     with _draft_folder(path) as room:
         before = room / BEFORE / path.name
@@ -125,7 +173,7 @@ def moved_aside(path: Path) -> Iterator[None]:
 
 
 def _put_back(before: Path, path: Path) -> None:
-    """Where its place is taken, beside it under a new name: never lost with the draft."""
+    """Move a folder back; where its place is taken, keep it beside that under a new name."""
     try:
         before.replace(path)
     except OSError as error:
@@ -138,12 +186,12 @@ def _put_back(before: Path, path: Path) -> None:
 
 @contextlib.contextmanager
 def _draft_folder(path: Path) -> Iterator[Path]:
-    """A folder for the draft of `path`; gone at the end, its errors told as those of `path`."""
+    """A folder for the draft of `path`, removed at the end; its errors name `path`."""
     remove_stale_drafts(path.parent)
     _FOLDERS.add(path.parent.absolute())
     room = None
     try:
-        # The whole name may be as long as a name can be: its start tells enough.
+        # The whole name may be as long as a name can be: its start is enough.
         start = f".{path.name[:32]}.{_host()}-{os.getpid()}-"
         room = Path(tempfile.mkdtemp(prefix=start, suffix=".part", dir=path.parent))
         yield room
@@ -154,7 +202,7 @@ def _draft_folder(path: Path) -> Iterator[Path]:
     except OutputError as error:
         if room is None:
             raise
-        # Files of a folder have drafts of their own: what is told is where they would have been.
+        # Files of a folder have drafts of their own: the message names where they would have been.
         raise OutputError(str(error).replace(printable(room), printable(path))) from error
     finally:
         if room is not None:
@@ -162,10 +210,20 @@ def _draft_folder(path: Path) -> Iterator[Path]:
 
 
 def remove_stale_drafts(folder: Path) -> list[Path]:
-    """Remove what runs that were killed left in `folder`; gives what was removed.
+    """Remove what runs that were killed left in a folder.
 
     A draft is stale when its process, on this machine since it last started, has ended, or after
     `STALE_DAYS`.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder; nothing is done where it cannot be read.
+
+    Returns
+    -------
+    list of Path
+        Drafts that were removed.
     """
     removed = []
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
@@ -193,7 +251,7 @@ def remove_own_drafts() -> None:
 
 
 def _bring_back(draft: Path, folder: Path) -> None:
-    """What a killed run had taken out of the way, where nothing took its place."""
+    """Move back what a killed run had moved aside, where nothing took its place."""
     with contextlib.suppress(OSError):
         for before in (draft / BEFORE).iterdir():
             if not os.path.lexists(folder / before.name):
@@ -201,6 +259,7 @@ def _bring_back(draft: Path, folder: Path) -> None:
 
 
 def _is_stale(entry: os.DirEntry[str], name: re.Match[str]) -> bool:
+    """Whether a draft's process has ended, or the draft is old."""
     if entry.is_symlink() or not entry.is_dir(follow_symlinks=False):
         return False
     if time.time() - entry.stat(follow_symlinks=False).st_mtime > STALE_DAYS * 86400:
@@ -210,6 +269,7 @@ def _is_stale(entry: os.DirEntry[str], name: re.Match[str]) -> bool:
 
 
 def _lives(process: int) -> bool:
+    """Whether a process of this machine runs."""
     try:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):
@@ -221,7 +281,7 @@ def _lives(process: int) -> bool:
 
 @cache
 def _host() -> str:
-    """Where process numbers mean the same: this machine since it started, or this container.
+    """Identifies where process numbers hold: this machine since it started, or this container.
 
     Containers and copies of a machine may have one name between them, on one shared folder.
     """
@@ -233,7 +293,7 @@ def _host() -> str:
 
 
 def _sync(path: Path) -> None:
-    """Make a file or folder durable. File systems that cannot do it for folders do not matter."""
+    """Sync a file or folder to disk; file systems that cannot do it for folders do not matter."""
     is_folder = path.is_dir()
     if is_folder and os.name != "posix":
         return

@@ -1,4 +1,4 @@
-"""JSON of limited size whose numbers are numbers: no NaN, no Infinity, nothing beyond a float."""
+"""JSON of limited size whose numbers are finite: no NaN, no Infinity, nothing beyond a float."""
 
 from __future__ import annotations
 
@@ -27,10 +27,29 @@ def read_record(
     error: type[InputError] = InputError,
     remedy: str = "",
 ) -> dict[str, Any]:
-    """The JSON object that a file holds.
+    """Read a JSON object from a file.
 
-    Raises `error`, in one line, for a file that is missing, too large, no regular file, no JSON,
-    or JSON of another kind than an object.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    max_bytes : int
+        Largest size of the file, bytes.
+    allowed, remedy : str
+        What kind of file is wanted, and how to get one; both appear in the error message.
+    error : type of InputError
+        The class to raise.
+
+    Returns
+    -------
+    dict
+        The object.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for a file that is missing, too large or not regular, or anything but
+        a JSON object.
     """
     data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
     return as_record(parse_json(data, path, allowed=allowed, error=error), path, allowed, error)
@@ -39,7 +58,29 @@ def read_record(
 def as_record(
     value: Any, subject: str | Path, allowed: str, error: type[InputError] = InputError
 ) -> dict[str, Any]:
-    """`value`, if it is a JSON object. Raises `error`."""
+    """Check that a value is a JSON object.
+
+    Parameters
+    ----------
+    value : object
+        From `parse_json`.
+    subject : str or Path
+        Where it is from, for the message.
+    allowed : str
+        What is wanted.
+    error : type of InputError
+        The class to raise.
+
+    Returns
+    -------
+    dict
+        The value itself.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for anything else.
+    """
     if isinstance(value, dict):
         return value
     raise error.about(subject, found=f"JSON of a {type(value).__name__}", allowed=allowed)
@@ -53,11 +94,31 @@ def parse_json(
     error: type[InputError] = InputError,
     nan: bool = False,
 ) -> Any:
-    """The value of a JSON text, UTF-8 with or without a byte-order mark.
+    """Parse a JSON text, UTF-8 with or without a byte-order mark.
 
-    Numbers are whole ones of at most `INTEGER_MAX_DIGITS` digits or finite fractions; NaN, which
-    is no JSON, where `nan` allows it. Raises `error` about `subject` for anything else, and for a
-    text of more than `MEMORY_MAX_BYTES` once it is read.
+    Parameters
+    ----------
+    data : bytes or str
+        The text.
+    subject : str or Path
+        Where it is from, for the message.
+    allowed : str
+        What is wanted.
+    error : type of InputError
+        The class to raise.
+    nan : bool
+        Whether NaN, which JSON does not have, is taken.
+
+    Returns
+    -------
+    object
+        The value; whole numbers have at most `INTEGER_MAX_DIGITS` digits, fractions are finite.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for anything else, and for a text that would take more than
+        `MEMORY_MAX_BYTES` in memory.
     """
     constant = _nan_alone if nan else _refuse_constant
     try:
@@ -89,7 +150,27 @@ def _memory_bytes(data: bytes | str) -> int:
 
 
 def write_record(path: str | Path, record: Mapping[str, Any], *, indent: int | None = None) -> str:
-    """Write a JSON object, whole or not at all, and give its text. Raises OutputError."""
+    """Write a JSON object to a file, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; one of that name is replaced.
+    record : mapping
+        The object, without NaN or infinity.
+    indent : int, optional
+        Spaces of each level; one line by default.
+
+    Returns
+    -------
+    str
+        The text that was written.
+
+    Raises
+    ------
+    OutputError
+        Where the file cannot be written.
+    """
     text = json.dumps(record, allow_nan=False, indent=indent)
     with write_atomically(path) as draft:
         draft.write_text(text + "\n", encoding="utf-8")
@@ -97,7 +178,18 @@ def write_record(path: str | Path, record: Mapping[str, Any], *, indent: int | N
 
 
 def finite_number(value: Any) -> float | None:
-    """`value` as a float where it is a finite number (no truth value), else None."""
+    """A value as a float, where it is a finite number.
+
+    Parameters
+    ----------
+    value : object
+        From JSON.
+
+    Returns
+    -------
+    float or None
+        None for anything else, truth values included.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:
@@ -108,20 +200,24 @@ def finite_number(value: Any) -> float | None:
 
 
 def _refuse_constant(name: str) -> NoReturn:
+    """Raise ValueError for NaN and the infinities."""
     raise ValueError(f"{name} is no number of JSON")
 
 
 def _nan_alone(name: str) -> float:
+    """NaN; raises ValueError for the infinities."""
     return math.nan if name == "NaN" else _refuse_constant(name)
 
 
 def _integer(digits: str) -> int:
+    """A whole number; raises ValueError for one of too many digits."""
     if len(digits) - digits.startswith("-") > INTEGER_MAX_DIGITS:
         raise ValueError(f"a whole number of {len(digits)} digits")
     return int(digits)
 
 
 def _fraction(digits: str) -> float:
+    """A finite fraction; raises ValueError for anything else."""
     number = float(digits)
     if not math.isfinite(number):
         raise ValueError(f"{digits[:40]} is beyond what a number holds")

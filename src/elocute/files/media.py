@@ -1,4 +1,4 @@
-"""The one way to open a container of sound and pictures: by FFmpeg's libraries through PyAV."""
+"""The one way to open a container of sound and pictures: FFmpeg's libraries through PyAV."""
 
 from __future__ import annotations
 
@@ -13,11 +13,26 @@ DEMUXERS = (
 
 
 def open_media(path: str | Path, *, pixels_max: int | None = None) -> Any:
-    """An av.container.InputContainer of a local file of sound or video; close it.
+    """Open a local file of sound or video.
 
-    It never follows a playlist or an address. Titles and other text that is not UTF-8 do no harm.
-    Pictures of more than `pixels_max` pixels are not decoded, not even to look what they are.
-    Raises what PyAV raises: av.error.FFmpegError, OSError or ValueError.
+    Playlists and addresses are never followed. Titles and other text that is not UTF-8 do no harm.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    pixels_max : int, optional
+        Pictures of more pixels are not decoded, not even to find out what they are.
+
+    Returns
+    -------
+    av.container.InputContainer
+        To be closed by the caller.
+
+    Raises
+    ------
+    av.error.FFmpegError
+        Where it is none of `DEMUXERS`; also OSError or ValueError, as PyAV raises them.
     """
     import av
 

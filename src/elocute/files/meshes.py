@@ -1,4 +1,4 @@
-"""Mesh files by trimesh, which is given bytes and never a path.
+"""Mesh files, parsed by trimesh, which is given bytes and never a path.
 
 A mesh may name a material file, and that one pictures. They are looked for in the mesh's own
 folder only, as regular files of limited size, and a picture's size is known before it is decoded.
@@ -18,24 +18,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
-from elocute.files.arrays import UNPACKED_TIMES
 from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.unpacked_size import unpacked_limit
 
 SUFFIXES = (".obj", ".ply")
 MATERIAL_MAX_BYTES = 1_000_000
 PICTURE_MAX_BYTES = 200_000_000
 PICTURES_MAX = 16
 PICTURE_FORMATS = ("PNG", "JPEG", "BMP", "TIFF", "WEBP", "TGA")
-UNPACKED_FREE_BYTES = 4 * 4096 * 4096
-"""A picture may unpack to this much, or to a hundred times its file."""
+UNPACKED_MIN_BYTES = 4 * 4096 * 4096
+"""A mesh or a picture may unpack to this much, however small its file is."""
 VERTEX_BYTES = 24
 _SILENT = logging.NullHandler()
 
 
 @dataclass(frozen=True, eq=False)
 class MeshParts:
-    """vertices (vertex, 3) in the file's unit; triangles (face, 3), all of them vertices of it;
-    colors (vertex, 3) sRGB from vertices or a texture, or None."""
+    """What a mesh file holds.
+
+    Attributes
+    ----------
+    vertices : (vertex, 3) float64
+        In the file's unit.
+    triangles : (face, 3) int64
+        Corners, all of them vertices of the mesh.
+    colors : (vertex, 3) uint8 or None
+        sRGB, of the vertices or a texture.
+    """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int64]
@@ -45,11 +54,29 @@ class MeshParts:
 def read_mesh_file(
     path: str | Path, *, max_bytes: int, error: type[InputError], coloured: bool = False
 ) -> MeshParts:
-    """The mesh in an .obj or .ply, vertices in the order of the file.
+    """Read a mesh, with its vertices in the order of the file.
 
-    `coloured` asks for colours, and so for the material file and pictures in the same folder.
-    Raises `error`, in one line, for a file that is missing, too large, no mesh, or whose
-    materials are no regular files or unpack to far more than their size.
+    Parameters
+    ----------
+    path : str or Path
+        An .obj or .ply.
+    max_bytes : int
+        Largest size of the file, bytes.
+    error : type of InputError
+        The class to raise.
+    coloured : bool
+        Whether colours are read, and so the material file and pictures in the same folder.
+
+    Returns
+    -------
+    MeshParts
+        Vertices, triangles and colours.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for a file that is missing, too large or not a mesh, or whose
+        materials are not regular files or unpack to far more than their size.
     """
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
@@ -80,10 +107,27 @@ def read_mesh_file(
 def check_picture(
     data: bytes, subject: str | Path, error: type[InputError] = InputError
 ) -> tuple[int, int]:
-    """Width and height of a picture whose pixels are not yet decoded.
+    """Check a picture before its pixels are decoded.
 
-    Raises `error` for what is not a picture of PICTURE_FORMATS, and one that would unpack to far
-    more than its size.
+    Parameters
+    ----------
+    data : bytes
+        The file's content.
+    subject : str or Path
+        Where it is from, for the message.
+    error : type of InputError
+        The class to raise.
+
+    Returns
+    -------
+    width, height : int
+        Pixels.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for anything but a picture of `PICTURE_FORMATS`, and for one that
+        would unpack to far more than its size.
     """
     from PIL import Image
 
@@ -98,7 +142,7 @@ def check_picture(
         raise error.about(subject, found=found, allowed=allowed) from problem
     except Exception as problem:  # PIL's parsers raise of every kind
         raise error.about(subject, found="no picture", allowed=allowed) from problem
-    limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * len(data))
+    limit = unpacked_limit(len(data), UNPACKED_MIN_BYTES)
     if 4 * width * height > limit:
         raise error.about(
             subject,
@@ -112,7 +156,7 @@ def _checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
     """An .obj as UTF-8, once its groups are known to be few: each holds a copy of all vertices."""
     groups = len(set(re.findall(rb"(?m)^\s*usemtl[^\n]*", data)))
     vertices = len(re.findall(rb"(?m)^\s*v\s", data))
-    limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * len(data))
+    limit = unpacked_limit(len(data), UNPACKED_MIN_BYTES)
     _check_places(data, path, error)
     if (groups + 1) * vertices * VERTEX_BYTES > limit:
         raise error.about(path, found=f"{groups} materials on {vertices} vertices", allowed="fewer")
@@ -132,6 +176,7 @@ def _check_places(data: bytes, path: Path, error: type[InputError]) -> None:
 
 
 def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:
+    """The mesh in the bytes of a file; without a folder no material is looked for."""
     import trimesh
 
     # It would print a traceback for each picture that is not there.
@@ -167,14 +212,16 @@ def _colors(mesh: Any, count: int) -> NDArray[np.uint8] | None:
 
 
 class _Nothing:
-    """In trimesh's words a resolver, which finds no other file."""
+    """A resolver, as trimesh calls it, that finds no other file."""
 
     def get(self, name: str) -> bytes:
+        """Raise FileNotFoundError."""
         raise FileNotFoundError(name)
 
     __getitem__ = get
 
     def keys(self) -> tuple[str, ...]:
+        """No name."""
         return ()
 
 
@@ -187,6 +234,7 @@ class _Folder(_Nothing):
         self.refused: InputError | None = None
 
     def get(self, name: str) -> bytes:
+        """The bytes of a file; `refused` keeps an error, which trimesh would pass over."""
         bare = Path(name.strip().replace("\\", "/")).name
         path = self._folder / bare
         if not bare or not path.exists():
@@ -200,6 +248,7 @@ class _Folder(_Nothing):
     __getitem__ = get
 
     def _read(self, path: Path) -> bytes:
+        """The bytes of a material file or a picture."""
         if path.suffix.lower() == ".mtl":
             return read_bytes(
                 path, max_bytes=MATERIAL_MAX_BYTES, allowed="a material file", error=self._error

@@ -51,11 +51,33 @@ def open_session(
     remedy: str = "",
     threads: int = 1,
 ) -> Any:
-    """An onnxruntime.InferenceSession of a file whose weights all lie in it.
+    """Open a network whose weights all lie in its file.
 
     The file is read into memory first, so that it cannot name other files; one that does is
     refused, and so are loops, functions of the file's own and operators that are not ONNX's.
-    Raises `error`, in one line, for a file that is missing, too large or no network.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    max_bytes : int
+        Largest size of the file, bytes.
+    allowed, remedy : str
+        What kind of file is wanted, and how to get one; both appear in the error message.
+    error : type of InputError
+        The class to raise.
+    threads : int
+        Threads of one run.
+
+    Returns
+    -------
+    onnxruntime.InferenceSession
+        On the CPU.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for a file that is missing, too large or not a network.
     """
     data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
     try:
@@ -77,16 +99,39 @@ def session_of(
     initializers: dict[str, Any] | None = None,
     limited: bool = False,
 ) -> Any:
-    """An onnxruntime.InferenceSession of a model in memory.
+    """Open a network in memory.
 
-    `initializers` are weights by name (onnxruntime.OrtValue) that the model declares without
-    holding them; `limited` holds it to ARENA_BYTES. Raises `error` where onnxruntime does not
-    take it.
+    Parameters
+    ----------
+    model : bytes
+        An ONNX model.
+    subject : str or Path
+        Where it is from, for the message.
+    allowed : str
+        What is wanted.
+    error : type of InputError
+        The class to raise.
+    threads : int
+        Threads of one run.
+    initializers : dict of str to onnxruntime.OrtValue, optional
+        Weights that the model declares without containing them.
+    limited : bool
+        Whether it is held to ARENA_BYTES.
+
+    Returns
+    -------
+    onnxruntime.InferenceSession
+        On the CPU.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, where onnxruntime does not take the model.
     """
     onnxruntime = load_onnxruntime()
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    options.log_severity_level = 4  # what it says in many lines, our error says in one
+    options.log_severity_level = 4  # our error says in one line what it logs in many
     if limited and _arena():
         options.add_session_config_entry("session.use_env_allocators", "1")
     if initializers:
@@ -96,7 +141,7 @@ def session_of(
             model,
             options,
             providers=["CPUExecutionProvider"],
-            # A second try, which it tells on standard output, would end as the first.
+            # A second try, announced on standard output, would fail as the first did.
             enable_fallback=0,
             # What is computed while a network is opened is not taken from the arena.
             disabled_optimizers=["ConstantFolding"] if limited else [],
@@ -106,11 +151,16 @@ def session_of(
 
 
 def load_onnxruntime() -> Any:
-    """The module onnxruntime, told to send nothing.
+    """Import onnxruntime, told to send nothing.
 
     Releases from 1.31 on count sessions, keep an identifier below the user's cache folder and send
-    both to their maker, from threads of their own that start with the import. They heed the
-    environment then; the call is for a program that imported onnxruntime before.
+    both to their maker, from threads of their own that start with the import. They then heed the
+    environment; the call is for a program that imported onnxruntime before.
+
+    Returns
+    -------
+    module
+        `onnxruntime`.
     """
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime

@@ -1,4 +1,4 @@
-"""The wire format of protocol buffers: enough to read a graph as data and to write another.
+"""The wire format of protocol buffers: enough to read a graph as data and to write another one.
 
 A message is a sequence of fields, each a key (number · 8 + wire type) and a value: a varint, four
 or eight bytes, or a length and that many bytes. Source: protobuf.dev/programming-guides/encoding.
@@ -16,10 +16,26 @@ Value = int | memoryview
 
 
 def read_fields(message: memoryview, most: int) -> Iterator[tuple[int, int, Value]]:
-    """(number, wire type, value) of each field: an int for a varint, else a view of its bytes.
+    """Read the fields of a message; nothing is copied.
 
-    Nothing is copied. Raises ValueError where the bytes are no message, end early or hold more
-    than `most` fields.
+    Parameters
+    ----------
+    message : memoryview
+        The bytes.
+    most : int
+        Most fields.
+
+    Yields
+    ------
+    number, wire_type : int
+        Of the field.
+    value : int or memoryview
+        An int for a varint, else a view of its bytes.
+
+    Raises
+    ------
+    ValueError
+        Where the bytes are not a message, end early, or hold more fields.
     """
     at = 0
     for _ in range(most):
@@ -46,7 +62,23 @@ def read_fields(message: memoryview, most: int) -> Iterator[tuple[int, int, Valu
 
 
 def read_varints(packed: memoryview) -> list[int]:
-    """The unsigned integers of a packed list. Raises ValueError where it ends early."""
+    """Read a packed list of unsigned integers.
+
+    Parameters
+    ----------
+    packed : memoryview
+        The bytes.
+
+    Returns
+    -------
+    list of int
+        The integers.
+
+    Raises
+    ------
+    ValueError
+        Where it ends early.
+    """
     values, at = [], 0
     while at < len(packed):
         value, at = _varint(packed, at)
@@ -78,7 +110,21 @@ def varint(value: int) -> bytes:
 
 
 def write_field(number: int, value: int | float | str | bytes) -> bytes:
-    """One field: an int as varint, a float as four bytes, text and messages with their length."""
+    """One field of a message.
+
+    Parameters
+    ----------
+    number : int
+        Of the field.
+    value : int, float, str or bytes
+        An int becomes a varint, a float four bytes; text and messages have their length before
+        them.
+
+    Returns
+    -------
+    bytes
+        Key and value.
+    """
     if isinstance(value, int):
         return varint(number << 3 | VARINT) + varint(value)
     if isinstance(value, float):
@@ -88,5 +134,16 @@ def write_field(number: int, value: int | float | str | bytes) -> bytes:
 
 
 def write_message(*fields: tuple[int, int | float | str | bytes]) -> bytes:
-    """A message of (number, value) fields; a number that comes again is a repeated entry."""
+    """A message of fields.
+
+    Parameters
+    ----------
+    *fields : (int, int or float or str or bytes)
+        Number and value; a number that occurs again is a repeated entry.
+
+    Returns
+    -------
+    bytes
+        The message.
+    """
     return b"".join(write_field(number, value) for number, value in fields)

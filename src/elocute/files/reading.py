@@ -1,6 +1,6 @@
-"""Bytes of a regular file, once its size is known to be allowed.
+"""The bytes of a regular file, read once its size is known to be allowed.
 
-A name may lead to a pipe, a device or a folder; none is ever waited for or read.
+A name may lead to a pipe, a device or a folder; none of them is ever waited for or read.
 """
 
 from __future__ import annotations
@@ -21,7 +21,25 @@ _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def path_of(name: object, error: type[InputError] = InputError) -> Path:
-    """A path that a caller gave. Raises `error` for what is not one."""
+    """A path that a caller gave.
+
+    Parameters
+    ----------
+    name : object
+        Text or a path object.
+    error : type of InputError
+        The class to raise.
+
+    Returns
+    -------
+    Path
+        The path.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for anything else.
+    """
     if not isinstance(name, str | os.PathLike):
         raise error.about("path", found=brief(name), allowed="the name of a file or folder")
     try:
@@ -61,11 +79,29 @@ def open_regular(
     error: type[InputError] = InputError,
     remedy: str = "",
 ) -> Iterator[BinaryIO]:
-    """Open a regular file of at most `max_bytes` for reading; its size is that of the open file.
+    """Open a regular file of limited size for reading.
 
-    `allowed` says what kind of file is wanted, `remedy` how to get one. Raises `error`, in one
-    line, for a file that is missing, larger, a folder, a pipe or a device, or cannot be read;
-    so does an error of the operating system inside the block.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    max_bytes : int
+        Largest size of the file, bytes.
+    allowed, remedy : str
+        What kind of file is wanted, and how to get one; both appear in the error message.
+    error : type of InputError
+        The class to raise.
+
+    Yields
+    ------
+    binary file
+        Open; its size is checked on the open file.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for a file that is missing, larger, a folder, a pipe or a device, or
+        cannot be read; also for errors of the operating system inside the block.
     """
     path = path_of(path, error)
     try:
@@ -106,7 +142,23 @@ def read_bytes(
     error: type[InputError] = InputError,
     remedy: str = "",
 ) -> bytes:
-    """All bytes of a regular file of at most `max_bytes`. Raises as `open_regular`."""
+    """Read a regular file of limited size.
+
+    Parameters
+    ----------
+    path, max_bytes, allowed, error, remedy
+        As for `open_regular`.
+
+    Returns
+    -------
+    bytes
+        All of it.
+
+    Raises
+    ------
+    InputError
+        As `open_regular`, and for a file that grows meanwhile.
+    """
     with open_regular(
         path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
     ) as file:
@@ -127,7 +179,23 @@ def read_text(
     error: type[InputError] = InputError,
     remedy: str = "",
 ) -> str:
-    """UTF-8 text, with or without a byte-order mark. Raises as `open_regular`."""
+    """Read UTF-8 text, with or without a byte-order mark.
+
+    Parameters
+    ----------
+    path, max_bytes, allowed, error, remedy
+        As for `open_regular`.
+
+    Returns
+    -------
+    str
+        All of it.
+
+    Raises
+    ------
+    InputError
+        As `read_bytes`, and for bytes that are not UTF-8.
+    """
     data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
     try:
         return data.decode("utf-8-sig")
@@ -138,7 +206,18 @@ def read_text(
 
 
 def bytes_text(count: int) -> str:
-    """A number of bytes as a person reads it."""
+    """A number of bytes as people read it, with a decimal unit.
+
+    Parameters
+    ----------
+    count : int
+        Bytes.
+
+    Returns
+    -------
+    str
+        Four digits and a unit at most.
+    """
     for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
         if count >= size:
             return f"{count / size:.4g} {unit}"
@@ -146,6 +225,7 @@ def bytes_text(count: int) -> str:
 
 
 def _why(path: Path, problem: OSError | ValueError) -> str:
+    """Why a file could not be opened or read."""
     if isinstance(problem, FileNotFoundError):
         return "no such file"
     denied = isinstance(problem, PermissionError)  # so Windows calls it to open a folder
@@ -156,7 +236,18 @@ def _why(path: Path, problem: OSError | ValueError) -> str:
 
 
 def is_file(path: Path) -> bool:
-    """Whether a file is there; not where there cannot be one of such a name."""
+    """Whether a regular file has a name.
+
+    Parameters
+    ----------
+    path : Path
+        Any path.
+
+    Returns
+    -------
+    bool
+        False also for a name that no file can have.
+    """
     try:
         return path.is_file()
     except (OSError, ValueError):

@@ -1,7 +1,7 @@
-"""The header of a .safetensors file, checked against the bytes that are there.
+"""The header of a .safetensors file, compared with the bytes that are there.
 
-Eight bytes say how long the header is; it is JSON: names to type, shape and place. Source: the
-format's own description, github.com/huggingface/safetensors.
+The first eight bytes hold the header's length; it is JSON: names to type, shape and place. Source:
+the format's own description, github.com/huggingface/safetensors.
 """
 
 from __future__ import annotations
@@ -38,7 +38,15 @@ ITEM_BYTES = {
 
 @dataclass(frozen=True)
 class TensorHeader:
-    """shapes of all tensors by name; metadata is text by name."""
+    """What a .safetensors file holds.
+
+    Attributes
+    ----------
+    shapes : dict of str to tuple of int
+        Of all tensors.
+    metadata : dict of str to str
+        Text by name.
+    """
 
     shapes: dict[str, tuple[int, ...]]
     metadata: dict[str, str]
@@ -52,10 +60,29 @@ def read_tensor_header(
     error: type[InputError] = InputError,
     remedy: str = "",
 ) -> TensorHeader:
-    """What a .safetensors file says that it holds, once it is known to hold it.
+    """Read what a .safetensors file says that it holds, once it is known to hold it.
 
-    Raises `error`, in one line, for a file that is missing, larger than `max_bytes`, cut short, or
-    whose header and content do not fit each other.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    max_bytes : int
+        Largest size of the file, bytes.
+    allowed, remedy : str
+        What kind of file is wanted, and how to get one; both appear in the error message.
+    error : type of InputError
+        The class to raise.
+
+    Returns
+    -------
+    TensorHeader
+        Shapes and metadata.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for a file that is missing, larger or cut short, or whose header and
+        content do not fit.
     """
     with open_regular(
         path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
@@ -84,6 +111,7 @@ def read_tensor_header(
 
 
 def _checked(record: dict[str, Any], content_bytes: int) -> TensorHeader:
+    """The header, once types, shapes and places fit the bytes of the content."""
     metadata = record.pop("__metadata__", {})
     if not isinstance(metadata, dict) or not all(isinstance(v, str) for v in metadata.values()):
         raise ValueError("metadata that is no text")
@@ -102,6 +130,7 @@ def _checked(record: dict[str, Any], content_bytes: int) -> TensorHeader:
 
 
 def _shape(entry: dict[str, Any]) -> tuple[int, ...]:
+    """Shape of a tensor that fits its bytes; raises ValueError for others."""
     shape, (begin, end) = entry["shape"], entry["data_offsets"]
     numbers = [*shape, begin, end]
     if len(shape) > AXES_MAX or not all(type(n) is int and n >= 0 for n in numbers):

@@ -1,8 +1,10 @@
-"""Folders that long work fills, and goes on in where it was broken off."""
+"""Folders that long work fills, and in which it resumes where it was interrupted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import contextlib
+import os
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from elocute.errors import OutputError
@@ -14,7 +16,20 @@ TRAINED = ("log.csv", "model.onnx")
 
 
 def prepare_folder(folder: Path, resume: bool) -> None:
-    """Make the folder, or take the one that is there. Raises OutputError."""
+    """Make a folder for long work, or take the one that is there.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    resume : bool
+        Whether it may have files in it.
+
+    Raises
+    ------
+    OutputError
+        For a file, or a folder that is not empty where `resume` is not said.
+    """
     check_output(folder)
     if folder.exists() and not folder.is_dir():
         raise OutputError.about(folder, found="a file", allowed="a folder")
@@ -25,14 +40,49 @@ def prepare_folder(folder: Path, resume: bool) -> None:
             allowed="a new or empty folder",
             remedy="`resume` continues in it",
         )
-    folder.mkdir(exist_ok=True)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError.about(folder, found=f"cannot be made ({error.strerror})") from error
+
+
+@contextlib.contextmanager
+def no_empty_folder(folder: Path) -> Iterator[None]:
+    """Around work that makes a folder: where it fails before a file is in it, the folder goes."""
+    is_new = not os.path.lexists(folder)
+    try:
+        yield
+    except BaseException:
+        if is_new:
+            remove_empty(folder)
+        raise
+
+
+def remove_empty(folder: Path) -> None:
+    """Remove a folder and those in it as far as they hold no files."""
+    for inner, _, _ in os.walk(folder, topdown=False):
+        with contextlib.suppress(OSError):
+            Path(inner).rmdir()
 
 
 def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]) -> None:
-    """The same for work whose folders are known by `mark`, the first file written there.
+    """As `prepare_folder`, for work whose folders are recognised by the first file written there.
 
-    `written` are patterns of names that it writes later: without the mark, they are somebody
-    else's. Raises OutputError.
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    resume : bool
+        Whether it may have files in it.
+    mark : str
+        Pattern of the name of that first file.
+    written : tuple of str
+        Patterns of names that are written later: without the mark, they are somebody else's.
+
+    Raises
+    ------
+    OutputError
+        As `prepare_folder`, and where somebody else's file would be replaced.
     """
     prepare_folder(folder, resume)
     if any(folder.glob(mark)):
@@ -47,12 +97,40 @@ def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]
 
 
 def prepare_training(folder: Path, resume: bool) -> None:
-    """The same for a training, which goes on from a checkpoint. Raises OutputError."""
+    """As `prepare_work`, for a training, which resumes from its checkpoint.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    resume : bool
+        Whether it may have files in it.
+
+    Raises
+    ------
+    OutputError
+        As `prepare_work`.
+    """
     prepare_work(folder, resume, CHECKPOINT, TRAINED)
 
 
 def prepare_trainings(folder: Path, names: Iterable[str], resume: bool) -> None:
-    """The same for trainings, each in a folder of its own, and their report. Raises OutputError."""
+    """As `prepare_work`, for trainings, each in a folder of its own, and their report.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of all.
+    names : iterable of str
+        Folders of the trainings; one that was not begun yet is begun.
+    resume : bool
+        Whether they may have files in them.
+
+    Raises
+    ------
+    OutputError
+        As `prepare_work`.
+    """
     prepare_work(folder, resume, f"*/{CHECKPOINT}", ("report.json",))
     for name in names:
         # One that was not begun yet is begun, whichever the others are at.

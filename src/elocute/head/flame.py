@@ -191,7 +191,7 @@ def _model_of(stored: dict[Any, Any], identity_count: int) -> FlameModel:
     for key, allowed in (("bs_style", "lbs"), ("bs_type", "lrotmin")):
         found = stored.get(key, allowed)
         if not isinstance(found, str) or found != allowed:
-            raise HeadError(f"{key} is another than {allowed}; allowed: {allowed}")
+            raise HeadError(f"{key} is not {allowed}; allowed: {allowed}")
     template = _numbers(stored, "v_template", 2)
     if not 3 <= len(template) <= VERTICES_MAX:
         raise HeadError(f"{len(template)} vertices; allowed: 3 to {VERTICES_MAX}")
@@ -274,7 +274,7 @@ def _check_shapes(model: FlameModel) -> None:
         raise HeadError(f"{identity + expression} components; allowed: up to {COMPONENTS_MAX}")
     orphans = [j for j, parent in enumerate(model.parents) if not -1 <= parent < j]
     if not joints or model.parents[0] != -1 or orphans:
-        raise HeadError("joints in no order; allowed: a root first, parents before children")
+        raise HeadError("joints out of order; allowed: a root first, parents before children")
 
 
 def _check_values(model: FlameModel) -> None:

@@ -1,4 +1,4 @@
-"""Identities: faces by name, seed or a file of coefficients."""
+"""Identities of the built-in head: faces by name, seed or a file of coefficients."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 from elocute.errors import HeadError
 from elocute.files.json_records import finite_number, read_record
 from elocute.head.model import HeadModel
+from elocute.one_line_repr import brief
 
 IDENTITY_COUNT = 50
 COEFFICIENT_MAX = 5.0
 SAMPLE_SPREAD = 0.85
 """Standard deviation of a random face: a little under one, so that few look odd."""
-COEFFICIENT_LIMIT = 2.5
-SEED_MAX = 999_999_999
+SAMPLE_LIMIT = 2.5
+"""Standard deviations that no coefficient of a random face lies beyond."""
+IDENTITY_SEED_MAX = 999_999_999
+"""The greatest seed of a random face: nine digits, as users type it."""
 COUNT_MAX = 100_000
 FILE_MAX_BYTES = 100_000
 
@@ -26,9 +29,20 @@ NAMED_PATH = Path(__file__).parent / "assets" / "identities.json"
 
 
 def sample_identity(seed: int) -> NDArray[np.float32]:
-    """(50,) standard deviations of a random adult; the same seed gives the same face."""
+    """Coefficients of a random face of the built-in head.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed gives the same face.
+
+    Returns
+    -------
+    (50,) float32
+        Standard deviations.
+    """
     drawn = np.random.default_rng(seed).normal(0.0, SAMPLE_SPREAD, IDENTITY_COUNT)
-    return np.clip(drawn, -2.5, 2.5).astype(np.float32)
+    return np.clip(drawn, -SAMPLE_LIMIT, SAMPLE_LIMIT).astype(np.float32)
 
 
 def identity_names() -> tuple[str, ...]:
@@ -64,14 +78,15 @@ def resolve_identity(choice: str) -> NDArray[np.float32]:
         return np.zeros(IDENTITY_COUNT, np.float32)
     if choice in _named():
         return np.array(_named()[choice], np.float32)
-    if choice.isascii() and choice.isdigit() and len(choice) <= 9:
+    if choice.isascii() and choice.isdigit() and len(choice) <= len(str(IDENTITY_SEED_MAX)):
         return sample_identity(int(choice))
     if choice.lower().endswith(".json"):
         return read_identity(Path(choice))
     raise HeadError.about(
         f"identity {choice[:60]!r}",
         found="unknown",
-        allowed=f"{', '.join(identity_names())}, a whole number from 0 to 999999999, a .json file",
+        allowed=f"{', '.join(identity_names())}, a whole number from 0 to {IDENTITY_SEED_MAX}, "
+        "a .json file",
     )
 
 
@@ -123,15 +138,16 @@ def sample_identities(head: HeadModel, count: int, seed: int) -> NDArray[np.floa
         raise HeadError.about(
             f"head {head.name!r}", found="has no identity space", allowed="a head with one"
         )
-    for name, value, low, high in (("count", count, 1, COUNT_MAX), ("seed", seed, 0, SEED_MAX)):
+    ranges = {"count": (count, 1, COUNT_MAX), "seed": (seed, 0, IDENTITY_SEED_MAX)}
+    for name, (value, low, high) in ranges.items():
         if not low <= value <= high:
-            raise HeadError.about(name, found=str(value), allowed=f"{low} to {high}")
+            raise HeadError.about(f"`{name}`", found=brief(value), allowed=f"{low} to {high}")
     return np.stack([_drawn(components, seed, number) for number in range(count)])
 
 
 def _drawn(components: int, seed: int, number: int) -> NDArray[np.float32]:
     rng = np.random.default_rng([seed, number])
     values = rng.normal(0.0, SAMPLE_SPREAD, components)
-    while (wild := np.abs(values) > COEFFICIENT_LIMIT).any():
+    while (wild := np.abs(values) > SAMPLE_LIMIT).any():
         values[wild] = rng.normal(0.0, SAMPLE_SPREAD, int(wild.sum()))
     return values.astype(np.float32)

@@ -16,16 +16,12 @@ INNER_UPPER = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308)
 INNER_LOWER = (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308)
 LIP_CONTOURS = (OUTER_UPPER, OUTER_LOWER, INNER_UPPER, INNER_LOWER)
 LIPS = tuple(sorted({point for contour in LIP_CONTOURS for point in contour}))
-INNER_LIPS = tuple(sorted({*INNER_UPPER, *INNER_LOWER}))
-OUTER_LIPS = tuple(sorted({*OUTER_UPPER, *OUTER_LOWER}))
 # Middle pairs of the inner lips, upper and lower: their mean distance is the lips' gap.
 GAP_PAIRS = tuple(zip(INNER_UPPER[3:8], INNER_LOWER[3:8], strict=True))
 UNDER_NOSE = 2  # where the nose meets the upper lip
 
-EYE_CORNERS = (
-    33,
-    263,
-)  # the outer ones, right and left: their distance is the unit of length in pictures
+# The outer ones, right and left: their distance is the unit of length in pictures.
+EYE_CORNERS = (33, 263)
 # From the outer corner to the inner one.
 LIDS = {
     "upper_right": (33, 246, 161, 160, 159, 158, 157, 173, 133),
@@ -33,7 +29,6 @@ LIDS = {
     "upper_left": (263, 466, 388, 387, 386, 385, 384, 398, 362),
     "lower_left": (263, 249, 390, 373, 374, 380, 381, 382, 362),
 }
-IRISES = {"right": (468, 469, 470, 471, 472), "left": (473, 474, 475, 476, 477)}
 # The rim of the face as a picture shows it: it slides over the skin as the head turns.
 RIM = (
     10,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
-from elocute.files.meshes import SUFFIXES as MESHES
+from elocute.files.meshes import SUFFIXES as MESH_SUFFIXES
 from elocute.files.meshes import read_mesh_file
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
@@ -42,9 +42,11 @@ def read_mesh(path: str | Path) -> tuple[NDArray[np.float32], NDArray[np.int32]]
         message names the unit that would fit.
     """
     path = Path(path)
-    if path.suffix.lower() not in MESHES:
+    if path.suffix.lower() not in MESH_SUFFIXES:
         raise HeadError.about(
-            path, found=f"suffix {path.suffix!r}", allowed=f"{' or '.join(MESHES)} up to 500 MB"
+            path,
+            found=f"suffix {path.suffix!r}",
+            allowed=f"{' or '.join(MESH_SUFFIXES)} up to 500 MB",
         )
     parts = read_mesh_file(path, max_bytes=FILE_MAX_BYTES, error=HeadError)
     # What single precision cannot hold becomes infinite, and is refused below.

@@ -155,7 +155,22 @@ class HeadModel:
         return _halves(self.uv_quads)[_kept_halves(self.quads)]
 
     def expression_index(self, name: str) -> int:
-        """Row of `expression_basis` with that name. Raises HeadError for an unknown name."""
+        """The row of `expression_basis` with a name.
+
+        Parameters
+        ----------
+        name : str
+            One of `expression_names`.
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        HeadError
+            For an unknown name.
+        """
         try:
             return self.expression_names.index(name)
         except ValueError:
@@ -166,33 +181,70 @@ class HeadModel:
             ) from None
 
     def expression_vector(self, weights: dict[str, float]) -> Float32Array:
-        """(expression,) from named weights, zeros elsewhere."""
+        """Weights of all expressions from a few named ones.
+
+        Parameters
+        ----------
+        weights : dict of str to float
+            Weight by name; all others are zero.
+
+        Returns
+        -------
+        (expression,) float32
+
+        Raises
+        ------
+        HeadError
+            For an unknown name.
+        """
         vector = np.zeros(len(self.expression_names), np.float32)
         for name, weight in weights.items():
             vector[self.expression_index(name)] = weight
         return vector
 
     def identity_template(self, coefficients: Float32Array) -> Float32Array:
-        """(vertex, 3) m: the neutral face of an identity (identity,) in standard deviations."""
+        """The neutral face of an identity.
+
+        Parameters
+        ----------
+        coefficients : (identity,) float32
+            Standard deviations, at most as many as the basis has.
+
+        Returns
+        -------
+        (vertex, 3) float32
+            Metres.
+        """
         k = len(coefficients)
         return self.template + np.tensordot(coefficients, self.identity_basis[:k], 1)
 
     def identity_joints(self, coefficients: Float32Array) -> Float32Array:
-        """(joint, 3) m: where the joints of an identity are."""
+        """Where the joints of an identity are.
+
+        Parameters
+        ----------
+        coefficients : (identity,) float32
+            Standard deviations, at most as many as the basis has.
+
+        Returns
+        -------
+        (joint, 3) float32
+            Metres.
+        """
         k = len(coefficients)
         return self.joint_positions + np.tensordot(coefficients, self.joint_identity_basis[:k], 1)
 
     @cached_property
     def eye_distance_m(self) -> float:
-        """Distance between the outer corners of the eyes (iBUG landmarks 37 and 46).
+        """Distance between the outer corners of the eyes (iBUG landmarks 37 and 46), m.
 
-        HeadError for a head without landmarks.
+        Raises HeadError for a head without landmarks.
         """
         if not len(self.landmarks):
             raise HeadError.about(
                 f"head {self.name!r}",
-                found="names no landmarks",
-                allowed="for this measure a head that names its eyes, such as the built-in one",
+                found="no landmarks",
+                allowed="a head with landmarks, such as the built-in one",
             )
         outer = self.template[self.landmarks[[36, 45]]]
         return float(np.linalg.norm(outer[1] - outer[0]))
@@ -263,7 +315,20 @@ class HeadModel:
         return float(upper - vertices[self.regions[f"lid_lower_{side}"], 1].mean())
 
     def vertices(self, identity: Float32Array, expression: Float32Array) -> Float32Array:
-        """(vertex, 3) m: one face, before skinning."""
+        """One face in zero pose.
+
+        Parameters
+        ----------
+        identity : (identity,) float32
+            Standard deviations, at most as many as the basis has.
+        expression : (expression,) float32
+            Weights.
+
+        Returns
+        -------
+        (vertex, 3) float32
+            Metres.
+        """
         return self.identity_template(identity) + np.tensordot(expression, self.expression_basis, 1)
 
 

@@ -69,14 +69,14 @@ def _check_kinds(head: HeadModel) -> None:
             refuse(head, f"{field_name} that is not text", f"up to {most} characters")
     for field_name, kind in (*((name, tuple) for name in (*_NAMES, "joint_parents")), _REGIONS):
         if not isinstance(getattr(head, field_name), kind):
-            refuse(head, f"{field_name} is no {kind.__name__}")
+            refuse(head, f"{field_name} is not a {kind.__name__}")
     if not all(isinstance(name, str) for name in head.regions):
         refuse(head, "a region whose name is not text")
     for field_name in _NAMES:
         names = getattr(head, field_name)
         texts = all(isinstance(name, str) and len(name) <= NAME_MAX for name in names)
         if not texts or len(names) > NAMES_MAX or len(set(names)) != len(names):
-            refuse(head, f"{field_name} that are none", "texts, each once")
+            refuse(head, f"{field_name} with an unusable or repeated name", "texts, each once")
     regions = {f"region {name[:40]}": values for name, values in head.regions.items()}
     kinds = [(name, getattr(head, name), "f") for name in _NUMBERS]
     kinds += [(name, getattr(head, name), "iu") for name in _WHOLE]

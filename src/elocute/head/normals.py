@@ -13,16 +13,43 @@ FloatArray = NDArray[np.floating]
 
 
 def vertex_normals(points: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
-    """(vertex, 3) unit normals, triangles weighted by area."""
+    """Normals of vertices: mean of the triangles around them, weighted by area.
+
+    Parameters
+    ----------
+    points : (vertex, 3)
+        Vertices, in any unit.
+    triangles : (triangle, 3) of int
+        Vertex indices.
+
+    Returns
+    -------
+    (vertex, 3) float32
+        Unit vectors; zero for a vertex without area.
+    """
     return _unit(_gather(_face_normals(points, triangles), triangles, len(points)))
 
 
 def morphed_normals(
     points: FloatArray, triangles: NDArray[np.integer], shapes: FloatArray
 ) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:
-    """For each shape (vertex, 3) added to `points`: vertices whose normals turn, and by how much.
+    """How normals change as shapes are added to a mesh; only triangles that move are computed.
 
-    Only triangles that a shape moves are looked at.
+    Parameters
+    ----------
+    points : (vertex, 3)
+        Vertices, in any unit.
+    triangles : (triangle, 3) of int
+        Vertex indices.
+    shapes : (shape, vertex, 3)
+        Displacements, in the same unit.
+
+    Yields
+    ------
+    vertices : (place,) of int
+        The vertices at triangles that this shape moves.
+    change : (place, 3) float32
+        Their new unit normals minus the old ones.
     """
     faces = _face_normals(points, triangles)
     sums = _gather(faces, triangles, len(points))
@@ -41,7 +68,17 @@ def morphed_normals(
 
 
 def moved_vertices(shape: FloatArray) -> NDArray[np.bool_]:
-    """(vertex,) whether a shape (vertex, 3) moves it; faster than `any` over short rows."""
+    """Which vertices a shape moves; faster than `any` over short rows.
+
+    Parameters
+    ----------
+    shape : (vertex, 3)
+        Displacements.
+
+    Returns
+    -------
+    (vertex,) bool
+    """
     return (shape[:, 0] != 0) | (shape[:, 1] != 0) | (shape[:, 2] != 0)
 
 
@@ -71,7 +108,18 @@ def _unit(sums: NDArray[np.float64]) -> FloatArray:
 
 
 def linear_colors(head: HeadModel) -> FloatArray:
-    """(vertex, 3) linear colours with the baked occlusion in them."""
+    """Colours of a head in linear light, with the baked occlusion in them.
+
+    Parameters
+    ----------
+    head : HeadModel
+        The head.
+
+    Returns
+    -------
+    (vertex, 3) float32
+        0 to 1.
+    """
     srgb = head.vertex_color.astype(np.float32) / 255
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
     return (linear * head.occlusion[:, None]).astype(np.float32)

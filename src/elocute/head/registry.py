@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from elocute.errors import HeadError
+from elocute.files.meshes import SUFFIXES as MESH_SUFFIXES
 from elocute.head.builtin import load_builtin_head
 from elocute.head.flame import load_flame
-from elocute.head.flame_head import flame_head
-from elocute.head.mesh import MESHES, head_from_mesh
+from elocute.head.flame_to_head import head_from_flame
+from elocute.head.mesh import head_from_mesh
 from elocute.head.model import HeadModel
 from elocute.head.store import load_head
 
@@ -39,10 +40,10 @@ def open_head(choice: str | Path) -> HeadModel:
     path = Path(choice)
     suffix = path.suffix.lower()
     if suffix == ".pkl":
-        return flame_head(load_flame(path))
+        return head_from_flame(load_flame(path))
     if suffix == ".npz":
         return load_head(path)
-    if suffix in MESHES:
+    if suffix in MESH_SUFFIXES:
         return head_from_mesh(path)
     found = f"suffix {suffix!r}" if suffix else "unknown"
-    raise HeadError.about(str(choice), found=found, allowed=ALLOWED)
+    raise HeadError.about(str(choice) or "head ''", found=found, allowed=ALLOWED)

@@ -13,9 +13,23 @@ FloatArray = NDArray[np.floating]
 def joint_transforms(
     quaternions: FloatArray, joint_positions: FloatArray, parents: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """World rotation (..., joint, 3, 3) and translation (..., joint, 3) from rest.
+    """World transforms of joints that turn by quaternions.
 
-    Quaternions (..., joint, 4), positions (joint, 3) or (..., joint, 3).
+    Parameters
+    ----------
+    quaternions : (..., joint, 4)
+        Unit quaternions wxyz, each relative to the parent.
+    joint_positions : (joint, 3) or (..., joint, 3)
+        Rest positions, m.
+    parents : tuple of int
+        The index of each joint's parent, which comes before it; -1 for none.
+
+    Returns
+    -------
+    rotations : (..., joint, 3, 3)
+        From rest.
+    translations : (..., joint, 3)
+        From rest, m.
     """
     return chained(to_matrices(quaternions), joint_positions, parents)
 
@@ -23,10 +37,25 @@ def joint_transforms(
 def chained(
     local: FloatArray, joint_positions: FloatArray, parents: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """World rotation (..., joint, 3, 3) and translation (..., joint, 3) from rest.
+    """World transforms of joints that turn by matrices.
 
-    A joint turns by its `local` rotation (..., joint, 3, 3) about its rest position inside its
-    parent: G_j = G_parent · T(p) R_j T(-p). Parents come before their children.
+    A joint turns about its rest position inside its parent: G_j = G_parent · T(p) R_j T(-p).
+
+    Parameters
+    ----------
+    local : (..., joint, 3, 3)
+        Rotations, each relative to the parent.
+    joint_positions : (joint, 3) or (..., joint, 3)
+        Rest positions, m.
+    parents : tuple of int
+        The index of each joint's parent, which comes before it; -1 for none.
+
+    Returns
+    -------
+    rotations : (..., joint, 3, 3)
+        From rest.
+    translations : (..., joint, 3)
+        From rest, m.
     """
     rotations = np.empty_like(local)
     translations = np.empty(local.shape[:-1], local.dtype)
@@ -51,9 +80,25 @@ def skin(
     parents: tuple[int, ...],
     weights: FloatArray,
 ) -> FloatArray:
-    """(..., vertex, 3) m: v' = Σ_j w_j (R_j v + t_j).
+    """Linear blend skinning: v' = Σ_j w_j (R_j v + t_j).
 
-    vertices (..., vertex, 3), quaternions (..., joint, 4), weights (vertex, joint).
+    Parameters
+    ----------
+    vertices : (..., vertex, 3)
+        At rest, m.
+    quaternions : (..., joint, 4)
+        Unit quaternions wxyz, each relative to the parent.
+    joint_positions : (joint, 3) or (..., joint, 3)
+        Rest positions, m.
+    parents : tuple of int
+        The index of each joint's parent, which comes before it; -1 for none.
+    weights : (vertex, joint)
+        Skin weights; rows sum to one.
+
+    Returns
+    -------
+    (..., vertex, 3)
+        Metres.
     """
     return blended(vertices, *joint_transforms(quaternions, joint_positions, parents), weights)
 
@@ -61,7 +106,24 @@ def skin(
 def blended(
     vertices: FloatArray, rotations: FloatArray, translations: FloatArray, weights: FloatArray
 ) -> FloatArray:
-    """(..., vertex, 3) m: vertices (..., vertex, 3) carried by world transforms of joints."""
+    """Carry vertices by world transforms of joints.
+
+    Parameters
+    ----------
+    vertices : (..., vertex, 3)
+        At rest, m.
+    rotations : (..., joint, 3, 3)
+        From rest.
+    translations : (..., joint, 3)
+        From rest, m.
+    weights : (vertex, joint)
+        Skin weights; rows sum to one.
+
+    Returns
+    -------
+    (..., vertex, 3)
+        Metres.
+    """
     mixed = np.einsum("vj,...jab->...vab", weights, rotations)
     moved = np.einsum("...vab,...vb->...va", mixed, vertices)
     return moved + np.einsum("vj,...ja->...va", weights, translations)

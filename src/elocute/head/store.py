@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
-from elocute.files.arrays import read_npz, write_npz
+from elocute.files.array_reading import read_npz
+from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, parse_json
 from elocute.head.model import HeadModel
 

@@ -13,23 +13,40 @@ JOBS_MAX = 256
 
 
 @dataclass(frozen=True)
-class Failed:
-    """Why a task came to nothing, though it was tried again."""
+class FailedTask:
+    """Why a task has no result, though it was tried again."""
 
     reason: str
 
 
 Pool = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[tuple[Any, Any]]]
-"""(task, result or Failed) in the order in which they are done; `local` and `ray` make one."""
+"""Takes work and tasks; gives (task, result or FailedTask) in the order in which they are done.
+
+`process_pool.local_pool` and `ray_cluster.ray_pool` make one."""
 
 
 def one_after_another(
     work: Callable[[Any], Any], tasks: Iterable[Any]
 ) -> Iterator[tuple[Any, Any]]:
-    """The Pool of this process alone."""
+    """The Pool of this process alone.
+
+    Parameters
+    ----------
+    work : callable
+        Takes a task and gives its result.
+    tasks : iterable
+        Tasks.
+
+    Yields
+    ------
+    task : object
+        In the order given.
+    result : object or FailedTask
+        What `work` gave; FailedTask where it raised an error of Elocute.
+    """
     for task in tasks:
         try:
             outcome = work(task)
         except ElocuteError as error:
-            outcome = Failed(str(error))
+            outcome = FailedTask(str(error))
         yield task, outcome

@@ -1,7 +1,8 @@
 """Tasks over processes of this machine, one thread each.
 
-A worker that dies (killed, out of memory) is replaced and its task tried again; a task that takes
-down too many is given up with the reason, and the others go on. Workers end with their driver.
+A worker that dies (killed, out of memory) is replaced and its task tried again; a task on which
+too many workers die is given up with the reason, and the others continue. Workers end with their
+driver.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from elocute.errors import ElocuteError, InputError
-from elocute.jobs.pool import JOBS_MAX, Failed, Pool
+from elocute.jobs.pool import JOBS_MAX, FailedTask, Pool
+from elocute.one_line_repr import brief
 
 TRIES = 3
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -27,6 +29,8 @@ STOP_S = 5.0
 
 @dataclass
 class _Worker:
+    """A process, the pipe to it, its task, and how often that was tried."""
+
     process: Any
     pipe: Connection
     task: Any = None
@@ -34,22 +38,73 @@ class _Worker:
 
 
 def local_pool(jobs: int) -> Pool:
-    """A Pool of that many processes; 0 takes one for each processor. Raises InputError."""
+    """A Pool of processes of this machine.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of processes; 0 takes one for each processor.
+
+    Returns
+    -------
+    Pool
+        As `one_after_another`, in any order.
+
+    Raises
+    ------
+    InputError
+        For a number outside 0 to `JOBS_MAX`.
+    """
     count = checked_jobs(jobs) or os.cpu_count() or 1
     return lambda work, tasks: run_local(work, tasks, count)
 
 
 def checked_jobs(jobs: int) -> int:
-    """Raises InputError for a number of workers that no machine has."""
+    """Check a number of workers.
+
+    Parameters
+    ----------
+    jobs : int
+        The number.
+
+    Returns
+    -------
+    int
+        The same.
+
+    Raises
+    ------
+    InputError
+        For a number outside 0 to `JOBS_MAX`.
+    """
     if not 0 <= jobs <= JOBS_MAX:
-        raise InputError.about("`jobs`", found=str(jobs), allowed=f"0 to {JOBS_MAX}")
+        raise InputError.about("`jobs`", found=brief(jobs), allowed=f"0 to {JOBS_MAX}")
     return jobs
 
 
 def run_local(
     work: Callable[[Any], Any], tasks: Iterable[Any], jobs: int, tries: int = TRIES
 ) -> Iterator[tuple[Any, Any]]:
-    """(task, result or Failed) in the order in which they are done; tasks are drawn when needed."""
+    """Run tasks in processes of this machine.
+
+    Parameters
+    ----------
+    work : callable
+        Takes a task and gives its result; it and all tasks and results can be pickled.
+    tasks : iterable
+        Tasks, drawn when they are needed.
+    jobs : int
+        Number of processes.
+    tries : int
+        How often a task is tried on which workers die.
+
+    Yields
+    ------
+    task : object
+        In the order in which they are done.
+    result : object or FailedTask
+        What `work` gave, or why there is none.
+    """
     waiting = TaskQueue(tasks)
     workers = []
     try:
@@ -63,31 +118,26 @@ def run_local(
             for worker in [w for w in workers if w.pipe in ready or w.process.sentinel in ready]:
                 task = worker.task
                 alive, result = _result(worker)
-                if type(result) is Failed and worker.tries < tries:
+                if type(result) is FailedTask and worker.tries < tries:
                     waiting.again(task, worker.tries)
                 else:
                     yield task, result
-                if not alive:
+                following = waiting.next()
+                if not alive or following is None:
                     _stop(worker)
                     workers.remove(worker)
-                    worker = None
-                following = waiting.next()
-                if following is None:
-                    if worker is not None:
-                        _stop(worker)
-                        workers.remove(worker)
-                    continue
-                if worker is None:
-                    worker = _started(work)
-                    workers.append(worker)
-                _give(worker, *following)
+                if following is not None:
+                    if not alive:
+                        worker = _started(work)
+                        workers.append(worker)
+                    _give(worker, *following)
     finally:
         for worker in workers:
             _stop(worker)
 
 
 class TaskQueue:
-    """Tasks that wait, those that are tried again first."""
+    """Tasks that wait; those that are tried again come first."""
 
     def __init__(self, tasks: Iterable[Any]) -> None:
         self._tasks, self._again = iter(tasks), deque()
@@ -100,10 +150,12 @@ class TaskQueue:
         return None if task is None else (task, 0)
 
     def again(self, task: Any, tries: int) -> None:
+        """Put a task back that was tried so often."""
         self._again.append((task, tries))
 
 
 def _started(work: Callable[[Any], Any]) -> _Worker:
+    """A new process that waits for tasks."""
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs, work), daemon=True)
@@ -130,11 +182,10 @@ def _one_thread() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _out_of_reach() -> Iterator[None]:
-    """Processes started here never hear of Ctrl-C, not even while they load: we stop them.
+    """Block Ctrl-C and a terminal's end for processes started here: the driver stops them.
 
-    Nor of the end of a terminal.
-
-    Where signals cannot be held back (Windows), `_serve` ignores it once it has begun.
+    It holds while they load. Where signals cannot be blocked (Windows), `_serve` ignores Ctrl-C
+    once it has begun.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -147,13 +198,14 @@ def _out_of_reach() -> Iterator[None]:
 
 
 def _give(worker: _Worker, task: Any, tries: int) -> None:
+    """Send a task to a worker."""
     worker.task, worker.tries = task, tries + 1
     with contextlib.suppress(OSError):  # a worker that died already is found by its sentinel
         worker.pipe.send(task)
 
 
 def _result(worker: _Worker) -> tuple[bool, Any]:
-    """Whether the worker can go on, and what it made of its task."""
+    """Whether the worker can continue, and what it made of its task."""
     try:
         if worker.pipe.poll():
             kind, value = worker.pipe.recv()
@@ -163,15 +215,16 @@ def _result(worker: _Worker) -> tuple[bool, Any]:
     worker.process.join(STOP_S)
     code = worker.process.exitcode
     if code is None:
-        told = "its worker hung up"
+        reason = "its worker hung up"
     elif code < 0:
-        told = f"its worker was killed ({signal.Signals(-code).name}; out of memory?)"
+        reason = f"its worker was killed ({signal.Signals(-code).name}; out of memory?)"
     else:
-        told = f"its worker ended with code {code}"
-    return False, Failed(f"{told}, {worker.tries} times")
+        reason = f"its worker ended with code {code}"
+    return False, FailedTask(f"{reason}, {worker.tries} times")
 
 
 def _stop(worker: _Worker) -> None:
+    """End a worker."""
     worker.pipe.close()
     if worker.process.is_alive():
         worker.process.terminate()
@@ -187,26 +240,42 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
             task = pipe.recv()
         except (EOFError, OSError):
             return
-        pipe.send(attempt(work, task))
+        pipe.send(run_task(work, task))
 
 
-def attempt(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
-    """("done", result or GivenUp), or ("failed", Failed) where memory ran out."""
+def run_task(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
+    """Run one task in a worker.
+
+    Parameters
+    ----------
+    work : callable
+        Takes a task and gives its result.
+    task : object
+        The task.
+
+    Returns
+    -------
+    kind : str
+        "done", or "failed" where the worker cannot continue.
+    result : object
+        What `work` gave, a RefusedTask where it raised, or FailedTask where memory ran out.
+    """
     try:
         return "done", work(task)
     except MemoryError:
-        return "failed", Failed("out of memory")
+        return "failed", FailedTask("out of memory")
     except ElocuteError as error:
-        return "done", GivenUp(str(error))
+        return "done", RefusedTask(str(error))
     except Exception as error:
-        return "done", GivenUp(f"{type(error).__name__}: {error}")
+        return "done", RefusedTask(f"{type(error).__name__}: {error}")
 
 
-class GivenUp(Failed):
-    """For good: bad input does not become better by trying again."""
+class RefusedTask(FailedTask):
+    """A task that is not tried again: bad input does not become better by that."""
 
 
 def _end_with_parent() -> None:
+    """End this process when its driver has ended."""
     parent = parent_process()
     if parent is not None:
         parent.join()

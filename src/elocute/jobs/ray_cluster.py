@@ -1,8 +1,8 @@
 """Tasks over a Ray cluster: actors that keep torch loaded, one task at a time each.
 
-The cluster asks for a token, always. The driver runs on one of its nodes; corpus, recordings and
-output lie where every node finds them under the same name. An actor that dies is replaced and its
-task tried again; a task that takes down too many is given up with the reason.
+The cluster always asks for a token. The driver runs on one of its nodes; corpus, recordings and
+output have the same path on every node. An actor that dies is replaced and its task tried again; a
+task on which too many actors die is given up with the reason.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from elocute.errors import ElocuteError, InputError, MachineError
-from elocute.jobs.pool import Failed, Pool
-from elocute.jobs.process_pool import THREADS, TRIES, TaskQueue, attempt, checked_jobs
+from elocute.jobs.pool import FailedTask, Pool
+from elocute.jobs.process_pool import THREADS, TRIES, TaskQueue, checked_jobs, run_task
 
 LOCAL = "local"
 ADDRESS = re.compile(r"([A-Za-z0-9_.-]{1,253}):(\d{1,5})")
@@ -40,11 +40,27 @@ class ClusterError(MachineError):
 
 
 def ray_pool(address: str, jobs: int) -> Pool:
-    """A Pool of that many actors on HOST:PORT, or on a node of its own where address is `local`.
+    """A Pool of actors on a Ray cluster, or on a node of its own.
 
-    0 jobs takes all processors of the cluster. Raises InputError for an address or number that
-    cannot be, MachineError without Ray, without a token, or where the cluster does not answer
-    within CONNECT_S + JOIN_S seconds.
+    Parameters
+    ----------
+    address : str
+        HOST:PORT, or `local` for a node that is started here.
+    jobs : int
+        Number of actors; 0 takes all processors of the cluster.
+
+    Returns
+    -------
+    Pool
+        As `one_after_another`, in any order.
+
+    Raises
+    ------
+    InputError
+        For an impossible address or number.
+    MachineError
+        Without Ray or a token, or where the cluster does not answer within `CONNECT_S` + `JOIN_S`
+        seconds.
     """
     jobs = checked_jobs(jobs)
     if address != LOCAL:
@@ -65,7 +81,28 @@ def run_ray(
     jobs: int,
     tries: int = TRIES,
 ) -> Iterator[tuple[Any, Any]]:
-    """(task, result or Failed) in the order in which they are done; tasks are drawn when needed."""
+    """Run tasks in actors of a Ray cluster.
+
+    Parameters
+    ----------
+    work : callable
+        Takes a task and gives its result; it and all tasks and results can be pickled.
+    tasks : iterable
+        Tasks, drawn when they are needed.
+    address : str or None
+        HOST:PORT; None starts a node.
+    jobs : int
+        Number of actors.
+    tries : int
+        How often a task is tried on which actors die.
+
+    Yields
+    ------
+    task : object
+        In the order in which they are done.
+    result : object or FailedTask
+        What `work` gave, or why there is none.
+    """
     import ray
 
     where: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR}
@@ -89,57 +126,56 @@ def run_ray(
         worker = worker or actor.remote()
         running[worker.run.remote(work, task)] = worker, task, tried + 1
 
-    quiet = contextlib.redirect_stdout(sys.stderr)  # the cluster's notices are no result
     try:
-        quiet.__enter__()
-        for _ in range(jobs):
-            give(None)
-        while running:
-            reference = ray.wait(list(running), num_returns=1)[0][0]
-            worker, task, tried = running.pop(reference)
-            alive, result = _result(reference, tried)
-            if type(result) is Failed and tried < tries:
-                waiting.again(task, tried)
-            else:
-                yield task, result
-            if not alive:
-                ray.kill(worker)
-            give(worker if alive else None)
+        with contextlib.redirect_stdout(sys.stderr):  # for the cluster's notices
+            for _ in range(jobs):
+                give(None)
+            while running:
+                reference = ray.wait(list(running), num_returns=1)[0][0]
+                worker, task, tried = running.pop(reference)
+                alive, result = _result(reference, tried)
+                if type(result) is FailedTask and tried < tries:
+                    waiting.again(task, tried)
+                else:
+                    yield task, result
+                if not alive:
+                    ray.kill(worker)
+                give(worker if alive else None)
     finally:
-        quiet.__exit__(None, None, None)
         ray.shutdown()
 
 
 class _Worker:
-    """On a node: what a task loads (torch, the corpus) stays loaded for the next."""
+    """An actor: what a task loads (torch, the corpus) stays loaded for the next."""
 
     def __init__(self) -> None:
         os.environ.update(dict.fromkeys(THREADS, "1"))  # read by torch when it is loaded
 
     def run(self, work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
-        return attempt(work, task)
+        """Run one task."""
+        return run_task(work, task)
 
 
 def _result(reference: Any, tried: int) -> tuple[bool, Any]:
-    """Whether the actor can go on, and what it made of its task."""
+    """Whether the actor can continue, and what it made of its task."""
     import ray
     from ray.exceptions import OutOfMemoryError, RayActorError, RayError, WorkerCrashedError
 
     try:
         kind, value = ray.get(reference)
     except OutOfMemoryError:
-        return False, Failed(f"its worker ran out of memory, {tried} times")
+        return False, FailedTask(f"its worker ran out of memory, {tried} times")
     except (RayActorError, WorkerCrashedError) as error:
         # Of every death Ray says that it may have been the lack of memory; of this one it knows.
-        told = "ran out of memory" if "running low on memory" in str(error) else "died"
-        return False, Failed(f"its worker {told}, {tried} times")
+        fate = "ran out of memory" if "running low on memory" in str(error) else "died"
+        return False, FailedTask(f"its worker {fate}, {tried} times")
     except RayError as error:
         raise ClusterError(f"ray: {_line(str(error))}") from error
     return kind == "done", value
 
 
 def _prepare(local: bool) -> None:
-    """Token authentication before Ray is loaded; a token of its own for a node of its own."""
+    """Set token authentication before Ray is loaded; make a token for a node of its own."""
     os.environ["RAY_AUTH_MODE"] = "token"
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     if importlib.util.find_spec("ray") is None:
@@ -157,6 +193,7 @@ def _prepare(local: bool) -> None:
 
 
 def _has_token() -> bool:
+    """Whether a token is set, by the environment or a file."""
     if os.environ.get("RAY_AUTH_TOKEN"):
         return True
     named = os.environ.get("RAY_AUTH_TOKEN_PATH")
@@ -165,6 +202,7 @@ def _has_token() -> bool:
 
 
 def _host_and_port(address: str) -> tuple[str, int]:
+    """Both parts of an address; raises InputError for anything else."""
     match = ADDRESS.fullmatch(address)
     if not match or not 0 < int(match[2]) < 65536:
         raise InputError.about(
@@ -176,14 +214,14 @@ def _host_and_port(address: str) -> tuple[str, int]:
 
 
 def _reach(address: str) -> int:
-    """Processors of the cluster, found in a process of its own: Ray may end the one it fails in."""
+    """Processors of the cluster, asked in a process of its own, since Ray may end that one."""
     host, port = _host_and_port(address)
     try:
         socket.create_connection((host, port), CONNECT_S).close()
     except OSError as error:
         raise _unreachable(address, CONNECT_S, error.strerror or str(error)) from error
     try:
-        tried = subprocess.run(
+        probe = subprocess.run(
             [sys.executable, "-c", PROBE, address],
             capture_output=True,
             text=True,
@@ -192,19 +230,20 @@ def _reach(address: str) -> int:
         )
     except subprocess.TimeoutExpired as error:
         raise _unreachable(address, JOIN_S, "it took the connection and said nothing") from error
-    found = re.search(r"CPUS (\d+)", tried.stdout)
+    found = re.search(r"CPUS (\d+)", probe.stdout)
     if found and int(found[1]):
         return int(found[1])
-    told = tried.stderr
+    output = probe.stderr
     if found:
         raise ClusterError(f"ray {address}: found no processor; allowed: one or more")
-    if re.search(r"unauthenticated|authentication|InvalidAuth|token", told, re.IGNORECASE):
+    if re.search(r"unauthenticated|authentication|InvalidAuth|token", output, re.IGNORECASE):
         raise ClusterError(f"ray {address}: the token was refused; allowed: the cluster's own")
-    lines = [line for line in told.splitlines() if line.strip()]
+    lines = [line for line in output.splitlines() if line.strip()]
     raise _unreachable(address, JOIN_S, _line(lines[-1]) if lines else "no answer")
 
 
 def _unreachable(address: str, seconds: float, why: str) -> ElocuteError:
+    """The error for a cluster that does not answer."""
     return ClusterError(
         f"ray {address}: cannot be reached within {seconds:g} s ({why}); allowed: a cluster that "
         "runs; start one: RAY_AUTH_MODE=token ray start --head"
@@ -212,4 +251,5 @@ def _unreachable(address: str, seconds: float, why: str) -> ElocuteError:
 
 
 def _line(text: str) -> str:
+    """The start of a text in one line."""
     return " ".join(text.split())[:200]

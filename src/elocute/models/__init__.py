@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from elocute.models.registry import model_names, open_model
     from elocute.models.streaming import Frame, Stream, stream
     from elocute.models.style_fit import ObservedMotion, StyleFit, fit_style
-    from elocute.models.styles import read_mix, write_mix
+    from elocute.models.style_mixes import read_mix, write_mix
 
 __all__ = [
     "Frame",
@@ -38,6 +38,6 @@ __getattr__, __dir__ = lazy(
         "registry": ("model_names", "open_model"),
         "streaming": ("Frame", "Stream", "stream"),
         "style_fit": ("ObservedMotion", "StyleFit", "fit_style"),
-        "styles": ("read_mix", "write_mix"),
+        "style_mixes": ("read_mix", "write_mix"),
     },
 )

@@ -41,7 +41,18 @@ COLUMN_S = HOP / RATE
 class CrnnModel:
     """The recurrent model that ships (`crnn`), or a trained one from a file, as a SpeechModel.
 
-    Raises ModelError where the file is missing, too large or not a recurrent model of Elocute.
+    Parameters
+    ----------
+    path : str or Path
+        "crnn", or an .onnx that training wrote.
+    session : onnxruntime.InferenceSession, optional
+        Of the same file, where it was opened before.
+
+    Raises
+    ------
+    ModelError
+        For a file that is missing or too large; when the network is first used, for one that is
+        not a recurrent model of Elocute.
     """
 
     encoder = "mel-deltas"

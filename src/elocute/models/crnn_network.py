@@ -65,7 +65,18 @@ class CrnnRecord:
 class CrnnNetwork:
     """The network that ships (`crnn`), or a trained one from a file.
 
-    Raises ModelError where the file is missing, too large or not a recurrent model of Elocute.
+    Parameters
+    ----------
+    path : str or Path
+        "crnn", or an .onnx that training wrote.
+    session : onnxruntime.InferenceSession, optional
+        Of the same file, where it was opened before.
+
+    Raises
+    ------
+    ModelError
+        For a file that is missing or too large; when the network is first used, for one that is
+        not a recurrent model of Elocute.
     """
 
     def __init__(self, path: str | Path, session: Any = None) -> None:

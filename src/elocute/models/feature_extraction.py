@@ -117,21 +117,46 @@ def phone_lookahead_s() -> float:
     return builtin_encoder().lookahead_s + 1 / FEATURE_RATE
 
 
+BLOCK_S = 300.0
+"""Seconds of a sound in memory that are made into features at once."""
 Progress = Callable[[float], None]
 """Called with the share of the work done, 0…1."""
 
 
 @dataclass(frozen=True, eq=False)
 class SoundBlocks:
-    """A sound that is read once: its rate, and blocks with the share of the whole they end at."""
+    """A sound that is read once, block by block.
+
+    Parameters
+    ----------
+    sample_rate : int
+        Hz.
+    blocks : iterable of ((sample,) float32, float)
+        Each block, and the share of the whole that ends with it.
+    """
 
     sample_rate: int
     blocks: Iterable[tuple[Float32Array, float]]
 
 
 def blocks_of(sound: Waveform) -> SoundBlocks:
-    """A sound in memory as one block."""
-    return SoundBlocks(sound.sample_rate, [(sound.samples, 1.0)])
+    """A sound in memory as blocks: a long one in several, since features take more memory.
+
+    Parameters
+    ----------
+    sound : Waveform
+        The sound.
+
+    Returns
+    -------
+    SoundBlocks
+    """
+    size, total = round(BLOCK_S * sound.sample_rate), len(sound.samples)
+    blocks = [
+        (sound.samples[first : first + size], min(1.0, (first + size) / total))
+        for first in range(0, total, size)
+    ]
+    return SoundBlocks(sound.sample_rate, blocks)
 
 
 def extract_features(

@@ -55,7 +55,9 @@ def run_session(session: Any, path: Path, names: list[str], given: dict[str, Any
         answers = session.run(names, given)
     except Exception as error:  # onnxruntime has no common base of its own
         raise ModelError.about(
-            path, found="a network of another form", allowed="a model that Elocute trained"
+            path,
+            found="a network with other inputs or outputs",
+            allowed="a model that Elocute trained",
         ) from error
     for name, answer in zip(names, answers, strict=True):
         if getattr(answer, "dtype", np.dtype(object)).kind != "f" or np.isfinite(answer).all():
@@ -64,6 +66,6 @@ def run_session(session: Any, path: Path, names: list[str], given: dict[str, Any
             path,
             found=f"{name} that are NaN or infinity",
             allowed="a model whose weights are finite",
-            remedy="train it again, or take another",
+            remedy="train it again, or use another model",
         )
     return answers

@@ -21,9 +21,24 @@ RIDGE = 1e-5  # of the mean squared length of a shape: decides between shapes th
 
 
 def basis_of(components: tuple[str, ...], basis: Float32Array | None) -> Float32Array:
-    """(component, vertex, 3) m: the basis of a model's weights, its own or that of built-in shapes.
+    """The shapes that a model's weights apply to.
 
-    Raises ModelError for a component that the built-in head has no shape for.
+    Parameters
+    ----------
+    components : tuple of str
+        Shapes of the built-in head; used where the model has no basis of its own.
+    basis : (component, vertex, 3) float32 or None
+        The model's own, m.
+
+    Returns
+    -------
+    (component, vertex, 3) float32
+        Metres.
+
+    Raises
+    ------
+    ModelError
+        For a component that the built-in head has no shape for.
     """
     if basis is not None:
         return basis
@@ -41,9 +56,27 @@ def basis_of(components: tuple[str, ...], basis: Float32Array | None) -> Float32
 def with_own_shapes(
     head: HeadModel, basis: Float32Array, names: tuple[str, ...], path: Path
 ) -> HeadModel:
-    """`head` moved by a model's own shapes (component, vertex, 3) m.
+    """A head that a model's own shapes move.
 
-    Raises ModelError where the head has another number of vertices.
+    Parameters
+    ----------
+    head : HeadModel
+        In the model's topology.
+    basis : (component, vertex, 3) float32
+        Its shapes, m.
+    names : tuple of str
+        One per shape.
+    path : Path
+        The model's file, for messages.
+
+    Returns
+    -------
+    HeadModel
+
+    Raises
+    ------
+    ModelError
+        For a head with another number of vertices.
     """
     if head.vertex_count != basis.shape[1]:
         raise ModelError.about(
@@ -60,10 +93,26 @@ def speech_names() -> tuple[str, ...]:
 
 
 def as_builtin(weights: Float32Array, basis: Float32Array) -> Float32Array:
-    """(frame, curve) values 0…1 of `speech_names` whose vertices come nearest to the weights'.
+    """The curves of the built-in head whose vertices come nearest to those of a model's shapes.
 
-    weights (frame, component) of basis (component, vertex, 3) m in the built-in topology. With
-    bounds, for curves below 0 mean nothing to a rig. Raises ModelError for another topology.
+    Bounded least squares, since curves below 0 mean nothing to a rig.
+
+    Parameters
+    ----------
+    weights : (frame, component) float32
+        Of the model's shapes.
+    basis : (component, vertex, 3) float32
+        Those shapes in the built-in topology, m.
+
+    Returns
+    -------
+    (frame, curve) float32
+        0 to 1, in the order of `speech_names`.
+
+    Raises
+    ------
+    ModelError
+        For another topology.
     """
     shapes = _flat(speech_names())
     if basis.shape[1] * 3 != shapes.shape[1]:
@@ -80,7 +129,22 @@ def as_builtin(weights: Float32Array, basis: Float32Array) -> Float32Array:
 
 
 def to_shapes(values: Float32Array, names: tuple[str, ...], basis: Float32Array) -> Float32Array:
-    """(frame, component) of basis that come nearest to built-in weights (frame, name)."""
+    """Project weights of built-in shapes onto another basis, by least squares of vertices.
+
+    Parameters
+    ----------
+    values : (frame, name) float32
+        Weights of the built-in head's shapes.
+    names : tuple of str
+        Those shapes.
+    basis : (component, vertex, 3) float32
+        In the built-in topology, m.
+
+    Returns
+    -------
+    (frame, component) float32
+        Weights of `basis`.
+    """
     shapes = basis.reshape(len(basis), -1).astype(np.float64)
     onto = _flat(names) @ ridge_projection(shapes)
     return (values @ onto).astype(np.float32)

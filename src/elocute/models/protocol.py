@@ -45,7 +45,19 @@ class FrameSpan:
 
     @classmethod
     def whole(cls, count: int, fps: float) -> FrameSpan:
-        """All frames of a take."""
+        """The span of a whole take.
+
+        Parameters
+        ----------
+        count : int
+            Frames of the take.
+        fps : float
+            Frames per second.
+
+        Returns
+        -------
+        FrameSpan
+        """
         return cls(0, count, fps, count)
 
 
@@ -185,7 +197,18 @@ class SpeechModel(Protocol):
         ...
 
     def mix(self, shares: Mapping[str, float]) -> Any:
-        """The same from shares of its styles. Raises ModelError for an unknown style."""
+        """A mix of its styles, as `weights` and `curves` take it.
+
+        Parameters
+        ----------
+        shares : mapping of str to float
+            Share of each style; they sum to one.
+
+        Raises
+        ------
+        ModelError
+            For an unknown style.
+        """
         ...
 
     def feature_streams(
@@ -210,7 +233,18 @@ class SpeechModel(Protocol):
         ...
 
     def sound_level(self, sound: Waveform) -> SoundLevel | None:
-        """The level that `feature_streams` takes, where `needs_sound_level`."""
+        """The level that `feature_streams` takes; None unless `needs_sound_level`.
+
+        Parameters
+        ----------
+        sound : Waveform
+            The whole sound.
+
+        Returns
+        -------
+        (float, float) or None
+            Mean and peak.
+        """
         ...
 
     def weights(self, speech: SpeechFeatures, style: Any, span: FrameSpan) -> Float32Array:
@@ -265,5 +299,20 @@ class SpeechModel(Protocol):
         ...
 
     def rig(self, head: HeadModel) -> HeadModel:
-        """`head` with the shapes that `curves` names. Raises ModelError for another topology."""
+        """A head with the shapes that `curves` names.
+
+        Parameters
+        ----------
+        head : HeadModel
+            In the model's topology.
+
+        Returns
+        -------
+        HeadModel
+
+        Raises
+        ------
+        ModelError
+            For a head of another topology.
+        """
         ...

@@ -1,4 +1,4 @@
-"""Any speech model by its name or file; the only place that tells kinds apart."""
+"""Speech models by name or file; the only place that tells their kinds apart."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import os
 from pathlib import Path
 
 from elocute.errors import ModelError
-from elocute.models import articulation, crnn_network, voca
-from elocute.models.articulation import ArticulationModel
+from elocute.models import articulation_model, crnn_network, voca
+from elocute.models.articulation_model import ArticulationModel
 from elocute.models.crnn import CrnnModel
 from elocute.models.model_file import check_file, open_session, stored_record
 from elocute.models.protocol import SpeechModel
 from elocute.models.voca import VocaModel
 from elocute.numerics.input_checks import check_kind
 
-DEFAULT_MODEL = articulation.NAME
+DEFAULT_MODEL = articulation_model.NAME
 
 
 def model_names() -> tuple[str, ...]:
-    """Names that `open_model` knows besides files."""
-    return (articulation.NAME, voca.SHIPPED, crnn_network.SHIPPED)
+    """The names that `open_model` knows, besides files."""
+    return (articulation_model.NAME, voca.SHIPPED, crnn_network.SHIPPED)
 
 
 def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
@@ -40,7 +40,7 @@ def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
         For an unknown name, and a file that is missing, too large or not a model of Elocute.
     """
     check_kind("model", model, str | os.PathLike, "a name or a path", ModelError)
-    if str(model) == articulation.NAME:
+    if str(model) == articulation_model.NAME:
         return ArticulationModel()
     if str(model) == voca.SHIPPED:
         return VocaModel(model)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.articulation.driver import HISTORY_S
+from elocute.articulation.settings import AnimationSettings
 from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import check_rate, check_samples
@@ -27,16 +28,15 @@ from elocute.models.protocol import (
     SpeechModel,
 )
 from elocute.models.registry import DEFAULT_MODEL, open_model
-from elocute.models.styles import checked_style
+from elocute.models.style_mixes import checked_style
 from elocute.motion.curves import Curves
 from elocute.numerics.input_checks import NUMBERS_MAX, array_of, real_number
 from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
+from elocute.settings import setting_of
 
 Float32Array = NDArray[np.float32]
-FPS_RANGE = (1.0, 240.0)
-STRENGTH_RANGE = (0.0, 2.0)
 BEYOND_S = 1.0  # frames that a live take has at least after the last one given out
 INT16_SCALE = 1 / 32768
 
@@ -109,8 +109,7 @@ class CurveStream:
         strength: float = 1.0,
         level: SoundLevel | None = None,
     ) -> None:
-        check_range("fps", fps, FPS_RANGE)
-        check_range("strength", strength, STRENGTH_RANGE)
+        check_animation_settings(fps, strength)
         self.model, self.fps = model, float(fps)
         self.sample_rate = check_rate("stream", sample_rate)
         self._style, self._strength = model.style(checked_style(style)), strength
@@ -363,12 +362,25 @@ def _check_level(level: SoundLevel | None) -> None:
         )
 
 
-def check_range(name: str, value: float, allowed: tuple[float, float]) -> None:
-    """Raise InputError for a setting outside its range."""
-    low, high = allowed
-    number = real_number(value)
-    if number is None or not low <= number <= high:
-        raise InputError.about(name, found=brief(value), allowed=f"{low:g} to {high:g}")
+def check_animation_settings(fps: object, strength: object) -> None:
+    """Check a frame rate and a strength against AnimationSettings; NumPy's numbers are allowed.
+
+    Parameters
+    ----------
+    fps : float
+        Frames per second.
+    strength : float
+        How far the mouth moves.
+
+    Raises
+    ------
+    InputError
+        For a number outside its range, and for anything but a number.
+    """
+    for name, value in (("fps", fps), ("strength", strength)):
+        known, number = setting_of(AnimationSettings, name), real_number(value)
+        if number is None or not known.holds(number):
+            raise InputError.about(f"`{name}`", found=brief(value), allowed=known.allowed)
 
 
 def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Float32Array:

@@ -96,9 +96,14 @@ class ObservedMotion:
 class _Target:
     """A take in orthonormal coordinates of what the model can do: distances are those of vertices.
 
-    speech  features as far as these frames need them
-    places  (frame, direction) mm, at the model's frame rate
-    beyond  mm², summed over frames and vertices: what no weights reach
+    Parameters
+    ----------
+    speech : SpeechFeatures
+        As far as these frames need them.
+    places : (frame, direction) float64
+        Millimetres, at the model's frame rate.
+    beyond : float
+        What no weights reach, mm², summed over frames and vertices.
     """
 
     speech: SpeechFeatures
@@ -138,24 +143,15 @@ def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
             allowed="a model that has some: "
             "articulation, voca, or one that elocute train voca wrote",
         )
-    basis = basis_of(model.components, model.basis).astype(np.float64)
-    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
-    targets = [_target(model, take, directions) for take in takes]
-    problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
-    if problem.seconds < SECONDS_LEAST:
-        raise ModelError.about(
-            "motion",
-            found=f"{problem.seconds:.2f} s of it with sound",
-            allowed=f"{SECONDS_LEAST} s or more",
-        )
+    problem = _problem(model, takes)
     names = model.styles
     corners = np.eye(len(names))
     alone = [problem.loss(corner) for corner in corners]
     if not np.isfinite(alone).all():
         raise ModelError.about(
             "style fit",
-            found="NaN or infinity in the motion, or in what the model makes of it",
-            remedy="look at the corpus: elocute corpus check",
+            found="NaN or infinity in the motion, or in the model's",
+            remedy="check the corpus: elocute corpus check",
         )
     nearest = int(np.argmin(alone))
     mix = search(problem.loss, corners[nearest])
@@ -233,6 +229,21 @@ class _Problem:
             span = FrameSpan.whole(len(target.places), self.model.fps)
             weights = self.model.weights(target.speech, style, span)
             yield weights @ self.shapes - target.places
+
+
+def _problem(model: SpeechModel, takes: Sequence[ObservedMotion]) -> _Problem:
+    """The loss over these takes. Raises ModelError where they are too short together."""
+    basis = basis_of(model.components, model.basis).astype(np.float64)
+    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
+    targets = [_target(model, take, directions) for take in takes]
+    problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
+    if problem.seconds < SECONDS_LEAST:
+        raise ModelError.about(
+            "motion",
+            found=f"{problem.seconds:.2f} s of it with sound",
+            allowed=f"{SECONDS_LEAST} s or more",
+        )
+    return problem
 
 
 def _target(model: SpeechModel, take: ObservedMotion, directions: Float64Array) -> _Target:

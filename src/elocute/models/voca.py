@@ -34,7 +34,7 @@ from elocute.models.feature_extraction import (
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 from elocute.models.model_shapes import with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.styles import share_vector, style_shares
+from elocute.models.style_mixes import share_vector, style_shares
 from elocute.motion.curves import Curves
 from elocute.motion.motion import FPS_MAX
 from elocute.numerics.resampling import frame_places, read_rows
@@ -85,7 +85,18 @@ class VocaRecord:
 class VocaModel:
     """The VOCA that ships (`voca`), or a trained one from a file, as a SpeechModel.
 
-    Raises ModelError where the file is missing, too large or not a VOCA of Elocute.
+    Parameters
+    ----------
+    path : str or Path
+        "voca", or an .onnx that training wrote.
+    session : onnxruntime.InferenceSession, optional
+        Of the same file, where it was opened before.
+
+    Raises
+    ------
+    ModelError
+        For a file that is missing or too large; when the network is first used, for one that is
+        not a VOCA of Elocute.
     """
 
     def __init__(self, path: str | Path, session: Any = None) -> None:
@@ -223,7 +234,7 @@ class VocaModel:
             block = run_session(self._session, self.path, ["weights"], given)[0]
             if getattr(block, "ndim", 0) != 2 or len(block) != len(window):
                 raise ModelError.about(
-                    self.path, found="a network of another form", allowed="(frame, component)"
+                    self.path, found="a network with other outputs", allowed="(frame, component)"
                 )
             blocks.append(block[start - before : stop - before])
         return np.concatenate(blocks)
@@ -282,7 +293,7 @@ class VocaModel:
         if getattr(basis, "ndim", 0) != 3 or basis.shape[1:] != (self.record.vertices, 3):
             raise ModelError.about(
                 self.path,
-                found="a basis of another form",
+                found="a basis of another shape",
                 allowed=f"(component, {self.record.vertices}, 3)",
             )
         return basis

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
+    from elocute.motion.blendshape_solver import solve_weights
     from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion, motion_from_curves
     from elocute.motion.motion import Motion
     from elocute.motion.mouth_measures import measure_mouth, write_measures
-    from elocute.motion.solve import solve_weights
     from elocute.motion.store import load_motion, save_motion
     from elocute.motion.vertex_motion import VertexMotion
 
@@ -33,7 +33,7 @@ __getattr__, __dir__ = lazy(
         "curves": ("ARKIT_NAMES", "Curves", "curves_from_motion", "motion_from_curves"),
         "motion": ("Motion",),
         "mouth_measures": ("measure_mouth", "write_measures"),
-        "solve": ("solve_weights",),
+        "blendshape_solver": ("solve_weights",),
         "store": ("load_motion", "save_motion"),
         "vertex_motion": ("VertexMotion",),
     },

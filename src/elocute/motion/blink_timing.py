@@ -48,9 +48,25 @@ def blink_curve(
     first_frame: int = 0,
     total_frames: int | None = None,
 ) -> NDArray[np.float32]:
-    """(frame_count,) lid closure 0…1 from `first_frame` on of a take of `total_frames`.
+    """Lid closure over a stretch of a take, the same for every take of one length and rate.
 
-    The same for every take of one length and rate. Without `total_frames` the take ends here.
+    Parameters
+    ----------
+    frame_count : int
+        Frames of the stretch.
+    fps : float
+        Frames per second.
+    per_minute : float
+        Blinks a minute on average.
+    first_frame : int
+        Where the stretch begins in the take.
+    total_frames : int, optional
+        Frames of the take; without it the take ends with the stretch.
+
+    Returns
+    -------
+    (frame_count,) float32
+        0 open to 1 shut.
     """
     total = first_frame + frame_count if total_frames is None else total_frames
     curve = np.zeros(frame_count, np.float32)

@@ -186,6 +186,21 @@ def motion_from_curves(head: HeadModel, curves: Curves) -> Motion:
 
 
 def curves_from_motion(motion: Motion) -> Curves:
-    """The weights of a motion as curves named after its components. Raises MotionError."""
+    """The weights of a motion as curves named after its components.
+
+    Parameters
+    ----------
+    motion : Motion
+        Its rotations are left out.
+
+    Returns
+    -------
+    Curves
+
+    Raises
+    ------
+    MotionError
+        For anything but a Motion.
+    """
     check_motion(motion)
     return Curves(motion.weights, motion.names, motion.fps)

@@ -17,23 +17,57 @@ ALL = slice(None)
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """The joints of a head, and skin weights of some of its vertices."""
+    """The joints of a head, and skin weights of some of its vertices.
 
-    joint_positions: Float64Array  # (joint, 3) m
+    Parameters
+    ----------
+    joint_positions : (joint, 3) float64
+        Metres.
+    joint_parents : tuple of int
+        The index of each joint's parent, which comes before it; -1 for none.
+    skin_weights : (vertex, joint) float64
+        Rows sum to one.
+    """
+
+    joint_positions: Float64Array
     joint_parents: tuple[int, ...]
-    skin_weights: Float64Array  # (vertex, joint)
+    skin_weights: Float64Array
 
 
 def rig_of(head: HeadModel, vertices: NDArray[np.integer] | slice = ALL) -> Rig:
-    """The rig of a head, or of some of its vertices."""
+    """The rig of a head, or of some of its vertices.
+
+    Parameters
+    ----------
+    head : HeadModel
+        The head.
+    vertices : (place,) of int or slice
+        Which vertices.
+
+    Returns
+    -------
+    Rig
+    """
     weights = head.skin_weights[vertices].astype(np.float64)
     return Rig(head.joint_positions.astype(np.float64), head.joint_parents, weights)
 
 
 def vertex_transforms(rig: Rig, turns: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """(vertex, 3, 3) and (vertex, 3) m: posed = matrix · vertex + shift.
+    """How vertices are carried by their joints: posed = matrix · vertex + shift.
 
-    turns (joint, 4) unit quaternions wxyz.
+    Parameters
+    ----------
+    rig : Rig
+        Joints and skin weights.
+    turns : (joint, 4) float64
+        Unit quaternions wxyz.
+
+    Returns
+    -------
+    matrices : (vertex, 3, 3) float64
+        Blended rotations.
+    shifts : (vertex, 3) float64
+        Metres.
     """
     rotations, translations = joint_transforms(turns, rig.joint_positions, rig.joint_parents)
     joints = len(rig.joint_parents)
@@ -42,7 +76,17 @@ def vertex_transforms(rig: Rig, turns: Float64Array) -> tuple[Float64Array, Floa
 
 
 def inverses(matrices: Float64Array) -> Float64Array:
-    """(..., 3, 3); by cofactors, many times faster than LAPACK on tiny matrices."""
+    """Invert small matrices by cofactors, many times faster than LAPACK.
+
+    Parameters
+    ----------
+    matrices : (..., 3, 3) float64
+        Regular.
+
+    Returns
+    -------
+    (..., 3, 3) float64
+    """
     a, b, c = matrices[..., 0, :], matrices[..., 1, :], matrices[..., 2, :]
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
     return cofactors / (a * cofactors[..., 0]).sum(axis=-1)[..., None, None]
@@ -51,10 +95,26 @@ def inverses(matrices: Float64Array) -> Float64Array:
 def joint_slopes(
     rig: Rig, turns: Float64Array, points: Float64Array, joints: list[int]
 ) -> Float64Array:
-    """(vertex, 3, 3 · joint): how posed vertices move as joints turn, m per radian.
+    """How posed vertices move as joints turn.
 
-    turns (joint, 4), points (vertex, 3) m before posing; the small rotations come after the
-    joint's own, in its parent's frame: a displacement ω × (y - pivot) of what hangs on it.
+    The small rotations come after a joint's own, in its parent's frame: a displacement
+    ω × (y - pivot) of what hangs on it.
+
+    Parameters
+    ----------
+    rig : Rig
+        Joints and skin weights.
+    turns : (joint, 4) float64
+        Unit quaternions wxyz.
+    points : (vertex, 3) float64
+        Vertices before posing, m.
+    joints : list of int
+        The joints that turn.
+
+    Returns
+    -------
+    (vertex, 3, 3 · joint) float64
+        Metres per radian, three columns for each of `joints`.
     """
     rotations, translations = joint_transforms(turns, rig.joint_positions, rig.joint_parents)
     carried = np.einsum("jab,vb->jva", rotations, points) + translations[:, None]

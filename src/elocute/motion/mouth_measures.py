@@ -59,8 +59,8 @@ def _probe(head: HeadModel) -> _Probe:
     if not len(upper) or not len(head.landmarks):
         raise HeadError.about(
             f"head {head.name!r}",
-            found="names no lips to measure",
-            allowed="a head with lip rings and landmarks, such as the built-in one",
+            found="no lips to measure",
+            allowed="a head with lips and landmarks, such as the built-in one",
         )
     # The middle third of the lips: what a tracked inner-lip gap looks at.
     third = len(upper) // 3
@@ -79,7 +79,7 @@ def measure_mouth(motion: Motion) -> Curves:
     Parameters
     ----------
     motion : Motion
-        On a head with lip rings and landmarks.
+        On a head with lips and landmarks.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def measure_mouth(motion: Motion) -> Curves:
     Raises
     ------
     HeadError
-        For a head without lip rings and landmarks.
+        For a head without lips or landmarks.
     """
     check_motion(motion)
     head = motion.head
@@ -114,7 +114,20 @@ def measure_mouth(motion: Motion) -> Curves:
 
 
 def write_measures(measures: Curves, path: str | Path) -> None:
-    """Write `time_s` and the measures as CSV. Raises OutputError."""
+    """Write the time of each frame and its measures as CSV.
+
+    Parameters
+    ----------
+    measures : Curves
+        As `measure_mouth` gives them.
+    path : str or Path
+        The file; one of that name is replaced.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    """
     with write_atomically(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["time_s", *measures.names])

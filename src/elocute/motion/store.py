@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError, MotionError
-from elocute.files.arrays import UNPACKED_FREE_BYTES, UNPACKED_TIMES, read_npz, write_npz
+from elocute.files.array_reading import read_npz
+from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, finite_number, parse_json
+from elocute.files.unpacked_size import unpacked_limit
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion, check_motion
 
@@ -93,14 +95,14 @@ def load_motion(path: str | Path) -> Motion:
         path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=MotionError, remedy=REMEDY
     )
     # As many bytes as the archive may unpack to may its shapes unfold to.
-    limit = max(UNPACKED_FREE_BYTES, UNPACKED_TIMES * Path(path).stat().st_size)
+    limit = unpacked_limit(Path(path).stat().st_size)
     try:
         return _unfold(stored, limit)
     except (MotionError, HeadError) as error:
         raise MotionError.about(path, found=str(error)) from error
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         raise MotionError.about(
-            path, found="no motion that can be read", allowed=ALLOWED, remedy=REMEDY
+            path, found="not a readable motion", allowed=ALLOWED, remedy=REMEDY
         ) from error
 
 
@@ -122,33 +124,40 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     parts: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in texts.items()
     }
-    parts |= {
-        name.removeprefix("head/"): value
-        for name, value in stored.items()
-        if name.startswith("head/")
-    }
-    parts["regions"] = {
-        name.removeprefix("region/"): value
-        for name, value in stored.items()
-        if name.startswith("region/")
-    }
+    parts |= _named(stored, "head/") | {"regions": _named(stored, "region/")}
     vertices, joints = len(parts["template"]), len(parts["joint_names"])
-    shapes = len(parts["expression_names"])
-    if shapes * vertices * 12 > limit:
-        raise MotionError(f"{shapes} shapes of {vertices} vertices; allowed: far fewer")
-    weights, rows, columns = (
-        stored[name] for name in ("weights", "basis/component", "basis/vertex")
-    )
+    weights = stored["weights"]
     if len(weights) > FRAMES_MAX:
         raise MotionError(f"{len(weights)} frames; allowed: up to {FRAMES_MAX}")
-    if rows.dtype.kind not in "iu" or columns.dtype.kind not in "iu" or weights.dtype.kind != "f":
-        raise MotionError("weights or shapes of another type; allowed: floats and indices")
-    basis = np.zeros((shapes, vertices, 3), np.float32)
-    basis[rows, columns] = stored["basis/delta"]
     head = HeadModel(
         **parts,
-        expression_basis=basis,
+        expression_basis=_basis(stored, len(parts["expression_names"]), vertices, limit),
         identity_basis=np.zeros((0, vertices, 3), np.float32),
         joint_identity_basis=np.zeros((0, joints, 3), np.float32),
     )
     return Motion(head, weights, fps, stored.get("rotations"))
+
+
+def _named(stored: dict[str, NDArray[Any]], prefix: str) -> dict[str, NDArray[Any]]:
+    """The arrays below a prefix, by what follows it."""
+    return {
+        name.removeprefix(prefix): value
+        for name, value in stored.items()
+        if name.startswith(prefix)
+    }
+
+
+def _basis(
+    stored: dict[str, NDArray[Any]], shapes: int, vertices: int, limit: int
+) -> NDArray[np.float32]:
+    """(component, vertex, 3) m of the sparse shapes. Raises MotionError for too many of them."""
+    if shapes * vertices * 12 > limit:
+        raise MotionError(
+            f"{shapes} shapes of {vertices} vertices; allowed: fewer, for a file of this size"
+        )
+    kinds = {"weights": "f", "basis/component": "iu", "basis/vertex": "iu"}
+    if any(stored[name].dtype.kind not in allowed for name, allowed in kinds.items()):
+        raise MotionError("weights or shapes of the wrong type; allowed: floats and indices")
+    basis = np.zeros((shapes, vertices, 3), np.float32)
+    basis[stored["basis/component"], stored["basis/vertex"]] = stored["basis/delta"]
+    return basis

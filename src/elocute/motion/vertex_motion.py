@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import MotionError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 from elocute.motion.motion import checked_fps
 from elocute.numerics.input_checks import array_of
 from elocute.one_line_repr import one_line
@@ -76,7 +76,17 @@ class VertexMotion:
         return len(self.template)
 
     def cut(self, frames: int) -> VertexMotion:
-        """The first `frames` frames."""
+        """The beginning of a motion.
+
+        Parameters
+        ----------
+        frames : int
+            How many frames, at most as many as there are.
+
+        Returns
+        -------
+        VertexMotion
+        """
         values = self.values
         first = values.part(0, frames) if isinstance(values, ArrayFile) else values[:frames]
         return VertexMotion(first, self.template, self.fps, self.basis)

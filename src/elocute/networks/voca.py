@@ -28,6 +28,46 @@ class VocaConfig:
     components: int = COMPONENTS
 
 
+class ScalarBatchNorm(nn.BatchNorm2d):
+    """Batch norm of network inputs by one mean and one variance.
+
+    Where several processes share a batch, both are those of the whole batch. Inputs need no
+    gradient, so neither do their statistics; torch's SyncBatchNorm exists for CUDA alone.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(1)
+
+    def forward(self, input: Tensor) -> Tensor:
+        if not self.training or not _processes():
+            return super().forward(input)
+        with torch.no_grad():
+            mean, variance, count = _shared_moments(input)
+            assert self.running_mean is not None and self.running_var is not None
+            assert self.num_batches_tracked is not None and self.momentum is not None
+            self.running_mean.lerp_(mean.to(self.running_mean), self.momentum)
+            unbiased = (variance * count / (count - 1)).to(self.running_var)
+            self.running_var.lerp_(unbiased, self.momentum)
+            self.num_batches_tracked += 1
+        scale = torch.rsqrt(variance + self.eps).to(input.dtype)
+        return (input - mean.to(input.dtype)) * (scale * self.weight) + self.bias
+
+
+def _processes() -> bool:
+    together = torch.distributed.is_available() and torch.distributed.is_initialized()
+    return together and torch.distributed.get_world_size() > 1
+
+
+def _shared_moments(values: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Mean, variance and count over the values of all processes, in double precision."""
+    double = values.double()
+    sums = torch.stack([double.new_tensor(double.numel()), double.sum(), double.square().sum()])
+    torch.distributed.all_reduce(sums)
+    count, total, squares = sums
+    mean = total / count
+    return mean, squares / count - mean.square(), count
+
+
 class Voca(nn.Module):
     """(batch, 16, feature) and (batch, style) to (batch, output).
 
@@ -38,7 +78,7 @@ class Voca(nn.Module):
     def __init__(self, config: VocaConfig) -> None:
         super().__init__()
         self.config = config
-        self.norm = nn.BatchNorm2d(1)
+        self.norm = ScalarBatchNorm()
         widths = (config.features + config.styles, *FILTERS)
         self.convolutions = nn.ModuleList(
             nn.Conv1d(before, after, 3, stride=2)
@@ -52,6 +92,20 @@ class Voca(nn.Module):
             if layer.bias is not None:
                 nn.init.zeros_(layer.bias)
         nn.init.zeros_(self.decoder.bias)
+
+    def start_as_released(self) -> None:
+        """Initialise all layers but the decoder as the authors' released code does.
+
+        Weights and biases of convolutions are normal with a standard deviation of 0.02, weights of
+        the other layers of 0.1, both cut at two standard deviations; their biases are zero.
+        """
+        for layer in self.layers:
+            _cut_normal(layer.weight, 0.02)
+            assert layer.bias is not None
+            _cut_normal(layer.bias, 0.02)
+        for layer in (self.hidden, self.embedding):
+            _cut_normal(layer.weight, 0.1)
+            nn.init.zeros_(layer.bias)
 
     @property
     def layers(self) -> list[nn.Conv1d]:
@@ -75,6 +129,10 @@ class Voca(nn.Module):
 
     def forward(self, windows: Tensor, styles: Tensor) -> Tensor:
         return self.decoder(self.encode(windows, styles))
+
+
+def _cut_normal(values: Tensor, deviation: float) -> None:
+    nn.init.trunc_normal_(values, std=deviation, a=-2 * deviation, b=2 * deviation)
 
 
 class SharedVoca(nn.Module):

@@ -58,14 +58,28 @@ def solve_box_chain(
     high: Floats,
     sweeps: int = SWEEPS,
 ) -> Floats:
-    """(frame, unknown) x that follow one another smoothly, each between bounds.
+    """Solve least squares for frames that follow one another smoothly, each between bounds.
 
     Minimises Σ_f ½ x_fᵀ·gram_f·x_f - side_fᵀ·x_f + ½ Σ_f (x_f - x_{f-1})ᵀ·diag(smooth)·(…):
-    Gauss-Seidel, each frame in turn between its neighbours, forth and back.
+    Gauss-Seidel, each frame in turn between its neighbours, back and forth.
 
-    gram_of  frame to (unknown, unknown), positive definite
-    sides    (frame, unknown)
-    smooth   (unknown,) what a squared change between two frames costs
+    Parameters
+    ----------
+    gram_of : callable
+        Number of a frame to its matrix (unknown, unknown), positive definite.
+    sides : (frame, unknown)
+        Right-hand sides.
+    smooth : (unknown,)
+        Cost of a squared change between two frames.
+    low, high : (unknown,)
+        Bounds.
+    sweeps : int
+        How often all frames are visited.
+
+    Returns
+    -------
+    (frame, unknown)
+        The minimum.
     """
     frames = len(sides)
     x = np.zeros_like(sides)
@@ -84,14 +98,25 @@ def solve_box_chain(
 
 
 def solve_box_rows(gram: Floats, sides: Floats, low: float, high: float) -> Floats:
-    """(row, unknown) x, each minimising ½ xᵀ·gram·x - sideᵀ·x with low ≤ x ≤ high, all at once.
+    """Minimise ½ xᵀ·gram·x - sideᵀ·x with low ≤ x ≤ high for many rows at once.
 
     For thousands of rows with one matrix, where `solve_box` row by row would take too long.
     Projected gradients with momentum (Beck and Teboulle 2009): what has not settled after
     GRADIENT_STEPS differs by less than can be seen on a face.
 
-    gram   (unknown, unknown), positive definite
-    sides  (row, unknown)
+    Parameters
+    ----------
+    gram : (unknown, unknown)
+        Positive definite.
+    sides : (row, unknown)
+        Right-hand sides.
+    low, high : float
+        Bounds of every unknown.
+
+    Returns
+    -------
+    (row, unknown)
+        The minimum of each row.
     """
     length = float(np.linalg.eigvalsh(gram)[-1])
     x = ahead = np.clip(sides @ np.linalg.inv(gram), low, high)

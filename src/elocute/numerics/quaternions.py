@@ -68,9 +68,19 @@ def to_matrices(quaternions: Floats) -> Floats:
 
 
 def blend(first: Floats, second: Floats, share: Floats) -> Floats:
-    """(..., 4) between two quaternions (..., 4), normalised linear: enough for near neighbours.
+    """Interpolate between two rotations, linearly and normalised: enough for near neighbours.
 
-    share  (..., 1) of the second, 0 to 1
+    Parameters
+    ----------
+    first, second : (..., 4)
+        Unit quaternions wxyz.
+    share : (..., 1)
+        Share of the second, 0 to 1.
+
+    Returns
+    -------
+    (..., 4)
+        Unit quaternions wxyz.
     """
     sign = np.where((first * second).sum(-1, keepdims=True) < 0, -1.0, 1.0)
     mixed = first * (1 - share) + second * sign * share

@@ -26,7 +26,7 @@ from elocute.encoders.registry import resolve_encoder
 from elocute.errors import CorpusError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.work_folder import prepare_work
-from elocute.jobs.pool import Failed, Pool, one_after_another
+from elocute.jobs.pool import FailedTask, Pool, one_after_another
 from elocute.motion.store import load_motion
 from elocute.propagation.blendshape_basis import provide_basis
 from elocute.propagation.captured_words import CapturedWord, captured_words
@@ -51,8 +51,24 @@ DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers h
 class PropagationSummary:
     """Counts of a run.
 
-    kept: words that an earlier run had finished. pairs: alignments made. failed: (word, reason).
-    unheard: captured words without a recording.
+    Parameters
+    ----------
+    words : int
+        Words with recordings.
+    kept : int
+        Those of them that an earlier run had finished.
+    aligned : int
+        Recordings that parameters were carried over to.
+    captured : int
+        Captured words that became clips themselves.
+    rejected : int
+        Recordings whose alignment was too doubtful.
+    pairs : int
+        Alignments made.
+    failed : list of (str, str)
+        Word and reason.
+    unheard : list of str
+        Captured words without a recording.
     """
 
     words: int = 0
@@ -82,15 +98,47 @@ def propagate_corpus(
 ) -> PropagationSummary:
     """Carry the parameters of a corpus's captured speakers over to recordings; leave shards.
 
-    words   folder of SUBJECT.SENTENCE.json: words of the captured clips, with times
-    basis   speech blendshapes (.npz); None learns them from the training clips
-    root    folder above both that sounds are named from; `recordings` by default
-    split   of the corpus; its training part is carried over
-    jobs    processes, 0 for all processors; with `ray` (HOST:PORT, or local) its actors
-    resume  go on in a folder in which an earlier run was at work
+    Parameters
+    ----------
+    corpus : Path
+        Folder of the captured speakers.
+    recordings : Path
+        Folder of the recordings, as `find_recordings` reads it.
+    folder : Path
+        Where the shards go.
+    config : PropagateConfig, optional
+        Settings; the defaults without it.
+    words : Path, optional
+        Folder of SUBJECT.SENTENCE.json: words of the captured clips, with times.
+    basis : Path, optional
+        Speech blendshapes (.npz); learned from the training clips without it.
+    root : Path, optional
+        Folder to which the paths of sounds in the shards are relative; `recordings` without it.
+    split : str
+        Split of the corpus whose training part is carried over.
+    jobs : int
+        Processes, 0 for all processors; with `ray` the number of actors.
+    ray : str, optional
+        HOST:PORT of a Ray cluster, or "local".
+    resume : bool
+        Resume in a folder that an earlier run left unfinished.
+    progress : callable, optional
+        Called with the share that is done, 0 to 1.
 
-    Raises what `propagate` raises, and InputError for anything that cannot be used; nothing is
-    written then.
+    Returns
+    -------
+    PropagationSummary
+
+    Raises
+    ------
+    InputError
+        For anything that cannot be used; nothing is written then.
+    MachineError
+        For a package that is missing.
+
+    References
+    ----------
+    Tzirakis et al. 2019, section 4.2.
     """
     config = config or PropagateConfig()
     resolve_method(config.method)
@@ -214,7 +262,7 @@ def _run(
                 summary.kept += 1
 
     for done, (task, outcome) in enumerate(pool(run_word, left()), 1):
-        if isinstance(outcome, Failed):
+        if isinstance(outcome, FailedTask):
             summary.failed.append((task.word, outcome.reason))
         if progress:
             progress(min(1.0, (done + summary.kept) / total))

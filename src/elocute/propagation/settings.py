@@ -11,11 +11,17 @@ from elocute.settings import SEED_MAX, check_settings, described, setting
 @described
 @dataclass(frozen=True, kw_only=True)
 class PropagateConfig:
-    """How parameters are carried over. Raises InputError for a number outside its range."""
+    """How parameters are carried over.
+
+    Raises
+    ------
+    InputError
+        For a number outside its range.
+    """
 
     method: str = setting("dcaw", help="Alignment: dtw, softdtw, ctw, dctw or dcaw.")
     encoder: str = setting("fbank", help="Speech encoder that recordings are compared by.")
-    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
     fit_pairs: int = setting(
         50,
         low=1,

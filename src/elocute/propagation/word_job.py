@@ -23,10 +23,10 @@ from elocute.alignment.sound_views import speech_view
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import open_corpus
-from elocute.corpus.shards import NAME as SHARD_NAME
+from elocute.corpus.shards import SHARD_NAME_PATTERN as SHARD_NAME
 from elocute.corpus.shards import ShardEntry, WordClip, write_shard
 from elocute.encoders.protocol import FEATURE_RATE
-from elocute.errors import AlignmentError, InputError
+from elocute.errors import AlignmentError, InputError, printable
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import read_record
 from elocute.motion.store import load_motion
@@ -323,10 +323,13 @@ def _are_whole(stored: dict[str, Any], *names: str) -> bool:
 
 
 def reject_lines(rejects: tuple[RejectedRecording, ...]) -> str:
-    """Rows of rejects.csv. A leading = + - @ would be a formula to a spreadsheet."""
+    """Rows of rejects.csv. A leading = + - @ would be a formula to a spreadsheet.
+
+    Line ends in names, and bytes that are no text, are escaped.
+    """
     rows = io.StringIO()
     writer = csv.writer(rows, lineterminator="\n")
     for each in rejects:
-        texts = (each.word, each.audio, each.reason)
+        texts = [printable(text) for text in (each.word, each.audio, each.reason)]
         writer.writerow([f"'{text}" if text[:1] in "=+-@" else text for text in texts])
     return rows.getvalue()

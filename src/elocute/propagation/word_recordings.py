@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elocute.corpus.clip import NAME
+from elocute.corpus.clip import NAME_PATTERN
 from elocute.errors import CorpusError
 from elocute.files.reading import read_text
 
@@ -35,8 +35,14 @@ VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
 class WordRecording:
     """One recording of one word; paths are relative to the folder of recordings.
 
-    audio   the sound file
-    timing  a .txt as in LRW, or "" where the word fills the whole sound
+    Parameters
+    ----------
+    clip, word, speaker, split : str
+        Names.
+    audio : str
+        The sound file.
+    timing : str
+        A .txt as in LRW, or "" where the word fills the whole sound.
     """
 
     clip: str
@@ -51,7 +57,12 @@ class WordRecording:
 class WordRecordings:
     """A folder of words, of which `of` lists one at a time to save memory.
 
-    words  from a spelling in lower case to the name of its folder
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    words : dict of str to str
+        Spelling in lower case to the name of its folder.
     """
 
     folder: Path
@@ -64,7 +75,7 @@ class WordRecordings:
         for path, part in _files(self.folder / self.words[word]):
             name = path.relative_to(self.folder).as_posix()
             clip = f"{word}.{path.stem}".replace("'", "-")
-            if not NAME.fullmatch(clip):
+            if not NAME_PATTERN.fullmatch(clip):
                 skipped.append(
                     (
                         name,
@@ -129,7 +140,7 @@ def find_recordings(folder: str | Path) -> WordRecordings:
         ):
             continue
         word = entry.name.casefold()
-        if not NAME.fullmatch(word.replace("'", "_")) or word in words:
+        if not NAME_PATTERN.fullmatch(word.replace("'", "_")) or word in words:
             raise CorpusError.about(
                 entry.path,
                 found="a folder that cannot be a word",

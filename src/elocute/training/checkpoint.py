@@ -33,7 +33,7 @@ def save_checkpoint(path: Path, tensors: dict[str, Tensor], record: dict[str, An
 
 def load_checkpoint(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
     """Read what `save_checkpoint` wrote. Raises ModelError."""
-    from safetensors import SafetensorError, safe_open
+    from safetensors import SafetensorError
 
     allowed = "a checkpoint (.safetensors) that training wrote"
     header = read_tensor_header(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=ModelError)
@@ -45,9 +45,9 @@ def load_checkpoint(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
         ModelError,
     )
     try:
-        with safe_open(path, framework="pt") as stored:
-            tensors = {name: stored.get_tensor(name) for name in header.shapes}
-    except (SafetensorError, OSError, ValueError) as error:
+        stored = _stored_tensors(path)
+        tensors = {name: stored[name] for name in header.shapes}
+    except (SafetensorError, OSError, ValueError, KeyError) as error:
         raise ModelError.about(
             path, found="no checkpoint that can be read", allowed=allowed
         ) from error
@@ -55,6 +55,22 @@ def load_checkpoint(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
         if not torch.isfinite(tensor).all():
             raise ModelError.about(path, found=f"NaN or infinity in {name}", allowed=allowed)
     return tensors, record
+
+
+def _stored_tensors(path: Path) -> dict[str, Tensor]:
+    from safetensors.torch import load, load_file
+
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:  # a name that safetensors cannot open
+        return load(path.read_bytes())
+    return load_file(path)
+
+
+def check_checkpoint(folder: Path) -> None:
+    """Refuse a checkpoint that cannot be read before hours are spent. Raises ModelError."""
+    if (folder / CHECKPOINT).exists():
+        load_checkpoint(folder / CHECKPOINT)
 
 
 def stored_log(path: Path, record: dict[str, Any]) -> list[dict[str, float]]:

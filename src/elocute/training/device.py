@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 import torch
 
@@ -39,6 +40,15 @@ def available_devices() -> list[str]:
     cuda = [f"cuda:{number}" for number in range(torch.cuda.device_count())]
     usable = cuda if torch.cuda.is_available() else []
     return ["cpu", *usable, *(["mps"] if torch.backends.mps.is_available() else [])]
+
+
+def by_first_process(write: Callable[[], None]) -> None:
+    """Have one of the processes that train together write, while the others wait for it."""
+    together = torch.distributed.is_available() and torch.distributed.is_initialized()
+    if not together or torch.distributed.get_rank() == 0:
+        write()
+    if together:
+        torch.distributed.barrier()
 
 
 def _remedy(wanted: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import warnings
 from collections.abc import Mapping
@@ -37,24 +38,25 @@ def export_network(
     """
     import onnx
 
+    traced = io.BytesIO()  # a path would have to be UTF-8
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            network.eval(),
+            tuple(inputs.values()),
+            traced,  # pyright: ignore[reportArgumentType] a file that is open is allowed too
+            input_names=list(inputs),
+            output_names=outputs,
+            opset_version=OPSET,
+            dynamo=False,
+            dynamic_axes=axes,
+        )
+    model = onnx.load_model_from_string(traced.getvalue())
+    for name, values in constants.items():
+        _attach_constant(model, name, values)
+    _attach_record(model, record)
     with write_atomically(path) as draft:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            torch.onnx.export(
-                network.eval(),
-                tuple(inputs.values()),
-                str(draft),
-                input_names=list(inputs),
-                output_names=outputs,
-                opset_version=OPSET,
-                dynamo=False,
-                dynamic_axes=axes,
-            )
-        model = onnx.load(draft)
-        for name, values in constants.items():
-            _attach_constant(model, name, values)
-        _attach_record(model, record)
-        onnx.save(model, draft)
+        draft.write_bytes(model.SerializeToString())
 
 
 def _attach_constant(model: Any, name: str, values: np.ndarray) -> None:

@@ -102,9 +102,9 @@ def test_a_real_talker_becomes_a_corpus(shared_data, tmp_path):
     tracked = np.load(shared_data / f"grid_s1/clips/{videos[0].stem}.npz")
     gap = np.interp(np.arange(entry.frames) / 60, tracked["t"], tracked["inner_opening_mean"])
     from elocute.evaluation.lip_closures import lip_opening
-    from elocute.evaluation.model_predictions import true_track
+    from elocute.evaluation.model_predictions import recorded_motion
 
-    assert np.corrcoef(gap, lip_opening(true_track(corpus, entry.name)))[0, 1] > 0.95
+    assert np.corrcoef(gap, lip_opening(recorded_motion(corpus, entry.name)))[0, 1] > 0.95
 
 
 def test_points_become_a_clip_with_the_sound_of_their_video(filmed, talking, tmp_path):

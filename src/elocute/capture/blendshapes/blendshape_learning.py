@@ -14,8 +14,8 @@ from elocute.capture.blendshapes.principal_components import (
     principal_directions,
 )
 from elocute.capture.blendshapes.settings import COMPONENTS, COMPONENTS_MAX, BlendshapeConfig
+from elocute.corpus.corpus_statistics import displacement_blocks
 from elocute.corpus.corpus_store import Corpus
-from elocute.corpus.statistics import displacement_blocks
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mesh import head_from_arrays

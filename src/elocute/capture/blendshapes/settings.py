@@ -16,26 +16,29 @@ COMPONENTS_MAX = 400
 class BlendshapeConfig:
     """How a basis is learned; the default is the paper's.
 
-    Raises InputError for a number outside its range.
+    Raises
+    ------
+    InputError
+        For a number outside its range.
     """
 
     components: int | None = setting(
         None,
         low=1,
         high=COMPONENTS_MAX,
-        help=f"How many shapes; {COMPONENTS} unless `variance` is given.",
+        help=f"Number of shapes; {COMPONENTS} unless `variance` is given.",
     )
     variance: float | None = setting(
         None,
         low=0.01,
         high=1.0,
-        help="As many shapes as explain this share of the squared displacement, as 0.999.",
+        help="Learn as many shapes as explain this share of the squared displacement.",
     )
     sparsity: float = setting(
         0.0,
         low=0.0,
         high=0.9,
-        help="0 for principal components, more for shapes of ever smaller parts of the face.",
+        help="Locality of the shapes: 0 for principal components, more for smaller parts.",
     )
 
     def __post_init__(self) -> None:

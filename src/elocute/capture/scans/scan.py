@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, height, is_head_sized
+from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, is_head_sized, longest_side
 from elocute.errors import CaptureError
 from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
@@ -141,7 +141,7 @@ def _check_count(scan: Scan) -> None:
 
 
 def _check_size(scan: Scan) -> None:
-    size = height(scan.points)
+    size = longest_side(scan.points)
     if is_head_sized(size):
         if np.linalg.svd(scan.points[::101] - scan.points.mean(axis=0))[1][2] < 1e-6:
             raise CaptureError.about(scan.name, found="a flat plane", allowed="a scan of a head")

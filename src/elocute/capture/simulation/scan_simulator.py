@@ -32,7 +32,7 @@ from elocute.capture.simulation.smooth_surface import (
     subdivide_triangles,
 )
 from elocute.errors import CaptureError
-from elocute.files.arrays import RowWriter, save_npy
+from elocute.files.array_writing import RowWriter, save_npy
 from elocute.files.atomic import write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms

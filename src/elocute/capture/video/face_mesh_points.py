@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.files.arrays import read_npz
+from elocute.files.array_reading import read_npz
 from elocute.files.atomic import write_atomically
 from elocute.head.mediapipe_face_mesh import CHIN, IRIS, LIPS, POINT_COUNT, RIM
 from elocute.one_line_repr import one_line

@@ -1,0 +1,1 @@
+"""Importers: folders as others distribute them, turned into a corpus."""

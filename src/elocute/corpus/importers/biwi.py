@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.common import Progress, Skipped, finish, metres_per_unit
-from elocute.corpus.importers.splits import chosen_splits
+from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
+from elocute.corpus.importers.length_scale import metres_per_unit
+from elocute.corpus.importers.split_choice import choose_splits
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.reading import bytes_text, read_bytes
@@ -54,32 +55,38 @@ def convert_biwi(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Write the corpus folder `output`; returns a line for each thing assumed or skipped.
+    """Convert B3D(AC)² into a corpus.
 
-    The unit follows from the size of the head, or by `units` (as for `metres_per_unit`); `split`
-    is as for `splits.chosen_splits`. Scanners look at faces from the front with y down;
-    where the neutral mesh looks along -Z, all is turned by half a turn about x.
+    The scanner's meshes face the front with y down: where the neutral mesh looks along -Z, all is
+    turned by half a turn about x.
 
-    Raises InputError for missing files and another topology; nothing is written then.
+    Parameters
+    ----------
+    source : Path
+        A folder as the module describes it.
+    output : Path
+        The corpus folder, new.
+    leave_out, units, split, progress
+        As for `registry.convert`.
+
+    Returns
+    -------
+    list of str
+        A line for each thing that was assumed or skipped.
+
+    Raises
+    ------
+    InputError
+        For missing files and another topology; nothing is written then.
     """
     folders = list(_sentences(source))
     if not folders:
         raise CorpusError.about(
             source, found="no SUBJECT/SENTENCE/frame_NNN.vl", allowed="the folders of B3D(AC)2"
         )
-    notes, skipped = list[str](), Skipped()
-    neutral = {
-        name: _neutral(source, name) for name in dict.fromkeys(f.parent.name for f in folders)
-    }
-    for name in [name for name, found in neutral.items() if found is None]:
-        notes.append(f"{name}: no neutral .obj or .vl")
-    meshes = {name: found for name, found in neutral.items() if found is not None}
-    if not meshes:
-        raise CorpusError.about(source, found="no neutral face", allowed="rigid_scans/SUBJECT.obj")
+    notes, skipped = list[str](), SkippedClips()
+    meshes = _neutral_faces(source, list(dict.fromkeys(f.parent.name for f in folders)), notes)
     first, faces = next(iter(meshes.values()))
-    for name, (template, _) in meshes.items():
-        if len(template) != len(first):
-            raise _topology(source / name, len(template), len(first))
     scale = metres_per_unit(first, notes, units)
     turn = (_turn(first, faces, notes) * scale).astype(np.float32)
     templates: dict[str, Array] = {name: mesh * turn for name, (mesh, _) in meshes.items()}
@@ -102,9 +109,9 @@ def convert_biwi(
                 writer.add(Clip(subject, sentence, "", read_audio(sound), frames * turn))
             except (AudioError, _BrokenFrameError) as error:
                 skipped.add(str(error), f"{subject} {sentence}")
-        finish(writer, source, skipped.notes(), _names_looked_for(source))
+        require_clips(writer, source, skipped.notes(), _names_looked_for(source))
         numbers = {entry.name: entry.sentence for entry in writer.entries}
-        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+        writer.splits |= choose_splits(writer.entries, numbers, split, notes)
     return [*notes, *skipped.notes()]
 
 
@@ -113,7 +120,23 @@ class _BrokenFrameError(CorpusError):
 
 
 def read_vl(path: Path) -> Array:
-    """(vertex, 3) of one frame, in the file's unit. Raises CorpusError for another size."""
+    """Read the vertices of one frame.
+
+    Parameters
+    ----------
+    path : Path
+        A `.vl`, as the module describes it.
+
+    Returns
+    -------
+    (vertex, 3) float32
+        In the file's unit.
+
+    Raises
+    ------
+    CorpusError
+        For a file of another size than its number of vertices needs.
+    """
     data = read_bytes(
         path, max_bytes=FILE_MAX_BYTES, allowed="a .vl of vertices", error=_BrokenFrameError
     )
@@ -128,9 +151,24 @@ def read_vl(path: Path) -> Array:
 
 
 def read_neutral_obj(path: Path) -> tuple[Array, NDArray[np.int32]]:
-    """Vertices (vertex, 3) and triangles or quads (face, 4), triangles repeating their last.
+    """Read a neutral face.
 
-    Raises CorpusError for a file that is not a mesh.
+    Parameters
+    ----------
+    path : Path
+        An `.obj` of triangles and quads.
+
+    Returns
+    -------
+    vertices : (vertex, 3) float32
+        In the file's unit.
+    faces : (face, 4) int32
+        Corners; triangles repeat their last one.
+
+    Raises
+    ------
+    CorpusError
+        For a file that is not a mesh.
     """
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
@@ -157,6 +195,7 @@ def read_neutral_obj(path: Path) -> tuple[Array, NDArray[np.int32]]:
 
 
 def _root(source: Path) -> Path:
+    """The folder of the subjects."""
     return source / "faces" if (source / "faces").is_dir() else source
 
 
@@ -168,11 +207,33 @@ def _sentences(source: Path) -> Iterator[Path]:
 
 
 def _has_vl(folder: Path) -> bool:
+    """Whether a folder holds frames."""
     with os.scandir(folder) as entries:
         return any(entry.name.endswith(".vl") for entry in entries)
 
 
+def _neutral_faces(
+    source: Path, subjects: list[str], notes: list[str]
+) -> dict[str, tuple[Array, NDArray[np.int32] | None]]:
+    """Vertices and faces of those subjects that have a neutral mesh, all of one topology."""
+    meshes = {}
+    for name in subjects:
+        mesh = _neutral(source, name)
+        if mesh is None:
+            notes.append(f"{name}: no neutral .obj or .vl")
+        else:
+            meshes[name] = mesh
+    if not meshes:
+        raise CorpusError.about(source, found="no neutral face", allowed="rigid_scans/SUBJECT.obj")
+    count = len(next(iter(meshes.values()))[0])
+    for name, (template, _) in meshes.items():
+        if len(template) != count:
+            raise _topology(source / name, len(template), count)
+    return meshes
+
+
 def _neutral(source: Path, subject: str) -> tuple[Array, NDArray[np.int32] | None] | None:
+    """Vertices and faces of a subject's neutral mesh, or None where there is none."""
     inside = _root(source) / subject
     for path in (
         source / "rigid_scans" / f"{subject}.obj",
@@ -200,6 +261,7 @@ def _turn(vertices: Array, faces: NDArray[np.int32] | None, notes: list[str]) ->
 
 
 def _sound(source: Path, subject: str, sentence: str) -> Path | None:
+    """The sound of a sentence, or None where there is none."""
     names = [name.format(subject=subject, sentence=sentence) for name in SOUND_NAMES]
     for folder in SOUND_FOLDERS:
         for name in names:
@@ -232,11 +294,13 @@ def _frames(folder: Path, count: int, notes: list[str]) -> Array:
 
 
 def _number(path: Path) -> int:
+    """The number of a frame in its file's name."""
     digits = "".join(c for c in path.stem if c.isdecimal())
     return int(digits[-9:]) if digits else 0
 
 
 def _topology(path: Path, found: int, expected: int) -> CorpusError:
+    """The error for another number of vertices."""
     return CorpusError.about(
         path, found=f"{found} vertices", allowed=f"{expected}, as the neutral face has"
     )

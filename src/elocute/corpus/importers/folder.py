@@ -1,4 +1,4 @@
-"""The convention of later work on VOCASET and BIWI: one array and one sound file a sentence.
+"""The layout of later work on VOCASET and BIWI: one array and one sound file for each sentence.
 
 vertices_npy/SUBJECT_SENTENCE.npy  (frame, vertex, 3) or (frame, 3 · vertex)
 wav/SUBJECT_SENTENCE.wav
@@ -7,6 +7,7 @@ templates.pkl                      {subject: (vertex, 3)}
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,27 +17,22 @@ from numpy.typing import NDArray
 from elocute.audio.read import probe_audio, read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.frame_rates import frame_rate
-from elocute.corpus.importers.common import (
-    FLOATS,
-    Progress,
-    Skipped,
-    finish,
-    mapped,
-    metres_per_unit,
-    templates_of,
-)
-from elocute.corpus.importers.splits import PUBLISHED, chosen_splits
+from elocute.corpus.frame_rates import choose_frame_rate
+from elocute.corpus.importers.foreign_arrays import FLOATS, checked_templates, open_float_array
+from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
+from elocute.corpus.importers.length_scale import metres_per_unit
+from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
+from elocute.corpus.importers.split_choice import choose_splits
 from elocute.corpus.importers.vocaset import read_texts, sentence_id
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import read_npy
+from elocute.files.array_reading import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle
 
 ARRAY_MAX_BYTES = 8_000_000_000
 FOLDERS = ("vertices_npy", "wav")
 PROBED = 24
-"""Clips whose lengths tell the frame rate."""
+"""Most clips whose lengths are compared to find the frame rate."""
 
 
 def convert_folder(
@@ -50,87 +46,124 @@ def convert_folder(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Write the corpus folder `output`; returns a line for each thing assumed or skipped.
+    """Convert such a folder into a corpus.
 
-    fps    of the arrays, which store none: by default told by the lengths of the sounds and by
-           the mesh (BIWI has 25; VOCASET 60, or 30 where every second frame was kept)
-    texts  as for `convert_vocaset`
-    units  as for `metres_per_unit`: by default told by the size of the templates
-    split  as for `splits.chosen_splits`
+    Parameters
+    ----------
+    source : Path
+        A folder as the module describes it.
+    output : Path
+        The corpus folder, new.
+    fps : float, optional
+        Frames per second of the arrays, which do not say it; by default from the lengths of the
+        sounds and the mesh (BIWI has 25; VOCASET 60, or 30 where every second frame was kept).
+    texts, leave_out, units, split, progress
+        As for `registry.convert`.
 
-    Raises InputError for missing, foreign or broken files and another topology; nothing is
-    written then.
+    Returns
+    -------
+    list of str
+        A line for each thing that was assumed or skipped.
+
+    Raises
+    ------
+    InputError
+        For missing, foreign or damaged files and another topology; nothing is written then.
     """
-    for name in FOLDERS:
-        if not (source / name).is_dir():
-            raise CorpusError.about(
-                source, found=f"no folder {name}", allowed="vertices_npy, wav, templates.pkl"
-            )
+    _check_folders(source)
     path = source / "templates.pkl"
-    templates = templates_of(path, read_pickle(path))
+    templates = checked_templates(path, read_pickle(path))
     words = {} if texts is None else read_texts(texts)
-    notes, skipped = list[str](), Skipped()
+    notes, skipped = list[str](), SkippedClips()
     first = next(iter(templates.values()))
     known = topology_of(len(first))
     if known:
         notes.append(f"mesh: {known.title}, by its {known.vertices} vertices")
     scale = metres_per_unit(first, notes, units)
     arrays = sorted((source / "vertices_npy").glob("*.npy"))
-    heard = {p.stem for p in (source / "wav").glob("*.wav")}
-    rate = frame_rate(_lengths(source, arrays, heard), known, fps, notes)
-    for name in sorted(heard - {p.stem for p in arrays}):
+    sounds = {p.stem for p in (source / "wav").glob("*.wav")}
+    rate = choose_frame_rate(_lengths(source, arrays, sounds), known, fps, notes)
+    for name in sorted(sounds - {p.stem for p in arrays}):
         skipped.add("no motion", name)
     scaled = {name: template * np.float32(scale) for name, template in templates.items()}
     topology = known.name if known else ""
     with corpus_writer(output, scaled, fps=rate, topology=topology) as writer:
         numbers: dict[str, str] = {}
-        for done, array in enumerate(arrays, 1):
-            if progress:
-                progress(done / len(arrays))
-            subject, number = _parts(array.stem, templates)
-            if {array.stem, subject, f"{subject}.{number}"} & leave_out:
-                continue
-            if not subject or array.stem not in heard:
-                skipped.add("no sound" if subject else "no template", array.stem)
-                continue
-            vertices = _vertices(array, len(templates[subject]))
+        for array, subject, number in _usable(
+            arrays, templates, sounds, leave_out, skipped, progress
+        ):
+            vertices = _vertices(array, len(templates[subject])) * np.float32(scale)
             text = words.get((subject, number), "")
-            # VOCASET's numbers mean another text with each subject; others' mean the same.
-            lone = text or subject in PUBLISHED
-            sentence = sentence_id(subject, number, text) if lone else number
             try:
                 sound = read_audio(source / "wav" / f"{array.stem}.wav")
-                clip = Clip(subject, sentence, text, sound, vertices * np.float32(scale))
+                clip = Clip(subject, _sentence(subject, number, text), text, sound, vertices)
                 writer.add(clip)
                 numbers[clip.name] = number
             except (AudioError, CorpusError) as error:
                 skipped.add(str(error), array.stem)
-        finish(
+        require_clips(
             writer,
             source,
             skipped.notes(),
             "vertices_npy/SUBJECT_SENTENCE.npy, wav/SUBJECT_SENTENCE.wav, SUBJECT in templates.pkl",
         )
-        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+        writer.splits |= choose_splits(writer.entries, numbers, split, notes)
     return [*notes, *skipped.notes()]
 
 
-def _lengths(source: Path, arrays: list[Path], heard: set[str]) -> list[tuple[int, float]]:
-    """Frames and seconds of sound of some clips, evenly taken; unreadable ones come up later."""
-    paired = [path for path in arrays if path.stem in heard]
+def _check_folders(source: Path) -> None:
+    """Raise CorpusError where a folder is missing."""
+    for name in FOLDERS:
+        if not (source / name).is_dir():
+            raise CorpusError.about(
+                source, found=f"no folder {name}", allowed="vertices_npy, wav, templates.pkl"
+            )
+
+
+def _lengths(source: Path, arrays: list[Path], sounds: set[str]) -> list[tuple[int, float]]:
+    """Frames and seconds of sound of some clips, evenly spaced; unreadable ones come up later."""
+    paired = [path for path in arrays if path.stem in sounds]
     found = []
     for path in paired[:: max(1, len(paired) // PROBED)][:PROBED]:
         try:
             seconds = probe_audio(source / "wav" / f"{path.stem}.wav").duration_s
             if seconds:
-                found.append((len(mapped(path)), seconds))
+                found.append((len(open_float_array(path)), seconds))
         except (AudioError, CorpusError):
             continue
     return found
 
 
-def _parts(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
-    """Subject and sentence of SUBJECT_SENTENCE; subjects may hold the line themselves."""
+def _usable(
+    arrays: list[Path],
+    templates: dict[str, Any],
+    sounds: set[str],
+    leave_out: frozenset[str],
+    skipped: SkippedClips,
+    progress: Progress,
+) -> Iterator[tuple[Path, str, str]]:
+    """Each array that has a template and a sound, with its subject and sentence."""
+    for done, array in enumerate(arrays, 1):
+        if progress:
+            progress(done / len(arrays))
+        subject, number = _subject_and_sentence(array.stem, templates)
+        if {array.stem, subject, f"{subject}.{number}"} & leave_out:
+            continue
+        if not subject or array.stem not in sounds:
+            skipped.add("no sound" if subject else "no template", array.stem)
+            continue
+        yield array, subject, number
+
+
+def _sentence(subject: str, number: str, text: str) -> str:
+    """VOCASET's numbers mean another text with each subject; those of others mean the same."""
+    if text or subject in VOCASET_SUBJECTS:
+        return sentence_id(subject, number, text)
+    return number
+
+
+def _subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
+    """Subject and sentence of SUBJECT_SENTENCE; a subject's own name may contain `_`."""
     for subject in sorted(templates, key=len, reverse=True):
         if stem.startswith(f"{subject}_"):
             return subject, stem[len(subject) + 1 :]

@@ -1,7 +1,7 @@
-"""Real lips: clips of a talker tracked in video, as weights of the built-in head.
+"""The GRID corpus's lips: a talker tracked in video, as weights of the built-in head.
 
 A folder holds `NAME.ogg` and `NAME.npz`: `lip_xyz` (frame, 43, 3) pixels of MediaPipe's face
-mesh at `lip_idx`, heads laid over one another within a clip, x to the right of the picture, y
+mesh at `lip_idx`, heads aligned with one another within a clip, x to the right of the picture, y
 down, depth weak and away from the camera; `eye_dist_px`; distances in units of the outer
 eye-corner distance (`inner_opening_mean`, `lip_width`, `jaw`, `lower_lip`, `upper_lip`, the
 last three from the nose); `fps`, `valid` and `words`, a JSON text of [start s, end s, word].
@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +21,11 @@ from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.common import Progress, finish
-from elocute.corpus.importers.lip_fit import SPEECH_SHAPES, Lips, fit_lips, lip_rows
-from elocute.corpus.importers.splits import chosen_splits
+from elocute.corpus.importers.import_report import Progress, require_clips
+from elocute.corpus.importers.lip_fit import SPEECH_SHAPES, LipMotion, fit_lips, lip_shape_effects
+from elocute.corpus.importers.split_choice import choose_splits
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import read_npz
+from elocute.files.array_reading import read_npz
 from elocute.files.json_records import parse_json
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import (
@@ -39,7 +40,7 @@ from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.resampling import interpolate
 from elocute.numerics.smoothing import gaussian_smoothed
 
-Floats = NDArray[np.float64]
+Doubles = NDArray[np.float64]
 
 SUBJECT = "grid"
 NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
@@ -52,28 +53,59 @@ SILENCE = ("sil", "sp", "")
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
-    """One clip as it was tracked, in eye distances, y up and z out of the face.
+class TrackedLips:
+    """The lips of one clip in units of the outer eye-corner distance, y up and z out of the face.
 
-    points   (frame, contour, point, 3) from below the nose
-    scalars  name to (frame,)
+    Attributes
+    ----------
+    name : str
+        Of the clip.
+    fps : float
+        Frames per second.
+    points : (frame, contour, point, 3) float64
+        From the point below the nose, along `LIP_CONTOURS`.
+    scalars : dict of str to (frame,) float64
+        Distances by name, those of `SCALARS`.
+    words : tuple of str
+        What is said.
     """
 
     name: str
     fps: float
-    points: Floats
-    scalars: dict[str, Floats]
+    points: Doubles
+    scalars: dict[str, Doubles]
     words: tuple[str, ...]
 
 
 def grid_clips(
     folder: str | Path, *, leave_out: set[str], fps: float, skipped: list[str] | None = None
 ) -> Iterator[tuple[Clip, float]]:
-    """Each clip as weights of the built-in head at `fps`, and its residual (RMS, mm, x and y).
+    """Fit the built-in head to the clips of a folder, one after another.
 
-    Subject `grid`, sentence the clip's name, text its words. Clips named in `leave_out` are
-    not even looked at. Those that cannot be read are told in `skipped`. Raises CorpusError
-    where nothing is left.
+    Subjects are called `grid` and sentences as their files.
+
+    Parameters
+    ----------
+    folder : str or Path
+        As the module describes it.
+    leave_out : set of str
+        Names of clips, which are not even opened.
+    fps : float
+        Frames per second of the result.
+    skipped : list of str, optional
+        A line is appended for each clip that cannot be read.
+
+    Yields
+    ------
+    clip : Clip
+        Weights of the built-in head.
+    residual_mm : float
+        RMS distance that the fit leaves in x and y, mm.
+
+    Raises
+    ------
+    CorpusError
+        Where no clip is left.
     """
     notes = skipped if skipped is not None else []
     paths = [p for p in sorted(Path(folder).glob("*.npz")) if p.stem not in leave_out]
@@ -81,18 +113,18 @@ def grid_clips(
         raise CorpusError.about(folder, found="no NAME.npz", allowed="clips tracked in video")
     rest = resting_lips(paths)
     head = load_builtin_head()
-    rows = lip_rows(head, rest.points[0])
+    rows = lip_shape_effects(head, rest.points[0])
     columns = [head.expression_index(name) for name in SPEECH_SHAPES]
     scale = 1000 * head.eye_distance_m
     count = 0
     for path in paths:
         try:
-            track = read_track(path)
+            track = read_tracked_lips(path)
             sound = read_audio(path.with_suffix(".ogg"), sample_rate=SPEECH_RATE)
         except (CorpusError, AudioError) as error:
             notes.append(str(error))
             continue
-        weights, residual_mm = fit_lips(rows, lips_of(track, rest, scale))
+        weights, residual_mm = fit_lips(rows, lip_motion(track, rest, scale))
         frames = np.zeros((round(sound.duration_s * fps), len(head.expression_names)), np.float32)
         times = np.arange(len(frames)) / fps
         frames[:, columns] = np.clip(
@@ -113,9 +145,28 @@ def convert_grid(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Write the corpus folder `output` of all clips of `source`, or of `source/clips`.
+    """Convert all clips of `source`, or of `source/clips`, into a corpus.
 
-    Returns a line for each thing that was skipped. Raises CorpusError; nothing is written then.
+    Parameters
+    ----------
+    source : Path
+        The folder.
+    output : Path
+        The corpus folder, new.
+    fps : float
+        Frames per second of the corpus.
+    leave_out, split, progress
+        As for `registry.convert`.
+
+    Returns
+    -------
+    list of str
+        A line for each thing that was skipped, the residual, and the split.
+
+    Raises
+    ------
+    CorpusError
+        Where no clip can be used; nothing is written then.
     """
     folder = source / "clips" if (source / "clips").is_dir() else source
     total = max(1, sum(p.stem not in leave_out for p in folder.glob("*.npz")))
@@ -139,59 +190,93 @@ def convert_grid(
             residuals.append(residual_mm)
             if progress:
                 progress((len(residuals) + len(notes)) / total)
-        finish(writer, source, notes)
+        require_clips(writer, source, notes)
         notes.append(f"residual: {np.median(residuals):.2f} mm (median over clips)")
         numbers = {entry.name: entry.sentence for entry in writer.entries}
-        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+        writer.splits |= choose_splits(writer.entries, numbers, split, notes)
     return notes
 
 
-def read_track(path: Path) -> Track:
-    """One tracked clip; frames without a face are bridged. Raises CorpusError."""
+def read_tracked_lips(path: Path) -> TrackedLips:
+    """Read one tracked clip; frames without a face are interpolated.
+
+    Parameters
+    ----------
+    path : Path
+        Its `.npz`.
+
+    Returns
+    -------
+    TrackedLips
+        The lips.
+
+    Raises
+    ------
+    CorpusError
+        For missing fields, unusable numbers, or fewer than two frames with a face.
+    """
     fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     try:
-        given = np.asarray(fields["lip_xyz"], np.float64)
-        if given.ndim != 3 or given.shape[2] != 3 or len(given) > FRAMES_MAX:
-            raise ValueError(f"lip_xyz of shape {given.shape}")
-        index = {int(number): place for place, number in enumerate(fields["lip_idx"].tolist())}
-        unit = float(np.ravel(fields["eye_dist_px"])[0])
-        valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
-        scalars = {name: np.asarray(fields[name], np.float64) for name in SCALARS}
-        told = parse_json(str(fields["words"]), path, allowed=ALLOWED, error=CorpusError)
-        words = [str(word) for _, _, word in told]
-        fps = float(fields["fps"])
-        if not 0 < fps <= FPS_MAX or not 0 < unit < np.inf:
-            raise ValueError("no rate or unit")
-        if any(len(values) != len(given) for values in scalars.values()):
-            raise ValueError("fields of different lengths")
-        contours = [[index[number] for number in contour] for contour in LIP_CONTOURS]
-        nose = gaussian_smoothed(_bridged(given[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
-        points = _bridged(given, valid)[:, contours] - nose[:, None, None]
-        scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
+        return _tracked_lips(path, fields)
     except CorpusError:
         raise
     except (KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
         raise CorpusError.about(
             path, found=f"no tracked lips in it ({str(error)[:80]})", allowed=ALLOWED
         ) from error
+
+
+def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
+    """The lips in the fields of a file; raises what NumPy raises where they do not fit."""
+    given = np.asarray(fields["lip_xyz"], np.float64)
+    if given.ndim != 3 or given.shape[2] != 3 or len(given) > FRAMES_MAX:
+        raise ValueError(f"lip_xyz of shape {given.shape}")
+    index = {int(number): place for place, number in enumerate(fields["lip_idx"].tolist())}
+    unit = float(np.ravel(fields["eye_dist_px"])[0])
+    valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
+    scalars = {name: np.asarray(fields[name], np.float64) for name in SCALARS}
+    rows = parse_json(str(fields["words"]), path, allowed=ALLOWED, error=CorpusError)
+    words = [str(word) for _, _, word in rows]
+    fps = float(fields["fps"])
+    if not 0 < fps <= FPS_MAX or not 0 < unit < np.inf:
+        raise ValueError("no rate or unit")
+    if any(len(values) != len(given) for values in scalars.values()):
+        raise ValueError("fields of different lengths")
+    contours = [[index[number] for number in contour] for contour in LIP_CONTOURS]
+    nose = gaussian_smoothed(_bridged(given[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
+    points = _bridged(given, valid)[:, contours] - nose[:, None, None]
+    scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     with np.errstate(over="ignore", invalid="ignore"):
         points = points * [1, -1, -1] / unit
     if not np.isfinite(points).all():
         raise CorpusError.about(path, found="points that are not finite", allowed=ALLOWED)
     said = tuple(word for word in words if word not in SILENCE)
-    return Track(path.stem, fps, points, scalars, said)
+    return TrackedLips(path.stem, fps, points, scalars, said)
 
 
-def resting_lips(paths: list[Path]) -> Track:
-    """The talker at rest, one frame: the median of frames with nearly closed lips, over clips.
+def resting_lips(paths: list[Path]) -> TrackedLips:
+    """The talker at rest: the median of frames with nearly closed lips, over clips.
 
-    Clips without such a frame, and those that cannot be read, do not count.
+    Parameters
+    ----------
+    paths : list of Path
+        Clips; those without such a frame, or that cannot be read, do not count.
+
+    Returns
+    -------
+    TrackedLips
+        One frame.
+
+    Raises
+    ------
+    CorpusError
+        Where no clip counts.
     """
-    points: list[Floats] = []
+    points: list[Doubles] = []
     scalars: dict[str, list[float]] = {name: [] for name in SCALARS}
     for path in paths:
         try:
-            track = read_track(path)
+            track = read_tracked_lips(path)
         except CorpusError:
             continue
         resting = track.scalars["inner_opening_mean"] < TRACKED_CLOSED
@@ -204,15 +289,29 @@ def resting_lips(paths: list[Path]) -> Track:
             paths[0].parent, found="nowhere a closed mouth", allowed="lips that rest at times"
         )
     medians = {name: np.array([np.median(values)]) for name, values in scalars.items()}
-    return Track("rest", 1.0, np.median(points, axis=0)[None], medians, ())
+    return TrackedLips("rest", 1.0, np.median(points, axis=0)[None], medians, ())
 
 
-def lips_of(track: Track, rest: Track, scale: float) -> Lips:
-    """What moved, in mm of a head whose eye corners are `scale` mm apart.
+def lip_motion(track: TrackedLips, rest: TrackedLips, scale: float) -> LipMotion:
+    """What moved, at the size of a head.
 
-    Trackers see a small gap between lips that touch; it is taken away where lips are nearly
-    closed, so that closed means closed on the head. The mouth as a whole stays in the middle:
-    seen from the front, a head that turns looks like a jaw that slides.
+    A tracker sees a small gap between lips that touch; it is removed where lips are nearly closed,
+    so that closed means closed on the head. The mouth as a whole stays in the middle: seen from the
+    front, a head that turns looks like a jaw that slides.
+
+    Parameters
+    ----------
+    track : TrackedLips
+        The clip.
+    rest : TrackedLips
+        The talker at rest.
+    scale : float
+        Distance of the head's outer eye corners, mm.
+
+    Returns
+    -------
+    LipMotion
+        Displacements from rest.
     """
     seen = track.scalars["inner_opening_mean"]
     ease = tracked_opening_share(seen)
@@ -223,7 +322,7 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     half = ease[:, None, None] * (points[:, upper] - points[:, lower]) / 2
     points[:, upper], points[:, lower] = middle + half, middle - half
     change = {name: scale * (track.scalars[name] - rest.scalars[name]) for name in SCALARS}
-    return Lips(
+    return LipMotion(
         points,
         scale * ease * np.maximum(seen - TRACKED_RESTING, 0),
         seen < TRACKED_CLOSED,
@@ -234,8 +333,8 @@ def lips_of(track: Track, rest: Track, scale: float) -> Lips:
     )
 
 
-def _bridged(values: Floats, valid: NDArray[np.integer]) -> Floats:
-    """Frames (frame, …) that hold no face or no number, filled in from those around them."""
+def _bridged(values: Doubles, valid: NDArray[np.integer]) -> Doubles:
+    """Frames (frame, …) without a face or a finite number, interpolated from those around them."""
     flat = values.reshape(len(values), -1)
     good = valid[np.isfinite(flat[valid]).all(axis=1)]
     if len(good) < 2:

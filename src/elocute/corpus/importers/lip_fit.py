@@ -2,8 +2,8 @@
 
 The rows of one least-squares problem, all in millimetres: where the lip points went (x and y;
 depth counts little, since it was guessed from one picture), how far the lips are apart, how
-wide the mouth is, and how far lips and chin are from the nose. Weights lie in 0..1 and follow
-one another smoothly.
+wide the mouth is, and how far lips and chin are from the nose. Weights lie in 0 to 1 and change
+smoothly over time.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from elocute.numerics.bounded_least_squares import solve_box_chain
 from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import one_line
 
-Floats = NDArray[np.float64]
+Doubles = NDArray[np.float64]
 
 SPEECH_SHAPES = (
     "jawOpen",
@@ -47,8 +47,8 @@ AXIS_WEIGHTS = (1.0, 1.0, 0.2)  # x, y, z
 GAP_WEIGHT, CLOSED_GAP_WEIGHT = 2.0, 30.0
 MEAN_GAP_WEIGHT, WIDTH_WEIGHT, LIP_WEIGHT, JAW_WEIGHT = 8.0, 3.0, 2.0, 2.0
 PULL_MM2 = 2.0  # what a squared weight costs: decides between shapes that look alike
-# Shapes that the lips of one picture hardly tell from others cost more.
-DEAR = {
+# Shapes that one picture of the lips hardly distinguishes from others cost more.
+SHAPE_COSTS = {
     "mouthLabiodental": 100.0,
     "mouthShrugUpper": 40.0,
     "mouthShrugLower": 40.0,
@@ -59,52 +59,76 @@ SMOOTH_MM2 = 6.0  # what a squared change between two frames costs
 
 
 @dataclass(frozen=True, eq=False)
-class Lips:
+class LipMotion:
     """Tracked lips as displacements from the talker's rest, at the size of the head.
 
-    points  (frame, contour, point, 3) mm, along LIP_CONTOURS of the face mesh; inner lips that
-            touch move together
-    gap     (frame,) mm between the inner lips, 0 where they touch
-    closed  (frame,) whether they do
-    width, upper, lower, jaw  (frame,) mm wider than at rest, and further from the nose
+    Attributes
+    ----------
+    points : (frame, contour, point, 3) float64
+        Along `LIP_CONTOURS` of the face mesh, mm; inner lips that touch move together.
+    gap : (frame,) float64
+        Between the inner lips, mm; 0 where they touch.
+    closed : (frame,) bool
+        Whether they touch.
+    width : (frame,) float64
+        How much wider the mouth is than at rest, mm.
+    upper, lower, jaw : (frame,) float64
+        How much further than at rest upper lip, lower lip and chin are from the nose, mm.
     """
 
-    points: Floats
-    gap: Floats
+    points: Doubles
+    gap: Doubles
     closed: NDArray[np.bool_]
-    width: Floats
-    upper: Floats
-    lower: Floats
-    jaw: Floats
+    width: Doubles
+    upper: Doubles
+    lower: Doubles
+    jaw: Doubles
 
     __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)
-class LipRows:
-    """What one unit of each speech shape does, in mm, at the places that lips were tracked.
+class LipShapeEffects:
+    """What one unit of each speech shape does at the places where lips are tracked, mm.
 
-    points  (component, contour, point, 3)
-    gaps    (component, column) of the inner lips, over the head's columns
-    middle  (component,) mean gap of the columns that `measure_mouth` looks at
-    width, upper, lower, jaw  (component,) as in `Lips`
-    share   (column, point) carries a gap along INNER_UPPER over to the head's columns
+    Attributes
+    ----------
+    points : (component, contour, point, 3) float64
+        Displacements of the tracked points.
+    gaps : (component, column) float64
+        Of the inner lips, over the head's columns of lip vertices.
+    middle : (component,) float64
+        Mean gap of the columns that `measure_mouth` takes.
+    width, upper, lower, jaw : (component,) float64
+        As in `LipMotion`.
+    share : (column, point) float64
+        Interpolates a gap along `INNER_UPPER` to the head's columns.
     """
 
-    points: Floats
-    gaps: Floats
-    middle: Floats
-    width: Floats
-    upper: Floats
-    lower: Floats
-    jaw: Floats
-    share: Floats
+    points: Doubles
+    gaps: Doubles
+    middle: Doubles
+    width: Doubles
+    upper: Doubles
+    lower: Doubles
+    jaw: Doubles
+    share: Doubles
 
 
-def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
-    """Find tracked points on the head's lips by arc length between the corners.
+def lip_shape_effects(head: HeadModel, rest: Doubles) -> LipShapeEffects:
+    """Find the tracked points on the head's lips by arc length between the corners of the mouth.
 
-    rest  (contour, point, 3), the talker's resting lips in any unit
+    Parameters
+    ----------
+    head : HeadModel
+        With the shapes of `SPEECH_SHAPES`.
+    rest : (contour, point, 3) float64
+        The talker's resting lips, in any unit.
+
+    Returns
+    -------
+    LipShapeEffects
+        Of this head.
     """
     chosen = [head.expression_index(name) for name in SPEECH_SHAPES]
     basis = 1000 * head.expression_basis[chosen].astype(np.float64)
@@ -128,7 +152,7 @@ def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
     gaps = basis[:, upper, 1] - basis[:, lower, 1]
     third = len(upper) // 3
     chin, top, bottom = head.landmarks[8], head.landmarks[51], head.landmarks[57]
-    return LipRows(
+    return LipShapeEffects(
         np.stack(points, axis=1),
         gaps,
         gaps[:, third : len(upper) - third].mean(axis=1),
@@ -140,11 +164,26 @@ def lip_rows(head: HeadModel, rest: Floats) -> LipRows:
     )
 
 
-def fit_lips(rows: LipRows, lips: Lips) -> tuple[Floats, float]:
-    """(frame, speech shape) weights in 0..1, and the RMS distance of the points in x and y, mm."""
+def fit_lips(rows: LipShapeEffects, lips: LipMotion) -> tuple[Doubles, float]:
+    """Fit the speech shapes to tracked lips, all frames of a clip together.
+
+    Parameters
+    ----------
+    rows : LipShapeEffects
+        What the shapes do.
+    lips : LipMotion
+        What is to be fitted.
+
+    Returns
+    -------
+    weights : (frame, shape) float64
+        0 to 1, in the order of `SPEECH_SHAPES`.
+    residual_mm : float
+        RMS distance of the points in x and y, mm.
+    """
     count = len(rows.middle)
     low, high = np.zeros(count), np.ones(count)
-    pull = PULL_MM2 * np.array([DEAR.get(name, 1.0) for name in SPEECH_SHAPES])
+    pull = PULL_MM2 * np.array([SHAPE_COSTS.get(name, 1.0) for name in SPEECH_SHAPES])
     open_gram, open_side = _normal(rows, lips, GAP_WEIGHT)
     closed_gram, closed_side = _normal(rows, lips, CLOSED_GAP_WEIGHT)
     side = np.where(lips.closed[:, None], closed_side, open_side)
@@ -161,8 +200,8 @@ def fit_lips(rows: LipRows, lips: Lips) -> tuple[Floats, float]:
     return weights, float(np.sqrt((left**2).sum(axis=-1).mean()))
 
 
-def _normal(rows: LipRows, lips: Lips, gap_weight: float) -> tuple[Floats, Floats]:
-    """Gram matrix (component, component) and right sides (frame, component)."""
+def _normal(rows: LipShapeEffects, lips: LipMotion, gap_weight: float) -> tuple[Doubles, Doubles]:
+    """Gram matrix (component, component) and right-hand sides (frame, component)."""
     count, frames = len(rows.middle), len(lips.gap)
     axes = np.asarray(AXIS_WEIGHTS)
     upper, lower = lips.points[:, 2, :, 1], lips.points[:, 3, :, 1]
@@ -180,16 +219,17 @@ def _normal(rows: LipRows, lips: Lips, gap_weight: float) -> tuple[Floats, Float
     return model @ model.T, target @ model.T
 
 
-def _single(weight: float, row: Floats, target: Floats) -> tuple[Floats, Floats]:
+def _single(weight: float, row: Doubles, target: Doubles) -> tuple[Doubles, Doubles]:
+    """One row of the model (component, 1) and its targets (frame, 1), weighted."""
     return weight * row[:, None], weight * target[:, None]
 
 
-def _arc_length(line: Floats) -> Floats:
+def _arc_length(line: Doubles) -> Doubles:
     """(point,) share of the way along a line (point, 3), 0 to 1."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     return along / along[-1]
 
 
-def _interpolation(places: Floats, along: Floats) -> Floats:
+def _interpolation(places: Doubles, along: Doubles) -> Doubles:
     """(place, knot) matrix that interpolates linearly between knots at `along`."""
     return interpolate(along, np.eye(len(along)), places)

@@ -18,18 +18,18 @@ from numpy.typing import NDArray
 
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.common import (
-    Progress,
-    finish,
-    mapped,
-    plain,
-    templates_of,
-    waveform_of,
+from elocute.corpus.importers.foreign_arrays import (
+    checked_templates,
+    checked_waveform,
+    one_line_name,
+    open_float_array,
 )
-from elocute.corpus.importers.splits import PUBLISHED, chosen_splits
-from elocute.corpus.split import Entry
+from elocute.corpus.importers.import_report import Progress, require_clips
+from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
+from elocute.corpus.importers.split_choice import choose_splits
+from elocute.corpus.split import ClipEntry
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import ArrayFile
+from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import parse_json
 from elocute.files.pickles.closed_pickle import read_pickle
 from elocute.files.reading import read_text
@@ -54,33 +54,41 @@ def convert_vocaset(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Write the corpus folder `output`; returns a line for each thing that was skipped.
+    """Convert VOCASET into a corpus.
 
-    split  as for `splits.chosen_splits`: the published one by default
-    texts  .json {subject: {sentence: text}} or lines `subject TAB sentence TAB text`. VOCASET's
-           sentence numbers mean another text with each subject, so without texts no two
-           subjects share a sentence identifier, and with them those share that say the same.
+    VOCASET's sentence numbers mean another text with each subject. Without texts, no two subjects
+    share a sentence identifier; with texts, those share one that say the same.
 
-    Raises InputError for missing, foreign or broken files, another topology, and rows that are
-    not there; nothing is written then.
+    Parameters
+    ----------
+    source : Path
+        A folder as the module describes it.
+    output : Path
+        The corpus folder, new.
+    texts : Path, optional
+        What is said, as for `read_texts`.
+    leave_out, split, progress
+        As for `registry.convert`.
+
+    Returns
+    -------
+    list of str
+        A line for each thing that was assumed or skipped.
+
+    Raises
+    ------
+    InputError
+        For missing, foreign or damaged files, another topology, and rows that do not exist; nothing
+        is written then.
     """
-    for name in FILES:
-        if not (source / name).is_file():
-            raise CorpusError.about(source, found=f"no {name}", allowed=", ".join(FILES))
-    vertices = mapped(source / "data_verts.npy")
-    if vertices.ndim != 3 or vertices.shape[1:] != (VERTICES, 3):
-        raise CorpusError.about(
-            source / "data_verts.npy",
-            found=_shape_told(vertices),
-            allowed=f"(frames, {VERTICES}, 3), {VERTICES} vertices",
-        )
+    vertices = _open_vertices(source)
     path = source / "templates.pkl"
-    templates = templates_of(path, read_pickle(path), VERTICES)
+    templates = checked_templates(path, read_pickle(path), VERTICES)
     rows = _nested(source / "subj_seq_to_idx.pkl")
     sounds = _nested(source / "raw_audio_fixed.pkl")
     words = {} if texts is None else read_texts(texts)
     order = sorted(templates, key=lambda name: (_rank(name), name))
-    notes = _strangers(rows, sounds, templates)
+    notes = _without_template(rows, sounds, templates)
     with corpus_writer(
         output, {name: templates[name] for name in order}, fps=FPS, topology="flame", note=NOTE
     ) as writer:
@@ -101,19 +109,51 @@ def convert_vocaset(
                     numbers[clip.name] = number
             if progress:
                 progress(done / len(order))
-        finish(writer, source, notes)
-        writer.splits |= chosen_splits(writer.entries, numbers, split, notes)
+        require_clips(writer, source, notes)
+        writer.splits |= choose_splits(writer.entries, numbers, split, notes)
     return notes
 
 
+def _open_vertices(source: Path) -> ArrayFile:
+    """(row, vertex, 3) of all sentences, once all files are known to be there."""
+    for name in FILES:
+        if not (source / name).is_file():
+            raise CorpusError.about(source, found=f"no {name}", allowed=", ".join(FILES))
+    vertices = open_float_array(source / "data_verts.npy")
+    if vertices.ndim != 3 or vertices.shape[1:] != (VERTICES, 3):
+        count = f", {vertices.shape[1]} vertices" if vertices.ndim == 3 else ""
+        raise CorpusError.about(
+            source / "data_verts.npy",
+            found=f"shape {vertices.shape}{count}",
+            allowed=f"(frames, {VERTICES}, 3), {VERTICES} vertices",
+        )
+    return vertices
+
+
 def read_texts(path: Path) -> Texts:
-    """(subject, sentence) to text. Raises CorpusError."""
+    """Read what is said in each sentence.
+
+    Parameters
+    ----------
+    path : Path
+        .json {subject: {sentence: text}}, or lines of `subject TAB sentence TAB text`.
+
+    Returns
+    -------
+    dict of (str, str) to str
+        Text by subject and sentence.
+
+    Raises
+    ------
+    CorpusError
+        For anything else.
+    """
     allowed = "subject TAB sentence TAB text, or .json {subject: {sentence: text}}"
     text = read_text(path, max_bytes=TEXTS_MAX_BYTES, allowed=allowed, error=CorpusError)
     try:
         if path.suffix.lower() == ".json":
             return {
-                (str(who), str(number)): _said(said)
+                (str(who), str(number)): _checked_text(said)
                 for who, sentences in parse_json(
                     text, path, allowed=allowed, error=CorpusError
                 ).items()
@@ -127,44 +167,59 @@ def read_texts(path: Path) -> Texts:
         raise CorpusError.about(path, found="no list of sentences", allowed=allowed) from error
 
 
-def _said(text: Any) -> str:
+def _checked_text(text: Any) -> str:
+    """A text; raises TypeError for anything else."""
     if not isinstance(text, str):
         raise TypeError("no text")
     return text
 
 
 def sentence_id(subject: str, number: str, text: str) -> str:
-    """The same for all who say the same words; without words, one that nobody shares."""
+    """An identifier that all who say the same words share.
+
+    Parameters
+    ----------
+    subject, number : str
+        The subject, and the sentence's name in the distribution.
+    text : str
+        The words, or "".
+
+    Returns
+    -------
+    str
+        From a hash of the words; without words, one that nobody shares.
+    """
     words = " ".join("".join(c if c.isalnum() else " " for c in text.casefold()).split())
     return f"t{hashlib.sha256(words.encode()).hexdigest()[:12]}" if words else f"{subject}_{number}"
 
 
 def _missing(indices: Any, sound: Any) -> str:
+    """What a sentence lacks: "motion", "sound" or ""."""
     if not isinstance(indices, dict) or not indices:
         return "motion"
     return "" if isinstance(sound, dict) and sound else "sound"
 
 
 def _rank(subject: str) -> int:
-    return PUBLISHED.index(subject) if subject in PUBLISHED else len(PUBLISHED)
-
-
-def _shape_told(array: ArrayFile) -> str:
-    count = f", {array.shape[1]} vertices" if array.ndim == 3 else ""
-    return f"shape {array.shape}{count}"
+    """Place of a subject in the published order; others come last."""
+    return VOCASET_SUBJECTS.index(subject) if subject in VOCASET_SUBJECTS else len(VOCASET_SUBJECTS)
 
 
 def _nested(path: Path) -> dict[str, dict[str, Any]]:
-    """{subject: {sentence: …}} of a pickle. Raises InputError, foreign globals by name."""
+    """{subject: {sentence: …}} of a pickle. Raises InputError."""
     given = read_pickle(path)
     if not isinstance(given, dict) or not all(isinstance(inner, dict) for inner in given.values()):
         raise CorpusError.about(path, found="something else", allowed="{subject: {sentence: …}}")
-    return {plain(who): {plain(k): v for k, v in inner.items()} for who, inner in given.items()}
+    return {
+        one_line_name(who): {one_line_name(k): v for k, v in inner.items()}
+        for who, inner in given.items()
+    }
 
 
-def _strangers(
+def _without_template(
     rows: dict[str, Any], sounds: dict[str, Any], templates: dict[str, Any]
 ) -> list[str]:
+    """A note for each subject without a template."""
     return [f"{name}: no template" for name in sorted({*rows, *sounds} - set(templates))]
 
 
@@ -206,13 +261,14 @@ def _clip(
     sound: Any,
     frames: NDArray[Any],
     notes: list[str],
-    there: Sequence[Entry],
+    there: Sequence[ClipEntry],
 ) -> Clip | None:
+    """One sentence as a Clip, or None with a note where its sound or frames cannot be used."""
     sentence = sentence_id(subject, number, text)
     if any(entry.name == f"{subject}.{sentence}" for entry in there):
         sentence = f"{sentence}-{number}"  # the same words said twice by one subject
     try:
-        waveform = waveform_of(sound["audio"], sound["sample_rate"])
+        waveform = checked_waveform(sound["audio"], sound["sample_rate"])
         return Clip(subject, sentence, text, waveform, frames.astype(np.float32))
     except (AudioError, CorpusError) as error:
         notes.append(f"{subject} {number}: {error}")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
+    from elocute.export.render.backends_and_views import BACKENDS, VIEWS
     from elocute.export.render.camera import Camera, portrait
-    from elocute.export.render.choices import BACKENDS, VIEWS
     from elocute.export.render.engine import (
         Renderer,
         available_backends,
@@ -30,7 +30,7 @@ __getattr__, __dir__ = lazy(
     __name__,
     {
         "camera": ("Camera", "portrait"),
-        "choices": ("BACKENDS", "VIEWS"),
+        "backends_and_views": ("BACKENDS", "VIEWS"),
         "engine": ("Renderer", "available_backends", "open_renderer", "picture_size"),
     },
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
-from elocute.export.render.choices import VIEWS
+from elocute.export.render.backends_and_views import VIEWS
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
 
@@ -20,7 +20,17 @@ MARGIN = 1.06
 
 @dataclass(frozen=True)
 class Camera:
-    """position, target (3,) m; field_deg is the vertical field of view."""
+    """A camera that looks at a point.
+
+    Parameters
+    ----------
+    position : (3,) float32
+        Where it stands, m.
+    target : (3,) float32
+        What it looks at, m.
+    field_deg : float
+        Vertical field of view, degrees.
+    """
 
     position: Floats
     target: Floats
@@ -50,7 +60,24 @@ class Camera:
 
 
 def portrait(head: HeadModel, view: str = "front") -> Camera:
-    """A camera that frames the head with some neck, or the mouth alone. Raises InputError."""
+    """A camera that frames a head with some of its neck, or the mouth alone.
+
+    Parameters
+    ----------
+    head : HeadModel
+        What is framed.
+    view : str
+        A key of `VIEWS`: "front", "three-quarter", "side" or "mouth".
+
+    Returns
+    -------
+    Camera
+
+    Raises
+    ------
+    InputError
+        For an unknown view.
+    """
     if not isinstance(view, str) or view not in VIEWS:
         raise InputError.about(f"view {brief(view)}", found="unknown", allowed=", ".join(VIEWS))
     yaw_deg, pitch_deg, share = VIEWS[view]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError, MachineError
+from elocute.export.render.backends_and_views import BACKENDS
 from elocute.export.render.camera import Camera, portrait
-from elocute.export.render.choices import BACKENDS
 from elocute.head.model import HeadModel
 from elocute.numerics.input_checks import whole_number
 from elocute.one_line_repr import brief
@@ -39,10 +39,30 @@ def open_renderer(
     backend: str = "auto",
     camera: Camera | None = None,
 ) -> Renderer:
-    """A renderer of `size` (width, height) pixels.
+    """A renderer for pictures of one head.
 
-    `auto` takes moderngl where EGL works, embreex where not. Raises InputError for an unknown
-    backend, MachineError where the one wished for does not work here.
+    Parameters
+    ----------
+    head : HeadModel
+        What is drawn.
+    size : (int, int)
+        Width and height, pixels.
+    backend : str
+        "moderngl", "embreex", or "auto": moderngl where EGL works, embreex elsewhere.
+    camera : Camera, optional
+        Where to look from; `portrait` of the head without it.
+
+    Returns
+    -------
+    Renderer
+        A context manager.
+
+    Raises
+    ------
+    InputError
+        For an unknown backend or an invalid size.
+    MachineError
+        Where the backend does not work on this machine.
     """
     if not isinstance(backend, str) or backend not in BACKENDS:
         raise InputError.about(
@@ -69,7 +89,23 @@ def open_renderer(
 
 
 def picture_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height, as whole numbers. Raises InputError for an invalid size."""
+    """Check the size of a picture.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Width and height, pixels.
+
+    Returns
+    -------
+    (int, int)
+        The same as Python's integers.
+
+    Raises
+    ------
+    InputError
+        For anything but two whole numbers within the range.
+    """
     try:
         sides = [whole_number(side) for side in itertools.islice(size, 3)]
     except TypeError:
@@ -86,7 +122,13 @@ def picture_size(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def available_backends() -> dict[str, str]:
-    """Backend → `works (…)` or why it does not."""
+    """Which renderers work on this machine.
+
+    Returns
+    -------
+    dict of str to str
+        Backend to `works (…)`, or to why it does not.
+    """
     states = {}
     try:
         from elocute.export.render.gl import describe

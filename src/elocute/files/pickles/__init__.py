@@ -1,0 +1,1 @@
+"""Pickles of FLAME and VOCASET, read as inert data."""

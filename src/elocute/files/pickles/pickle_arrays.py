@@ -1,4 +1,4 @@
-"""Arrays and sparse matrices out of a pickle's parts, held against each other first."""
+"""Arrays and sparse matrices made of a pickle's parts, once these are known to fit."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.files.pickles.pickle_budget import ARRAY_BYTES, Purse, RefusedError
-from elocute.files.pickles.pickle_cursor import Raw
+from elocute.files.pickles.pickle_budget import ARRAY_BYTES, MemoryBudget, RefusedError
+from elocute.files.pickles.pickle_cursor import RawString
 from elocute.one_line_repr import one_line
 
 DTYPES = ("b1", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f2", "f4", "f8")
@@ -23,8 +23,18 @@ AXIS_MAX = 2**40
 class SparseMatrix:
     """A matrix as scipy stores it by columns ("csc") or by rows ("csr"), checked.
 
-    data (entry,) numbers; indices (entry,) the row (csc) or column (csr) of each;
-    indptr (columns + 1,) or (rows + 1,) where each line begins; shape (rows, columns).
+    Attributes
+    ----------
+    layout : str
+        "csc" or "csr".
+    data : (entry,) array
+        Numbers.
+    indices : (entry,) int
+        Row (csc) or column (csr) of each.
+    indptr : (columns + 1,) or (rows + 1,) int
+        Where each column or row begins.
+    shape : (int, int)
+        Rows and columns.
     """
 
     layout: str
@@ -41,7 +51,13 @@ class SparseMatrix:
     __repr__ = one_line
 
     def dense(self) -> NDArray[np.float64]:
-        """(row, column); entries that occur twice are added. Mind the size: see `shape`."""
+        """The matrix with its zeros; entries that occur twice are added.
+
+        Returns
+        -------
+        (row, column) float64
+            As large as `shape` says.
+        """
         lines, across = self.shape if self.layout == "csr" else self.shape[::-1]
         line = np.repeat(np.arange(lines), np.diff(self.indptr.astype(np.int64)))
         result = np.zeros((lines, across))
@@ -49,7 +65,7 @@ class SparseMatrix:
         return result if self.layout == "csr" else np.ascontiguousarray(result.T)
 
 
-def ordered(dtype: np.dtype, state: Any) -> np.dtype:
+def dtype_with_order(dtype: np.dtype, state: Any) -> np.dtype:
     """A dtype with the byte order of its state; fields and the like are refused."""
     parts = state[1:5] if isinstance(state, tuple) else ()
     order = parts[0] if len(parts) == 4 else None
@@ -60,22 +76,24 @@ def ordered(dtype: np.dtype, state: Any) -> np.dtype:
     return dtype if order == "|" else dtype.newbyteorder(order)  # pyright: ignore
 
 
-def shaped(raw: Any, dtype: Any, shape: Any, order: str, purse: Purse) -> NDArray[Any]:
+def array_over_bytes(
+    raw: Any, dtype: Any, shape: Any, order: str, budget: MemoryBudget
+) -> NDArray[Any]:
     """A read-only array over bytes of the file, once they are known to be as many as it needs."""
     if not isinstance(dtype, np.dtype):
         raise RefusedError("an array without a type", f"numbers: {' '.join(DTYPES)}")
     axes = isinstance(shape, tuple) and len(shape) <= AXES_MAX
     if not axes or not all(_whole(n) and 0 <= n <= AXIS_MAX for n in shape):
         raise RefusedError(f"an array of shape {_shape_text(shape)}", "whole numbers")
-    purse.spend(ARRAY_BYTES)
-    data, needed = bytes_of(raw, purse), math.prod(shape) * dtype.itemsize
+    budget.spend(ARRAY_BYTES)
+    data, needed = bytes_of(raw, budget), math.prod(shape) * dtype.itemsize
     if len(data) != needed:
         raise RefusedError(
             f"an array of shape {_shape_text(shape)} and {dtype} over {len(data)} bytes",
             f"{needed}",
         )
     if dtype.kind == "b" and needed:
-        purse.spend(needed)  # looked through, which a file may not ask for without end
+        budget.spend(needed)  # looked through, which a file may not ask for without end
         if np.frombuffer(data, np.uint8).max() > 1:
             raise RefusedError("an array of truth values other than 0 and 1", "0 and 1")
     try:
@@ -84,26 +102,26 @@ def shaped(raw: Any, dtype: Any, shape: Any, order: str, purse: Purse) -> NDArra
         raise RefusedError(f"an array of shape {_shape_text(shape)}", "whole numbers") from error
 
 
-def array_of_state(state: Any, purse: Purse) -> NDArray[Any]:
-    """What fills a NumPy array: (version,) shape, dtype, by columns or not, bytes."""
+def array_of_state(state: Any, budget: MemoryBudget) -> NDArray[Any]:
+    """An array of NumPy's state: (version,) shape, dtype, by columns or not, bytes."""
     if not isinstance(state, tuple) or len(state) not in (4, 5):
         raise RefusedError("an array without its state")
     shape, dtype, fortran, raw = state[-4:]
     by_columns = isinstance(fortran, int) and fortran != 0
-    return shaped(raw, dtype, shape, "F" if by_columns else "C", purse)
+    return array_over_bytes(raw, dtype, shape, "F" if by_columns else "C", budget)
 
 
-def array_of_chumpy(state: dict[Any, Any], purse: Purse) -> NDArray[Any]:
+def array_of_chumpy(state: dict[Any, Any], budget: MemoryBudget) -> NDArray[Any]:
     """A chumpy object is the array that it was made from: its derivatives are of no use here."""
     return _needed(state, "x", "chumpy object")
 
 
-def array_of_select(state: dict[Any, Any], purse: Purse) -> NDArray[Any]:
+def array_of_select(state: dict[Any, Any], budget: MemoryBudget) -> NDArray[Any]:
     """chumpy's Select: `a.ravel()[idxs].reshape(preferred_shape)`."""
     whole_source = _needed(state, "a", "chumpy selection")
     chosen = _needed(state, "idxs", "chumpy selection")
-    purse.spend(ARRAY_BYTES + whole_source.nbytes + chosen.nbytes)
-    purse.spend(chosen.size * (8 + whole_source.itemsize))
+    budget.spend(ARRAY_BYTES + whole_source.nbytes + chosen.nbytes)
+    budget.spend(chosen.size * (8 + whole_source.itemsize))
     source, chosen = whole_source.ravel(), chosen.ravel()
     if chosen.dtype.kind not in "iu" or (
         chosen.size and not 0 <= int(chosen.min()) <= int(chosen.max()) < source.size
@@ -120,17 +138,17 @@ def array_of_select(state: dict[Any, Any], purse: Purse) -> NDArray[Any]:
     return source[chosen].reshape(shape)
 
 
-def sparse_of_state(layout: str) -> Callable[[dict[Any, Any], Purse], SparseMatrix]:
-    """What fills a scipy matrix of a layout ("csc" or "csr") from its state."""
+def sparse_of_state(layout: str) -> Callable[[dict[Any, Any], MemoryBudget], SparseMatrix]:
+    """A function that makes a matrix of a layout ("csc" or "csr") of scipy's state."""
 
-    def fill_sparse(state: dict[Any, Any], purse: Purse) -> SparseMatrix:
+    def fill_sparse(state: dict[Any, Any], budget: MemoryBudget) -> SparseMatrix:
         name = f"{layout} matrix"
         data, indices, indptr = (_needed(state, key, name) for key in ("data", "indices", "indptr"))
         shape = state.get("_shape", state.get("shape"))
         pair = shape if isinstance(shape, tuple) and len(shape) == 2 else ()
         if not pair or not all(_whole(n) and 0 <= n < 2**31 for n in pair):
             raise RefusedError(f"a {name} of shape {_shape_text(shape)}", "two whole numbers")
-        purse.spend(ARRAY_BYTES + data.nbytes + indices.nbytes + 24 * indptr.size)
+        budget.spend(ARRAY_BYTES + data.nbytes + indices.nbytes + 24 * indptr.size)
         lines, across = pair if layout == "csr" else pair[::-1]
         _check_sparse(name, data, indices, indptr, lines, across)
         return SparseMatrix(layout, data, indices, indptr, pair)
@@ -146,6 +164,7 @@ def _check_sparse(
     lines: int,
     across: int,
 ) -> None:
+    """Raise RefusedError where the parts do not make a matrix."""
     if data.ndim != 1 or indices.shape != data.shape or indptr.shape != (lines + 1,):
         raise RefusedError(
             f"a {name} whose parts do not fit", "data, indices and indptr of one matrix"
@@ -160,20 +179,21 @@ def _check_sparse(
 
 
 def _needed(state: dict[Any, Any], key: str, name: str) -> NDArray[Any]:
+    """An array of a state; raises RefusedError for anything else."""
     value = state.get(key)
     if not isinstance(value, np.ndarray):
         raise RefusedError(f"a {name} without an array {key!r}", "an array")
     return value
 
 
-def bytes_of(raw: Any, purse: Purse) -> memoryview | bytes:
+def bytes_of(raw: Any, budget: MemoryBudget) -> memoryview | bytes:
     """The bytes behind a string of either Python."""
-    if isinstance(raw, Raw):
+    if isinstance(raw, RawString):
         return raw.view
     if isinstance(raw, bytes):
         return raw
     if isinstance(raw, str):
-        purse.spend(len(raw))
+        budget.spend(len(raw))
         try:
             return raw.encode("latin-1")
         except UnicodeEncodeError as error:
@@ -182,11 +202,12 @@ def bytes_of(raw: Any, purse: Purse) -> memoryview | bytes:
 
 
 def _shape_text(shape: Any) -> str:
-    """A shape in a message; what is none may be of any depth and is not told."""
+    """A shape in a message; what is not one may be of any depth and is not shown."""
     if isinstance(shape, tuple) and len(shape) <= AXES_MAX and all(map(_whole, shape)):
         return str(shape)
     return f"that is a {type(shape).__name__}"
 
 
 def _whole(value: Any) -> bool:
+    """Whether a value is a whole number."""
     return isinstance(value, int) and not isinstance(value, bool)

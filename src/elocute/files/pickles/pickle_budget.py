@@ -30,11 +30,11 @@ class RefusedError(Exception):
         self.found, self.allowed = found, allowed
 
 
-class Purse:
+class MemoryBudget:
     """Bytes that may be spent, so that a small file cannot unfold into a large one.
 
-    Charged before memory is taken. Opcodes that make a small object are not charged one by one:
-    each is a byte of the file at least, and pays for SMALL_TIMES as many.
+    They are charged before memory is taken. Opcodes that make a small object are not charged one by
+    one: each is a byte of the file at least, and allows `SMALL_TIMES` as many.
     """
 
     def __init__(self, file_bytes: int) -> None:
@@ -43,7 +43,7 @@ class Purse:
         self._number_keys = NUMBER_KEYS_MAX
 
     def spend(self, count: int) -> None:
-        """Raises RefusedError where there is not so much left."""
+        """Charge bytes; raises RefusedError where fewer are left."""
         self.left -= count
         if self.left < 0:
             raise RefusedError(
@@ -51,19 +51,19 @@ class Purse:
             )
 
     def count_key(self) -> None:
-        """One more whole number as a key. Raises RefusedError for too many."""
+        """Count a whole number as a key; raises RefusedError for too many."""
         self._number_keys -= 1
         if self._number_keys < 0:
             raise RefusedError("too many numbers as keys", f"up to {NUMBER_KEYS_MAX}")
 
 
-def check_unfolded(root: Any, purse: Purse) -> None:
+def check_unfolded(root: Any, budget: MemoryBudget) -> None:
     """Charge all that a walk over `root` meets, what is shared as often as it is met.
 
-    So whatever reads the result may walk it and copy its arrays without counting. Raises
-    RefusedError where that is too much, and for containers that hold themselves.
+    Whatever reads the result may then walk it and copy its arrays without counting. Raises
+    RefusedError where that is too much, and for containers that contain themselves.
     """
-    most = purse.left + 1
+    most = budget.left + 1
     sizes: dict[int, int] = {}  # of containers, all of which `root` keeps alive
     opened: set[int] = set()
     waiting = [root] if _parts(root) is not None else []
@@ -86,19 +86,21 @@ def check_unfolded(root: Any, purse: Purse) -> None:
                     if id(part) in opened:
                         raise RefusedError("data that holds itself", "arrays and plain data")
                     waiting.append(part)
-    purse.spend(sizes.get(id(root), _leaf_bytes(root)))
+    budget.spend(sizes.get(id(root), _leaf_bytes(root)))
 
 
 _CONTAINERS = (list, tuple, set, dict)
 
 
 def _parts(item: Any) -> Any:
+    """The items of a container, None for anything else."""
     if type(item) is dict:
         return item.values()
     return item if type(item) in _CONTAINERS else None
 
 
 def _leaf_bytes(item: Any) -> int:
+    """Bytes of a value that is not a container."""
     if isinstance(item, str | bytes):
         return len(item)
     if isinstance(item, np.ndarray):

@@ -1,7 +1,7 @@
 """The bytes of a pickle, opcode by opcode; nothing is taken before it is known to be there.
 
 What `pickletools.genops` does, with two differences: long strings stay where they are in the
-file (`Raw`), and every promise of a length is held against what the file still has.
+file (`RawString`), and every promise of a length is compared with what the file still has.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from elocute.files.pickles.pickle_budget import Purse, RefusedError
+from elocute.files.pickles.pickle_budget import MemoryBudget, RefusedError
 
 SHORT = 255  # strings up to here are decoded at once: names, not data
 INTEGER_MAX_BYTES = 32
@@ -25,8 +25,8 @@ NAME_MAX_BYTES = 1000
 _NOT_AN_ESCAPE = re.compile(rb"\\(?![nrt'\"]|x[0-9a-fA-F]{2})")
 
 
-class Raw:
-    """A long string as it lies in the file; text of Python 2 (Latin-1) or bytes."""
+class RawString:
+    """A long string as it lies in the file: text of Python 2 (Latin-1), or bytes."""
 
     __slots__ = ("_value", "is_text", "view")
 
@@ -34,24 +34,24 @@ class Raw:
         self.view, self.is_text = view, is_text
         self._value: str | bytes | None = None
 
-    def value(self, purse: Purse) -> str | bytes:
+    def value(self, budget: MemoryBudget) -> str | bytes:
         """The string as a Python value; made once, so that no file can ask for it often."""
         if self._value is None:
-            purse.spend(len(self.view))
+            budget.spend(len(self.view))
             self._value = str(self.view, "latin-1") if self.is_text else self.view.tobytes()
         return self._value
 
 
 class Cursor:
-    """Reads opcodes and their arguments from `data`; copies are charged to `purse`."""
+    """Reads opcodes and their arguments from `data`; copies are charged to `budget`."""
 
-    def __init__(self, data: bytes, purse: Purse | None = None) -> None:
-        self._purse = purse or Purse(len(data))
+    def __init__(self, data: bytes, budget: MemoryBudget | None = None) -> None:
+        self._budget = budget or MemoryBudget(len(data))
         self._data, self._view, self._place = data, memoryview(data), 0
         self._opcode = ""
 
     def opcode(self) -> str:
-        """The name of the next opcode, in the words of `pickletools`."""
+        """The name of the next opcode, as `pickletools` calls it."""
         place, self._opcode = self._place, "pickle"
         code = self.take(1)[0]
         if code not in _NAMES:
@@ -86,9 +86,11 @@ class Cursor:
         return line
 
     def unsigned(self, size: int) -> int:
+        """An unsigned integer of `size` bytes."""
         return int.from_bytes(self.take(size), "little")
 
     def signed(self, size: int) -> int:
+        """A signed integer of `size` bytes."""
         if size > INTEGER_MAX_BYTES:
             raise RefusedError(f"an integer of {size} bytes", f"up to {INTEGER_MAX_BYTES}")
         return int.from_bytes(self.take(size), "little", signed=True)
@@ -100,31 +102,34 @@ class Cursor:
             raise RefusedError(f"a frame of {size} bytes at {self._place}", WHOLE)
         return size
 
-    def string(self, size: int, is_text: bool) -> str | bytes | Raw:
+    def string(self, size: int, is_text: bool) -> str | bytes | RawString:
+        """The next `size` bytes as text or bytes, a RawString where they are many."""
         return _string(self.take(size), is_text)
 
     def unicode(self, size: int) -> str:
+        """The next `size` bytes, UTF-8, as text."""
         view = self.take(size)
-        self._purse.spend(_text_bytes(view))
+        self._budget.spend(_text_bytes(view))
         return _decoded(view, "utf-8")
 
-    def quoted(self) -> str | bytes | Raw:
+    def quoted(self) -> str | bytes | RawString:
         """A string as Python 2 writes it in its source, quotes and all."""
         line = self.line().strip()
-        self._purse.spend(len(line))
+        self._budget.spend(len(line))
         if len(line) < 2 or line[:1] not in (b"'", b'"') or line[:1] != line[-1:]:
             raise RefusedError("a string without quotes", WHOLE)
-        # A pair of backslashes is one; told as \x5c, every backslash left begins an escape.
+        # A pair of backslashes is one; written as \x5c, every backslash left begins an escape.
         body = line[1:-1].replace(b"\\\\", b"\\x5c")
         if _NOT_AN_ESCAPE.search(body):
             raise RefusedError("a string with an unknown escape", WHOLE)
         return _string(memoryview(codecs.escape_decode(body)[0]), True)
 
     def decimal(self) -> int:
+        """A whole number in a line of digits."""
         line = self.line()
         digits = line.removesuffix(b"L")
         if len(line) > DECIMAL_MAX_CHARACTERS or not re.fullmatch(rb"-?[0-9]+", digits):
-            raise RefusedError(f"no whole number: {shown(line)}", WHOLE)
+            raise RefusedError(f"no whole number: {printable_start(line)}", WHOLE)
         return int(digits)
 
     def decimal_or_bool(self) -> int | bool:
@@ -134,31 +139,34 @@ class Cursor:
         return self.decimal()
 
     def decimal_fraction(self) -> float:
+        """A number in a line."""
         line = self.line()
         try:
             if len(line) > DECIMAL_MAX_CHARACTERS:
                 raise ValueError
             return float(line)
         except ValueError:
-            raise RefusedError(f"no number: {shown(line)}", WHOLE) from None
+            raise RefusedError(f"no number: {printable_start(line)}", WHOLE) from None
 
     def raw_unicode(self) -> str:
+        """Text in a line with Python's escapes."""
         line = self.line()
-        self._purse.spend(4 * len(line))
+        self._budget.spend(4 * len(line))
         try:
             return line.decode("raw-unicode-escape")
         except UnicodeDecodeError as error:
             raise RefusedError("text with an unknown escape", WHOLE) from error
 
     def name(self) -> str:
+        """A name in a line."""
         line = self.line()
         if len(line) > NAME_MAX_BYTES:
             raise RefusedError(f"a name of {len(line)} bytes", f"up to {NAME_MAX_BYTES}")
         return _decoded(line, "utf-8")
 
 
-def shown(text: str | bytes) -> str:
-    """Something found, short and printable."""
+def printable_start(text: str | bytes) -> str:
+    """The start of something found, short and printable."""
     start = text[:80]
     plain = (
         (start.decode("latin-1") if isinstance(start, bytes) else start)
@@ -168,13 +176,15 @@ def shown(text: str | bytes) -> str:
     return plain if len(text) <= 80 else plain + "…"
 
 
-def _string(view: memoryview, is_text: bool) -> str | bytes | Raw:
+def _string(view: memoryview, is_text: bool) -> str | bytes | RawString:
+    """Short text or bytes as they are, long ones as a RawString."""
     if len(view) > SHORT:
-        return Raw(view, is_text)
+        return RawString(view, is_text)
     return str(view, "latin-1") if is_text else view.tobytes()
 
 
 def _decoded(data: bytes | memoryview, encoding: str) -> str:
+    """Text; raises RefusedError for bytes of another encoding."""
     try:
         return str(data, encoding, "surrogatepass")
     except UnicodeDecodeError as error:
@@ -182,7 +192,7 @@ def _decoded(data: bytes | memoryview, encoding: str) -> str:
 
 
 def _text_bytes(view: memoryview) -> int:
-    """What UTF-8 takes as text of Python: one, two or four bytes for every character."""
+    """Bytes that UTF-8 text takes in Python: one, two or four for every character."""
     top = int(np.frombuffer(view, np.uint8).max(initial=0))
     return len(view) * (1 if top < 0xC4 else 2 if top < 0xF0 else 4)
 

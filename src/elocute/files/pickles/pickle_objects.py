@@ -17,18 +17,18 @@ from elocute.files.pickles.pickle_arrays import (
     array_of_chumpy,
     array_of_select,
     array_of_state,
+    array_over_bytes,
     bytes_of,
-    ordered,
-    shaped,
+    dtype_with_order,
     sparse_of_state,
 )
 from elocute.files.pickles.pickle_budget import (
     CONTAINER_BYTES,
     ENTRY_BYTES,
-    Purse,
+    MemoryBudget,
     RefusedError,
 )
-from elocute.files.pickles.pickle_cursor import Raw, shown
+from elocute.files.pickles.pickle_cursor import RawString, printable_start
 
 _NUMPY_CORES = ("numpy.core", "numpy._core")
 _BUILTINS = ("__builtin__", "builtins")
@@ -58,7 +58,7 @@ ALLOWED = ", ".join(f"{module}.{name}" for module, name in GLOBALS)
 
 @dataclass(frozen=True)
 class Global:
-    """A name that a pickle may use; nothing stands behind it but this record."""
+    """A name that a pickle may use; it is this record and nothing else."""
 
     kind: str
     name: str
@@ -73,6 +73,7 @@ class Unfinished:
         self.kind, self.value = kind, value
 
     def filled(self) -> Any:
+        """Its value; raises RefusedError where it has none yet."""
         if self.value is None:
             raise RefusedError(f"a {self.kind} used before it was filled", "arrays and plain data")
         return self.value
@@ -82,23 +83,23 @@ def find_global(module: str, name: str) -> Global:
     """What stands for a name. Raises RefusedError for one that is not known."""
     kind = GLOBALS.get((module, name))
     if kind is None:
-        raise RefusedError(f"found the global {shown(f'{module}.{name}')}", ALLOWED)
+        raise RefusedError(f"found the global {printable_start(f'{module}.{name}')}", ALLOWED)
     return Global(kind, f"{module}.{name}")
 
 
-def call(target: Any, arguments: Any, purse: Purse) -> Any:
+def call_global(target: Any, arguments: Any, budget: MemoryBudget) -> Any:
     """What REDUCE makes of a known global and its arguments."""
     if not isinstance(target, Global):
         raise RefusedError(f"a call of a {type(target).__name__}", ALLOWED)
     if target.kind not in _CALLS or not isinstance(arguments, tuple):
         raise RefusedError(f"a call of {target.name} that no array needs", "arrays and plain data")
     try:
-        return _CALLS[target.kind](purse, *arguments)
+        return _CALLS[target.kind](budget, *arguments)
     except TypeError as error:
         raise RefusedError(f"a call of {target.name} with other arguments") from error
 
 
-def new(target: Any, arguments: Any) -> Unfinished:
+def new_object(target: Any, arguments: Any) -> Unfinished:
     """What NEWOBJ makes: an object to be filled."""
     if not isinstance(target, Global) or target.kind not in ("chumpy", "select", "csc", "csr"):
         name = target.name if isinstance(target, Global) else type(target).__name__
@@ -108,33 +109,33 @@ def new(target: Any, arguments: Any) -> Unfinished:
     return Unfinished(target.kind)
 
 
-def fill(target: Any, state: Any, purse: Purse) -> None:
+def fill_object(target: Any, state: Any, budget: MemoryBudget) -> None:
     """What BUILD does: give an object its state."""
     if not isinstance(target, Unfinished):
         raise RefusedError(f"a state for a {type(target).__name__}", "arrays and plain data")
     if target.kind == "dtype":
-        target.value = ordered(target.value, state)
+        target.value = dtype_with_order(target.value, state)
     elif target.value is not None:
         raise RefusedError(f"a {target.kind} filled twice", "once")
     elif target.kind == "ndarray":
-        target.value = array_of_state(state, purse)
+        target.value = array_of_state(state, budget)
     else:
         if not isinstance(state, dict):
             raise RefusedError(f"a {target.kind} whose state is a {type(state).__name__}", "a dict")
-        target.value = _FILLS[target.kind](state, purse)
+        target.value = _FILLS[target.kind](state, budget)
 
 
-def settled(item: Any, purse: Purse) -> Any:
-    """`item` as it is stored in containers: filled, decoded, and no bare global."""
+def finished_value(item: Any, budget: MemoryBudget) -> Any:
+    """An item as containers hold it: filled, decoded, and not a bare global."""
     kind = type(item)
-    if kind is Raw:
-        return item.value(purse)
+    if kind is RawString:
+        return item.value(budget)
     if kind is Unfinished:
         return item.filled()
     if kind is Global:
         raise RefusedError(f"{item.name} as a value", "arrays and plain data")
     if kind is tuple and len(item) <= TUPLE_OPEN:
-        return tuple(settled(part, purse) for part in item) if _has_open(item) else item
+        return tuple(finished_value(part, budget) for part in item) if _has_open(item) else item
     return item
 
 
@@ -147,32 +148,38 @@ KEY_LENGTH_MAX = 1000
 """Texts as keys: equal ones are compared to their end."""
 
 
-def tuple_of(items: list[Any], purse: Purse) -> tuple[Any, ...]:
-    """A tuple whose own parts may be Raw or Global, but none deeper: `settled` stays cheap."""
+def tuple_of(items: list[Any], budget: MemoryBudget) -> tuple[Any, ...]:
+    """A tuple whose own parts may be RawString or Global, but none deeper.
+
+    `finished_value` of it then takes little time.
+    """
     if len(items) > TUPLE_OPEN:
-        return tuple(settled(item, purse) for item in items)
-    return tuple(item if type(item) in (Raw, Global) else settled(item, purse) for item in items)
+        return tuple(finished_value(item, budget) for item in items)
+    return tuple(
+        item if type(item) in (RawString, Global) else finished_value(item, budget)
+        for item in items
+    )
 
 
-def add_to_dict(target: dict[Any, Any], key: Any, value: Any, purse: Purse) -> None:
-    """One entry, charged and settled."""
-    key = key_of(key, purse)
-    purse.spend(ENTRY_BYTES)
-    target[key] = settled(value, purse)
+def add_to_dict(target: dict[Any, Any], key: Any, value: Any, budget: MemoryBudget) -> None:
+    """Add an entry to a dict, charged and finished."""
+    key = key_of(key, budget)
+    budget.spend(ENTRY_BYTES)
+    target[key] = finished_value(value, budget)
 
 
-def add_to_set(target: set[Any], item: Any, purse: Purse) -> None:
-    """One entry, charged and settled."""
-    key = key_of(item, purse)
-    purse.spend(ENTRY_BYTES)
+def add_to_set(target: set[Any], item: Any, budget: MemoryBudget) -> None:
+    """Add an entry to a set, charged and finished."""
+    key = key_of(item, budget)
+    budget.spend(ENTRY_BYTES)
     target.add(key)
 
 
-def key_of(item: Any, purse: Purse) -> Any:
+def key_of(item: Any, budget: MemoryBudget) -> Any:
     """A dict's key or a set's entry: a plain value that hashes and compares in no time."""
-    if isinstance(item, Raw) and len(item.view) > KEY_LENGTH_MAX:
+    if isinstance(item, RawString) and len(item.view) > KEY_LENGTH_MAX:
         raise RefusedError(f"a key of {len(item.view)} bytes", f"up to {KEY_LENGTH_MAX}")
-    item = settled(item, purse)
+    item = finished_value(item, budget)
     if isinstance(item, np.generic):
         item = item.item()
     if isinstance(item, str | bytes):
@@ -182,7 +189,7 @@ def key_of(item: Any, purse: Purse) -> Any:
     if isinstance(item, int):
         if abs(item) > KEY_MAX:
             raise RefusedError("a large number as a key", f"{-KEY_MAX} to {KEY_MAX}")
-        purse.count_key()
+        budget.count_key()
         return item
     if item is None:
         return item
@@ -190,69 +197,78 @@ def key_of(item: Any, purse: Purse) -> Any:
 
 
 def _has_open(items: tuple[Any, ...]) -> bool:
-    return any(type(item) in (Raw, Global, Unfinished) for item in items)
+    """Whether a tuple has parts that are not finished."""
+    return any(type(item) in (RawString, Global, Unfinished) for item in items)
 
 
-def _dtype(purse: Purse, name: Any, align: Any = False, copy: Any = True) -> Unfinished:
+def _dtype(budget: MemoryBudget, name: Any, align: Any = False, copy: Any = True) -> Unfinished:
+    """A type of numbers, whose byte order comes with its state."""
     if not isinstance(name, str) or name.lstrip("<>|=") not in DTYPES:
-        kind = shown(name) if isinstance(name, str) else type(name).__name__
+        kind = printable_start(name) if isinstance(name, str) else type(name).__name__
         raise RefusedError(f"an array of type {kind}", f"numbers: {' '.join(DTYPES)}")
     return Unfinished("dtype", np.dtype(name))
 
 
-def _reconstruct(purse: Purse, target: Any, shape: Any, code: Any) -> Unfinished:
+def _reconstruct(budget: MemoryBudget, target: Any, shape: Any, code: Any) -> Unfinished:
+    """NumPy's empty array, which its state fills."""
     if not isinstance(target, Global) or target.kind != "ndarray":
         raise RefusedError("an array of another class", "numpy.ndarray")
     return Unfinished("ndarray")
 
 
-def _reconstructor(purse: Purse, target: Any, base: Any, state: Any) -> Unfinished:
+def _reconstructor(budget: MemoryBudget, target: Any, base: Any, state: Any) -> Unfinished:
+    """An object of an old-style class, which its state fills."""
     if not isinstance(base, Global) or base.kind != "object" or state is not None:
         raise RefusedError("an object built on another class", "object")
-    return new(target, ())
+    return new_object(target, ())
 
 
-def _scalar(purse: Purse, dtype: Any, raw: Any) -> Any:
-    return shaped(raw, dtype, (1,), "C", purse)[0]
+def _scalar(budget: MemoryBudget, dtype: Any, raw: Any) -> Any:
+    """One number."""
+    return array_over_bytes(raw, dtype, (1,), "C", budget)[0]
 
 
-def _frombuffer(purse: Purse, raw: Any, dtype: Any, shape: Any, order: Any) -> NDArray[Any]:
+def _frombuffer(budget: MemoryBudget, raw: Any, dtype: Any, shape: Any, order: Any) -> NDArray[Any]:
+    """An array of protocol 5."""
     by_columns = isinstance(order, str) and order == "F"
-    return shaped(raw, dtype, shape, "F" if by_columns else "C", purse)
+    return array_over_bytes(raw, dtype, shape, "F" if by_columns else "C", budget)
 
 
-def _encode(purse: Purse, text: Any, encoding: Any) -> bytes:
-    """Protocols below 3 have no bytes: they are told as text and turned back."""
-    text = settled(text, purse)
+def _encode(budget: MemoryBudget, text: Any, encoding: Any) -> bytes:
+    """Bytes that protocols below 3 store as text."""
+    text = finished_value(text, budget)
     latin = isinstance(encoding, str) and encoding in ("latin1", "latin-1")
     if not isinstance(text, str) or not latin:
         raise RefusedError("a call of _codecs.encode other than text to latin1")
-    return bytes(bytes_of(text, purse))
+    return bytes(bytes_of(text, budget))
 
 
-def _empty_bytes(purse: Purse) -> bytes:
+def _empty_bytes(budget: MemoryBudget) -> bytes:
+    """b"", as protocols below 3 store it."""
     return b""
 
 
-def _set(purse: Purse, items: Any = ()) -> set[Any]:
+def _set(budget: MemoryBudget, items: Any = ()) -> set[Any]:
+    """A set of a list."""
     if not isinstance(items, list | tuple):
         raise RefusedError(f"a set of a {type(items).__name__}", "a list")
-    purse.spend(CONTAINER_BYTES)
+    budget.spend(CONTAINER_BYTES)
     result: set[Any] = set()
     for item in items:
-        add_to_set(result, item, purse)
+        add_to_set(result, item, budget)
     return result
 
 
-def _dict(purse: Purse, pairs: Any = ()) -> dict[Any, Any]:
+def _dict(budget: MemoryBudget, pairs: Any = ()) -> dict[Any, Any]:
+    """A dict of a list of pairs."""
     if not isinstance(pairs, list | tuple):
         raise RefusedError(f"a dict of a {type(pairs).__name__}", "a list of pairs")
-    purse.spend(CONTAINER_BYTES)
+    budget.spend(CONTAINER_BYTES)
     result: dict[Any, Any] = {}
     for pair in pairs:
         if not isinstance(pair, list | tuple) or len(pair) != 2:
             raise RefusedError("a dict of something else", "a list of pairs")
-        add_to_dict(result, pair[0], pair[1], purse)
+        add_to_dict(result, pair[0], pair[1], budget)
     return result
 
 
@@ -267,7 +283,7 @@ _CALLS: dict[str, Callable[..., Any]] = {
     "dict": _dict,
     "bytes": _empty_bytes,
 }
-_FILLS: dict[str, Callable[[dict[Any, Any], Purse], Any]] = {
+_FILLS: dict[str, Callable[[dict[Any, Any], MemoryBudget], Any]] = {
     "chumpy": array_of_chumpy,
     "select": array_of_select,
     "csc": sparse_of_state("csc"),

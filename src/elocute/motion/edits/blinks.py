@@ -97,7 +97,7 @@ def _moments(
     if given.ndim != 1 or len(given) > BLINKS_MAX or wrong.any():
         raise MotionError.about(
             "blinks",
-            found=f"a blink at {given[wrong][0]:g} s" if wrong.any() else "no list",
+            found=f"a blink at {given[wrong][0]:g} s" if wrong.any() else "not a list of seconds",
             allowed=f"0 to {motion.duration_s:g} s",
         )
     often = real_number(per_minute)

@@ -55,7 +55,7 @@ def shape_index(motion: Motion, name: str) -> int:
     if name not in motion.names:
         raise MotionError.about(
             f"shape {name!r}",
-            found=f"none of this name on head {motion.head.name!r}",
+            found=f"no such shape on head {motion.head.name!r}",
             allowed=", ".join(motion.names[:60]),
         )
     return motion.names.index(name)

@@ -22,11 +22,18 @@ SPAN = 2 * (CONTEXT + MARGIN) + 1  # columns that one frame needs
 class ClipBatch:
     """Clips of many lengths: convolutions run over all of them laid end to end, without padding.
 
-    static   (column, 128) of all clips one after another
-    starts   (window,) first columns of all windows in `static`
-    places   (clip, frame) which window a frame has, 0 where a clip has ended
-    targets  (clip, frame, parameter)
-    mask     (clip, frame), 0 where a clip has ended (section 6.1)
+    Parameters
+    ----------
+    static : (column, 128)
+        Log-mel columns of all clips, one after another.
+    starts : (window,)
+        First columns of all windows in `static`.
+    places : (clip, frame)
+        The window of each frame, 0 where a clip has ended.
+    targets : (clip, frame, parameter)
+        Parameters.
+    mask : (clip, frame)
+        0 where a clip has ended (in the wild 2019, section 6.1).
     """
 
     static: Tensor

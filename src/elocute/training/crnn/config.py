@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from elocute.errors import ModelError
 from elocute.settings import SEED_MAX, check_settings, described, setting
@@ -20,7 +20,10 @@ class CrnnTrainConfig:
     else half a cosine), its loss is Eq. 10, its parameters weigh as their shares of the variance
     (`weight_power` 1), and it augments no clips (`augment` 0; see `augment.py`).
 
-    Raises ModelError for a number outside its range.
+    Raises
+    ------
+    ModelError
+        For a number outside its range.
     """
 
     epochs: int = setting(50, low=1, high=100_000, help="Passes over the training part.")
@@ -31,12 +34,12 @@ class CrnnTrainConfig:
     last_rate: float = setting(
         1.0, low=1e-4, high=1.0, help="Share of the learning rate left in the last epoch."
     )
-    loss: str = setting("concordance", choices=LOSSES, help="What is minimised.")
+    loss: str = setting("concordance", choices=LOSSES, help="Loss that is minimised.")
     weight_power: float = setting(
         1.0,
         low=0.0,
         high=1.0,
-        help="Parameters weigh as their share of the variance to this power; 0: all the same.",
+        help="Weight of a parameter: its share of the variance to this power; 0 weighs all alike.",
     )
     keep: float = setting(
         0.5,
@@ -63,11 +66,7 @@ class CrnnTrainConfig:
     fps: float = setting(
         30.0, unit="frames/s", low=1.0, high=100.0, help="Frame rate of the model."
     )
-    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
 
     def __post_init__(self) -> None:
         check_settings(self, ModelError)
-
-    def record(self) -> dict[str, object]:
-        """For checkpoints."""
-        return asdict(self)

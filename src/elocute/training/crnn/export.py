@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +74,6 @@ def _record(trained: TrainedCrnn, basis: Motion, note: str) -> dict[str, Any]:
         "outputs": len(basis.names),
         "topology": basis.head.name,
         "vertices": basis.head.vertex_count,
-        "config": trained.config.record(),
+        "config": asdict(trained.config),
         "note": note,
     }

@@ -29,7 +29,8 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
 from elocute.corpus.word_clip import COMPONENTS_MAX
 from elocute.errors import AudioError, CorpusError
-from elocute.files.arrays import ArrayFile, RowWriter
+from elocute.files.array_file import ArrayFile
+from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.json_records import finite_number, read_record
 from elocute.numerics.resampling import frame_places, read_rows
@@ -226,9 +227,32 @@ def clip_features(
     fps: float,
     change: Callable[[Waveform], Waveform] | None = None,
 ) -> tuple[FloatArray, int, FloatArray]:
-    """Columns with what is around the clip, the frame it starts at in them, and parameters.
+    """Features and targets of a clip.
 
-    change  what to do to the sound first: add noise, for example
+    Parameters
+    ----------
+    shards : Shards
+        Where the clip is from.
+    clip : WordClip
+        The clip.
+    fps : float
+        Frames per second of the targets.
+    change : callable, optional
+        What is done to the sound first: adding noise, for example.
+
+    Returns
+    -------
+    columns : (column, 128) float32
+        Log-mel columns of the clip and of the sound around it.
+    first : int
+        The frame of these columns at which the clip starts.
+    parameters : (frame, parameter) float32
+        At `fps`.
+
+    Raises
+    ------
+    CorpusError
+        For a clip without sound for its frames.
     """
     targets = at_rate(clip.parameters, clip.fps, fps)
     first = math.ceil(AROUND_S * fps)

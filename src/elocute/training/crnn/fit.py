@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -232,7 +232,7 @@ def _record(
 ) -> dict[str, Any]:
     return {
         "kind": "crnn",
-        "config": config.record(),
+        "config": asdict(config),
         "log": log,
         "clips": [len(data.train), len(data.validation)],
     }
@@ -252,7 +252,7 @@ def _restore(
     if config.last_rate == 1.0 and isinstance(stored.get("config"), dict):
         stored["config"] = {**stored["config"], "epochs": config.epochs}
     if stored != wanted:
-        raise other_settings(path, stored.get("config"), config.record(), "clips", "shards")
+        raise other_settings(path, stored.get("config"), asdict(config), "clips", "shards")
     restore_training(path, network, optimiser, tensors)
     best = tensors_of(tensors, "best")
     check_state(path, network, best)

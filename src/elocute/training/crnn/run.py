@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from elocute.corpus.shards import Shards
+from elocute.training.checkpoint import check_checkpoint
 from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.feature_cache import cache_features
@@ -64,6 +65,8 @@ def train_crnn(
     folder = Path(folder)
     folder.mkdir(exist_ok=True)
     resolve_device(device)  # before the shards are encoded
+    if resume:
+        check_checkpoint(folder)
 
     def encoding(share: float) -> None:
         if report:

@@ -1,22 +1,37 @@
-"""Settings of a training; the defaults are the paper's."""
+"""Settings of a training, and presets of them."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import Any
 
 from elocute.errors import ModelError
+from elocute.one_line_repr import brief
 from elocute.settings import SEED_MAX, check_settings, described, setting
+
+PRESETS: dict[str, dict[str, object]] = {
+    "default": {},
+    "paper": {"reduced": False, "initialisers": "released"},
+}
+"""Settings that differ from the defaults. `paper` is Cudeiro et al. 2019 to the letter, given its
+encoder: `deepspeech:FILE` with the graph that the authors used, which nobody may pass on."""
 
 
 @described
 @dataclass(frozen=True)
 class VocaTrainConfig:
-    """VOCA 2019, section 5 ("Training parameters") unless said otherwise.
+    """Settings of a training of VOCA, by default those of the paper's section 5 but for three.
 
-    A decoder into the span of the motion (`reduced`) has the same loss as one that decodes vertex
-    by vertex, and is many times faster (docs/decisions/004-reduced-decoder.md).
+    The encoder is the one that ships, not DeepSpeech. The decoder is `reduced` to the span of the
+    motion: the same loss as vertex by vertex, and many times faster
+    (docs/decisions/004-reduced-decoder.md). The paper is silent on how layers are initialised;
+    `initialisers` are Xavier's, or those of the released code. `preset("paper")` sets both as
+    published.
 
-    Raises ModelError for a number outside its range.
+    Raises
+    ------
+    ModelError
+        For a number outside its range.
     """
 
     epochs: int = setting(50, low=1, high=100_000, help="Passes over the training part.")
@@ -39,9 +54,15 @@ class VocaTrainConfig:
         high=4096,
         help="Size of the embedding; as many principal components initialise the decoder.",
     )
-    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of everything random.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
     reduced: bool = setting(
         True, help="Decode into the span of the motion; vertex by vertex is far slower."
+    )
+    initialisers: str = setting(
+        "xavier",
+        choices=("xavier", "released"),
+        help="Of all layers but the decoder: Xavier's uniform, or the released code's normal "
+        "distributions cut at two standard deviations, 0.02 for convolutions and 0.1 for the rest.",
     )
     encoder: str = setting(
         "phones",
@@ -51,6 +72,9 @@ class VocaTrainConfig:
     def __post_init__(self) -> None:
         check_settings(self, ModelError)
 
-    def record(self) -> dict[str, object]:
-        """For checkpoints."""
-        return asdict(self)
+    @classmethod
+    def preset(cls, name: str, **changes: Any) -> VocaTrainConfig:
+        """The settings called `name` in PRESETS, with changes. Raises ModelError for another."""
+        if name not in PRESETS:
+            raise ModelError.about("`preset`", found=brief(name), allowed=", ".join(PRESETS))
+        return cls(**{**PRESETS[name], **changes})

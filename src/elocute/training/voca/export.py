@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -105,6 +105,6 @@ def _record(
         "components": components,
         "topology": corpus.topology,
         "vertices": corpus.vertex_count,
-        "config": trained.config.record(),
+        "config": asdict(trained.config),
         "note": note,
     }

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +105,7 @@ def fit(
     if resume and checkpoint and checkpoint.exists():
         log = _restore(checkpoint, network, optimiser, data, config)
     network, optimiser = fabric.setup(network, optimiser)
-    train = _moved(data.train, fabric.device)
+    train = data.train.to(fabric.device)
     logger = TrainingLog(folder, LOG_FIELDS, len(log)) if folder and fabric.is_global_zero else None
     for epoch in range(len(log), config.epochs):
         started = time.perf_counter()
@@ -118,7 +119,7 @@ def fit(
             )
         if logger:
             logger.add(log)
-        if report:
+        if report and fabric.is_global_zero:
             report((epoch + 1) / config.epochs, _line(row))
     plain = new_network(data, config)
     plain.load_state_dict(
@@ -129,12 +130,18 @@ def fit(
 
 
 def _fabric(device: str) -> Any:
-    """One device as named; `auto` takes every CUDA device there is."""
+    """One device as named; `auto` takes every CUDA device there is.
+
+    On CPUs there are as many processes as a launcher such as torchrun has started.
+    """
     from lightning_fabric import Fabric
 
     place = resolve_device(device)
     if place.type == "cpu":
-        return Fabric(accelerator="cpu", devices=1)
+        processes = int(os.environ.get("WORLD_SIZE", "1"))
+        return Fabric(
+            accelerator="cpu", devices=processes, strategy="ddp" if processes > 1 else "auto"
+        )
     if place.type == "mps":
         return Fabric(accelerator="mps", devices=1)
     return Fabric(accelerator="cuda", devices="auto" if device == "auto" else [place.index])
@@ -146,6 +153,8 @@ def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
     count = min(config.components, targets.shape[1])
     shape = VocaConfig(data.train.features.shape[1], len(data.styles), targets.shape[1], count)
     network = Voca(shape)
+    if config.initialisers == "released":
+        network.start_as_released()
     network.start_decoder(principal_components(targets, count))
     return network
 
@@ -182,29 +191,48 @@ def _epoch(
     epoch: int,
     vertices: int,
 ) -> float:
-    """One pass over all pairs in a new order, each process its share; mean loss."""
+    """One pass over all pairs in a new order; mean loss.
+
+    Processes share every batch, and their gradients are averaged, so that several make the very
+    steps that one would.
+    """
     network.train()
     order = torch.randperm(
         len(data.pairs), generator=torch.Generator().manual_seed(config.seed * 100_003 + epoch)
     )
-    mine = data.pairs[order[fabric.global_rank :: fabric.world_size]]
+    pairs = data.pairs[order.to(data.pairs.device)]
     eye = torch.eye(network.config.styles, device=data.targets.device)
     total = 0.0
-    for start in range(0, len(mine), config.batch_pairs):
-        later = mine[start : start + config.batch_pairs]
+    for start in range(0, len(pairs), config.batch_pairs):
+        batch = pairs[start : start + config.batch_pairs]
+        later, weight = share_of_batch(batch, fabric.global_rank, fabric.world_size)
         frames = torch.cat([later - 1, later])
         styles = eye[data.subjects[frames]]
         predicted = network(data.windows(frames), styles)
         shape = (2, len(later), -1)
-        loss = pair_loss(
+        loss = weight * pair_loss(
             predicted.reshape(shape), data.targets[frames].reshape(shape), config, vertices
         )
         optimiser.zero_grad(set_to_none=True)
         fabric.backward(loss)
         optimiser.step()
-        total += loss.item() * len(later)
+        total += loss.item() * len(batch)
+    if fabric.world_size > 1:
+        total = float(fabric.all_reduce(torch.tensor(total, dtype=torch.float64), reduce_op="mean"))
     check_loss(total, epoch, "lower `learning_rate`, or look at the corpus: elocute corpus check")
-    return total / len(mine)
+    return total / len(pairs)
+
+
+def share_of_batch(batch: Tensor, rank: int, processes: int) -> tuple[Tensor, float]:
+    """What one process computes of a batch, and the weight of its mean loss.
+
+    The mean over processes of the weighted losses is the loss of the batch, also where the batch
+    cannot be shared evenly; a batch of fewer pairs than processes is computed by each of them.
+    """
+    if len(batch) < processes:
+        return batch, 1.0
+    share = batch[rank::processes]
+    return share, len(share) * processes / len(batch)
 
 
 @torch.no_grad()
@@ -227,14 +255,10 @@ def validate(network: Voca, data: VocaTrainingData) -> dict[str, float]:
     return {"validation_mm2": float(np.mean(losses)), "validation_best_style_mm2": min(losses)}
 
 
-def _moved(data: TrainingFrames, device: torch.device) -> TrainingFrames:
-    return TrainingFrames(*(value.to(device) for value in vars(data).values()))
-
-
 def _record(
     data: VocaTrainingData, config: VocaTrainConfig, log: list[dict[str, float]]
 ) -> dict[str, Any]:
-    return {"config": config.record(), "styles": data.styles, "fps": data.fps, "log": log}
+    return {"config": asdict(config), "styles": data.styles, "fps": data.fps, "log": log}
 
 
 def _restore(
@@ -247,8 +271,8 @@ def _restore(
     tensors, record = load_checkpoint(path)
     settings = record.get("config")
     stored = {**(settings if isinstance(settings, dict) else {}), "epochs": config.epochs}
-    if stored != config.record() or record.get("styles") != list(data.styles):
-        raise other_settings(path, stored, config.record(), "styles", "corpus")
+    if stored != asdict(config) or record.get("styles") != list(data.styles):
+        raise other_settings(path, stored, asdict(config), "styles", "corpus")
     restore_training(path, network, optimiser, tensors)
     return stored_log(path, record)
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from elocute.corpus.corpus_store import Corpus
 from elocute.encoders.registry import resolve_encoder
-from elocute.training.device import resolve_device
+from elocute.training.checkpoint import check_checkpoint
+from elocute.training.device import by_first_process, resolve_device
 from elocute.training.training_log import Report
 from elocute.training.voca.config import VocaTrainConfig
 from elocute.training.voca.export import export_voca
@@ -64,7 +65,9 @@ def train_voca(
     folder = Path(folder)
     folder.mkdir(exist_ok=True)
     resolve_device(device)  # before the corpus is encoded
+    if resume:
+        check_checkpoint(folder)
     data = prepare(corpus, config, resolve_encoder(config.encoder), split, report)
     trained = fit(data, config, folder, resume=resume, report=report, device=device)
-    export_voca(trained, corpus, folder / MODEL, note or corpus.note)
+    by_first_process(lambda: export_voca(trained, corpus, folder / MODEL, note or corpus.note))
     return trained

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.corpus.corpus_statistics import displacement_blocks
 from elocute.corpus.corpus_store import Corpus
-from elocute.corpus.statistics import displacement_blocks
 from elocute.errors import CorpusError
 from elocute.one_line_repr import one_line
 

@@ -27,11 +27,18 @@ LENGTH_TOLERANCE_S = 0.25  # sound may end this much before its motion
 class TrainingFrames:
     """Clips one after another, each padded with the zeros that its windows reach into.
 
-    features  (place, feature), WINDOW - 1 places more than frames for every clip
-    targets   (frame, output)
-    places    (frame,) where the window of a frame begins in `features`
-    subjects  (frame,) number of the speaker's style, -1 for a speaker without one
-    pairs     (pair,) frames whose predecessor belongs to the same clip
+    Parameters
+    ----------
+    features : (place, feature)
+        WINDOW - 1 places more than frames for every clip.
+    targets : (frame, output)
+        What the network is to give.
+    places : (frame,)
+        Where the window of a frame begins in `features`.
+    subjects : (frame,)
+        Number of the speaker's style, -1 for a speaker without one.
+    pairs : (pair,)
+        Frames whose predecessor belongs to the same clip.
     """
 
     features: Tensor
@@ -42,7 +49,12 @@ class TrainingFrames:
 
     def windows(self, frames: Tensor) -> Tensor:
         """(batch, WINDOW, feature)."""
-        return self.features[self.places[frames][:, None] + torch.arange(WINDOW)]
+        places = self.places[frames][:, None]
+        return self.features[places + torch.arange(WINDOW, device=places.device)]
+
+    def to(self, device: torch.device | str) -> TrainingFrames:
+        """The same frames on a device."""
+        return TrainingFrames(*(value.to(device) for value in vars(self).values()))
 
 
 def load_frames(

@@ -28,13 +28,13 @@ def _head(path: Path) -> None:
 
 
 def _vertex_list(path: Path) -> None:
-    from elocute.evaluation.vertex_lists import read_vertex_list
+    from elocute.evaluation.vertex_regions import read_vertex_region
 
-    read_vertex_list(path, 100)
+    read_vertex_region(path, 100)
 
 
 def _frame(path: Path) -> None:
-    from elocute.capture.frame_store import (
+    from elocute.capture.registered_frames import (
         read_frame_record,
         read_pose,
         read_registration,
@@ -58,28 +58,34 @@ def _features(folder: Path, _out: Path) -> None:
 
 
 def _track(path: Path, _out: Path) -> None:
-    from elocute.corpus.importers.grid import read_track
+    from elocute.corpus.importers.grid import read_tracked_lips
 
-    read_track(path / "clip.npz")
+    read_tracked_lips(path / "clip.npz")
 
 
 def _take(path: Path, _out: Path) -> None:
-    from elocute.evaluation.real_talker import read_take, read_takes
+    from elocute.evaluation.tracked_mouth_scores import find_tracked_mouths, read_tracked_mouth
 
-    for take in read_takes(path):
-        read_take(take)
+    for take in find_tracked_mouths(path):
+        read_tracked_mouth(take)
 
 
 READERS: tuple[Reader, ...] = (
     Reader("motion", seeds.motions, only(_motion), {"*.npz": "npz"}, ("elocute.motion.store",)),
     Reader("head", seeds.heads, only(_head), {"*.npz": "npz"}, ("elocute.head.registry",)),
-    Reader("frame", seeds.frames, only(_frame), {"*.npz": "npz"}, ("elocute.capture.frame_store",)),
+    Reader(
+        "frame",
+        seeds.frames,
+        only(_frame),
+        {"*.npz": "npz"},
+        ("elocute.capture.registered_frames",),
+    ),
     Reader(
         "vertex list",
         seeds.vertex_lists,
         only(_vertex_list),
         {"*.npy": "npy", "*.json": "json", "*.txt": "text"},
-        ("elocute.evaluation.vertex_lists",),
+        ("elocute.evaluation.vertex_regions",),
     ),
     Reader("track", seeds.tracks, _track, {"*.npz": "npz"}, ("elocute.corpus.importers.grid",)),
     Reader(
@@ -87,7 +93,7 @@ READERS: tuple[Reader, ...] = (
         seeds.tracks,
         _take,
         {"*.npz": "npz"},
-        ("elocute.evaluation.real_talker",),
+        ("elocute.evaluation.tracked_mouth_scores",),
     ),
     Reader(
         "features",

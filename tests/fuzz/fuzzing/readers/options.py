@@ -8,7 +8,7 @@ from tests.fuzz.fuzzing.readers.one_file import text
 
 
 def _size(given: str) -> None:
-    from elocute.cli.formats import parse_size
+    from elocute.cli.format_options import parse_size
 
     parse_size(given)
 

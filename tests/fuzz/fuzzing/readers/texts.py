@@ -23,7 +23,7 @@ def _style(path: Path) -> None:
 
 
 def _mix(path: Path) -> None:
-    from elocute.models.styles import read_mix
+    from elocute.models.style_mixes import read_mix
 
     read_mix(path)
 
@@ -36,9 +36,9 @@ def _words(path: Path) -> None:
 
 
 def _parts(path: Path) -> None:
-    from elocute.evaluation.alignment_trials import read_parts
+    from elocute.evaluation.timed_recordings import read_phone_times
 
-    read_parts(path)
+    read_phone_times(path)
 
 
 def _phones(path: Path) -> None:
@@ -96,17 +96,17 @@ def _curves_json(path: Path) -> None:
 
 
 def _names(path: Path) -> None:
-    from elocute.cli.names import read_names
+    from elocute.cli.name_lists import read_names
 
     read_names(path)
 
 
-def _ledger(folder: Path, _out: Path) -> None:
-    from elocute.files.ledger import recall, remember
+def _output_history(folder: Path, _out: Path) -> None:
+    from elocute.files.output_history import recall_output, remember_output
 
     with mock.patch.dict("os.environ", ELOCUTE_STATE=str(folder)):
-        recall(folder / "talk.wav")
-        remember(folder / "talk.wav", ["nothing"])
+        recall_output(folder / "talk.wav")
+        remember_output(folder / "talk.wav", ["nothing"])
 
 
 _JSON = {"*.json": "json"}
@@ -114,7 +114,7 @@ _JSON = {"*.json": "json"}
 READERS: tuple[Reader, ...] = (
     Reader("identity", seeds.identities, only(_identity), _JSON, ("elocute.head.identity",)),
     Reader("style", seeds.styles, only(_style), _JSON, ("elocute.articulation.style",)),
-    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.styles",)),
+    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.style_mixes",)),
     Reader(
         "words",
         seeds.words,
@@ -122,7 +122,7 @@ READERS: tuple[Reader, ...] = (
         {"*.json": "json", "*.TextGrid": "text"},
         ("elocute.alignment.word_times",),
     ),
-    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.alignment_trials",)),
+    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.timed_recordings",)),
     Reader(
         "phones",
         seeds.phones,
@@ -168,12 +168,12 @@ READERS: tuple[Reader, ...] = (
         _JSON,
         ("elocute.export.curves_json",),
     ),
-    Reader("names", seeds.names, only(_names), {"*.txt": "text"}, ("elocute.cli.names",)),
+    Reader("names", seeds.names, only(_names), {"*.txt": "text"}, ("elocute.cli.name_lists",)),
     Reader(
-        "ledger",
-        seeds.ledgers,
-        _ledger,
+        "output history",
+        seeds.output_histories,
+        _output_history,
         {"*.sqlite3": "bytes"},
-        ("elocute.files.ledger", "sqlite3"),
+        ("elocute.files.output_history", "sqlite3"),
     ),
 )

@@ -110,7 +110,7 @@ def vertex_lists(folder: Path) -> None:
 
 def frames(folder: Path) -> None:
     """A registered frame of a capture, and the person's own face beside it."""
-    from elocute.capture.frame_store import FrameRecord, write_frame
+    from elocute.capture.registered_frames import FrameRecord, write_frame
     from elocute.capture.registration.accuracy import SurfaceError
     from elocute.capture.registration.model_fit import ModelParameters
     from elocute.capture.registration.pose import HeadPose

@@ -97,7 +97,8 @@ def vorbis(path: Path, seconds: float) -> None:
     packed = io.BytesIO()
     soundfile.write(packed, tone(seconds), RATE, format="OGG")
     packed.seek(0)
-    with av.open(packed) as given, av.open(str(path), "w", options=SAME_BYTES) as file:
+    given: Any = av.open(packed)
+    with given, av.open(str(path), "w", options=SAME_BYTES) as file:
         stream = file.add_stream_from_template(given.streams.audio[0])
         for packet in given.demux():
             if packet.dts is not None:

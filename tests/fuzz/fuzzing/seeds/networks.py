@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +70,7 @@ def checkpoints(folder: Path) -> None:
     network(torch.ones(1, 3)).sum().backward()
     optimiser.step()
     record = {
-        "config": VocaTrainConfig().record(),
+        "config": asdict(VocaTrainConfig()),
         "styles": ["anna"],
         "fps": 60.0,
         "log": [{"epoch": 1, "train_mm2": 0.5}],
@@ -93,7 +94,7 @@ def crnn_checkpoints(folder: Path) -> None:
     tensors = network_tensors(network, optimiser)
     tensors |= {f"best.{name}": value.clone() for name, value in network.state_dict().items()}
     log = [{"epoch": 1.0, "validation_loss": 0.5}]
-    record = {"kind": "crnn", "config": CrnnTrainConfig().record(), "log": log, "clips": [2, 1]}
+    record = {"kind": "crnn", "config": asdict(CrnnTrainConfig()), "log": log, "clips": [2, 1]}
     save_checkpoint(place(folder, "one") / "checkpoint.safetensors", tensors, record)
 
 

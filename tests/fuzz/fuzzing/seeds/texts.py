@@ -140,15 +140,15 @@ def names(folder: Path) -> None:
     (place(folder, "one") / "names.txt").write_text("anna.ahanna\nbob.ahbob\n\ncy.ahcy\n")
 
 
-def ledgers(folder: Path) -> None:
+def output_histories(folder: Path) -> None:
     """The file that remembers outputs, with two rows."""
     import sqlite3
 
-    from elocute.files.ledger import _TABLE, NAME
+    from elocute.files.output_history import _TABLE, DATABASE_NAME
 
     inner = place(folder, "one")
     (inner / "talk.wav").write_bytes(b"sound")
-    with contextlib.closing(sqlite3.connect(inner / NAME)) as table, table:
+    with contextlib.closing(sqlite3.connect(inner / DATABASE_NAME)) as table, table:
         table.execute(_TABLE)
         for path in (b"/talk.glb", b"/face.csv"):
             row = path, b"talk.wav", b"5 1700000000"

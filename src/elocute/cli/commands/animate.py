@@ -1,0 +1,294 @@
+"""`elocute animate`: one recording, many, or a folder of them."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.flags import in_flags
+from elocute.cli.format_options import (
+    FormatSettings,
+    check_format_settings,
+    options_of_formats,
+    settings_for_format,
+)
+from elocute.cli.outputs import nothing_to_do, plan_motion, write_motion
+from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, stdin_source, to_stdout
+from elocute.cli.progress import counted, progress_bar
+from elocute.errors import ElocuteError, InputError, OutputError, printable
+from elocute.files.output_plan import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.animation import Animation
+
+SOUND_SUFFIXES = (
+    ".wav",
+    ".flac",
+    ".mp3",
+    ".ogg",
+    ".oga",
+    ".opus",
+    ".m4a",
+    ".aac",
+    ".mp4",
+    ".mov",
+    ".mkv",
+    ".webm",
+    ".aif",
+    ".aiff",
+)
+
+
+def animate_command(
+    speech: list[Path] = typer.Argument(
+        ..., help="Sound or video files, or folders of them; - reads standard input."
+    ),
+    output: list[Path] = options.Output,
+    format: list[str] = typer.Option(
+        [],
+        "--format",
+        help="Format to write (npz, glb, csv, …) where the output is a folder or - (standard "
+        "output). Can be repeated.",
+    ),
+    fps: float = options.Fps,
+    identity: str = options.Identity,
+    head: str = options.Head,
+    style: str = options.StyleName,
+    strength: float = options.Strength,
+    model: str = options.Model,
+    channel: int | None = typer.Option(
+        None, help="Use this channel, counted from 0, instead of the mix of all channels."
+    ),
+    phones: Path | None = typer.Option(
+        None,
+        help="Known phone times, used instead of the recognised phones: a CSV with the columns "
+        "start_s,end_s,phone.",
+    ),
+    format_settings: FormatSettings = options_of_formats(),
+    recursive: bool = typer.Option(
+        False, "-r", "--recursive", help="Include subfolders, and mirror them in the output."
+    ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Animate a head with speech.
+
+    Output folders that do not exist are created.
+    """
+    check_pipes(speech, output, format, as_json)
+    takes, single = _takes(speech, recursive)
+    plan = OutputPlan([head, identity, style, model, *([phones] if phones else [])])
+    jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
+    check_format_settings(
+        (_named(t, format) for _, targets in jobs for t in targets), format_settings
+    )
+    for file, targets in jobs:
+        source = stdin_source() if file == PIPE else file
+        for target in targets:
+            if target != PIPE:
+                plan_motion(plan, target, source, sound=file, format_settings=format_settings)
+    settings: dict[str, Any] = {
+        "fps": fps,
+        "identity": identity,
+        "head": head,
+        "style": style,
+        "strength": strength,
+        "model": model,
+        "channel": channel,
+        "phones": _read_phones(phones),
+    }
+    if nothing_to_do(plan, overwrite, no_clobber, as_json) and PIPE not in output:
+        return
+    failures = _animate_all(jobs, _Run(settings, plan, format_settings, format, as_json), single)
+    if failures:
+        print(f"elocute: {failures} of {len(jobs)} failed", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What all recordings of a command share."""
+
+    settings: dict[str, Any]
+    plan: OutputPlan
+    format_settings: FormatSettings
+    formats: list[str]
+    as_json: bool
+
+
+def _animate_all(jobs: list[tuple[Path, list[Path]]], run: _Run, single: bool) -> int:
+    """Animate each recording; how many failed. Raises what a single one raises."""
+    failures = 0
+    with counted(len(jobs)) as one_done:
+        for file, targets in jobs:
+            try:
+                record = _animate_one(file, targets, run)
+            except ElocuteError as error:
+                if single:
+                    raise
+                failures += 1
+                told = in_flags(str(error))
+                print(f"elocute: {told}", file=sys.stderr)
+                record = {"input": str(file), "error": told}
+            one_done()
+            if run.as_json:
+                print(json.dumps(record), flush=True)
+    return failures
+
+
+def _animate_one(file: Path, targets: list[Path], run: _Run) -> dict[str, Any]:
+    """Animate a recording and write its outputs; a record of both."""
+    from elocute.animation import animate
+
+    wanted = run.plan.wanted(targets)
+    kept = [str(target) for target in targets if target not in wanted]
+    if not wanted:
+        return {"input": str(file), "outputs": [], "kept": kept}
+    quiet = run.as_json or PIPE in targets
+    started = time.perf_counter()
+    with progress_bar(f"animating {STDIN if file == PIPE else file.name}", quiet) as progress:
+        heard = piped_sound() if file == PIPE else file
+        animation = animate(heard, progress=progress, **run.settings)
+    animated = time.perf_counter()
+    with counted(len(targets), "outputs written") as one_written:
+        for target in wanted:
+            with progress_bar(f"writing {target.name}", quiet) as progress:
+                _write(animation, target, run, progress)
+            if not quiet:
+                print(printable(target))
+            one_written()
+    motion = animation.motion
+    return {
+        "input": str(file),
+        "outputs": [str(target) for target in wanted],
+        **({"kept": kept} if kept else {}),
+        "frames": motion.frame_count,
+        "fps": motion.fps,
+        "duration_s": round(motion.duration_s, 4),
+        "animate_s": round(animated - started, 4),
+        "write_s": round(time.perf_counter() - animated, 4),
+    }
+
+
+def _write(
+    animation: Animation, target: Path, run: _Run, progress: Callable[[float], None]
+) -> None:
+    """Write one output; standard output has no place beside it for the sound, so it goes inside."""
+    if target != PIPE:
+        write_motion(
+            run.plan,
+            animation.motion,
+            target,
+            sound=animation.sound,
+            progress=progress,
+            format_settings=run.format_settings,
+        )
+        return
+    with to_stdout(run.formats[0]) as place:
+        extra = settings_for_format(place, {**run.format_settings, "embed_audio": True})
+        animation.write(place, progress=progress, **extra)
+
+
+@dataclass(frozen=True)
+class _Take:
+    """A recording, and the folder it lies in below the one that was given."""
+
+    file: Path
+    below: Path = Path()
+
+
+def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
+    """The recordings that the arguments name, and whether they are just one file."""
+    takes: list[_Take] = []
+    for path in given:
+        if not path.is_dir():
+            takes.append(_Take(path))
+            continue
+        sounds = path.rglob("*") if recursive else path.iterdir()
+        found = sorted(p for p in sounds if p.suffix.lower() in SOUND_SUFFIXES and not p.is_dir())
+        skipped = [] if recursive else _folders_with_sound(path)
+        remedy = "--recursive includes subfolders" if skipped else ""
+        if not found:
+            raise InputError.about(
+                path,
+                found="no sound file in this folder",
+                allowed=" ".join(SOUND_SUFFIXES),
+                remedy=remedy,
+            )
+        if skipped:
+            folders = "subfolder" if len(skipped) == 1 else "subfolders"
+            told = f"{len(skipped)} {folders} with sound left out"
+            print(f"elocute: {path}: {told}; {remedy}", file=sys.stderr)
+        takes += [_Take(p, p.parent.relative_to(path)) for p in found]
+    return takes, len(given) == 1 and not given[0].is_dir()
+
+
+def _folders_with_sound(folder: Path) -> list[Path]:
+    """Subfolders that hold sound, in themselves or further below."""
+    return [
+        sub
+        for sub in sorted(folder.iterdir())
+        if sub.is_dir() and any(p.suffix.lower() in SOUND_SUFFIXES for p in sub.rglob("*"))
+    ]
+
+
+def _outputs(
+    take: _Take, outputs: list[Path], formats: list[str], single: bool, plan: OutputPlan
+) -> list[Path]:
+    targets = []
+    for output in outputs:
+        if output == PIPE:
+            targets.append(output)
+        elif _is_folder(output, formats, single):
+            folder = output / take.below
+            plan.make_folder(folder)
+            name = "stdin" if take.file == PIPE else take.file.stem
+            targets += [folder / f"{name}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
+        elif single and formats and PIPE not in outputs:
+            raise OutputError.about(
+                output,
+                found=f"a file, and --format {' '.join(formats)}",
+                allowed="--format with a folder or -",
+                remedy="leave --format out",
+            )
+        elif single:
+            targets.append(output)
+        else:
+            raise OutputError.about(
+                output,
+                found="one file for several recordings",
+                allowed="a folder",
+                remedy="use -o FOLDER --format glb",
+            )
+    return targets
+
+
+def _named(target: Path, formats: list[str]) -> Path:
+    """A target with a suffix, which standard output has not."""
+    return Path(f"{STDOUT}.{formats[0].lstrip('.')}") if target == PIPE else target
+
+
+def _is_folder(output: Path, formats: list[str], single: bool) -> bool:
+    """Whether outputs go into it: `-o take.obj` for one take is the take, also the second time."""
+    from elocute.export.registry import WRITERS
+
+    if single and not formats and output.suffix.lower() in WRITERS:
+        return False
+    return output.is_dir() or (not output.suffix and bool(formats or not single))
+
+
+def _read_phones(path: Path | None) -> list[tuple[float, float, str]] | None:
+    if path is None:
+        return None
+    from elocute.articulation.phone_times import read_phone_times
+
+    return read_phone_times(path)

@@ -1,0 +1,120 @@
+"""`elocute capture landmarks`: the 68 landmarks of scans, detected in renders of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.flags import in_flags
+from elocute.cli.outputs import check_file_suffix, nothing_to_do
+from elocute.cli.progress import progress_bar
+from elocute.errors import CaptureError, OutputError
+from elocute.files.output_plan import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.capture.scans.landmark_detection import LandmarkDetector
+    from elocute.capture.scans.scan import Scan
+
+FOLDER = "landmarks"
+
+
+def landmarks_command(
+    scans: Path = typer.Argument(..., help="A scan, or a folder as `capture scans` takes it."),
+    output: Path | None = typer.Option(
+        None,
+        "-o",
+        "--output",
+        help="For one scan: the .json to write. A folder's go to FOLDER/landmarks/.",
+    ),
+    unit: str | None = typer.Option(None, help="Unit of the coordinates: m, mm, cm, dm or inch."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Detect the 68 landmarks of scans in renders from several sides (needs the extra `video`).
+
+    Heads must be roughly upright and face +Z. Scans of a folder that have landmarks already are
+    left alone, so an interrupted run can be repeated.
+    """
+    from elocute.capture.scans.landmark_detection import mediapipe_landmarks
+
+    if scans.is_dir() == (output is not None):
+        raise OutputError.about(
+            scans,
+            found="a folder, and -o" if output else "one scan, and no -o",
+            allowed="-o FILE.json for one scan, none for a folder",
+        )
+    check_file_suffix(output, ".json")
+    plan = OutputPlan()
+    if output is not None:
+        plan.add(output, scans)
+        if nothing_to_do(plan, overwrite, no_clobber, as_json):
+            return
+    with mediapipe_landmarks() as detector:
+        if output is not None:
+            with plan.writing(output):
+                found, failed = _of_file(scans, output, unit or "m", detector)
+        else:
+            found, failed = _of_folder(scans, unit, detector, as_json)
+    if as_json:
+        print(json.dumps({"scans": str(scans), "found": found, "failed": failed}))
+    else:
+        print(f"{found} scans with landmarks, {len(failed)} without")
+        for line in failed:
+            typer.echo(f"elocute: {line}", err=True)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _of_file(
+    scan: Path, output: Path, unit: str, detector: LandmarkDetector
+) -> tuple[int, list[str]]:
+    from elocute.capture.scans.scan_file import read_scan
+
+    told = _written(read_scan(scan, unit), unit, output, detector)
+    return int(not told), [f"{scan}: {told}"] if told else []
+
+
+def _of_folder(
+    folder: Path, unit: str | None, detector: LandmarkDetector, quiet: bool
+) -> tuple[int, list[str]]:
+    """How many were found now, and a line for each that was not."""
+    from elocute.capture.scans.scan_sequence import find_sequences, open_sequence
+
+    sequences = [open_sequence(place, unit=unit) for place in find_sequences(folder)]
+    waiting = [
+        (sequence, number)
+        for sequence in sequences
+        for number in sequence.numbers
+        if sequence.landmark_file(number) is None
+    ]
+    found, failed = 0, []
+    with progress_bar(f"detecting landmarks in {folder.name}", quiet) as progress:
+        for done, (sequence, number) in enumerate(waiting, start=1):
+            place = sequence.folder / FOLDER / f"{sequence.file(number).stem}.json"
+            try:
+                told = _written(sequence.scan(number), sequence.metadata.unit, place, detector)
+            except CaptureError as error:
+                told = in_flags(str(error))
+            found += not told
+            failed += [f"{sequence.file(number)}: {told}"] if told else []
+            progress(done / len(waiting))
+    return found, failed
+
+
+def _written(scan: Scan, unit: str, path: Path, detector: LandmarkDetector) -> str:
+    """Why there are no landmarks, or "". They are written in the scan's unit."""
+    from elocute.capture.scans.landmark_detection import detect_landmarks
+    from elocute.capture.scans.landmarks import Landmarks, write_landmarks
+    from elocute.capture.scans.scan_file import unit_m
+
+    found = detect_landmarks(scan, detector)
+    if not found.enough:
+        return f"{int(found.good.sum())} landmarks seen; is the head upright, facing +Z?"
+    path.parent.mkdir(exist_ok=True)
+    write_landmarks(path, Landmarks(found.points / unit_m(unit), found.confidence))
+    return ""

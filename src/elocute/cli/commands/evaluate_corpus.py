@@ -1,0 +1,182 @@
+"""`elocute evaluate corpus`: a model against recorded clips."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.json_reports import write_json_report
+from elocute.cli.outputs import check_file_suffix, plan_files
+from elocute.cli.progress import progress_bar
+from elocute.errors import CorpusError, InputError
+
+if TYPE_CHECKING:
+    from elocute.corpus.corpus_store import Corpus
+    from elocute.evaluation.confidence_intervals import ConfidenceInterval
+    from elocute.evaluation.corpus_scores import MetricConfig, SubjectScore
+    from elocute.evaluation.vertex_regions import VertexRegion
+
+PARTS = ("test", "validation", "train")
+COLUMNS = (
+    ("lve_mm", "LVE mm"),
+    ("lve_mm2", "LVE mm²"),
+    ("mve_mm", "MVE mm"),
+    ("fdd_mm", "FDD mm (paper)"),
+    ("fdd_code_mm2", "FDD mm² (code)"),
+    ("velocity_mm", "velocity mm/frame"),
+    ("jerk", "jerk mm/s³"),
+    ("true_jerk", "true jerk"),
+    ("closure_recall", "closure recall"),
+    ("closure_precision", "closure precision"),
+)
+
+
+def corpus_command(
+    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    model: str = options.Model,
+    split: str = options.Split,
+    part: str = typer.Option("test", help="Part to measure: test, validation or train."),
+    style: str = typer.Option(
+        "each",
+        help="Style: each, best (per subject, chosen by the truth), even, a name or a mix.",
+    ),
+    lips: Path | None = typer.Option(
+        None,
+        help="Lip vertices for LVE (.json, .txt or .npy); by default those of the built-in head, "
+        "or the published list for FLAME and BIWI.",
+    ),
+    upper_face: Path | None = typer.Option(None, help="Upper-face vertices for FDD, likewise."),
+    contacts: bool = typer.Option(False, help="Make rests and lip closures as `animate` does."),
+    limit: int = typer.Option(0, min=0, help="Use only this many clips, evenly spaced; 0 for all."),
+    seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),
+    output: Path | None = typer.Option(
+        None, "-o", "--output", help="Also write the report (.json)."
+    ),
+    table: list[Path] | None = options.Table,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Compare predicted with recorded motion: lips, whole face, dynamics and closures.
+
+    LVE is the largest error of a lip vertex in each frame, as a distance (mm) and squared (mm²).
+    FDD is given twice: as CodeTalker's paper defines it (from distances, mm), and as the code
+    behind the published figures computes it (from squared distances, mm²).
+    """
+    from elocute.cli.tables import check_tables, write_tables
+    from elocute.corpus.corpus_store import open_corpus
+    from elocute.evaluation.corpus_scores import best_style_scores, score_clips, subject_scores
+    from elocute.evaluation.model_predictions import clip_predictor
+    from elocute.models.registry import open_model
+
+    check_file_suffix(output, ".json")
+    tables = check_tables(table)
+    lists = [path for path in (lips, upper_face) if path is not None]
+    plan = plan_files([corpus, model, *lists], [output, *tables], overwrite, no_clobber)
+    opened = open_corpus(corpus)
+    names = _names(opened, split, part, limit)
+    measure = measure_of(opened, lips, upper_face)
+    chosen = open_model(model)
+    styles = (chosen.styles or ("plain",)) if style in ("each", "best") else (style,)
+    predict = clip_predictor(chosen, opened, contacts=contacts)
+    with progress_bar("measuring", as_json) as progress:
+        scores = score_clips(opened, names, styles, predict, measure, progress)
+    found = (best_style_scores if style == "best" else subject_scores)(scores, seed)
+    report = {
+        "corpus": corpus.name,
+        "model": Path(model).name,
+        "split": split,
+        "part": part,
+        "style": style,
+        "contacts": contacts,
+        "clips": len(names),
+        **measure.record(),
+        "confidence": 0.95,
+        "rows": [row.record() for row in found],
+    }
+    text = json.dumps(report, allow_nan=False)
+    if output is not None and plan.wants(output):
+        with plan.writing(output):
+            write_json_report(output, text)
+    write_tables(plan, tables, *_table(found))
+    if as_json:
+        print(text)
+    else:
+        _show(found, measure)
+
+
+def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:
+    if part not in PARTS:
+        raise InputError.about(f"--part {part}", found="unknown", allowed=", ".join(PARTS))
+    names = corpus.split(split).parts()[part]
+    if not names:
+        raise CorpusError.about(corpus.folder, found=f"no clip in {part} of split {split}")
+    step = max(1, len(names) // limit) if limit else 1
+    return list(names[::step])[: limit or None]
+
+
+def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> MetricConfig:
+    """Lists of files; else those of the built-in head, FLAME or BIWI, whose mesh it is."""
+    from elocute.corpus.topologies import topology_of
+    from elocute.evaluation.corpus_scores import MetricConfig
+    from elocute.evaluation.vertex_regions import (
+        builtin_region,
+        published_region,
+        read_vertex_region,
+    )
+    from elocute.head.builtin import load_builtin_head
+
+    head, count = load_builtin_head(), corpus.vertex_count
+    ours = corpus.topology == head.name and count == head.vertex_count
+    known = topology_of(count)
+
+    def chosen(path: Path | None, name: str) -> VertexRegion | None:
+        if path is not None:
+            return read_vertex_region(path, count)
+        if ours:
+            return builtin_region(name)
+        return published_region(known, name) if known else None
+
+    return MetricConfig(chosen(lips, "lips"), chosen(upper_face, "upper_face"), mouth=ours)
+
+
+def _table(rows: list[SubjectScore]) -> tuple[list[str], list[list[Any]]]:
+    """Columns and rows of the table, with the measures that any row has."""
+    there = _present(rows)
+    columns = ["subject", "style", "clips", *(title for _, title in there)]
+    cells = [[r.subject, r.style, r.clips, *(r.intervals[name] for name, _ in there)] for r in rows]
+    return columns, cells
+
+
+def _present(table: list[SubjectScore]) -> list[tuple[str, str]]:
+    """Name and title of the measures that any row has."""
+    return [c for c in COLUMNS if any(row.intervals[c[0]].record() for row in table)]
+
+
+def _show(table: list[SubjectScore], measure: MetricConfig) -> None:
+    """One line per row; what no row has is left out and named below."""
+    there = _present(table)
+    print(f"{'subject':12} {'style':12} {'clips':>5}", *(f"{title:>22}" for _, title in there))
+    for row in table:
+        cells = (f"{cell(row.intervals[name]):>22}" for name, _ in there)
+        print(f"{row.subject:12} {row.style:12} {row.clips:5}", *cells)
+    print("[low, high]: 95 % confidence over clips")
+    for title, chosen in (("lips", measure.lips), ("upper face", measure.upper_face)):
+        if chosen:
+            print(f"{title}: {chosen.name}, {len(chosen.indices)} vertices, {chosen.digest}")
+        else:
+            print(
+                f"{title}: not available in this topology; name vertices with --lips, --upper-face"
+            )
+    if not measure.mouth:
+        print("closures: not available in this topology")
+
+
+def cell(interval: ConfidenceInterval) -> str:
+    if interval.record() is None:
+        return "-"
+    return f"{interval.value:.3g} [{interval.low:.3g}, {interval.high:.3g}]"

@@ -1,0 +1,133 @@
+"""`elocute evaluate wild`: the experiments of In the wild (2019) as tables."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.json_reports import write_json_report
+from elocute.cli.name_lists import read_names
+from elocute.cli.settings_options import options_of
+from elocute.errors import needs_extra
+from elocute.training.crnn.config import CrnnTrainConfig
+
+if TYPE_CHECKING:
+    from elocute.evaluation.concordance import ConcordanceScore
+
+
+def wild_command(
+    shards: Path = typer.Argument(..., help="A folder of shards."),
+    sounds: Path = typer.Argument(
+        ..., help="Folder to which the paths of their sounds are relative."
+    ),
+    output: Path = typer.Option(
+        ..., "-o", "--output", help="Output folder for trainings and report."
+    ),
+    sentences: Path | None = typer.Option(
+        None, help="Corpus folder of sentences, for continuous speech."
+    ),
+    subject: str | None = typer.Option(None, help="Use only the sentences of this subject."),
+    real: Path | None = typer.Option(
+        None, help="Folder of a tracked real talker (grid_s1/clips), for the mouth."
+    ),
+    names: Path | None = typer.Option(
+        None, help="Text file of the talker's clips to use; all by default."
+    ),
+    clips: int = typer.Option(50, min=1, help="Number of sentences to measure, evenly spaced."),
+    trainings: str = typer.Option(
+        "speaker,word,mse", help="Trainings to run, separated by commas."
+    ),
+    config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
+    resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
+    tables: list[Path] | None = options.Table,
+    overwrite: bool = options.OverwriteTable,
+    no_clobber: bool = options.KeepTable,
+    as_json: bool = options.Json,
+) -> None:
+    """Train and measure: new speakers, new words, sentences, losses, noise, bases, a real talker.
+
+    ρc is the concordance over all frames of the clips together, with 95 % confidence from drawing
+    clips again. report.json is written last.
+    """
+    from elocute.cli.commands.train import report_left_out
+    from elocute.cli.outputs import plan_files
+    from elocute.cli.progress import EpochLines
+    from elocute.cli.tables import check_tables, write_tables
+    from elocute.corpus.corpus_store import open_corpus
+    from elocute.corpus.shards import open_shards
+    from elocute.files.work_folder import no_empty_folder, prepare_trainings
+
+    with needs_extra("training", "train"):
+        from elocute.evaluation.wild_experiments import (
+            check_trainings,
+            select_sentences,
+            study_wild,
+        )
+    chosen = [name.strip() for name in trainings.split(",") if name.strip()]
+    check_trainings(chosen)
+    files = check_tables(tables)
+    plan = plan_files([shards], files, overwrite, no_clobber)
+    opened = open_shards(shards, sounds)
+    corpus = None if sentences is None else open_corpus(sentences)
+    taken = [] if corpus is None else select_sentences(corpus, opened, subject, clips)
+    wanted = read_names(names)
+    with no_empty_folder(output):
+        prepare_trainings(output, chosen, resume)
+        found = study_wild(
+            opened,
+            output,
+            config,
+            trainings=chosen,
+            sentences=corpus,
+            names=taken,
+            talker=real,
+            talker_names=wanted,
+            report=EpochLines(as_json),
+        )
+    report = {
+        "shards": shards.name,
+        "clips": len(opened),
+        "parameters": opened.components,
+        "epochs": config.epochs,
+        "config": asdict(config),
+        **found.record(),
+    }
+    text = json.dumps(report, allow_nan=False)
+    write_json_report(output / "report.json", text)
+    write_tables(plan, files, *_table(found.concordance))
+    if as_json:
+        print(text)
+    else:
+        _show(found.concordance, report)
+    report_left_out([*opened.broken, *found.missing], len(opened))
+
+
+def _table(rows: dict[str, ConcordanceScore]) -> tuple[list[str], list[list[Any]]]:
+    """Columns and rows of the table, with as many parameters of their own as any row has."""
+    first = max((len(figures.first) for figures in rows.values()), default=0)
+    columns = ["concordance", "clips", "mean", "weighted", *(f"c{k + 1}" for k in range(first))]
+    return columns, [[name, f.clips, f.mean, f.weighted, *f.first] for name, f in rows.items()]
+
+
+def _show(table: dict[str, ConcordanceScore], report: dict[str, Any]) -> None:
+    print(f"{'concordance':20} {'clips':>6} {'mean':>20} {'weighted':>8}  c1 … c5")
+    for name, found in table.items():
+        mean = found.mean
+        first = " ".join(f"{interval.value:5.2f}" for interval in found.first)
+        print(
+            f"{name:20} {found.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
+            f"{found.weighted.value:8.3f}  {first}"
+        )
+    print(
+        "paper, test, µ28:", ", ".join(f"{name} {value}" for name, value in report["paper"].items())
+    )
+    for name, row in report["bases_mm"].items():
+        print(f"{name:20} {row['components']:6} shapes leave {row['mean_mm']:.4f} mm")
+    for name, row in report["talker"].items():
+        shown = ("opening_best_r", "width_best_r", "closure_recall", "false_closure")
+        print(f"{name:20}", ", ".join(f"{what} {row[what]:.3f}" for what in shown))

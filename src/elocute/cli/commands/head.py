@@ -1,0 +1,93 @@
+"""`elocute head`: a head model described, and random faces of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import format_options, options
+from elocute.cli.command_group import CommandGroup
+from elocute.cli.outputs import nothing_to_do
+from elocute.cli.progress import progress_bar
+from elocute.files.output_plan import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.head.model import HeadModel
+
+app = CommandGroup("Describe head models, and draw random faces of them.")
+
+
+@app.command("show")
+def show_command(
+    file: str = typer.Argument(..., help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
+    as_json: bool = options.Json,
+) -> None:
+    """Describe a head model. No code in the file is run."""
+    from elocute.head.registry import open_head
+
+    record = {"file": file, **_facts(open_head(file))}
+    if as_json:
+        print(json.dumps(record))
+        return
+    for name, value in record.items():
+        shown = ", ".join(map(str, value)) if isinstance(value, list) else value
+        print(f"{name:13} {('yes' if shown else 'no') if isinstance(shown, bool) else shown}")
+
+
+def _facts(head: HeadModel) -> dict[str, Any]:
+    low, high = head.template.min(axis=0), head.template.max(axis=0)
+    return {
+        "name": head.name,
+        "vertices": head.vertex_count,
+        "faces": len(head.quads),
+        "identities": len(head.identity_basis),
+        "expressions": len(head.expression_names),
+        "joints": list(head.joint_names),
+        "landmarks": len(head.landmarks) > 0,
+        "lips": len(head.inner_lip_upper) > 0,
+        "size_mm": [round(1000 * side, 1) for side in (high - low).tolist()],
+    }
+
+
+@app.command("sample")
+def sample_command(
+    output: Path = typer.Option(
+        ..., "-o", "--output", help="A .png for one contact sheet, or a new folder for mesh files."
+    ),
+    count: int = typer.Option(10, help="Number of faces."),
+    seed: int = typer.Option(0, help="The same seed draws the same faces."),
+    head: str = typer.Option("builtin", help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
+    mesh: str = typer.Option(
+        "obj", "--format", help="Format of the mesh files in a folder: obj or ply."
+    ),
+    size: str = format_options.Size,
+    backend: str = format_options.Backend,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Draw random faces of a head, as meshes or as one picture."""
+    from elocute.export.identities import check_identity_output, write_identities
+    from elocute.head.identity import sample_identities
+    from elocute.head.registry import open_head
+
+    suffix, pixels = f".{mesh.lower().removeprefix('.')}", format_options.parse_size(size)
+    plan = OutputPlan()
+    plan.add(output, head)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    check_identity_output(output, count, suffix)
+    model = open_head(head)
+    identities = sample_identities(model, count, seed)
+    with plan.writing(output), progress_bar(f"drawing {output.name}", as_json) as progress:
+        write_identities(
+            model, identities, output, mesh=suffix, size=pixels, backend=backend, progress=progress
+        )
+    if as_json:
+        record = {"output": str(output), "head": model.name, "count": count, "seed": seed}
+        print(json.dumps(record))
+    else:
+        print(output)

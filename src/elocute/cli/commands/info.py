@@ -1,0 +1,68 @@
+"""`elocute info FILE`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from elocute.cli import options
+
+
+def info_command(
+    file: Path = typer.Argument(..., help="A sound, a video, a motion (.npz) or curves (.json)."),
+    as_json: bool = options.Json,
+) -> None:
+    """Describe a sound, a video, a motion or curves."""
+    facts = {".npz": _motion_facts, ".json": _curve_facts}.get(file.suffix.lower(), _sound_facts)
+    record = facts(file)
+    if as_json:
+        print(json.dumps(record))
+        return
+    for name, value in record.items():
+        print(f"{name:12} {value}")
+
+
+def _motion_facts(file: Path) -> dict[str, Any]:
+    from elocute.motion.store import load_motion
+
+    motion = load_motion(file)
+    moving = [
+        name for name, column in zip(motion.names, motion.weights.T, strict=True) if column.any()
+    ]
+    return {
+        "file": str(file),
+        "kind": "motion",
+        "frames": motion.frame_count,
+        "fps": motion.fps,
+        "duration_s": round(motion.duration_s, 4),
+        "vertices": motion.head.vertex_count,
+        "components": len(motion.names),
+        "moving": ", ".join(moving) or "none",
+        "rotations": motion.rotations is not None,
+    }
+
+
+def _curve_facts(file: Path) -> dict[str, Any]:
+    from elocute.export.curves_json import read_json_curves
+
+    curves = read_json_curves(file)
+    moving = [name for name in curves.names if curves[name].any()]
+    return {
+        "file": str(file),
+        "kind": "curves",
+        "frames": len(curves.values),
+        "fps": curves.fps,
+        "duration_s": round(len(curves.values) / curves.fps, 4),
+        "curves": len(curves.names),
+        "moving": ", ".join(moving) or "none",
+    }
+
+
+def _sound_facts(file: Path) -> dict[str, Any]:
+    from elocute.audio.read import probe_audio
+
+    return {"file": str(file), "kind": "sound", **asdict(probe_audio(file))}

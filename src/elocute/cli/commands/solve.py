@@ -1,0 +1,119 @@
+"""`elocute solve`: from vertices back to the weights and joint rotations behind them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.outputs import nothing_to_do, warn_of_silence
+from elocute.cli.progress import progress_bar
+from elocute.errors import InputError, MotionError
+from elocute.files.output_plan import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.files.array_file import ArrayFile
+    from elocute.head.model import HeadModel
+    from elocute.motion.motion import Motion
+
+
+HEAD_MAX_BYTES = 2_000_000_000
+
+
+def solve_command(
+    vertices: Path = typer.Argument(
+        ..., help="Vertices (frame, vertex, 3) in metres (.npy), or a motion (.npz)."
+    ),
+    output: Path = typer.Option(..., "-o", "--output", help="Where to write the motion (.npz, …)."),
+    head: Path | None = typer.Option(
+        None, help="Head to solve for: a head (.npz), or a motion whose head is used."
+    ),
+    identity: str | None = typer.Option(
+        None, help="Identity of the built-in head to solve for: a name, a seed, or a .json file."
+    ),
+    fps: float = typer.Option(60.0, help="Frames per second of a .npy."),
+    bounded: bool = typer.Option(False, help="Keep weights between 0 and 1."),
+    zero_pose: bool = typer.Option(False, help="Solve for shapes alone, without joint rotations."),
+    regularisation: float = typer.Option(1e-6, min=0.0, help="Penalty on squared weights, mm²."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Solve for the blendshape weights and joint rotations behind moving vertices."""
+    import numpy as np
+
+    from elocute.export.registry import check_suffix, write
+    from elocute.motion.blendshape_solver import solve_weights
+
+    check_suffix(output)
+    plan = OutputPlan([given for given in (head, identity) if given is not None])
+    plan.add(output, vertices)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    if head is not None and identity is not None:
+        raise InputError.about("--head", found="--identity too", allowed="one of them")
+    motion = None if vertices.suffix.lower() == ".npy" else _motion(vertices)
+    target = _chosen_head(head, identity, motion)
+    points = _read_vertices(vertices) if motion is None else motion.vertices()
+    with progress_bar(f"solving {vertices.name}", as_json) as progress:
+        solved, residual_mm = solve_weights(
+            target,
+            points,
+            fps=fps if motion is None else motion.fps,
+            regularisation=regularisation,
+            bounds=(0.0, 1.0) if bounded else None,
+            joints=() if zero_pose else None,
+            progress=progress,
+        )
+    with plan.writing(output):
+        write(solved, output)
+    warn_of_silence([output], "elocute render MOTION.npz --audio FILE adds it")
+    mean, p95 = float(residual_mm.mean()), float(np.percentile(residual_mm, 95))
+    if as_json:
+        record = {"input": str(vertices), "output": str(output), "frames": solved.frame_count}
+        record |= {"residual_mean_mm": round(mean, 6), "residual_p95_mm": round(p95, 6)}
+        print(json.dumps(record | {"rotations": solved.rotations is not None}))
+    else:
+        print(output)
+        print(f"residual {mean:.4f} mm on average, {p95:.4f} mm at the 95th percentile")
+
+
+def _motion(path: Path) -> Motion:
+    from elocute.motion.store import load_motion
+
+    return load_motion(path)
+
+
+def _chosen_head(path: Path | None, identity: str | None, motion: Motion | None) -> HeadModel:
+    """The head asked for; else a motion's own; else the built-in one."""
+    from elocute.head.builtin import load_builtin_head
+    from elocute.head.identity import resolve_identity
+
+    if path is not None:
+        return _read_head(path)
+    if identity is not None:
+        return load_builtin_head().with_identity(resolve_identity(identity))
+    return load_builtin_head() if motion is None else motion.head
+
+
+def _read_head(path: Path) -> HeadModel:
+    """A head on its own, or the one that travels with a motion. Raises InputError."""
+    from elocute.files.array_reading import npz_names
+    from elocute.head.store import load_head
+
+    try:
+        names = npz_names(path, max_bytes=HEAD_MAX_BYTES, allowed="a head (.npz)")
+        is_motion = "weights" in names
+    except InputError:
+        is_motion = False  # what reads it says what is wrong
+    return _motion(path).head if is_motion else load_head(path)
+
+
+def _read_vertices(path: Path) -> ArrayFile:
+    """(frame, vertex, 3) as `-o talk.npy` writes them, left on disk. Raises MotionError."""
+    from elocute.files.array_file import ArrayFile
+
+    return ArrayFile(path, allowed="a .npy of (frame, vertex, 3) metres", error=MotionError)

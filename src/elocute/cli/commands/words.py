@@ -1,0 +1,149 @@
+"""`elocute words`: when each word of a recording is said, checked by a person and read back."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.command_group import CommandGroup
+from elocute.cli.outputs import check_file_suffix, nothing_to_do
+from elocute.errors import AlignmentError, InputError
+from elocute.files.output_plan import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.alignment.word_times import TimedWords
+
+app = CommandGroup("Find when each word of a recording is said, and check it.")
+
+TEXT_MAX_BYTES = 1_000_000
+Output = typer.Option(..., "-o", "--output", help="Word times to write (.json or .TextGrid).")
+
+
+@app.command("segment")
+def segment_command(
+    sound: Path = typer.Argument(..., help="Sound file of English read aloud."),
+    text: str | None = typer.Option(None, help="The text that is read."),
+    text_file: Path | None = typer.Option(None, help="Text file that holds what is read."),
+    output: Path = Output,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Find when each word of a text is said, by forced alignment."""
+    from elocute.alignment.forced_alignment import segment_words
+    from elocute.alignment.word_times import write_words
+    from elocute.audio.read import read_audio
+
+    spoken = _text(text, text_file)
+    plan = OutputPlan([text_file] if text_file else [])
+    plan.add(output, sound)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    words = segment_words(read_audio(sound), spoken)
+    with plan.writing(output):
+        write_words(words, output)
+    _tell(words, output, as_json)
+
+
+@app.command("check")
+def check_command(
+    words: Path = typer.Argument(
+        ..., help="Word times that `words segment` wrote (.json), or a .TextGrid."
+    ),
+    sound: Path = typer.Argument(..., help="Sound file that they belong to."),
+    output: Path = typer.Option(..., "-o", "--output", help="Page to write (.html)."),
+    textgrid: Path | None = typer.Option(
+        None, help="Also write a .TextGrid, for editing in Praat."
+    ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Draw waveform, spectrogram and word boundaries on a page, with doubtful words marked."""
+    from elocute.alignment.word_review_page import check_length, review_reason, write_word_page
+    from elocute.alignment.word_times import read_words, write_words
+    from elocute.audio.read import read_audio
+
+    check_file_suffix(textgrid, ".TextGrid")
+    plan = OutputPlan()
+    for path in (output, textgrid):
+        if path is not None:
+            plan.add(path, words, sound)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    found, heard = read_words(words), read_audio(sound)
+    check_length(found, heard)
+    if textgrid is not None and plan.wants(textgrid):
+        with plan.writing(textgrid):
+            write_words(found, textgrid)
+    marked = sum(bool(review_reason(word)) for word in found.words)
+    if plan.wants(output):
+        with plan.writing(output):
+            marked = write_word_page(found, heard, output, title=f"{words.name}, {sound.name}")
+    record = {"output": str(output), "words": len(found.words), "marked": marked}
+    print(json.dumps(record) if as_json else f"{output}: {marked} of {len(found.words)} marked")
+
+
+@app.command("take")
+def take_command(
+    edited: Path = typer.Argument(
+        ..., help="Word times that a person edited (.TextGrid or .json)."
+    ),
+    output: Path = Output,
+    before: Path | None = typer.Option(
+        None, help="The word times before; words that were not changed keep their confidence."
+    ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Check word times that a person edited, and write them as words with confidence."""
+    from elocute.alignment.word_times import merge_edits, read_words, write_words
+
+    plan = OutputPlan([before] if before else [])
+    plan.add(output, edited)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    words = merge_edits(read_words(edited), None if before is None else read_words(before))
+    with plan.writing(output):
+        write_words(words, output)
+    _tell(words, output, as_json)
+
+
+def _text(text: str | None, file: Path | None) -> str:
+    if (text is None) == (file is None):
+        raise InputError.about(
+            "words",
+            found="neither --text nor --text-file" if text is None else "--text and --text-file",
+            allowed="one of them",
+        )
+    if text is not None:
+        return text
+    assert file is not None
+    from elocute.files.reading import read_text
+
+    return read_text(
+        file,
+        max_bytes=TEXT_MAX_BYTES,
+        allowed="the text that is read, in UTF-8",
+        error=AlignmentError,
+    )
+
+
+def _tell(words: TimedWords, output: Path, as_json: bool) -> None:
+    from elocute.alignment.word_review_page import review_reason
+
+    doubtful = [w.text for w in words.words if review_reason(w)]
+    if as_json:
+        record = {"output": str(output), "words": len(words.words), "doubtful": doubtful}
+        print(json.dumps(record))
+        return
+    for word in words.words:
+        why = review_reason(word)
+        told = f"  check it: {why}" if why else ""
+        print(f"{word.start_s:8.3f} {word.end_s:8.3f}  {word.text}{told}")
+    print(output)

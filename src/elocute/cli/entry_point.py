@@ -1,0 +1,228 @@
+"""The entry point of the command line: from the start of the process to its exit code.
+
+Exit codes: 0 done, 1 done in part, 2 bad input, 130 interrupted, 129 hung up, 143 terminated, 141
+nobody read standard output. Every error is one line on stderr.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import os
+import signal
+import sys
+import threading
+import time
+import warnings
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from elocute.errors import ElocuteError, InputError, Interrupted, printable
+
+UNREAD = 141
+ENDINGS = {
+    signal.SIGINT: "interrupted",
+    signal.SIGTERM: "terminated",
+    **({signal.SIGHUP: "hung up"} if hasattr(signal, "SIGHUP") else {}),
+}
+"""Signals that end a run as Ctrl-C does: it is cleaned up and reported in one line, and the exit
+code is 128 more than the signal."""
+DISK_ERRORS = {
+    errno.ENOSPC,
+    errno.EFBIG,
+    errno.EIO,
+    errno.EROFS,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EMFILE,
+    errno.ENFILE,
+    getattr(errno, "EDQUOT", errno.ENOSPC),
+}
+"""Errors of a disk or a limit, whichever file they are about."""
+PATIENCE_S = 2.0
+"""How long cleaning up may take before a further Ctrl-C ends the process at once."""
+
+
+def run() -> int:
+    """Run the command line that the process was given; returns its exit code."""
+    _open_closed_streams()
+    _mark_stdout_errors()
+    interrupts = _Interrupts()
+    return _leave(interrupts)
+
+
+def _leave(interrupts: _Interrupts) -> int:
+    """Run the command; whatever is caught here has left all blocks, so cleaning up is done."""
+    try:
+        code = _run_app()
+        sys.stdout.flush()
+        interrupts.ignore_further()
+        return code
+    except BaseException as error:
+        interrupts.ignore_further()
+        if interrupts.number:
+            # An interruption while a compiled module loads may come as another error.
+            return _report_interruption(error, interrupts.number)
+        if isinstance(error, SystemExit):
+            # The option parser exits so where nobody reads what it prints.
+            error = error.__context__ if _is_unread(error.__context__) else error
+        if isinstance(error, SystemExit):
+            return _number(error.code)
+        if isinstance(error, StdoutError):
+            _drop_output()
+            if _is_unread(error):
+                return UNREAD
+            return _say(f"standard output: cannot be written ({error.strerror})", 2)
+        if isinstance(error, ElocuteError):
+            return _say(str(error), 2 if isinstance(error, InputError) else 1)
+        if hasattr(error, "exit_code"):
+            return _usage(error)
+        if isinstance(error, OSError) and error.errno in DISK_ERRORS:
+            where = error.filename or "a temporary file"
+            return _say(f"{where}: cannot be written ({error.strerror})", 2)
+        if isinstance(error, MemoryError):
+            return _say("not enough memory for this; try less at once, or a larger machine", 1)
+        if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+            return _say(f"{str(error.filename)[:200]}…: not a valid name ({error.strerror})", 2)
+        raise
+
+
+def _run_app() -> int:
+    from elocute.cli.app import app
+
+    if not sys.warnoptions:  # results are checked where it matters, and reported in one line
+        warnings.simplefilter("ignore", RuntimeWarning)
+    return _number(app(prog_name="elocute", standalone_mode=False))
+
+
+def _usage(error: Any) -> int:
+    """Errors and aborts of the option parser carry their own exit code and message."""
+    explain = getattr(error, "format_message", None)
+    message = explain() if explain else str(error)
+    context = getattr(error, "ctx", None)
+    if message and context is not None:
+        message = f"{message.rstrip('.')}; see {context.command_path} --help"
+    return _say(message, error.exit_code) if message else error.exit_code
+
+
+def _report_interruption(error: BaseException, number: int) -> int:
+    from elocute.files.atomic import remove_own_drafts
+
+    remove_own_drafts()
+    done = str(error) if isinstance(error, Interrupted) else ""
+    what = ENDINGS[signal.Signals(number)]
+    return _say(f"{what}; {done or 'nothing was left half-written'}", 128 + number)
+
+
+def _say(message: str, code: int) -> int:
+    with contextlib.suppress(OSError):  # the exit code says it even if stderr cannot
+        print(f"elocute: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
+    return code
+
+
+def _number(code: object) -> int:
+    return code if isinstance(code, int) else 0
+
+
+class StdoutError(OSError):
+    """Standard output cannot be written."""
+
+
+class _Stdout(io.FileIO):
+    """Standard output, whose errors can be distinguished from those of any other file."""
+
+    def write(self, data: Any) -> int | None:
+        try:
+            return super().write(data)
+        except OSError as error:
+            raise StdoutError(error.errno, error.strerror) from None
+
+
+def _is_unread(error: object) -> bool:
+    return isinstance(error, StdoutError) and error.errno == errno.EPIPE
+
+
+def _drop_output() -> None:
+    """The interpreter would try again on its way out, and complain."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
+
+
+def _open_closed_streams() -> None:
+    """Give a process without stdin, stdout or stderr the null device in their place.
+
+    A file opened later would take their number, and what is printed would go into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    if sys.stdin is None:
+        sys.stdin = Path(os.devnull).open()  # noqa: SIM115
+    if sys.stdout is None:
+        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
+    if sys.stderr is None:
+        sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115
+
+
+def _mark_stdout_errors() -> None:
+    """Mark its errors as its own, and escape names that its encoding cannot write."""
+    stream = sys.stdout
+    buffer = getattr(stream, "buffer", None)
+    raw = getattr(buffer, "raw", buffer)  # unbuffered (python -u) there is none between
+    if type(raw) is io.FileIO:
+        stream.flush()
+        sys.stdout = io.TextIOWrapper(
+            io.BufferedWriter(_Stdout(1, "w", closefd=False)),
+            encoding=stream.encoding,
+            errors="backslashreplace",
+            line_buffering=bool(stream.line_buffering) or raw is buffer,
+        )
+
+
+class _Interrupts:
+    """Turns Ctrl-C and its like into Interrupted, once; a second one does not disturb cleaning up.
+
+    What is ignored already, as in a background job or under nohup, stays so.
+    """
+
+    def __init__(self) -> None:
+        self.number = 0
+        """The number of the signal that came first."""
+        self._first_s = 0.0
+        usual = (signal.default_int_handler, signal.SIG_DFL)
+        in_main_thread = threading.current_thread() is threading.main_thread()
+        self._handled = [
+            one for one in ENDINGS if in_main_thread and signal.getsignal(one) in usual
+        ]
+        if self._handled:
+            self._hook, sys.unraisablehook = sys.unraisablehook, self._unraisable
+        for number in self._handled:
+            signal.signal(number, self._interrupt)
+
+    def ignore_further(self) -> None:
+        """The exit code is decided; no signal may change it while the interpreter ends."""
+        for number in self._handled:
+            signal.signal(number, signal.SIG_IGN)
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if not self.number:
+            self.number, self._first_s = number, now
+            raise Interrupted
+        if now - self._first_s > PATIENCE_S:
+            os._exit(128 + self.number)
+
+    def _unraisable(self, told: Any) -> None:
+        """Python drops what is raised in a finaliser or a callback: interrupt again, elsewhere."""
+        if not issubclass(told.exc_type, Interrupted):
+            self._hook(told)
+            return
+        number, self.number = self.number or signal.SIGINT, 0
+        again = threading.Timer(0.01, signal.raise_signal, [number])
+        again.daemon = True
+        again.start()

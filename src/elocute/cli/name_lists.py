@@ -1,0 +1,22 @@
+"""Lists of names in text files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from elocute.errors import InputError
+
+MAX_BYTES = 16_000_000
+ALLOWED = "a text file with one name per line"
+
+
+def read_names(path: Path | None, *, least: int = 1) -> list[str] | None:
+    """The names in a file, None for no file. Raises InputError for fewer than `least`."""
+    if path is None:
+        return None
+    from elocute.files.reading import read_text
+
+    names = read_text(path, max_bytes=MAX_BYTES, allowed=ALLOWED).split()
+    if len(names) < least:
+        raise InputError.about(path, found="no names", allowed="one name per line")
+    return names

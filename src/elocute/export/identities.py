@@ -1,0 +1,145 @@
+"""Identities of a head as files: a mesh for each face, or one contact sheet of all."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import OutputError
+from elocute.export.contact_sheet import COLUMNS, contact_sheet
+from elocute.export.meshes import MESH_FORMATS
+from elocute.export.render import Renderer, open_renderer, picture_size, portrait
+from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
+from elocute.head.model import HeadModel
+
+SHEET_MAX = 200  # faces on one picture
+
+Progress = Callable[[float], None] | None
+
+
+def check_identity_output(path: str | Path, count: int, mesh: str = ".obj") -> None:
+    """Refuse what `write_identities` could not write, before anything is computed.
+
+    Parameters
+    ----------
+    path : str or Path
+        The output.
+    count : int
+        How many faces.
+    mesh : str
+        Suffix of the meshes in a folder: ".obj" or ".ply".
+
+    Raises
+    ------
+    OutputError
+        For a place, a suffix or a count that cannot be written.
+    """
+    path = check_output(path)
+    suffix = path.suffix.lower()
+    if mesh not in MESH_FORMATS:
+        raise OutputError.about(f"format {mesh}", found="unknown", allowed=" ".join(MESH_FORMATS))
+    if suffix not in ("", ".png", *MESH_FORMATS):
+        raise OutputError.about(
+            path,
+            found=f"suffix {suffix!r}",
+            allowed=".png for one picture; a new folder, perhaps ending in "
+            + " or ".join(MESH_FORMATS),
+        )
+    if suffix == ".png" and count > SHEET_MAX:
+        raise OutputError.about(path, found=f"{count} faces", allowed=f"up to {SHEET_MAX}")
+
+
+def write_identities(
+    head: HeadModel,
+    identities: NDArray[np.float32],
+    path: str | Path,
+    *,
+    mesh: str = ".obj",
+    size: tuple[int, int] = (800, 800),
+    backend: str = "auto",
+    progress: Progress = None,
+) -> None:
+    """Write identities of a head as meshes, or draw them all on one contact sheet.
+
+    Parameters
+    ----------
+    head : HeadModel
+        With an identity space.
+    identities : (face, coefficient) float32
+        Standard deviations.
+    path : str or Path
+        A .png for one sheet, twice as wide as `size`; otherwise a new folder of 00000.obj,
+        00001.obj, … in metres, or of .ply by its own suffix or by `mesh`.
+    mesh : str
+        Suffix of the meshes in a folder: ".obj" or ".ply".
+    size : (int, int)
+        Width and height in pixels, of which a sheet takes the width.
+    backend : str
+        Renderer: "auto", "moderngl" or "embreex".
+    progress : callable, optional
+        Called with the share that is done, 0 to 1.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    MachineError
+        Where no renderer works.
+    """
+    path = Path(path)
+    check_identity_output(path, len(identities), mesh)
+    suffix = path.suffix.lower()
+    people = (head.with_identity(coefficients) for coefficients in identities)
+    if suffix == ".png":
+        side = max(32, 2 * picture_size(size)[0] // COLUMNS)
+        _write_sheet(head, people, len(identities), path, side, backend, progress)
+        return
+    suffix = suffix or mesh
+    with write_folder_atomically(path) as folder:
+        for number, person in enumerate(people):
+            data = MESH_FORMATS[suffix](person)(person.template)
+            (folder / f"{number:05d}{suffix}").write_bytes(data)
+            if progress:
+                progress((number + 1) / len(identities))
+
+
+def _write_sheet(
+    head: HeadModel,
+    people: Iterable[HeadModel],
+    count: int,
+    path: Path,
+    side: int,
+    backend: str,
+    progress: Progress,
+) -> None:
+    pictures: list[NDArray[np.uint8]] = []
+    with write_atomically(path) as draft, _renderers(head, side, backend) as renderer_of:
+        for person in people:
+            with renderer_of(person) as renderer:
+                pictures.append(renderer.frame(person.template))
+            if progress:
+                progress(len(pictures) / count)
+        labels = [str(number) for number in range(count)]
+        contact_sheet(pictures, labels, min(COLUMNS, count)).save(draft)
+
+
+_RendererOf = Callable[[HeadModel], contextlib.AbstractContextManager[Renderer]]
+
+
+@contextlib.contextmanager
+def _renderers(head: HeadModel, side: int, backend: str) -> Iterator[_RendererOf]:
+    """A renderer for each person: one for all where nobody has another colour of skin."""
+    camera = portrait(head)
+
+    def opened(person: HeadModel) -> Renderer:
+        return open_renderer(person, (side, side), backend=backend, camera=camera)
+
+    if len(head.tone_basis):
+        yield opened
+        return
+    with opened(head) as shared:
+        yield lambda person: contextlib.nullcontext(shared)

@@ -1,0 +1,101 @@
+"""The rules of `elocute.articulation` as a speech model, in styles that can be mixed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.driver import LOOKAHEAD_S, articulate
+from elocute.articulation.style import STYLES, Style, mix_styles, resolve_style
+from elocute.audio.features import Features
+from elocute.audio.waveform import Waveform
+from elocute.head.builtin import load_builtin_head
+from elocute.head.model import HeadModel
+from elocute.models.feature_extraction import RESAMPLING_S, PhonePosteriorStream, phone_lookahead_s
+from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
+from elocute.models.style_mixes import EVEN
+from elocute.motion.curves import Curves
+
+Float32Array = NDArray[np.float32]
+NAME = "articulation"
+
+
+class ArticulationModel:
+    """The rules as a SpeechModel; its styles are those of `elocute.articulation.style`."""
+
+    name, encoder, fps = NAME, "phones", 60.0
+    basis: Float32Array | None = None
+    needs_sound_level, makes_contacts = False, True
+    styles = tuple(STYLES)
+    decoder_lookahead_s = LOOKAHEAD_S
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        return load_builtin_head().expression_names
+
+    @property
+    def topology(self) -> str:
+        return load_builtin_head().name
+
+    @property
+    def vertex_count(self) -> int:
+        return load_builtin_head().vertex_count
+
+    @property
+    def lookahead_s(self) -> float:
+        return RESAMPLING_S + phone_lookahead_s() + LOOKAHEAD_S
+
+    def style(self, given: str | Style) -> Style:
+        """A Style, a name, a mix, `even`, or a .json file. Raises InputError."""
+        if isinstance(given, str) and given == EVEN:
+            return mix_styles(dict.fromkeys(STYLES, 1 / len(STYLES)))
+        return resolve_style(given)
+
+    def mix(self, shares: Mapping[str, float]) -> Style:
+        """The convex mix of named styles, number by number. Raises InputError."""
+        return mix_styles(dict(shares))
+
+    def feature_streams(
+        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+    ) -> FeatureStreams:
+        return FeatureStreams(PhonePosteriorStream(sample_rate))
+
+    def sound_level(self, sound: Waveform) -> None:
+        """None: its front end normalises by a running mean."""
+
+    def weights(self, speech: SpeechFeatures, style: Style, span: FrameSpan) -> Float32Array:
+        """(frame, component) of every shape of the built-in head; without blinks."""
+        return self.curves(speech, style, span, blinks=False).select(self.components).values
+
+    def curves(
+        self,
+        speech: SpeechFeatures,
+        style: Style,
+        span: FrameSpan,
+        strength: float = 1.0,
+        *,
+        blinks: bool = True,
+    ) -> Curves:
+        """Curves 0…1 of every shape that speech uses, and blinks."""
+        chosen = style if blinks else replace(style, blink_per_min=0.0)
+        return _articulated(speech.features, chosen, span, strength)
+
+    def rig(self, head: HeadModel) -> HeadModel:
+        return head
+
+
+def _articulated(phones: Features, style: Style, span: FrameSpan, strength: float) -> Curves:
+    return articulate(
+        phones.values,
+        phones.rate,
+        frame_count=span.count,
+        fps=span.fps,
+        style=style,
+        strength=strength,
+        first_frame=span.first,
+        first_row=phones.first,
+        total_frames=span.total,
+    )

@@ -1,0 +1,131 @@
+"""Styles of trained models: names, mixes, and files of mixes: {"mix": {"NAME": share, …}}."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.articulation.style import Style, parse_mix
+from elocute.errors import ModelError
+from elocute.files.json_records import finite_number, read_record, write_record
+from elocute.numerics.input_checks import check_kind
+
+Float32Array = NDArray[np.float32]
+EVEN = "even"
+"""The style that is all styles of a model in equal shares."""
+FILE_MAX_BYTES = 65_536
+SHARE_MOST = 1e9
+ALLOWED = '{"mix": {"NAME": share, …}} with shares from 0, one above'
+
+
+def checked_style(given: str | Path | Style) -> str | Style:
+    """A style as the methods of models take it.
+
+    Parameters
+    ----------
+    given : str, Path or Style
+        What the caller gave.
+
+    Returns
+    -------
+    str or Style
+        A path as text; everything else as it is.
+
+    Raises
+    ------
+    InputError
+        For anything but a name, a path or a Style.
+    """
+    check_kind("style", given, str | os.PathLike | Style, "a name, a mix, a .json file or a Style")
+    return str(given) if isinstance(given, os.PathLike) else given
+
+
+def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Float32Array:
+    """(style,) shares: a name, a mix, or `even`; `plain` means even where no style has that name.
+
+    A .json file holds a mix as `elocute style fit` writes it. Raises ModelError for a Style of
+    the rule-based model and unknown names.
+    """
+    if isinstance(given, Style):
+        raise ModelError.about(
+            f"model {model}", found="a Style of the articulation model", allowed=", ".join(styles)
+        )
+    if given == EVEN or (given == "plain" and "plain" not in styles):
+        return np.full(len(styles), 1 / len(styles), np.float32)
+    if given.lower().endswith(".json") and given not in styles:
+        return share_vector(read_mix(given), styles, model)
+    return share_vector(parse_mix(given), styles, model)
+
+
+def share_vector(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> Float32Array:
+    """(style,) of named shares. Raises ModelError for an unknown style."""
+    vector = np.zeros(len(styles), np.float32)
+    for name, share in shares.items():
+        if name not in styles:
+            raise ModelError.about(
+                f"style {name[:60]!r}",
+                found=f"not in {model}",
+                allowed=", ".join(styles) + ", or a mix (a:0.7,b:0.3)",
+            )
+        vector[styles.index(name)] = share
+    return vector
+
+
+def read_mix(path: str | Path) -> dict[str, float]:
+    """Read a mix of styles.
+
+    Parameters
+    ----------
+    path : str or Path
+        A .json file as `write_mix` writes it.
+
+    Returns
+    -------
+    dict of str to float
+        Shares above zero, which sum to one.
+
+    Raises
+    ------
+    ModelError
+        For a file that holds no mix.
+    """
+    path = Path(path)
+    stored = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=ModelError)
+    mix = stored.get("mix")
+    if not isinstance(mix, dict) or not all(_is_share(share) for share in mix.values()):
+        raise ModelError.about(path, found="no mix of styles", allowed=ALLOWED)
+    total = sum(map(float, mix.values()))
+    if total <= 0 or not math.isfinite(total):
+        raise ModelError.about(path, found=f"shares that sum to {total:g}", allowed=ALLOWED)
+    return {name: share / total for name, share in mix.items() if share > 0}
+
+
+def write_mix(path: str | Path, mix: dict[str, float], more: dict[str, Any]) -> None:
+    """Write a mix of styles as .json.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    mix : dict of str to float
+        Share of each style.
+    more : dict
+        Further entries of the file.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    """
+    write_record(path, {"mix": mix, **more}, indent=1)
+
+
+def _is_share(value: object) -> bool:
+    number = finite_number(value)
+    return number is not None and 0 <= number <= SHARE_MOST
