@@ -15,7 +15,7 @@ from typing import BinaryIO
 from elocute.errors import InputError
 from elocute.one_line_repr import brief
 
-HOLES_FREE_BYTES, HOLES_TIMES = 100_000_000, 1000
+HOLES_FREE_BYTES, HOLES_TIMES = 1_000_000_000, 1000
 """A file may be a thousand times as long as what is stored of it, or this long."""
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
@@ -48,12 +48,24 @@ def path_of(name: object, error: type[InputError] = InputError) -> Path:
         raise error.about("path", found=brief(name), allowed="a name as text") from None
 
 
-def _stored_bytes(descriptor: int, facts: os.stat_result) -> int:
-    """What of an open file is stored, where that is little and the system tells; else its size.
+def stored_bytes(file: BinaryIO) -> int:
+    """How much of a file is stored, where that is little and the system tells; else its size.
 
     A few bytes can begin a file of a terabyte that is never there, and is read for hours.
+
+    Parameters
+    ----------
+    file : binary file
+        Open, and not read from yet.
+
+    Returns
+    -------
+    int
+        Bytes.
     """
-    if facts.st_size <= HOLES_FREE_BYTES or not hasattr(os, "SEEK_DATA"):
+    descriptor = file.fileno()
+    facts = os.fstat(descriptor)
+    if not hasattr(os, "SEEK_DATA"):
         return facts.st_size
     if getattr(facts, "st_blocks", facts.st_size) * 512 * HOLES_TIMES >= facts.st_size:
         return facts.st_size
@@ -120,7 +132,7 @@ def open_regular(
                 found=bytes_text(facts.st_size),
                 allowed=f"{allowed} of up to {bytes_text(max_bytes)}",
             )
-        stored = _stored_bytes(descriptor, facts)
+        stored = stored_bytes(file)
         if facts.st_size > max(HOLES_FREE_BYTES, HOLES_TIMES * stored):
             raise error.about(
                 path,
