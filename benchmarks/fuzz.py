@@ -26,8 +26,9 @@ from random import Random
 from typing import Any
 
 from tests.fuzz.fuzzing.commands import COMMANDS
+from tests.fuzz.fuzzing.forks import FATAL, VERDICTS
 from tests.fuzz.fuzzing.readers import usable
-from tests.fuzz.fuzzing.worker import FATAL, VERDICTS, Server
+from tests.fuzz.fuzzing.server import Server
 
 BATCH_S = 20.0
 COLUMNS = ("done", "read", "refused", *VERDICTS, "seconds")

@@ -16,7 +16,11 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from tests.support.commands import run_python
+from tests.support import documented_shapes
+
+documented_shapes.install()  # before anything of the package is imported
+
+from tests.support.commands import run_python  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 

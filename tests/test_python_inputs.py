@@ -239,8 +239,16 @@ def test_a_channel_that_is_none_and_a_closed_file(speech_wav: Path):
         elocute.animate(file)
 
 
-def test_zeros_are_refused_however_many(tmp_path: Path):
+@pytest.mark.parametrize(
+    ("size", "says"),
+    [
+        (1 << 20, "nothing but zeros at its start"),
+        (1 << 29, "nothing but zeros at its start"),
+        (1 << 40, "nearly all of it holes"),
+    ],
+)
+def test_zeros_are_refused_however_many(tmp_path: Path, size: int, says: str):
     with (tmp_path / "a.mp3").open("wb") as file:
-        file.truncate(1 << 40)  # takes no room on the disk
-    with pytest.raises(elocute.InputError, match="nothing but zeros at its start"):
+        file.truncate(size)  # takes no room on the disk
+    with pytest.raises(elocute.InputError, match=says):
         elocute.read_audio(tmp_path / "a.mp3")

@@ -34,13 +34,15 @@ def one_line(self: Any) -> str:
     return f"{type(self).__name__}({', '.join(parts)})"
 
 
-def brief(value: Any) -> str:
+def brief(value: Any, depth: int = 3) -> str:
     """A value in a few words: arrays by type and shape, long sequences by length.
 
     Parameters
     ----------
     value
         Anything.
+    depth : int
+        Levels of lists in lists that are told.
 
     Returns
     -------
@@ -50,10 +52,15 @@ def brief(value: Any) -> str:
         return f"{value.dtype}{tuple(value.shape)}".replace(",)", ")")
     if isinstance(value, int) and value.bit_length() > 100:
         return f"a whole number of {value.bit_length()} bits"  # Python refuses to print the longest
+    if isinstance(value, tuple | list | set | frozenset | dict) and not depth:
+        return "…"
     if isinstance(value, tuple | list | set | frozenset | dict) and len(value) > 3:
-        return f"{len(value)} × {_cut(brief(next(iter(value))), 30)}"
+        return f"{len(value)} × {_cut(brief(next(iter(value)), depth - 1), 30)}"
     if isinstance(value, tuple | list):
-        return f"({', '.join(_cut(brief(part), 30) for part in value)})"
+        return f"({', '.join(_cut(brief(part, depth - 1), 30) for part in value)})"
+    if isinstance(value, dict):
+        told = (f"{brief(key)}: {brief(part, depth - 1)}" for key, part in value.items())
+        return "{" + ", ".join(_cut(each, 30) for each in told) + "}"
     if is_dataclass(value) and not isinstance(value, type):
         return f"{type(value).__name__}(…)"
     return _cut(" ".join(repr(value).split()), 60)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import resource
 from pathlib import Path
 
 import numpy as np
@@ -207,3 +208,26 @@ def test_times_that_are_no_numbers(tmp_path: Path, field: str, number: str):
         read_words(path)
     assert str(path) in str(caught.value)
     assert len(str(caught.value)) < 600
+
+
+BEGINNING = 'File type = "ooTextFile"\nObject class = "TextGrid"\n0\n9\n<exists>\n'
+
+
+@pytest.mark.parametrize(
+    ("rest", "says"),
+    [
+        ('1\n"IntervalTier"\n"words"\n0\n9\n1\n0\n9\n"' + "a" * 3_000_000, "an early end"),
+        ('1\n"IntervalTier"\n"words"\n0\n9\n1\n0\n9\n"' + '"' * 3_000_001, "letters"),
+        ("2000\n", "2000 tiers"),
+        ('2\n"TextTier"\n"a"\n0\n9\n0\n"IntervalTier"\n"words"\n0\n9\n1000001\n', "all together"),
+        ("20\n" + '"TextTier"\n"a"\n0\n9\n0\n' * 20, "'a', …; allowed"),
+    ],
+)
+def test_textgrids_that_ask_for_much(tmp_path: Path, rest: str, says: str):
+    """Refused in a line, without a hundred times the memory of the text."""
+    (tmp_path / "a.TextGrid").write_text(BEGINNING + rest)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(AlignmentError, match=says) as caught:
+        read_words(tmp_path / "a.TextGrid")
+    assert len(str(caught.value)) < 400
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 60_000

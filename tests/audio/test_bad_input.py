@@ -217,3 +217,13 @@ def test_nothing_is_decoded_to_probe_a_file(tmp_path):
     # Sound that would be refused when decoded: the header alone is fine.
     (tmp_path / "a.wav").write_bytes(floats(np.nan))
     assert probe_audio(tmp_path / "a.wav").duration_s == 0.25
+
+
+@pytest.mark.skipif(not hasattr(os, "SEEK_DATA"), reason="the system does not tell holes")
+def test_silence_that_is_not_stored_takes_no_memory(tmp_path):
+    """Sixteen hours of a wav are a hole; they would be 3.7 GB in memory."""
+    path = tmp_path / "a.wav"
+    path.write_bytes(wav_header(16000, 1, 900_000_000, width=1))
+    with path.open("r+b") as file:
+        file.truncate(44 + 900_000_000)
+    assert "more than 104 minutes of sound" in message_of(path)

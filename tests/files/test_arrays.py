@@ -13,7 +13,7 @@ import pytest
 
 from elocute.errors import CorpusError, InputError, MotionError
 from elocute.files.array_file import ArrayFile
-from elocute.files.array_reading import read_npy, read_npz
+from elocute.files.array_reading import npz_names, read_npy, read_npz
 from elocute.files.array_writing import RowWriter, write_npz
 
 LIMITS = {"max_bytes": 10_000_000, "allowed": "numbers (.npz)"}
@@ -168,3 +168,33 @@ def test_a_header_with_escapes_is_refused_without_a_warning(tmp_path):
     (tmp_path / "a.npy").write_bytes(data)
     with pytest.raises(InputError, match="a header that cannot be read"):
         read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers")
+
+
+def test_a_directory_of_millions_is_not_listed(tmp_path):
+    """zipfile would make an object of half a kilobyte for each of its 53 bytes."""
+    place = struct.pack("<HHHHHHIIIHHHHHII", 20, 20, 0, 0, 0, 33, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0)
+    entries = b"".join(b"PK\x01\x02" + place + b"%07d" % number for number in range(100_000))
+    end = struct.pack("<HHHHIIH", 0, 0, 34464, 34464, len(entries), 0, 0)
+    (tmp_path / "a.npz").write_bytes(entries + b"PK\x05\x06" + end)
+    for read in (read_npz, npz_names):
+        with pytest.raises(InputError, match="more than 10000 arrays"):
+            read(tmp_path / "a.npz", max_bytes=10**9, allowed="numbers")
+
+
+def test_names_of_arrays(tmp_path):
+    np.savez(tmp_path / "a.npz", one=np.ones(3), two=np.ones(2))
+    names = npz_names(tmp_path / "a.npz", max_bytes=10**6, allowed="numbers")
+    assert names == {"one", "two"}
+
+
+@pytest.mark.skipif(not hasattr(os, "SEEK_DATA"), reason="the system does not tell holes")
+def test_a_file_of_holes_is_refused(tmp_path):
+    """A few bytes that begin a terabyte."""
+    path = tmp_path / "rows.npy"
+    np.save(path, np.zeros((2, 3), "<f4"))
+    header = path.read_bytes()[:128].replace(b"(2, 3)", b"(99999999999, 3)".ljust(6))
+    with path.open("wb") as file:
+        file.write(header)
+        file.truncate(10**12)
+    with pytest.raises(InputError, match=r"1000 GB, nearly all of it holes"):
+        ArrayFile(path, allowed="rows")

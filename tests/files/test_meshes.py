@@ -118,3 +118,9 @@ def test_what_is_no_mesh(tmp_path, text, found):
 def test_texts_of_other_encodings(tmp_path):
     (tmp_path / "latin.obj").write_bytes("# Köpfe\n".encode("latin-1") + TRIANGLE.encode())
     assert len(np.asarray(read(tmp_path / "latin.obj").vertices)) == 3
+
+
+def test_faces_far_beyond_the_vertices_are_refused(tmp_path):
+    """A list as long as the largest number would be made before anything is compared."""
+    (tmp_path / "face.obj").write_text(TRIANGLE.replace("3/3", "400000000/400000000"))
+    assert "faces that point past 6 vertices" in refused(tmp_path / "face.obj")

@@ -53,3 +53,10 @@ def test_only_finite_numbers_are_numbers():
         None,
         None,
     ]
+
+
+def test_memory_is_known_before_a_text_is_parsed():
+    """Empty lists take twenty times their text."""
+    text = b"[" + b"[]," * 12_000_000 + b"[]]"
+    with pytest.raises(InputError, match=r"no JSON .1.188 GB once it is read"):
+        parse_json(text, "list", allowed="JSON")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.fuzz.fuzzing.worker import Server
+from tests.fuzz.fuzzing.server import Server
 
 
 @pytest.fixture(scope="session")

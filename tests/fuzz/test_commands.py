@@ -9,7 +9,8 @@ import pytest
 
 from tests.fuzz.fuzzing.cases import Reader
 from tests.fuzz.fuzzing.commands import COMMANDS
-from tests.fuzz.fuzzing.worker import FATAL, Server
+from tests.fuzz.fuzzing.forks import FATAL
+from tests.fuzz.fuzzing.server import Server
 
 if not sys.platform.startswith("linux"):
     pytest.skip("cases are judged in forks with limits of Linux", allow_module_level=True)

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from elocute.errors import InputError
-from tests.fuzz.fuzzing import worker
+from tests.fuzz.fuzzing import forks, judging, worker
 from tests.fuzz.fuzzing.cases import Reader, case, load_seeds
 from tests.fuzz.fuzzing.mutations import KINDS, mutate
 from tests.fuzz.fuzzing.readers import READERS
@@ -44,7 +44,7 @@ def verdicts(read, tmp_path: Path, cases: int = 3) -> dict[str, int]:
     write_bytes(tmp_path / "seeds")
     result = worker._run(reader, tmp_path / "seeds", 0, cases, 1e9, "")
     assert result["done"] == cases and result["next"] == cases
-    return {name: result[name] for name in worker.VERDICTS if result[name]}
+    return {name: result[name] for name in forks.VERDICTS if result[name]}
 
 
 def refuse(path: Path, out: Path) -> None:
@@ -115,8 +115,8 @@ def test_a_crash_that_needs_cases_before_it_is_traced_to_the_first(tmp_path: Pat
 
 
 def test_what_hangs_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(worker, "PROCESSOR_S", 0.2)
-    monkeypatch.setattr(worker, "WAITING_S", 0.4)
+    monkeypatch.setattr(judging, "PROCESSOR_S", 0.2)
+    monkeypatch.setattr(judging, "WAITING_S", 0.4)
 
     def spin(path: Path, out: Path) -> None:
         while True:

@@ -11,9 +11,10 @@ from collections.abc import Callable
 import pytest
 
 from tests.fuzz.fuzzing.cases import Files, Reader
+from tests.fuzz.fuzzing.forks import FATAL
 from tests.fuzz.fuzzing.found import FOUND
 from tests.fuzz.fuzzing.readers import READERS, usable
-from tests.fuzz.fuzzing.worker import FATAL, Server
+from tests.fuzz.fuzzing.server import Server
 
 if not sys.platform.startswith("linux"):
     pytest.skip("cases are judged in forks with limits of Linux", allow_module_level=True)

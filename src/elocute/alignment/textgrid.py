@@ -13,11 +13,14 @@ from dataclasses import dataclass
 
 from elocute.errors import AlignmentError
 
+TIERS_MAX, NAMES_TOLD = 1000, 10
 ITEMS_MAX = 1_000_000
+"""Tiers, intervals and points, all together."""
 # What stands free in a TextGrid: "text" with doubled quotes, a flag, a number. Names of fields,
 # "[1]:" and comments are none of these.
+# Nothing is tried twice: what is remembered for it would be a hundred times a long text.
 TOKEN = re.compile(
-    r'"((?:[^"]|"")*)"|<(exists|absent)>|(?<![^\s])([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)(?!\S)'
+    r'"((?:[^"]++|"")*+)"|<(exists|absent)>|(?<![^\s])([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)(?!\S)'
     r"|(![^\n]*)|\S+"
 )
 
@@ -87,13 +90,17 @@ def parse_textgrid(data: bytes, tier: str) -> tuple[list[TextGridInterval], floa
     duration = tokens.number()
     if tokens.flag() != "exists":
         raise _fault("no tiers")
-    tiers = [_tier(tokens) for _ in range(tokens.count())]
+    count = tokens.count()
+    if count > TIERS_MAX:
+        raise _fault(f"{count} tiers", f"up to {TIERS_MAX}")
+    tiers = [_tier(tokens) for _ in range(count)]
     intervals = [(name, rows) for name, rows in tiers if rows is not None]
     chosen = [rows for name, rows in intervals if name == tier]
     if not chosen and len(intervals) == 1:
         chosen = [intervals[0][1]]
     if len(chosen) != 1:
-        names = ", ".join(repr(name) for name, _ in tiers) or "none"
+        names = ", ".join(repr(name[:40]) for name, _ in tiers[:NAMES_TOLD]) or "none"
+        names += ", …" if len(tiers) > NAMES_TOLD else ""
         raise _fault(f"tiers {names}", f"one interval tier called {tier!r}")
     return [row for row in chosen[0] if row.text.strip()], duration
 
@@ -120,6 +127,7 @@ class _Tokens:
 
     def __init__(self, text: str) -> None:
         self._found = TOKEN.finditer(text)
+        self._items = 0
 
     def _next(self, group: int) -> str:
         for match in self._found:
@@ -149,8 +157,9 @@ class _Tokens:
 
     def count(self) -> int:
         value = self.number()  # finite, so it has a whole part
-        if value != int(value) or not 0 <= value <= ITEMS_MAX:
-            raise _fault(f"{value:g} items", f"0 to {ITEMS_MAX}")
+        self._items += int(value)
+        if value != int(value) or value < 0 or self._items > ITEMS_MAX:
+            raise _fault(f"{value:g} items", f"0 to {ITEMS_MAX}, all together")
         return int(value)
 
 

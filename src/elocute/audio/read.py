@@ -28,7 +28,7 @@ from elocute.audio.decoders import (
 from elocute.audio.wav_header import UNKNOWN_SIZES, WavHeader, read_wav_header
 from elocute.audio.waveform import Waveform, check_rate, check_samples
 from elocute.errors import AudioError
-from elocute.files.reading import open_regular, path_of
+from elocute.files.reading import open_regular, path_of, stored_bytes
 from elocute.numerics.input_checks import whole_number
 from elocute.one_line_repr import brief
 
@@ -254,7 +254,7 @@ def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator
     taken, budget = 0, None
     for block in resampled_blocks(path, rate, channel):
         taken += block.nbytes
-        budget = budget or max(WHOLE_MAX_BYTES, WHOLE_TIMES * Path(path).stat().st_size)
+        budget = budget or max(WHOLE_MAX_BYTES, WHOLE_TIMES * _stored(path))
         if taken > budget:
             raise AudioError.about(
                 path,
@@ -263,6 +263,11 @@ def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator
                 remedy="cut it into parts",
             )
         yield block
+
+
+def _stored(path: str | Path) -> int:
+    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed="a sound", error=AudioError) as file:
+        return stored_bytes(file)
 
 
 def _check_length(path: Path, count: int) -> None:

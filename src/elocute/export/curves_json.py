@@ -19,6 +19,7 @@ from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, read_record
 from elocute.motion.curves import Curves
 from elocute.motion.motion import FPS_MAX, Motion
+from elocute.one_line_repr import brief
 
 FORMAT, VERSION = "elocute curves", 1
 ALLOWED = "curves as `elocute animate -o NAME.json` writes them"
@@ -61,7 +62,7 @@ def read_json_curves(path: str | Path) -> Curves:
     """
     record = read_record(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
     if record.get("format") != FORMAT or record.get("version") != VERSION:
-        told = f"format {record.get('format')!r}, version {record.get('version')!r}"
+        told = f"format {brief(record.get('format'))}, version {brief(record.get('version'))}"
         raise MotionError.about(path, found=told[:120], allowed=ALLOWED)
     fps, names, frames = finite_number(record.get("fps")), record.get("names"), record.get("frames")
     if fps is None or not 0 < fps <= FPS_MAX:

@@ -6,7 +6,7 @@ import math
 import os
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ from elocute.files.reading import bytes_text, open_regular
 from elocute.files.unpacked_size import unpacked_limit
 
 ENTRIES_MAX = 10_000
+DIRECTORY_MAX_BYTES = 4_000_000
+"""What zipfile may ask for at once to list the entries, each of which it makes an object."""
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
@@ -102,13 +104,44 @@ def read_npz(
             path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
         ) as file,
         array_errors(path, allowed, error, remedy),
-        zipfile.ZipFile(file) as archive,
+        _archive(file) as archive,
     ):
         entries = archive.infolist()
         _check_entries(entries, os.fstat(file.fileno()).st_size)
         names = {entry.filename.removesuffix(".npy"): entry for entry in entries}
         chosen = {name: entry for name, entry in names.items() if only is None or name in only}
         return {name: _unpacked(archive, entry) for name, entry in chosen.items()}
+
+
+def npz_names(
+    path: str | Path,
+    *,
+    max_bytes: int,
+    allowed: str,
+    error: type[InputError] = InputError,
+) -> frozenset[str]:
+    """The names of the arrays in an .npz, of which none is read.
+
+    Parameters
+    ----------
+    path, max_bytes, allowed, error
+        As for `read_npy`.
+
+    Returns
+    -------
+    frozenset of str
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for a file that is missing, larger or no archive.
+    """
+    with (
+        open_regular(path, max_bytes=max_bytes, allowed=allowed, error=error) as file,
+        array_errors(path, allowed, error, ""),
+        _archive(file) as archive,
+    ):
+        return frozenset(name.removesuffix(".npy") for name in archive.namelist())
 
 
 def fill_array(file: Any, array: NDArray[Any]) -> bool:
@@ -145,6 +178,34 @@ def _numbers(file: Any, header: NpyHeader) -> NDArray[Any]:
         flat = flat.view(np.uint8) != 0
     shaped = flat.reshape(header.shape, order="F" if header.by_columns else "C")
     return shaped.astype(shaped.dtype.newbyteorder("="), copy=False)
+
+
+def _archive(file: BinaryIO) -> zipfile.ZipFile:
+    """An archive whose directory is of limited size. Raises what zipfile raises."""
+    limited = _Limited(file)
+    archive = zipfile.ZipFile(cast(Any, limited))
+    limited.most = None
+    return archive
+
+
+class _Limited:
+    """A file that gives at most so much at once: zipfile asks for the whole directory first."""
+
+    most: int | None = DIRECTORY_MAX_BYTES
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.seek, self.tell = file.seek, file.tell
+
+    def read(self, size: int = -1) -> bytes:
+        if self.most is None:
+            return self._file.read(size)
+        if size > self.most:
+            raise UnusableArrayError(f"more than {ENTRIES_MAX} arrays")
+        return self._file.read(self.most if size < 0 else size)
+
+    def seekable(self) -> bool:
+        return True
 
 
 def _check_entries(entries: list[zipfile.ZipInfo], packed_bytes: int) -> None:

@@ -78,7 +78,7 @@ class RowWriter:
 
         Parameters
         ----------
-        rows : (count, *row) array_like
+        rows : (count, ...) array_like
             Converted to the file's type.
 
         Raises

@@ -10,8 +10,11 @@ from typing import Any, NoReturn
 
 from elocute.errors import InputError
 from elocute.files.atomic import write_atomically
-from elocute.files.reading import read_bytes
+from elocute.files.reading import bytes_text, read_bytes
 
+MEMORY_MAX_BYTES = 1_000_000_000
+"""What a JSON text may take in memory. Empty lists take twenty times their text."""
+LIST_BYTES, DICT_BYTES, KEY_BYTES, ITEM_BYTES, TEXT_BYTES = 64, 64, 100, 32, 50
 INTEGER_MAX_DIGITS = 18
 """Whole numbers fit into 64 bits, so that no later step meets one that it cannot hold."""
 
@@ -114,15 +117,36 @@ def parse_json(
     Raises
     ------
     InputError
-        Of the class `error`, for anything else.
+        Of the class `error`, for anything else, and for a text that would take more than
+        `MEMORY_MAX_BYTES` in memory.
     """
     constant = _nan_alone if nan else _refuse_constant
     try:
+        if (needed := _memory_bytes(data)) > MEMORY_MAX_BYTES:
+            raise ValueError(f"{bytes_text(needed)} once it is read")
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
         return json.loads(text, parse_constant=constant, parse_int=_integer, parse_float=_fraction)
     except (ValueError, RecursionError) as problem:
         reason = "nested too deeply" if isinstance(problem, RecursionError) else str(problem)
         raise error.about(subject, found=f"no JSON ({reason[:120]})", allowed=allowed) from None
+
+
+def _memory_bytes(data: bytes | str) -> int:
+    """About what the lists, objects, keys, values and texts of a JSON text take at most."""
+    if len(data) < MEMORY_MAX_BYTES // DICT_BYTES:  # so few that they cannot take more
+        return 0
+    signs: tuple[Any, ...] = (b"[", b"{", b":", b",", b'"')
+    if isinstance(data, str):
+        signs = ("[", "{", ":", ",", '"')
+    lists, dicts, keys, items, quotes = (data.count(sign) for sign in signs)
+    return (
+        len(data)
+        + lists * LIST_BYTES
+        + dicts * DICT_BYTES
+        + keys * KEY_BYTES
+        + items * ITEM_BYTES
+        + quotes // 2 * TEXT_BYTES
+    )
 
 
 def write_record(path: str | Path, record: Mapping[str, Any], *, indent: int | None = None) -> str:

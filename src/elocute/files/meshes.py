@@ -157,6 +157,7 @@ def _checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
     groups = len(set(re.findall(rb"(?m)^\s*usemtl[^\n]*", data)))
     vertices = len(re.findall(rb"(?m)^\s*v\s", data))
     limit = unpacked_limit(len(data), UNPACKED_MIN_BYTES)
+    _check_places(data, path, error)
     if (groups + 1) * vertices * VERTEX_BYTES > limit:
         raise error.about(path, found=f"{groups} materials on {vertices} vertices", allowed="fewer")
     try:
@@ -164,6 +165,14 @@ def _checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
         return data
     except UnicodeDecodeError:
         return data.decode("latin-1").encode("utf-8")
+
+
+def _check_places(data: bytes, path: Path, error: type[InputError]) -> None:
+    """Refuse faces whose numbers are far beyond what is there: a list as long would be made."""
+    there = len(re.findall(rb"(?m)^\s*v[tn]?\s", data))
+    digits = len(str(there)) + 1
+    if re.search(rb"(?m)^\s*f\s[^\n]*[0-9]{%d}" % digits, data):
+        raise error.about(path, found=f"faces that point past {there} vertices", allowed="a mesh")
 
 
 def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:

@@ -14,6 +14,8 @@ from typing import Any, BinaryIO
 MAGIC = b"PAR1"
 FOOTER_MAX_BYTES = 2_000_000
 HEADER_MAX_BYTES = 100_000
+HEADERS_MAX_BYTES = 4_000_000
+"""Of all pages together: Thrift is read field by field."""
 PAGES_MAX = 100_000
 ITEMS_MAX = 10_000
 SCHEMA_MAX = 100
@@ -56,7 +58,25 @@ def unpacked_bytes(file: BinaryIO) -> int:
     ValueError
         For a file that is invalid, not whole, or has a part in another file.
     """
-    return sum(_column_bytes(file, *place) for place in _columns(_footer(file)))
+    columns = list(_columns(_footer(file)))
+    present = os.fstat(file.fileno()).st_size
+    if sum(size for _, size, _ in columns) > present:
+        raise ValueError("columns that overlap")
+    work = _Work()
+    return sum(_column_bytes(file, *place, work) for place in columns)
+
+
+class _Work:
+    """Pages and bytes of their headers that were read so far."""
+
+    pages = header_bytes = 0
+
+    def page(self, header_bytes: int) -> None:
+        """Count one more. Raises ValueError for too many."""
+        self.pages += 1
+        self.header_bytes += header_bytes
+        if self.pages > PAGES_MAX or self.header_bytes > HEADERS_MAX_BYTES:
+            raise ValueError(f"more than {PAGES_MAX} pages, or {HEADERS_MAX_BYTES} bytes of them")
 
 
 def _footer(file: BinaryIO) -> Fields:
@@ -100,15 +120,14 @@ def _fields(value: Any) -> Fields:
     return value
 
 
-def _column_bytes(file: BinaryIO, start: int, size: int, promised: int) -> int:
+def _column_bytes(file: BinaryIO, start: int, size: int, promised: int, work: _Work) -> int:
     """Bytes of a column chunk of `size` bytes at `start` that promises so many values."""
     at, end, total, seen = start, start + size, 0, 0
-    for _ in range(PAGES_MAX):
-        if seen >= promised:
-            return total
+    while seen < promised:
         file.seek(at)
         head = memoryview(file.read(min(HEADER_MAX_BYTES, max(end - at, 0))))
         fields, length = _struct(head, 0, DEPTH_MAX)
+        work.page(length)
         packed, unpacked = fields.get(PACKED, -1), fields.get(UNPACKED, -1)
         if not 0 <= packed <= end - at - length or unpacked < 0:
             raise ValueError("a page that is not whole")
@@ -117,7 +136,7 @@ def _column_bytes(file: BinaryIO, start: int, size: int, promised: int) -> int:
         total += unpacked + (values + entries) * VALUE_BYTES
         seen += values
         at += length + packed
-    raise ValueError(f"more than {PAGES_MAX} pages")
+    return total
 
 
 def _page_values(fields: Fields, kind: tuple[int, int]) -> int:

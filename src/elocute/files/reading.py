@@ -15,6 +15,8 @@ from typing import BinaryIO
 from elocute.errors import InputError
 from elocute.one_line_repr import brief
 
+HOLES_FREE_BYTES, HOLES_TIMES = 1_000_000_000, 1000
+"""A file may be a thousand times as long as what is stored of it, or this long."""
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -44,6 +46,40 @@ def path_of(name: object, error: type[InputError] = InputError) -> Path:
         return Path(name)
     except TypeError:  # a path object that stands for bytes
         raise error.about("path", found=brief(name), allowed="a name as text") from None
+
+
+def stored_bytes(file: BinaryIO) -> int:
+    """How much of a file is stored, where that is little and the system tells; else its size.
+
+    A few bytes can begin a file of a terabyte that is never there, and is read for hours.
+
+    Parameters
+    ----------
+    file : binary file
+        Open, and not read from yet.
+
+    Returns
+    -------
+    int
+        Bytes.
+    """
+    descriptor = file.fileno()
+    facts = os.fstat(descriptor)
+    if not hasattr(os, "SEEK_DATA"):
+        return facts.st_size
+    if getattr(facts, "st_blocks", facts.st_size) * 512 * HOLES_TIMES >= facts.st_size:
+        return facts.st_size
+    stored = at = 0
+    try:
+        for _ in range(HOLES_TIMES):
+            at = os.lseek(descriptor, at, os.SEEK_DATA)
+            end = os.lseek(descriptor, at, os.SEEK_HOLE)
+            stored, at = stored + end - at, end
+        return facts.st_size  # of many parts, which nobody makes by a single call
+    except OSError:  # no data after this place
+        return stored
+    finally:
+        os.lseek(descriptor, 0, os.SEEK_SET)
 
 
 @contextmanager
@@ -95,6 +131,14 @@ def open_regular(
                 path,
                 found=bytes_text(facts.st_size),
                 allowed=f"{allowed} of up to {bytes_text(max_bytes)}",
+            )
+        stored = stored_bytes(file)
+        if facts.st_size > max(HOLES_FREE_BYTES, HOLES_TIMES * stored):
+            raise error.about(
+                path,
+                found=f"{bytes_text(facts.st_size)}, nearly all of it holes",
+                allowed=allowed,
+                remedy="copy it again",
             )
         try:
             yield file

@@ -59,9 +59,9 @@ class HeadModel:
         Vertices in iBUG's order, which begins on the head's right side.
     lip_rings : (ring, column) int32
         Vertices of the lips, from the vermilion border inwards.
-    outer_lip_upper, outer_lip_lower : (column,) int32
+    outer_lip_upper, outer_lip_lower : (outer column,) int32
         Vermilion border, by increasing x.
-    inner_lip_upper, inner_lip_lower : (column,) int32
+    inner_lip_upper, inner_lip_lower : (inner column,) int32
         Contact line, paired, by increasing x, without corners.
     outer_corners, inner_corners : (2,) or (0,) int32
         Corners of the mouth, by increasing x.

@@ -42,6 +42,8 @@ WINDOW_COLUMNS = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame need
 HIDDEN = 128
 OUTPUTS_MAX = 10_000
 BLOCK = 10 * RATE  # samples in one run: memory stays bounded
+STEP_S = 60.0
+"""The network takes at most so much at a time, however much is known: 300 MB."""
 LEAST_PEAK = 0.1
 TINY = 1e-30  # mel power, before the peak is known that FLOOR is relative to
 PIECE = 15  # frames (in the wild 2019, section 6.4)
@@ -274,7 +276,7 @@ class CrnnStream:
     def _answer(self, until: int) -> Float32Array:
         parts = [np.zeros((0, self._model.record.outputs), np.float32)]
         while self._frame < until:
-            step = until - self._frame
+            step = min(until - self._frame, max(1, round(STEP_S * self._fps)))
             if self._joins == "pieces":
                 step = min(step, PIECE - self._frame % PIECE)
                 if self._frame % PIECE == 0:

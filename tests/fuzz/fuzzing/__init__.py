@@ -4,7 +4,10 @@
     cases       a Reader, its seeds, and the case that a number stands for
     readers     the registry: every function that takes a file, a folder or a text of a user
     seeds       small valid files of every format, made here
-    worker      a server that forks a process for every batch and judges what each case did
+    server      asks a process of its own to run cases
+    worker      that process: it imports what readers need, and forks for every batch
+    forks       processes with limits, and what they share
+    judging     a case read, and what may be wrong with it
     found       cases that were found once, made again by code
 
 `tests/fuzz` runs a few hundred cases a reader; `benchmarks/fuzz.py` runs millions.

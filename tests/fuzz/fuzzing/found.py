@@ -18,7 +18,7 @@ import numpy as np
 import soundfile
 
 from tests.fuzz.fuzzing.cases import Files
-from tests.fuzz.fuzzing.mutations import npy
+from tests.fuzz.fuzzing.mutations.arrays import npy
 
 HUGE = "9" * 400
 DEEP = "[" * 100_000 + "]" * 100_000
@@ -110,6 +110,14 @@ FOUND: dict[str, Made] = {
     "style of a very long text": (
         "style",
         partial(_text, "style.json", '{"amplitude": "' + "x" * 5000 + '"}'),
+    ),
+    "style of lists in lists": (
+        "style",
+        partial(_text, "style.json", '{"amplitude": ' + "[" * 900 + "]" * 900 + "}"),
+    ),
+    "scan with a face far beyond its vertices": (
+        "scan",
+        partial(_text, "scan.obj", "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 2147483648\n"),
     ),
     "mix of huge whole numbers": (
         "style",

@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 
 from elocute.errors import CaptureError
 from elocute.files.media import open_media
+from elocute.files.reading import open_regular
 
+FILE_MAX_BYTES = 2**40
 SIDE_MAX = 1280
 """Larger pictures are reduced: a detector looks at a face in some 200 pixels."""
+PIXELS_MAX = 40_000_000
+"""Of a picture, 8K and a little more: a decoder holds several of them."""
 ALLOWED = "a video: .mp4 .mov .mpg .mkv .webm .avi"
 
 
@@ -46,7 +50,7 @@ class Video:
         self.path = Path(path)
         _check_file(self.path)
         try:
-            self._file: Any = open_media(path)
+            self._file: Any = open_media(path, pixels_max=PIXELS_MAX)
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise CaptureError.about(
                 path,
@@ -58,7 +62,19 @@ class Video:
             self._file.close()
             raise CaptureError.about(path, found="no picture in it, only sound", allowed=ALLOWED)
         self._stream = self._file.streams.video[0]
+        context = self._stream.codec_context
+        wide, high = (context.width, context.height) if context is not None else (0, 0)
+        if wide * high > PIXELS_MAX:
+            self._file.close()
+            raise CaptureError.about(
+                path,
+                found=f"pictures of {wide} × {high}",
+                allowed=f"up to {PIXELS_MAX // 1_000_000} million pixels (8K)",
+                remedy="reduce them",
+            )
         self._stream.thread_type = "AUTO"
+        if context is not None:  # pictures may grow later
+            context.options = {**context.options, "max_pixels": str(PIXELS_MAX)}
         self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
         self.has_sound = bool(self._file.streams.audio)
         self.rate = float(self._stream.average_rate) if self._stream.average_rate else None
@@ -131,3 +147,5 @@ def _check_file(path: Path) -> None:
         found = "an empty file"
     if found:
         raise CaptureError.about(path, found=found, allowed=ALLOWED)
+    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CaptureError):
+        pass

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -102,16 +101,13 @@ def _chosen_head(path: Path | None, identity: str | None, motion: Motion | None)
 
 def _read_head(path: Path) -> HeadModel:
     """A head on its own, or the one that travels with a motion. Raises InputError."""
-    from elocute.files.reading import open_regular
+    from elocute.files.array_reading import npz_names
     from elocute.head.store import load_head
 
     try:
-        with (
-            open_regular(path, max_bytes=HEAD_MAX_BYTES, allowed="a head (.npz)") as file,
-            zipfile.ZipFile(file) as archive,
-        ):
-            is_motion = "weights.npy" in archive.namelist()
-    except (InputError, zipfile.BadZipFile, ValueError, NotImplementedError):
+        names = npz_names(path, max_bytes=HEAD_MAX_BYTES, allowed="a head (.npz)")
+        is_motion = "weights" in names
+    except InputError:
         is_motion = False  # what reads it says what is wrong
     return _motion(path).head if is_motion else load_head(path)
 

@@ -1,0 +1,105 @@
+"""Meshes, scans with textures, FLAME and other pickles, .vl."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+import numpy as np
+
+from tests.fuzz.fuzzing import seeds
+from tests.fuzz.fuzzing.cases import Reader
+from tests.fuzz.fuzzing.readers.one_file import only
+
+
+def _flame(path: Path) -> None:
+    from elocute.head.registry import open_head
+
+    head = open_head(path)
+    _ = head.triangles, head.with_identity(np.ones(len(head.identity_basis), np.float32))
+
+
+def _mesh(path: Path) -> None:
+    from elocute.head.registry import open_head
+
+    _ = open_head(path).triangles
+
+
+def _scan(folder: Path, _out: Path) -> None:
+    from elocute.capture.scans.scan import checked_scan
+    from elocute.capture.scans.scan_file import read_scan
+    from elocute.errors import CaptureError
+
+    path = next(path for path in folder.iterdir() if path.suffix in (".ply", ".obj"))
+    scan = read_scan(path)
+    with contextlib.suppress(CaptureError):  # none of the seeds has points enough
+        checked_scan(scan)
+
+
+def _pickle(path: Path) -> None:
+    from elocute.files.pickles.closed_pickle import read_pickle
+
+    read_pickle(path)
+
+
+def _vl(path: Path) -> None:
+    from elocute.corpus.importers.biwi import read_vl
+
+    read_vl(path)
+
+
+def _vl_seed(folder: Path) -> None:
+    data = np.int32(4).tobytes() + np.arange(12, dtype="<f4").tobytes()
+    (seeds.place(folder, "one") / "frame_001.vl").write_bytes(data)
+
+
+READERS: tuple[Reader, ...] = (
+    Reader(
+        "scan",
+        seeds.scans,
+        _scan,
+        {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png"},
+        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file", "trimesh"),
+        short=150,
+    ),
+    Reader(
+        "mesh",
+        seeds.meshes,
+        only(_mesh),
+        {"*.ply": "ply", "*.obj": "text"},
+        ("elocute.head.registry", "trimesh"),
+        short=150,
+    ),
+    Reader(
+        "flame",
+        seeds.flame,
+        only(_flame),
+        {"*.pkl": "pickle"},
+        ("elocute.head.registry",),
+        short=150,
+        needs=("scipy",),
+    ),
+    Reader(
+        "pickle",
+        seeds.pickles,
+        only(_pickle),
+        {"*.pkl": "pickle"},
+        ("elocute.files.pickles.closed_pickle",),
+        needs=("scipy",),
+    ),
+    Reader(
+        "vl",
+        lambda folder: _vl_seed(folder),
+        only(_vl),
+        {"*.vl": "vl"},
+        ("elocute.corpus.importers.biwi",),
+    ),
+    Reader(
+        "texture",
+        seeds.textures,
+        _scan,
+        {"skin.png": "png", "skin.*": "bytes"},
+        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file", "trimesh"),
+        short=100,
+    ),
+)

@@ -1,0 +1,130 @@
+"""Networks, checkpoints and folders of speech encoders."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from tests.fuzz.fuzzing import seeds
+from tests.fuzz.fuzzing.cases import Reader
+from tests.fuzz.fuzzing.readers.one_file import only
+
+
+def _deepspeech(path: Path) -> None:
+    from elocute.audio.waveform import Waveform
+    from elocute.encoders.deepspeech import DeepSpeech
+
+    DeepSpeech(path)(Waveform(seeds.tone(), seeds.RATE))
+
+
+def _model(path: Path) -> None:
+    from elocute.animation import animate
+    from elocute.audio.waveform import Waveform
+
+    style = "even" if path.stem == "voca" else "plain"
+    animate(Waveform(seeds.tone(), seeds.RATE), model=path, style=style, fps=30.0)
+
+
+def _phone_encoder(path: Path) -> None:
+    from elocute.encoders.phone_encoder import PhoneEncoder
+
+    PhoneEncoder(path).encode(seeds.tone())
+
+
+def _checkpoint(path: Path) -> None:
+    import torch
+
+    from elocute.training.voca.config import VocaTrainConfig
+    from elocute.training.voca.fit import _restore
+
+    network: Any = torch.nn.Linear(3, 2)
+    optimiser = torch.optim.Adam(network.parameters())
+    material: Any = SimpleNamespace(styles=("anna",), fps=60.0)
+    _restore(path, network, optimiser, material, VocaTrainConfig())
+
+
+def _crnn_checkpoint(path: Path) -> None:
+    import torch
+
+    from elocute.training.crnn.config import CrnnTrainConfig
+    from elocute.training.crnn.fit import _restore
+
+    network: Any = torch.nn.Linear(3, 2)
+    optimiser = torch.optim.Adam(network.parameters())
+    data: Any = SimpleNamespace(train=(0, 1), validation=(2,))
+    _restore(path, network, optimiser, data, CrnnTrainConfig())
+
+
+def _transformer(folder: Path, _out: Path) -> None:
+    from elocute.encoders.speech_transformer import Wav2Vec2
+
+    _ = Wav2Vec2(folder).feature_count
+
+
+def _transformer_network(folder: Path, _out: Path) -> None:
+    from elocute.audio.waveform import Waveform
+    from elocute.encoders.speech_transformer import Wav2Vec2
+
+    Wav2Vec2(folder)(Waveform(seeds.tone(), seeds.RATE))
+
+
+_JSON = {"*.json": "json"}
+
+READERS: tuple[Reader, ...] = (
+    Reader(
+        "frozen graph",
+        seeds.frozen_graphs,
+        only(_deepspeech),
+        {"*.pb": "proto"},
+        ("elocute.encoders.deepspeech",),
+    ),
+    Reader(
+        "model",
+        seeds.shipped("voca.onnx", "crnn.onnx"),
+        only(_model),
+        {"*.onnx": "proto"},
+        ("elocute.animation", "elocute.models.registry"),
+        short=30,
+    ),
+    Reader(
+        "phone encoder",
+        seeds.shipped("phones.onnx"),
+        only(_phone_encoder),
+        {"*.onnx": "proto"},
+        ("elocute.encoders.phone_encoder",),
+        short=10,
+    ),
+    Reader(
+        "checkpoint",
+        seeds.checkpoints,
+        only(_checkpoint),
+        {"*.safetensors": "safetensors"},
+        ("elocute.training.voca.fit", "torch._dynamo"),
+        needs=("torch", "safetensors", "lightning_fabric"),
+    ),
+    Reader(
+        "transformer",
+        seeds.transformer_folders,
+        _transformer,
+        _JSON,
+        ("elocute.encoders.speech_transformer",),
+    ),
+    Reader(
+        "transformer network",
+        seeds.transformer_networks,
+        _transformer_network,
+        {"*.json": "json", "*.safetensors": "safetensors"},
+        ("elocute.encoders.speech_transformer", "elocute.encoders.speech_transformer_network"),
+        needs=("torch", "transformers"),
+        short=0,
+    ),
+    Reader(
+        "crnn checkpoint",
+        seeds.crnn_checkpoints,
+        only(_crnn_checkpoint),
+        {"*.safetensors": "safetensors"},
+        ("elocute.training.crnn.fit", "torch._dynamo"),
+        needs=("torch", "safetensors", "lightning_fabric", "pyarrow"),
+    ),
+)

@@ -1,0 +1,179 @@
+"""JSON, CSV, TextGrid, landmarks and other texts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest import mock
+
+from tests.fuzz.fuzzing import seeds
+from tests.fuzz.fuzzing.cases import Reader
+from tests.fuzz.fuzzing.readers.one_file import only
+
+
+def _identity(path: Path) -> None:
+    from elocute.head.identity import read_identity
+
+    read_identity(path)
+
+
+def _style(path: Path) -> None:
+    from elocute.articulation.style import resolve_style
+
+    resolve_style(str(path))
+
+
+def _mix(path: Path) -> None:
+    from elocute.models.style_mixes import read_mix
+
+    read_mix(path)
+
+
+def _words(path: Path) -> None:
+    from elocute.alignment.word_times import merge_edits, read_words
+
+    words = read_words(path)
+    merge_edits(words, words)
+
+
+def _parts(path: Path) -> None:
+    from elocute.evaluation.timed_recordings import read_phone_times
+
+    read_phone_times(path)
+
+
+def _phones(path: Path) -> None:
+    from elocute.articulation.phone_times import read_phone_times
+
+    read_phone_times(path)
+
+
+def _texts(path: Path) -> None:
+    from elocute.corpus.importers.vocaset import read_texts
+
+    read_texts(path)
+
+
+def _landmarks(path: Path) -> None:
+    from elocute.capture.scans.landmarks import read_landmarks
+
+    read_landmarks(path, 0.001)
+
+
+def _capture(folder: Path, _out: Path) -> None:
+    from elocute.capture.scans.scan_sequence import find_sequences, open_sequence
+
+    for inner in find_sequences(folder):
+        sequence = open_sequence(inner)
+        _ = sequence.missing, sequence.name, sequence.landmark_file(sequence.neutral)
+        sequence.scan(sequence.neutral)
+
+
+def _word_record(path: Path) -> None:
+    from elocute.propagation.word_job import load_word_result
+
+    load_word_result(path)
+
+
+def _curves(path: Path) -> None:
+    from elocute.export.arkit_csv import read_csv_curves
+
+    read_csv_curves(path, 60.0)
+
+
+def _lrw(folder: Path, _out: Path) -> None:
+    from elocute.propagation.word_recordings import find_recordings, word_span
+
+    found = find_recordings(folder)
+    for word in found.words:
+        for recording in found.of(word)[0]:
+            word_span(folder, recording, 0.4)
+
+
+def _curves_json(path: Path) -> None:
+    from elocute.export.curves_json import read_json_curves
+
+    read_json_curves(path)
+
+
+def _names(path: Path) -> None:
+    from elocute.cli.name_lists import read_names
+
+    read_names(path)
+
+
+def _output_history(folder: Path, _out: Path) -> None:
+    from elocute.files.output_history import recall_output, remember_output
+
+    with mock.patch.dict("os.environ", ELOCUTE_STATE=str(folder)):
+        recall_output(folder / "talk.wav")
+        remember_output(folder / "talk.wav", ["nothing"])
+
+
+_JSON = {"*.json": "json"}
+
+READERS: tuple[Reader, ...] = (
+    Reader("identity", seeds.identities, only(_identity), _JSON, ("elocute.head.identity",)),
+    Reader("style", seeds.styles, only(_style), _JSON, ("elocute.articulation.style",)),
+    Reader("mix", seeds.mixes, only(_mix), _JSON, ("elocute.models.style_mixes",)),
+    Reader(
+        "words",
+        seeds.words,
+        only(_words),
+        {"*.json": "json", "*.TextGrid": "text"},
+        ("elocute.alignment.word_times",),
+    ),
+    Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.timed_recordings",)),
+    Reader(
+        "phones",
+        seeds.phones,
+        only(_phones),
+        {"*.csv": "text"},
+        ("elocute.articulation.phone_times",),
+    ),
+    Reader(
+        "texts",
+        seeds.texts,
+        only(_texts),
+        {"*.json": "json", "*.tsv": "text"},
+        ("elocute.corpus.importers.vocaset",),
+    ),
+    Reader(
+        "landmarks",
+        seeds.landmarks,
+        only(_landmarks),
+        {"*.json": "json", "*.ljson": "json", "*.pts": "text"},
+        ("elocute.capture.scans.landmarks",),
+    ),
+    Reader(
+        "capture",
+        seeds.capture_folders,
+        _capture,
+        {"*.json": "json"},
+        ("elocute.capture.scans.scan_sequence",),
+    ),
+    Reader(
+        "word record",
+        seeds.word_records,
+        only(_word_record),
+        _JSON,
+        ("elocute.propagation.word_job",),
+        needs=("pyarrow", "numba"),
+    ),
+    Reader("curves", seeds.curves, only(_curves), {"*.csv": "text"}, ("elocute.export.arkit_csv",)),
+    Reader("lrw", seeds.lrw, _lrw, {"*.txt": "text"}, ("elocute.propagation.word_recordings",)),
+    Reader(
+        "curves json",
+        seeds.curves_json,
+        only(_curves_json),
+        _JSON,
+        ("elocute.export.curves_json",),
+    ),
+    Reader("names", seeds.names, only(_names), {"*.txt": "text"}, ("elocute.cli.name_lists",)),
+    Reader(
+        "output history",
+        seeds.output_histories,
+        _output_history,
+        {"*.sqlite3": "bytes"},
+        ("elocute.files.output_history", "sqlite3"),
+    ),
+)

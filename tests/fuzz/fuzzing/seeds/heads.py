@@ -1,0 +1,125 @@
+"""Heads, motion, meshes, scans and registered frames."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.fuzz.fuzzing.seeds.making import VERTICES, module, place, small_head, small_motion
+
+
+def motions(folder: Path) -> None:
+    from elocute.motion.store import save_motion
+
+    save_motion(small_motion(), place(folder, "turning") / "talk.npz")
+    save_motion(small_motion(turning=False), place(folder, "still") / "talk.npz")
+
+
+def heads(folder: Path) -> None:
+    from elocute.head.store import save_head
+
+    save_head(place(folder, "small") / "head.npz", small_head())
+
+
+def flame(folder: Path) -> None:
+    python2 = module("tests/conftest.py").Python2()
+    entries = python2.flame(vertices=60, components=400)
+    for protocol in (0, 2):
+        path = place(folder, f"protocol{protocol}") / "model.pkl"
+        path.write_bytes(python2.dumps(entries, protocol))
+
+
+def meshes(folder: Path) -> None:
+    """Text and binary meshes of the size of a head."""
+    import trimesh
+
+    head = small_head()
+    mesh = trimesh.Trimesh(head.template, head.triangles, process=False)
+    for name, kind, options in (
+        ("obj", "obj", {}),
+        ("binary", "ply", {"encoding": "binary"}),
+        ("ascii", "ply", {"encoding": "ascii"}),
+    ):
+        data: Any = mesh.export(file_type=kind, **options)
+        data = data.encode() if isinstance(data, str) else data
+        (place(folder, name) / f"mesh.{kind}").write_bytes(data)
+
+
+def big_endian(folder: Path) -> None:
+    """A .ply in the order of bytes that our own reader leaves to trimesh."""
+    head = small_head()
+    opening = (
+        f"ply\nformat binary_big_endian 1.0\nelement vertex {VERTICES}\nproperty float x\n"
+        f"property float y\nproperty float z\nelement face {len(head.triangles)}\n"
+        "property list uchar int vertex_indices\nend_header\n"
+    )
+    faces = b"".join(struct.pack(">B3i", 3, *map(int, row)) for row in head.triangles)
+    data = opening.encode() + head.template.astype(">f4").tobytes() + faces
+    (place(folder, "big_endian") / "mesh.ply").write_bytes(data)
+
+
+def scans(folder: Path) -> None:
+    """As `meshes`, one that our own writer wrote, and one with a texture."""
+    from PIL import Image
+
+    from elocute.capture.scans.scan_file import write_scan
+
+    meshes(folder)
+    big_endian(folder)
+    head = small_head()
+    colours = np.full((VERTICES, 3), 120, np.uint8)
+    write_scan(place(folder, "ours") / "scan.ply", head.template, head.triangles, colours)
+    textured = place(folder, "textured")
+    lines = ["mtllib scan.mtl", "usemtl skin"]
+    lines += [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in head.template[:12]]
+    lines += [f"vt {i / 12:.3f} {i / 24:.3f}" for i in range(12)]
+    lines += [f"f {i}/{i} {i + 1}/{i + 1} {i + 2}/{i + 2}" for i in range(1, 11)]
+    (textured / "scan.obj").write_text("\n".join(lines) + "\n")
+    (textured / "scan.mtl").write_text("newmtl skin\nKd 1 1 1\nmap_Kd skin.png\n")
+    Image.new("RGB", (8, 8), (200, 150, 130)).save(textured / "skin.png")
+
+
+def textures(folder: Path) -> None:
+    """A textured scan for every kind of picture."""
+    from PIL import Image
+
+    from elocute.files.meshes import PICTURE_FORMATS
+
+    scans(folder / "made")
+    lines = (folder / "made" / "textured" / "scan.obj").read_text()
+    shutil.rmtree(folder / "made")
+    colours = np.arange(24 * 16 * 3, dtype=np.uint8).reshape(24, 16, 3)
+    for kind in PICTURE_FORMATS:
+        inner, name = place(folder, kind), f"skin.{kind.lower()}"
+        (inner / "scan.obj").write_text(lines)
+        (inner / "scan.mtl").write_text(f"newmtl skin\nKd 1 1 1\nmap_Kd {name}\n")
+        Image.fromarray(colours).save(inner / name, kind)
+
+
+def vertex_lists(folder: Path) -> None:
+    numbers = np.array([1, 5, 9, 30], np.int64)
+    np.save(place(folder, "npy") / "lips.npy", numbers)
+    (place(folder, "json") / "lips.json").write_text(json.dumps(numbers.tolist()))
+    (place(folder, "txt") / "lips.txt").write_text("1, 5 9\n30\n")
+
+
+def frames(folder: Path) -> None:
+    """A registered frame of a capture, and the person's own face beside it."""
+    from elocute.capture.registered_frames import FrameRecord, write_frame
+    from elocute.capture.registration.accuracy import SurfaceError
+    from elocute.capture.registration.model_fit import ModelParameters
+    from elocute.capture.registration.pose import HeadPose
+    from elocute.capture.registration.register import Registration
+
+    points = small_head().template.astype(np.float64)
+    surface = SurfaceError(**dict.fromkeys(SurfaceError.__dataclass_fields__, 0.5))
+    shape = ModelParameters(np.zeros(2), np.zeros(3), HeadPose(np.zeros(3), np.zeros((2, 3))))
+    found = Registration(points, points, shape, 0 * points, surface, 1.0, 0.1, ("a note",))
+    record = FrameRecord(3, "", surface, 1.0, 68, 0.1, ("a note",))
+    write_frame(place(folder, "good") / "00003.npz", "key", record, found)
+    write_frame(place(folder, "flagged") / "00003.npz", "key", FrameRecord(3, "lost"), None)

@@ -1,0 +1,185 @@
+"""JSON, text and CSV, and the texts of options."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from pathlib import Path
+
+from tests.fuzz.fuzzing.seeds.making import place, small_head, small_motion
+from tests.fuzz.fuzzing.seeds.media import encoded, write_wav
+
+
+def identities(folder: Path) -> None:
+    numbers = [round(0.1 * i - 2, 2) for i in range(50)]
+    (place(folder, "one") / "face.json").write_text(json.dumps({"identity": numbers}))
+
+
+def styles(folder: Path) -> None:
+    (place(folder, "fields") / "style.json").write_text('{"amplitude": 1.2, "hold_s": 0.1}')
+    (place(folder, "mix") / "style.json").write_text('{"mix": {"calm": 0.7, "broad": 0.3}}')
+
+
+def mixes(folder: Path) -> None:
+    (place(folder, "mix") / "mix.json").write_text('{"mix": {"anna": 0.7, "bob": 0.3}, "n": 1}')
+
+
+SHORT_GRID = """File type = "ooTextFile"
+Object class = "TextGrid"
+
+0
+1.5
+<exists>
+2
+"IntervalTier"
+"words"
+0
+1.5
+3
+0
+0.4
+""
+0.4
+0.9
+"hello"
+0.9
+1.5
+"world"
+"TextTier"
+"points"
+0
+1.5
+1
+0.7
+"here"
+"""
+
+
+def words(folder: Path) -> None:
+    from elocute.alignment.word_times import TimedWord, TimedWords, write_words
+
+    said = TimedWords((TimedWord("she", 0.1, 0.4, 0.9), TimedWord("had", 0.5, 0.9, 0.8)), 1.5)
+    write_words(said, place(folder, "json") / "words.json")
+    write_words(said, place(folder, "long") / "words.TextGrid")
+    (place(folder, "short") / "words.TextGrid").write_text(SHORT_GRID)
+    (place(folder, "utf16") / "words.TextGrid").write_bytes(SHORT_GRID.encode("utf-16"))
+
+
+def parts(folder: Path) -> None:
+    record = {"phones": [[0, 0.1, "S"], [0.1, 0.3, "IY"]], "word": [0.0, 0.3]}
+    (place(folder, "one") / "parts.json").write_text(json.dumps(record))
+
+
+def phones(folder: Path) -> None:
+    text = "start_s,end_s,phone\n0,0.1,SIL\n0.1,0.22,HH\n0.22,0.4,AH0\n0.4,0.6,L\n"
+    (place(folder, "one") / "phones.csv").write_text(text)
+
+
+def texts(folder: Path) -> None:
+    (place(folder, "tsv") / "texts.tsv").write_text("anna\tsentence01\tShe had.\nbob\te02\tHi\n")
+    record = {"anna": {"sentence01": "She had."}, "bob": {"e02": "Hi"}}
+    (place(folder, "json") / "texts.json").write_text(json.dumps(record))
+
+
+def landmarks(folder: Path) -> None:
+    points = small_head().template[:68].astype(float)
+    given = {"points": points.tolist(), "confidence": [0.9] * 68}
+    given["points"][4] = None
+    (place(folder, "json") / "00000.json").write_text(json.dumps(given))
+    grouped = {"version": 2, "labels": [], "landmarks": {"points": points.tolist()}}
+    (place(folder, "ljson2") / "00000.ljson").write_text(json.dumps(grouped))
+    groups = {"version": 3, "groups": {"LJSON": {"landmarks": {"points": points.tolist()}}}}
+    (place(folder, "ljson3") / "00000.ljson").write_text(json.dumps(groups))
+    rows = "\n".join(" ".join(f"{x:.4f}" for x in row) for row in points)
+    (place(folder, "pts") / "00000.pts").write_text(f"version: 1\nn_points: 68\n{{\n{rows}\n}}\n")
+
+
+def capture_folders(folder: Path) -> None:
+    from elocute.capture.scans.scan_file import write_scan
+    from elocute.capture.scans.scan_sequence import SequenceMetadata, write_metadata
+
+    head, inner = small_head(), place(folder, "one")
+    metadata = SequenceMetadata(subject="anna", sentence="ah", text="ah", sound="ah.wav", neutral=0)
+    write_metadata(inner, metadata)
+    for number in range(2):
+        write_scan(inner / f"{number:05}.ply", head.template, head.triangles)
+    write_wav(inner / "ah.wav")
+
+
+def word_records(folder: Path) -> None:
+    from elocute.corpus.shards import ShardEntry
+    from elocute.propagation.word_job import RejectedRecording, WordResult, save_word_result
+
+    shard = ShardEntry("hello.parquet", 3, "0" * 64)
+    record = WordResult(
+        "hello", "d" * 64, shard, 2, 1, 4, (RejectedRecording("hello", "a.wav", "no"),), 1.5
+    )
+    save_word_result(record, place(folder, "one") / "hello.json")
+
+
+def curves(folder: Path) -> None:
+    from elocute.export.arkit_csv import POSE_COLUMNS
+    from elocute.head.builtin import load_builtin_head
+
+    names = [name[:1].upper() + name[1:] for name in load_builtin_head().expression_names]
+    rows = [",".join(["Timecode", "BlendShapeCount", *names, *POSE_COLUMNS])]
+    zeros = ",".join(["0.000000"] * len(POSE_COLUMNS))
+    for frame in range(3):
+        values = ",".join(f"{0.01 * (frame + i):.6f}" for i in range(len(names)))
+        rows.append(f"00:00:00:{frame:06.3f},61,{values},{zeros}")
+    (place(folder, "one") / "take.csv").write_text("\n".join(rows) + "\n")
+
+
+def curves_json(folder: Path) -> None:
+    from elocute.export.curves_json import write_json
+
+    write_json(small_motion(turning=False), place(folder, "one") / "talk.json")
+
+
+def names(folder: Path) -> None:
+    (place(folder, "one") / "names.txt").write_text("anna.ahanna\nbob.ahbob\n\ncy.ahcy\n")
+
+
+def output_histories(folder: Path) -> None:
+    """The file that remembers outputs, with two rows."""
+    import sqlite3
+
+    from elocute.files.output_history import _TABLE, DATABASE_NAME
+
+    inner = place(folder, "one")
+    (inner / "talk.wav").write_bytes(b"sound")
+    with contextlib.closing(sqlite3.connect(inner / DATABASE_NAME)) as table, table:
+        table.execute(_TABLE)
+        for path in (b"/talk.glb", b"/face.csv"):
+            row = path, b"talk.wav", b"5 1700000000"
+            table.execute("INSERT INTO outputs (path, source, state) VALUES (?, ?, ?)", row)
+
+
+def lrw(folder: Path) -> None:
+    inner = place(folder, "one") / "lipread_mp4" / "ABOUT" / "train"
+    inner.mkdir(parents=True)
+    encoded(inner / "ABOUT_00001.mp4", "aac", 0.4)
+    text = "Disk reference: 12345\nChannel: ANY\nDuration: 0.30 seconds\n"
+    (inner / "ABOUT_00001.txt").write_text(text)
+
+
+OPTIONS = {
+    "size": ("800", "1280x720", "4k"),
+    "mix": ("calm:0.7,broad:0.3", "plain"),
+    "identity": ("mean", "17"),
+    "keyframes": ("0:0,0,0; 1.5:0,20,0",),
+    "numbers": ("1,2.5,-3",),
+    "encoder": ("phones", "fbank"),
+    "identities": ("0:mean; 2:5",),
+    "text": ("She had your dark suit",),
+}
+
+
+def options(which: str):
+    """Seeds of one option's texts."""
+
+    def write(folder: Path) -> None:
+        for number, text in enumerate(OPTIONS[which]):
+            (place(folder, str(number)) / "text").write_text(text)
+
+    return write
