@@ -8,9 +8,9 @@ What docs/cards/head.md says under "Measured"; tests/head holds the limits.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from elocute.array_types import FloatArray
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
@@ -20,20 +20,18 @@ PEOPLE, SOME = 200, (0, 1, 2)
 MIDDLE = slice(4, 9)  # columns of the lips whose mean is an opening
 LEFT_IS_RIGHT = np.array([-1.0, 1.0, 1.0])
 
-Points = NDArray[np.floating]
 
-
-def gaps_mm(head: HeadModel, vertices: Points) -> Points:
+def gaps_mm(head: HeadModel, vertices: FloatArray) -> FloatArray:
     """(..., column) upper lip above lower; negative where they overlap."""
     upper, lower = vertices[..., head.inner_lip_upper, 1], vertices[..., head.inner_lip_lower, 1]
     return 1000 * (upper - lower)
 
 
-def viseme(head: HeadModel, name: str) -> Points:
+def viseme(head: HeadModel, name: str) -> FloatArray:
     return np.tensordot(head.expression_vector(VISEME_SHAPES[name]), head.expression_basis, 1)
 
 
-def deepest_mm(head: HeadModel, vertices: Points) -> float:
+def deepest_mm(head: HeadModel, vertices: FloatArray) -> float:
     """How far a vertex of the lips lies inside the hull of a tooth, at most."""
     lips, depth = vertices[np.unique(head.lip_rings[:9])], 0.0
     for jaw in ("teeth_upper", "teeth_lower"):

@@ -24,10 +24,10 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 
 import numpy as np
-from numpy.typing import NDArray
 
 import elocute
 from elocute.animation import animate
+from elocute.array_types import Float64Array
 from elocute.capture.registration.accuracy import correspondence_mm, scan_distances, surface_error
 from elocute.capture.registration.closest_points import CoarseMesh, sample_triangles
 from elocute.capture.registration.correspondences import sample_scan
@@ -44,7 +44,6 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 
-Floats = NDArray[np.float64]
 REGIONS = ("face", "lips", "eye_area_left", "scalp")
 
 
@@ -54,7 +53,7 @@ class Case:
 
     scan: Scan
     landmarks: Landmarks
-    truth: Floats
+    truth: Float64Array
     opening: float
 
 
@@ -72,7 +71,7 @@ class Column:
     steps: list[int] = field(default_factory=list)
     open_mouth: list[float] = field(default_factory=list)
 
-    def add(self, template: Template, case: Case, vertices: Floats, seconds: float) -> None:
+    def add(self, template: Template, case: Case, vertices: Float64Array, seconds: float) -> None:
         head = template.head
         error = surface_error(scan_distances(template, vertices, case.scan))
         apart = vertices[head.landmarks] - case.truth[head.landmarks]

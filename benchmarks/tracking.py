@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 import elocute
 from elocute.animation import animate
+from elocute.array_types import Float64Array
 from elocute.capture.registration.accuracy import correspondence_mm
 from elocute.capture.registration.register import Registration, register_neutral, register_scan
 from elocute.capture.registration.template import Template
@@ -34,7 +34,6 @@ from elocute.head.builtin import load_builtin_head
 FPS = 60.0
 STYLES = ("plain", "broad", "smiling", "rounded")
 SPOILT_EVERY = 100
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +42,7 @@ class Taken:
 
     scan: Scan
     landmarks: Landmarks
-    truth: Floats | None
+    truth: Float64Array | None
 
 
 def frames(count: int, scanner: Scanner) -> Iterator[Taken]:
@@ -124,7 +123,9 @@ def main() -> None:
     report(np.array(rows), lost, taken_in, spoilt)
 
 
-def report(rows: Floats, lost: list[tuple[int, str]], taken_in: list[int], spoilt: int) -> None:
+def report(
+    rows: Float64Array, lost: list[tuple[int, str]], taken_in: list[int], spoilt: int
+) -> None:
     """rows (frame, 6): number, surface median and mean, face and lips in mm, seconds."""
     good = len(rows) + len(lost)
     print(f"{good} good scans, lost: {len(lost)} {lost[:10]}")

@@ -18,8 +18,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array, IntArray
 from elocute.capture.registration.closest_points import CoarseMesh, sample_triangles
 from elocute.capture.video.face_detector import FaceDetector, mediapipe_detector
 from elocute.capture.video.face_mesh_points import TABLE_PATH, FacePoints, save_face_points
@@ -30,9 +30,6 @@ from elocute.head.identity import sample_identity
 from elocute.head.mediapipe_face_mesh import IRIS, LIDS, LIP_CONTOURS, POINT_COUNT
 from elocute.head.model import HeadModel
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.integer]
-
 SIDE = 640  # pixels
 FACES = 24
 VIEWS = ((0, 0), (0, -10), (0, 10), (-10, 0), (10, 0))  # yaw, pitch, degrees
@@ -40,7 +37,7 @@ NECK = 0.2  # share of the neck joint from which on skin is no face
 FACING = 0.3  # cosine below which a sighting counts only where half of them are no better
 
 
-def face_triangles(head: HeadModel) -> Indices:
+def face_triangles(head: HeadModel) -> IntArray:
     """(triangle, 3) of skin, lips and eyes that move with the skull or the jaw, not the neck."""
     kinds = [head.material_names.index(name) for name in ("skin", "lips", "eyeball")]
     solid = head.triangles[np.isin(head.triangle_material, kinds)]
@@ -57,7 +54,7 @@ def camera_at(head: HeadModel, yaw_deg: float, pitch_deg: float) -> Camera:
     return Camera((front.target + distance * away).astype(np.float32), front.target)
 
 
-def rays_of(camera: Camera, pixels: Floats) -> Floats:
+def rays_of(camera: Camera, pixels: Float64Array) -> Float64Array:
     """(point, 3) unit directions through pixels (point, 2) of a square picture."""
     reach = np.tan(np.radians(camera.field_deg) / 2)
     x, y = ((2 * pixels / SIDE - 1) * reach).T
@@ -66,8 +63,8 @@ def rays_of(camera: Camera, pixels: Floats) -> Floats:
 
 
 def sight(
-    one: HeadModel, rest: Floats, detect: FaceDetector, camera: Camera, solid: Indices
-) -> tuple[Floats, Floats]:
+    one: HeadModel, rest: Float64Array, detect: FaceDetector, camera: Camera, solid: IntArray
+) -> tuple[Float64Array, Float64Array]:
     """One picture of the face `one`: places (478, 3) on the mean face `rest`, and how squarely
     each is seen (478,); NaN and 0 where a point's ray misses the face."""
     import trimesh
@@ -88,7 +85,7 @@ def sight(
     return places, facing
 
 
-def sightings(head: HeadModel, solid: Indices, faces: int) -> tuple[Floats, Floats]:
+def sightings(head: HeadModel, solid: IntArray, faces: int) -> tuple[Float64Array, Float64Array]:
     """Places (picture, 478, 3) m, NaN where not seen well, and their median's spread (478,) mm."""
     rest = head.template.astype(np.float64)
     places, facing = [], []
@@ -105,7 +102,7 @@ def sightings(head: HeadModel, solid: Indices, faces: int) -> tuple[Floats, Floa
     return stacked, squarely
 
 
-def partners(head: HeadModel) -> Indices:
+def partners(head: HeadModel) -> IntArray:
     """(478,) the partner of each point on the other side, by a picture of the mean face."""
     with (
         open_renderer(head, (SIDE, SIDE), camera=portrait(head)) as renderer,
@@ -122,13 +119,13 @@ def partners(head: HeadModel) -> Indices:
     return partner
 
 
-def _assigned(apart: Floats) -> Indices:
+def _assigned(apart: Float64Array) -> IntArray:
     from scipy.optimize import linear_sum_assignment
 
     return linear_sum_assignment(apart)[1]
 
 
-def on_lines(head: HeadModel) -> list[tuple[tuple[int, ...], Indices]]:
+def on_lines(head: HeadModel) -> list[tuple[tuple[int, ...], IntArray]]:
     """Points of the detector, and the line of the head's vertices they lie on."""
     outer, inner = head.outer_corners, head.inner_corners
     lips = (
@@ -137,7 +134,7 @@ def on_lines(head: HeadModel) -> list[tuple[tuple[int, ...], Indices]]:
         (head.inner_lip_upper, inner),
         (head.inner_lip_lower, inner),
     )
-    lines: list[tuple[tuple[int, ...], Indices]] = [
+    lines: list[tuple[tuple[int, ...], IntArray]] = [
         (contour, np.concatenate([ends[:1], middle, ends[1:]]))
         for contour, (middle, ends) in zip(LIP_CONTOURS, lips, strict=True)
     ]
@@ -147,7 +144,7 @@ def on_lines(head: HeadModel) -> list[tuple[tuple[int, ...], Indices]]:
     return lines
 
 
-def laid_on(line: Floats, places: Floats) -> tuple[Indices, Floats]:
+def laid_on(line: Float64Array, places: Float64Array) -> tuple[IntArray, Float64Array]:
     """Closest places on a polyline (knot, 3): segment (place,) and share of it (place,)."""
     start, step = line[:-1], np.diff(line, axis=0)
     share = np.einsum("psa,sa->ps", places[:, None] - start, step) / (step**2).sum(axis=1)
@@ -157,7 +154,9 @@ def laid_on(line: Floats, places: Floats) -> tuple[Indices, Floats]:
     return segment, share[np.arange(len(places)), segment]
 
 
-def table(head: HeadModel, places: Floats, spread_mm: Floats, solid: Indices) -> FacePoints:
+def table(
+    head: HeadModel, places: Float64Array, spread_mm: Float64Array, solid: IntArray
+) -> FacePoints:
     """Places (478, 3) near the mean face as places in its triangles."""
     rest = head.template.astype(np.float64)
     attached = CoarseMesh(rest, solid, sample_triangles(rest, solid)).closest(places, near=4)

@@ -4,8 +4,8 @@
 
 in the section Parameters or Returns of a public function, method or dataclass says that the array
 has two axes, the second of length 3; an axis of the same name has one length throughout a call.
-`...` stands for any axes before or after the rest. What is returned has the dtype given as well. Calls that
-raise are left alone: what is refused may have any shape. See docs/decisions/010.
+`...` stands for any axes before or after the rest. What is returned has the dtype given as well.
+Calls that raise are left alone: what is refused may have any shape. See docs/decisions/010.
 """
 
 from __future__ import annotations

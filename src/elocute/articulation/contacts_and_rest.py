@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import FloatArray
 from elocute.numerics.smoothing import smoothstep
-
-FloatArray = NDArray[np.floating]
 
 HYSTERESIS = 0.7
 SPEECH_FLOOR = 0.15

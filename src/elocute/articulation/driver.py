@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import FloatArray
 from elocute.articulation.coarticulation import DIPHTHONG_S, REACH_S, coarticulate
 from elocute.articulation.contacts_and_rest import (
     CLOSING_S,
@@ -35,8 +35,6 @@ from elocute.motion.curves import Curves
 from elocute.numerics.input_checks import check_kind, real_number
 from elocute.one_line_repr import brief
 from elocute.settings import setting_of
-
-FloatArray = NDArray[np.floating]
 
 BILABIALS = ("P", "B", "M")
 LABIODENTALS = ("F", "V")

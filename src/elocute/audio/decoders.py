@@ -11,13 +11,11 @@ from pathlib import Path
 from typing import Any, Protocol, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.waveform import check_rate
 from elocute.errors import AudioError
 from elocute.files.media import open_media
-
-Float32Array = NDArray[np.float32]
 
 FORMATS = "wav, flac, mp3, ogg, opus, m4a, mp4, mkv, webm"
 AGAIN = "copy or export it again"

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 
-Float32Array = NDArray[np.float32]
 SILENT = 1e-6  # a root mean square below this is silence
 BABBLE_VOICES = 8
 

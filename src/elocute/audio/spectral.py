@@ -9,11 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.numerics.cosine_transform import dct_matrix
 from elocute.numerics.mel import MelScale, mel_points, triangles
 from elocute.numerics.windows import hann
-
-Float64Array = NDArray[np.float64]
 
 
 def mel_filterbank(

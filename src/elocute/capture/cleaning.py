@@ -12,10 +12,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.head.model import HeadModel
 from elocute.numerics.smoothing import smoothstep
-
-Float64Array = NDArray[np.float64]
 
 EYES_S = 0.02
 """Standard deviation of the smoothing around the eyes: a blink of 150 ms keeps its depth."""

@@ -10,15 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.audio.phones_and_visemes import PHONE_TO_VISEME, PHONES
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.numerics.smoothing import gaussian_smoothed
-
-Doubles = NDArray[np.float64]
 
 RATE = 100.0
 BLUR_S = 0.05  # standard deviation: about 120 ms wide
@@ -56,9 +54,9 @@ class LagSums:
         Duration that was summed, s.
     """
 
-    products: Doubles
-    sound: Doubles
-    motion: Doubles
+    products: Float64Array
+    sound: Float64Array
+    motion: Float64Array
     seconds: float
 
     def __add__(self, other: LagSums) -> LagSums:
@@ -89,7 +87,7 @@ class SyncOffset:
     gain: float
 
 
-def expected_openness(sound: Waveform) -> Doubles:
+def expected_openness(sound: Waveform) -> Float64Array:
     """How far the mouth should be open, by the phones that the speech encoder recognises.
 
     Parameters
@@ -109,7 +107,7 @@ def expected_openness(sound: Waveform) -> Doubles:
     return _smoothed(np.interp(times, np.arange(len(opened)) / FEATURE_RATE, opened))
 
 
-def lag_sums(sound: Waveform, activity: Doubles, fps: float) -> LagSums | None:
+def lag_sums(sound: Waveform, activity: Float64Array, fps: float) -> LagSums | None:
     """Sum up the correlation of one clip at each lag.
 
     Parameters
@@ -171,6 +169,6 @@ def estimate_offset(sums: LagSums) -> SyncOffset:
     return SyncOffset(seconds, float(r[best]), float(r[best] - r[zero]))
 
 
-def _smoothed(values: Doubles) -> Doubles:
+def _smoothed(values: Float64Array) -> Float64Array:
     """Values at `RATE`, smoothed by a Gaussian."""
     return gaussian_smoothed(values, BLUR_S * RATE)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.corpus.corpus_store import Corpus
 
 BLOCK_FRAMES = 256
-Doubles = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,8 @@ class Moments:
     """
 
     count: int
-    mean: Doubles
-    variance: Doubles
+    mean: Float64Array
+    variance: Float64Array
 
 
 def moments(blocks: Iterable[NDArray[np.floating]]) -> Moments:

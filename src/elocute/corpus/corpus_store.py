@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip, check_name
 from elocute.corpus.split import PARTS, ClipEntry, Split
@@ -40,7 +41,6 @@ ARRAY_MAX_BYTES = 2_000_000_000
 """Of templates, basis and faces, which are held in memory."""
 TEXT_MAX, COUNT_MAX = 10_000, 10**12
 ALLOWED = "what CorpusWriter wrote"
-Array = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +87,12 @@ class Corpus:
         return ArrayFile(_there(self.folder / "motion.npy"), allowed=ALLOWED, error=CorpusError)
 
     @cached_property
-    def templates(self) -> Array:
+    def templates(self) -> Float32Array:
         """(subject, vertex, 3) m."""
         return _in_memory(self.folder / "templates.npy")
 
     @cached_property
-    def basis(self) -> Array | None:
+    def basis(self) -> Float32Array | None:
         """(component, vertex, 3) m, or None where frames are vertices."""
         return _in_memory(self.folder / "basis.npy") if self.kind == "weights" else None
 
@@ -175,7 +175,7 @@ class Corpus:
             )
         return self.splits[name]
 
-    def template(self, subject: str) -> Array:
+    def template(self, subject: str) -> Float32Array:
         """The neutral face of a subject.
 
         Parameters
@@ -222,7 +222,7 @@ class Corpus:
         entry = self.entry(name)
         return self.motion.part(entry.start, entry.start + entry.frames)
 
-    def displacements(self, name: str, start: int = 0, stop: int | None = None) -> Array:
+    def displacements(self, name: str, start: int = 0, stop: int | None = None) -> Float32Array:
         """Displacements of a clip from its subject's template.
 
         Parameters
@@ -248,7 +248,7 @@ class Corpus:
         flat = frames @ self.basis.reshape(len(self.basis), -1)
         return flat.reshape(len(frames), -1, 3)
 
-    def vertices(self, name: str, start: int = 0, stop: int | None = None) -> Array:
+    def vertices(self, name: str, start: int = 0, stop: int | None = None) -> Float32Array:
         """Vertices of a clip.
 
         Parameters
@@ -558,7 +558,7 @@ def _there(path: Path) -> Path:
     return path
 
 
-def _in_memory(path: Path) -> Array:
+def _in_memory(path: Path) -> Float32Array:
     """An array of lengths, read whole."""
     array = read_npy(_there(path), max_bytes=ARRAY_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
     if array.dtype.kind != "f":

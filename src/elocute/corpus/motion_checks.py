@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.corpus.corpus_store import Corpus
 from elocute.numerics.rigid_alignment import rigid_alignment, turned_degrees
 from elocute.one_line_repr import one_line
-
-Doubles = NDArray[np.float64]
 
 BLOCK_FRAMES = 128
 SPEED_MAX_M_S = 1.2  # 20 mm between frames at 60 a second; lips reach 0.3
@@ -59,7 +58,7 @@ class MotionFacts:
         Frame that is turned and shifted most.
     """
 
-    activity: Doubles
+    activity: Float64Array
     broken: int | None = None
     jump: int | None = None
     jump_mm: float = 0.0
@@ -140,7 +139,7 @@ def examine_motion(corpus: Corpus, name: str, regions: MotionRegions) -> MotionF
     )
 
 
-def rigid_motion(points: Doubles, template: Doubles) -> tuple[float, float]:
+def rigid_motion(points: Float64Array, template: Float64Array) -> tuple[float, float]:
     """How far points are turned and shifted against a template.
 
     Parameters
@@ -167,7 +166,7 @@ def _blocks(corpus: Corpus, name: str) -> Iterator[NDArray[np.float32]]:
         yield np.asarray(frames[start : start + BLOCK_FRAMES])
 
 
-def _steps(corpus: Corpus, frames: NDArray[np.float32]) -> Doubles:
+def _steps(corpus: Corpus, frames: NDArray[np.float32]) -> Float64Array:
     """(frame - 1,) m that the fastest vertex moves from each frame to the next."""
     change = np.diff(frames, axis=0)
     if corpus.basis is None:
@@ -184,7 +183,7 @@ def _steps(corpus: Corpus, frames: NDArray[np.float32]) -> Doubles:
 
 def _distances(
     corpus: Corpus, name: str, block: NDArray[np.float32], moving: NDArray[np.integer]
-) -> Doubles:
+) -> Float64Array:
     """(frame,) m, mean distance of the moving vertices from the template."""
     if corpus.basis is None:
         moved = block[:, moving] - corpus.template(corpus.entry(name).subject)[moving]

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.features import Features
 from elocute.audio.spectral import mfcc
 from elocute.audio.waveform import SPEECH_RATE, Waveform
@@ -22,7 +23,6 @@ from elocute.encoders.onnx_graph import Network, Step, step, write_graph
 from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 
-Float32Array = NDArray[np.float32]
 Weights = dict[str, NDArray[Any]]
 
 CHARACTERS = 29  # a to z, space, apostrophe, blank

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio import front_end
 from elocute.audio.features import Features
 from elocute.audio.phones_and_visemes import PHONES
@@ -22,8 +22,6 @@ from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 from elocute.files.json_records import as_record, parse_json
 from elocute.files.onnx_session import open_session
-
-Float32Array = NDArray[np.float32]
 
 STRIDE = 2  # feature frames per output frame
 SAMPLES_PER_OUTPUT = round(SPEECH_RATE / FEATURE_RATE)

@@ -15,15 +15,13 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.features import Features
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.errors import InputError
 from elocute.files.json_records import read_record
-
-Float32Array = NDArray[np.float32]
 
 HOP = 320  # samples per frame: 20 ms
 RECEPTIVE = 400  # samples that one frame needs

@@ -12,13 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.encoders.speech_transformer import WEIGHTS_MAX_BYTES
 from elocute.errors import InputError, MachineError
 from elocute.files.safetensors_header import read_tensor_header
-
-FloatArray = NDArray[np.float32]
 
 # kind: transformers' names of the configuration and of the network.
 CLASSES = {
@@ -38,7 +36,7 @@ RENAMED = {
 
 def load_speech_transformer(
     kind: str, config: Mapping[str, Any], weights: Path
-) -> Callable[[FloatArray], FloatArray]:
+) -> Callable[[Float32Array], Float32Array]:
     """A function from (sample,) at 16 kHz to (frame, hidden) of the last layer, float32.
 
     Raises MachineError where torch or transformers is missing, InputError where the weights are
@@ -52,7 +50,7 @@ def load_speech_transformer(
         network = _build(getattr(transformers, network_name), settings, state, weights)
     network = network.float().eval()
 
-    def run(samples: FloatArray) -> FloatArray:
+    def run(samples: Float32Array) -> Float32Array:
         sound = torch.from_numpy(np.ascontiguousarray(samples, np.float32))[None]
         with torch.inference_mode():
             return network(sound).last_hidden_state[0].numpy()

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.errors import CorpusError
 from elocute.evaluation.confidence_intervals import CONFIDENCE, DRAWS, ConfidenceInterval
 
-Array = NDArray[np.float32]
 FIRST = 5  # parameters that the paper's table names one by one
 TINY = 1e-12
 
@@ -50,7 +50,10 @@ class ConcordanceScore:
 
 
 def score_concordance(
-    predicted: Sequence[Array], true: Sequence[Array], shares: NDArray[np.floating], seed: int = 0
+    predicted: Sequence[Float32Array],
+    true: Sequence[Float32Array],
+    shares: NDArray[np.floating],
+    seed: int = 0,
 ) -> ConcordanceScore:
     """Concordance of predicted with true parameters.
 
@@ -91,7 +94,7 @@ def score_concordance(
     )
 
 
-def _sums(x: Array, y: Array) -> NDArray[np.float64]:
+def _sums(x: Float32Array, y: Float32Array) -> NDArray[np.float64]:
     """(6, parameter): frames, Σx, Σy, Σx², Σy², Σxy of one clip."""
     a, b = np.asarray(x, np.float64), np.asarray(y, np.float64)
     return np.stack([part.sum(axis=0) for part in (np.ones_like(a), a, b, a * a, b * b, a * b)])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.articulation.contacts_and_rest import REST_AFTER_S
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
@@ -18,7 +19,6 @@ from elocute.motion.vertex_motion import VertexMotion
 
 CLOSED_MM = 0.5  # inner-lip gap below which nobody sees an opening
 TOLERANCE_S = 0.040  # a closure this early or late is still met
-Doubles = NDArray[np.float64]
 FrameRun = tuple[int, int]
 
 
@@ -44,7 +44,7 @@ class ClosureCounts:
     right: int
 
 
-def lip_opening(motion: VertexMotion) -> Doubles:
+def lip_opening(motion: VertexMotion) -> Float64Array:
     """Mean gap between the inner lips over the middle third of the mouth, as in `measure_mouth`.
 
     Parameters

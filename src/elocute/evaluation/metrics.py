@@ -14,13 +14,13 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.corpus.corpus_statistics import moments
 from elocute.errors import CorpusError
 from elocute.evaluation.lip_closures import CLOSED_MM, ClosureCounts, count_closures, lip_opening
 from elocute.evaluation.vertex_regions import VertexRegion
 from elocute.motion.vertex_motion import VertexMotion
 
-Doubles = NDArray[np.float64]
 NAN = float("nan")
 
 
@@ -282,7 +282,7 @@ def mean_jerk(motion: VertexMotion, lips: VertexRegion) -> float:
     return _mean(steps) * motion.fps**3
 
 
-def _deviations(motion: VertexMotion, region: VertexRegion) -> tuple[Doubles, Doubles]:
+def _deviations(motion: VertexMotion, region: VertexRegion) -> tuple[Float64Array, Float64Array]:
     """(vertex,) mm and mm²: deviations over time of distances from rest, and of their squares."""
     rest = np.asarray(motion.template, np.float64)[region.indices] * 1000
     distances = (np.linalg.norm(b - rest, axis=2) for b in motion.blocks(region.indices))
@@ -296,13 +296,13 @@ def _pairs(
     true: VertexMotion,
     vertices: NDArray[np.integer] | None = None,
     overlap: int = 0,
-) -> Iterator[tuple[Doubles, Doubles]]:
+) -> Iterator[tuple[Float64Array, Float64Array]]:
     """Blocks of both motions, (frame, vertex, 3) mm."""
     both = (motion.blocks(vertices, overlap) for motion in (predicted, true))
     return zip(*both, strict=True)
 
 
-def _mean(parts: Iterator[Doubles]) -> float:
+def _mean(parts: Iterator[Float64Array]) -> float:
     """Mean over all numbers of some arrays; 0 for none."""
     total, count = 0.0, 0
     for part in parts:

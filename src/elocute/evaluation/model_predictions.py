@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
+from elocute.array_types import Float32Array
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
@@ -16,7 +14,6 @@ from elocute.models.model_shapes import basis_of
 from elocute.models.protocol import FrameSpan, SpeechFeatures, SpeechModel
 from elocute.motion.vertex_motion import VertexMotion
 
-Array = NDArray[np.float32]
 CACHED_CLIPS = 2  # so that the features of a clip are computed once for all styles
 
 
@@ -99,7 +96,7 @@ def recorded_motion(corpus: Corpus, name: str) -> VertexMotion:
     return VertexMotion(corpus.frames(name), corpus.template(subject), corpus.fps, corpus.basis)
 
 
-def _basis_for(names: tuple[str, ...], basis: Array | None, corpus: Corpus) -> Array:
+def _basis_for(names: tuple[str, ...], basis: Float32Array | None, corpus: Corpus) -> Float32Array:
     """(component, vertex, 3) m of a model's weights. Raises ModelError."""
     if basis is None:
         if corpus.basis is not None and set(names) <= set(corpus.components):

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.audio.noise import with_gain, with_noise
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
@@ -20,8 +21,7 @@ from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.numerics.correlation import pearson
 
-Doubles = NDArray[np.float64]
-Opening = Callable[[Waveform], Doubles]
+Opening = Callable[[Waveform], Float64Array]
 """Sound to the opening of the mouth, (frame,) mm."""
 
 
@@ -52,7 +52,7 @@ def noise_scores(
     noise: NDArray[np.float32] | None,
     levels_db: Sequence[float],
     opening: Opening,
-) -> tuple[list[NoiseScore], list[Doubles]]:
+) -> tuple[list[NoiseScore], list[Float64Array]]:
     """Score the mouth at several levels of noise.
 
     Parameters
@@ -110,7 +110,7 @@ def mean_noise_scores(clips: Sequence[Sequence[NoiseScore]]) -> list[NoiseScore]
     ]
 
 
-def _share(opening: Doubles, clean: Doubles) -> float:
+def _share(opening: Float64Array, clean: Float64Array) -> float:
     """Mean opening relative to the clean one; 1 where that is closed throughout."""
     return float(opening.mean() / clean.mean()) if clean.mean() > 1e-9 else 1.0
 
@@ -218,7 +218,7 @@ def _face_score(motion: Motion, touching: NDArray[np.bool_]) -> FaceScore:
     return FaceScore(float(opening.mean()), float(opening.max()), gap, float(np.ptp(width)))
 
 
-def _opening(motion: Motion) -> Doubles:
+def _opening(motion: Motion) -> Float64Array:
     """(frame,) mm between the lips."""
     return measure_mouth(motion)["opening_mm"].astype(np.float64)
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.corpus.importers.grid import FIELDS_MAX_BYTES
 from elocute.errors import InputError
 from elocute.files.array_reading import read_npz
@@ -23,7 +24,6 @@ from elocute.motion.mouth_measures import TRACKED_CLOSED
 from elocute.numerics.correlation import pearson
 from elocute.one_line_repr import one_line
 
-Doubles = NDArray[np.float64]
 MouthPredictor = Callable[[Path], Curves]
 """Sound file to `opening_mm, width_mm, …` as `measure_mouth` gives them."""
 
@@ -60,9 +60,9 @@ class TrackedMouth:
 
     name: str
     sound: Path
-    times_s: Doubles
-    opening: Doubles
-    width: Doubles
+    times_s: Float64Array
+    opening: Float64Array
+    width: Float64Array
     valid: NDArray[np.bool_]
     words: list[tuple[float, float, str]]
 
@@ -288,7 +288,10 @@ def mean_mouth_score(scores: list[MouthScore]) -> MeanMouthScore:
 
 
 def _correlate(
-    recorded: TrackedMouth, tracked: Doubles, predicted_times: Doubles, predicted: Doubles
+    recorded: TrackedMouth,
+    tracked: Float64Array,
+    predicted_times: Float64Array,
+    predicted: Float64Array,
 ) -> tuple[float, float, float]:
     """Pearson r at no lag, the best r within ±LAG_MAX_S, and its lag (s, positive: late)."""
     times, real = recorded.times_s[recorded.valid], tracked[recorded.valid]
@@ -300,7 +303,7 @@ def _correlate(
 
 
 def _closures(
-    words: list[tuple[float, float, str]], times_s: Doubles, opening: Doubles
+    words: list[tuple[float, float, str]], times_s: Float64Array, opening: Float64Array
 ) -> tuple[int, int, int, int]:
     """Closed at b/p words, all b/p words, closed at other words, all others (without m)."""
     met = wanted = false = others = 0

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from elocute.animation import animate
+from elocute.array_types import Float32Array
 from elocute.audio.noise import babble, white_noise, with_noise
 from elocute.audio.waveform import Waveform
 from elocute.capture.blendshapes.basis_comparison import (
@@ -50,7 +50,6 @@ from elocute.training.crnn.loss import explained_shares
 from elocute.training.crnn.training_data import select_training_data
 from elocute.training.training_log import Report
 
-Array = NDArray[np.float32]
 MODEL = "model.onnx"
 HELD_OUT = 10  # one word in so many is kept from training, as 50 of 500
 TRAININGS = ("speaker", "word", "mse")
@@ -235,7 +234,7 @@ def select_sentences(
     return names[:: max(1, len(names) // count)][:count]
 
 
-def variance_shares(shards: Shards) -> Array:
+def variance_shares(shards: Shards) -> Float32Array:
     """(parameter,) share of the variance that each parameter explains, as the loss weighs them."""
     return explained_shares(torch.from_numpy(shards.basis.head.expression_basis)).numpy()
 
@@ -344,7 +343,7 @@ def train_one(
 
 
 def score_training(
-    trained: TrainedCrnn, features: FeatureCache, training: str, shares: Array
+    trained: TrainedCrnn, features: FeatureCache, training: str, shares: Float32Array
 ) -> dict[str, ConcordanceScore]:
     """Concordance of a trained network on its validation and test clips."""
     rows = training_clips(features, training)
@@ -355,7 +354,12 @@ def score_training(
 
 
 def score_noise(
-    network: Crnn, shards: Shards, features: FeatureCache, kind: str, snr_db: float, shares: Array
+    network: Crnn,
+    shards: Shards,
+    features: FeatureCache,
+    kind: str,
+    snr_db: float,
+    shares: Float32Array,
 ) -> ConcordanceScore:
     """Concordance on the test clips with noise under them.
 
@@ -408,10 +412,10 @@ def score_noise(
 def score_sentences(
     corpus: Corpus,
     names: Sequence[str],
-    basis: Array,
+    basis: Float32Array,
     fps: float,
-    shares: Array,
-    predict: Callable[[Waveform], Array],
+    shares: Float32Array,
+    predict: Callable[[Waveform], Float32Array],
 ) -> ConcordanceScore:
     """Concordance on continuous speech, whose true motion is projected onto the basis.
 
@@ -463,7 +467,7 @@ def score_sentences(
 
 
 def compare_bases(
-    corpus: Corpus, names: Sequence[str], speech: Array, arkit: Array
+    corpus: Corpus, names: Sequence[str], speech: Float32Array, arkit: Float32Array
 ) -> list[ReconstructionErrors]:
     """Mean distance that bases leave of clips (Tzirakis et al. 2019, section 6.3).
 

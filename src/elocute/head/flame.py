@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.files.pickles.closed_pickle import SparseMatrix, read_pickle
 from elocute.head.skinning import blended, chained
 from elocute.numerics.rotation_vectors import to_matrices
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
 
 IDENTITY_COUNT = 300  # of the 400 components; the rest are expressions
 VERTICES_MAX, COMPONENTS_MAX, JOINTS_MAX = 200_000, 1000, 64

@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.errors import HeadError
 from elocute.head.model_checks import check_head, refuse
 from elocute.head.skin_tone import TONE_SHARES, recoloured
 from elocute.numerics.input_checks import floats_of
 
-Float32Array = NDArray[np.float32]
 Int32Array = NDArray[np.int32]
 
 

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import FloatArray
 from elocute.head.model import HeadModel
-
-FloatArray = NDArray[np.floating]
 
 
 def vertex_normals(points: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:

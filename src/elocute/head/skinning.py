@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import FloatArray
 from elocute.numerics.quaternions import to_matrices
-
-FloatArray = NDArray[np.floating]
 
 
 def joint_transforms(

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from elocute.array_types import Float32Array
 from elocute.articulation.driver import LOOKAHEAD_S, articulate
 from elocute.articulation.style import STYLES, Style, mix_styles, resolve_style
 from elocute.audio.features import Features
@@ -19,7 +17,6 @@ from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, Speec
 from elocute.models.style_mixes import EVEN
 from elocute.motion.curves import Curves
 
-Float32Array = NDArray[np.float32]
 NAME = "articulation"
 
 

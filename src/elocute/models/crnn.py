@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.articulation.driver import LOOKAHEAD_S, make_contacts
 from elocute.articulation.style import Style
 from elocute.audio.mel_with_deltas import HOP, RATE
@@ -34,7 +34,6 @@ from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, Speec
 from elocute.motion.curves import Curves
 from elocute.numerics.resampling import frame_places, read_rows
 
-Float32Array = NDArray[np.float32]
 COLUMN_S = HOP / RATE
 
 

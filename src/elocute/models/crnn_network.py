@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.mel_with_deltas import (
     BANDS,
     CONTEXT,
@@ -35,7 +36,6 @@ from elocute.errors import ModelError
 from elocute.models.feature_extraction import ResamplingStream
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 
-Float32Array = NDArray[np.float32]
 SHIPPED = "crnn"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "crnn.onnx"
 WINDOW_COLUMNS = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame needs

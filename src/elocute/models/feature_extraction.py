@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.articulation.driver import posteriors_from_phones
 from elocute.audio.features import Features
 from elocute.audio.phones_and_visemes import PHONES
@@ -21,7 +21,6 @@ from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.encoders.protocol import FEATURE_RATE, Encoder
 from elocute.models.protocol import FeatureStream, FeatureStreams, SpeechFeatures, SpeechModel
 
-Float32Array = NDArray[np.float32]
 PhoneTimes = list[tuple[float, float, str]]
 """(start s, end s, ARPAbet phone)"""
 RESAMPLING_S = 0.06

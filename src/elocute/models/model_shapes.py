@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.articulation.phone_targets import curve_names
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
@@ -16,7 +17,6 @@ from elocute.head.model import HeadModel
 from elocute.numerics.bounded_least_squares import solve_box_rows
 from elocute.numerics.ridge import ridge_projection, with_ridge
 
-Float32Array = NDArray[np.float32]
 RIDGE = 1e-5  # of the mean squared length of a shape: decides between shapes that look alike
 
 

@@ -10,16 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from elocute.array_types import Float32Array
 from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves
 
-Float32Array = NDArray[np.float32]
 SoundLevel = tuple[float, float]
 """Mean and peak of a whole sound."""
 

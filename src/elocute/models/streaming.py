@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.articulation.driver import HISTORY_S
 from elocute.articulation.settings import AnimationSettings
 from elocute.articulation.style import Style
@@ -36,7 +37,6 @@ from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
 from elocute.settings import setting_of
 
-Float32Array = NDArray[np.float32]
 BEYOND_S = 1.0  # frames that a live take has at least after the last one given out
 INT16_SCALE = 1 / 32768
 

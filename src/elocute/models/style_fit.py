@@ -19,16 +19,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.errors import ModelError
 from elocute.models.model_shapes import basis_of
 from elocute.models.protocol import FrameSpan, SpeechFeatures, SpeechModel
 from elocute.motion.vertex_motion import MM, VertexMotion
 from elocute.numerics.resampling import frame_places, frames_in, read_rows
 
-Float32Array = NDArray[np.float32]
-Float64Array = NDArray[np.float64]
 SECONDS_LEAST, SECONDS_MOST = 0.5, 60.0
 STEPS = (0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625)
 POWER = 0.25  # of variances in the loss: 1 is the sum of squares, towards 0 the determinant

@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.articulation.style import Style, parse_mix
 from elocute.errors import ModelError
 from elocute.files.json_records import finite_number, read_record, write_record
 from elocute.numerics.input_checks import check_kind
 
-Float32Array = NDArray[np.float32]
 EVEN = "even"
 """The style that is all styles of a model in equal shares."""
 FILE_MAX_BYTES = 65_536

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.articulation.driver import LOOKAHEAD_S, make_contacts
 from elocute.articulation.style import Style
 from elocute.audio.features import Features
@@ -39,7 +39,6 @@ from elocute.motion.curves import Curves
 from elocute.motion.motion import FPS_MAX
 from elocute.numerics.resampling import frame_places, read_rows
 
-Float32Array = NDArray[np.float32]
 SHIPPED = "voca"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "voca.onnx"
 BLOCK_FRAMES = 7200  # two minutes in one run of the network: memory stays bounded

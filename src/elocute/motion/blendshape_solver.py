@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from elocute.array_types import Float64Array
 from elocute.errors import MotionError
 from elocute.files.array_file import ArrayFile
 from elocute.head.model import HeadModel
@@ -26,7 +27,6 @@ from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, no_turn
 from elocute.numerics.rigid_alignment import nearest_rotation
 
-Float64Array = NDArray[np.float64]
 Vertices = ArrayLike | ArrayFile
 
 REGULARISATION = 1e-6

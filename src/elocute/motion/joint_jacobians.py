@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms
 from elocute.numerics.rotation_vectors import cross_matrices
 
-Float64Array = NDArray[np.float64]
 ALL = slice(None)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array, IntArray
 from elocute.errors import MotionError
 from elocute.files.array_file import ArrayFile
 from elocute.motion.motion import checked_fps
@@ -16,8 +17,6 @@ from elocute.one_line_repr import one_line
 
 BLOCK_FRAMES = 256
 MM = 1000.0
-Float64Array = NDArray[np.float64]
-IntArray = NDArray[np.integer]
 
 
 @dataclass(frozen=True, eq=False)

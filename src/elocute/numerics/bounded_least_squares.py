@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from elocute.array_types import Float64Array
 
 ROUNDS = 100
 SMALLEST = 1e-12  # share of the largest unknown: a step that rounding makes
@@ -15,15 +14,17 @@ SWEEPS = 6  # along a chain
 GRADIENT_STEPS = 300
 
 
-def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
+def solve_box(
+    gram: Float64Array, side: Float64Array, low: Float64Array, high: Float64Array
+) -> Float64Array:
     """(unknown,) x that minimises ½ xᵀ·gram·x - sideᵀ·x with low ≤ x ≤ high.
 
     gram (unknown, unknown) positive definite; bounds may be infinite. Projected Newton steps
     on the unknowns that no bound holds (Bertsekas 1982): the bounds that hold are found many
     at a time, so a face of fifty shapes takes a few rounds.
     """
-    best: Floats = np.linalg.solve(gram, side).astype(np.float64)
-    x: Floats = np.clip(best, low, high).astype(np.float64)
+    best: Float64Array = np.linalg.solve(gram, side).astype(np.float64)
+    x: Float64Array = np.clip(best, low, high).astype(np.float64)
     if (x == best).all():
         return best
     cost = _cost(gram, side, x)
@@ -39,7 +40,7 @@ def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
             break
         share = 1.0
         while share > 1e-6:
-            tried: Floats = np.clip(x + share * step, low, high).astype(np.float64)
+            tried: Float64Array = np.clip(x + share * step, low, high).astype(np.float64)
             tried_cost = _cost(gram, side, tried)
             if tried_cost < cost:
                 break
@@ -51,13 +52,13 @@ def solve_box(gram: Floats, side: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def solve_box_chain(
-    gram_of: Callable[[int], Floats],
-    sides: Floats,
-    smooth: Floats,
-    low: Floats,
-    high: Floats,
+    gram_of: Callable[[int], Float64Array],
+    sides: Float64Array,
+    smooth: Float64Array,
+    low: Float64Array,
+    high: Float64Array,
     sweeps: int = SWEEPS,
-) -> Floats:
+) -> Float64Array:
     """Solve least squares for frames that follow one another smoothly, each between bounds.
 
     Minimises Σ_f ½ x_fᵀ·gram_f·x_f - side_fᵀ·x_f + ½ Σ_f (x_f - x_{f-1})ᵀ·diag(smooth)·(…):
@@ -97,7 +98,9 @@ def solve_box_chain(
     return x
 
 
-def solve_box_rows(gram: Floats, sides: Floats, low: float, high: float) -> Floats:
+def solve_box_rows(
+    gram: Float64Array, sides: Float64Array, low: float, high: float
+) -> Float64Array:
     """Minimise ½ xᵀ·gram·x - sideᵀ·x with low ≤ x ≤ high for many rows at once.
 
     For thousands of rows with one matrix, where `solve_box` row by row would take too long.
@@ -129,8 +132,12 @@ def solve_box_rows(gram: Floats, sides: Floats, low: float, high: float) -> Floa
 
 
 def _same_bounds(
-    gram: Floats, side: Floats, low: Floats, high: Floats, guess: Floats
-) -> Floats | None:
+    gram: Float64Array,
+    side: Float64Array,
+    low: Float64Array,
+    high: Float64Array,
+    guess: Float64Array,
+) -> Float64Array | None:
     """The solution if the same bounds hold as in `guess`, which is mostly so; else None."""
     free = (guess > low) & (guess < high)
     tried = guess.copy()
@@ -143,5 +150,5 @@ def _same_bounds(
     return tried if inside and held else None
 
 
-def _cost(gram: Floats, side: Floats, x: Floats) -> float:
+def _cost(gram: Float64Array, side: Float64Array, x: Float64Array) -> float:
     return float(x @ (gram @ x) / 2 - side @ x)

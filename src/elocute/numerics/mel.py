@@ -7,14 +7,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from elocute.array_types import Float64Array
+
 MelScale = Literal["htk", "slaney"]
 
 SLANEY_KNEE_HZ, SLANEY_STEP_HZ = 1000.0, 200.0 / 3  # linear below the knee, logarithmic above
 SLANEY_LOG_STEP = np.log(6.4) / 27.0
 
 
-def hz_to_mel(hz: FloatArray | float, scale: MelScale = "htk") -> FloatArray:
+def hz_to_mel(hz: Float64Array | float, scale: MelScale = "htk") -> Float64Array:
     """Mel of a frequency in Hz: HTK's formula, or Slaney's Auditory Toolbox (1998)."""
     hz = np.asarray(hz, float)
     if scale == "htk":
@@ -24,7 +25,7 @@ def hz_to_mel(hz: FloatArray | float, scale: MelScale = "htk") -> FloatArray:
     return np.where(hz < SLANEY_KNEE_HZ, hz / SLANEY_STEP_HZ, above)
 
 
-def mel_to_hz(mel: FloatArray | float, scale: MelScale = "htk") -> FloatArray:
+def mel_to_hz(mel: Float64Array | float, scale: MelScale = "htk") -> Float64Array:
     """The inverse of `hz_to_mel`."""
     mel = np.asarray(mel, float)
     if scale == "htk":
@@ -34,15 +35,15 @@ def mel_to_hz(mel: FloatArray | float, scale: MelScale = "htk") -> FloatArray:
     return np.where(mel < knee, mel * SLANEY_STEP_HZ, above)
 
 
-def mel_points(low_hz: float, high_hz: float, count: int, scale: MelScale = "htk") -> FloatArray:
+def mel_points(low_hz: float, high_hz: float, count: int, scale: MelScale = "htk") -> Float64Array:
     """(count,) frequencies in Hz from `low_hz` to `high_hz`, evenly spaced in mel."""
     low, high = hz_to_mel(low_hz, scale), hz_to_mel(high_hz, scale)
     return mel_to_hz(np.linspace(low, high, count), scale)
 
 
 def triangles(
-    corners: FloatArray, places: NDArray[np.floating] | NDArray[np.integer]
-) -> FloatArray:
+    corners: Float64Array, places: NDArray[np.floating] | NDArray[np.integer]
+) -> Float64Array:
     """Overlapping triangles of height one.
 
     Parameters

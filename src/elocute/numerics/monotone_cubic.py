@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.floating]
-RealArray = NDArray[np.floating] | NDArray[np.integer]
+from elocute.array_types import FloatArray, RealArray
 
 
 def monotone_cubic(times: RealArray, values: FloatArray, at: RealArray) -> NDArray[np.float64]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.floating]
+from elocute.array_types import FloatArray
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 
-def from_axis_angle(vectors: Floats) -> NDArray[np.float64]:
+def from_axis_angle(vectors: FloatArray) -> NDArray[np.float64]:
     """(..., 4) of axis-angle vectors (..., 3), whose length is the angle in radians."""
     vectors = np.asarray(vectors, np.float64)
     half = np.linalg.norm(vectors, axis=-1, keepdims=True) / 2
@@ -18,7 +18,7 @@ def from_axis_angle(vectors: Floats) -> NDArray[np.float64]:
     return np.concatenate([np.cos(half), np.sinc(half / np.pi) / 2 * vectors], axis=-1)
 
 
-def to_axis_angle(quaternions: Floats) -> NDArray[np.float64]:
+def to_axis_angle(quaternions: FloatArray) -> NDArray[np.float64]:
     """(..., 3) radians, at most π long, of unit quaternions (..., 4)."""
     quaternions = np.asarray(quaternions, np.float64)
     quaternions = np.where(quaternions[..., :1] < 0, -quaternions, quaternions)
@@ -26,7 +26,7 @@ def to_axis_angle(quaternions: Floats) -> NDArray[np.float64]:
     return 2 * quaternions[..., 1:] / np.sinc(half / np.pi)
 
 
-def multiply(second: Floats, first: Floats) -> NDArray[np.float64]:
+def multiply(second: FloatArray, first: FloatArray) -> NDArray[np.float64]:
     """(..., 4): the rotation `first`, then `second`."""
     a, b, c, d = np.moveaxis(np.asarray(second, np.float64), -1, 0)
     w, x, y, z = np.moveaxis(np.asarray(first, np.float64), -1, 0)
@@ -39,7 +39,7 @@ def multiply(second: Floats, first: Floats) -> NDArray[np.float64]:
     return np.stack(parts, axis=-1)
 
 
-def from_matrices(matrices: Floats) -> NDArray[np.float64]:
+def from_matrices(matrices: FloatArray) -> NDArray[np.float64]:
     """(..., 4) of rotation matrices (..., 3, 3), by the eigenvector that Bar-Itzhack (2000) gives.
 
     Exact for any angle: no case distinction on the largest diagonal entry.
@@ -56,7 +56,7 @@ def from_matrices(matrices: Floats) -> NDArray[np.float64]:
     return np.where(quaternions[..., :1] < 0, -quaternions, quaternions)
 
 
-def to_matrices(quaternions: Floats) -> Floats:
+def to_matrices(quaternions: FloatArray) -> FloatArray:
     """(..., 3, 3) rotation matrices of unit quaternions (..., 4), in their precision."""
     w, x, y, z = np.moveaxis(np.asarray(quaternions), -1, 0)
     rows = [
@@ -67,7 +67,7 @@ def to_matrices(quaternions: Floats) -> Floats:
     return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
-def blend(first: Floats, second: Floats, share: Floats) -> Floats:
+def blend(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArray:
     """Interpolate between two rotations, linearly and normalised: enough for near neighbours.
 
     Parameters

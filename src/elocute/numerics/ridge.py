@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.floating]
+from elocute.array_types import FloatArray
 
 SMALLEST = 1e-9
 """A ridge that only decides between shapes that are the same."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.floating]
+from elocute.array_types import FloatArray
 
 
 def nearest_rotation(covariance: FloatArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

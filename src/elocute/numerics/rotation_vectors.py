@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from elocute.array_types import Float64Array
 
 
-def cross_matrices(vectors: FloatArray) -> FloatArray:
+def cross_matrices(vectors: Float64Array) -> Float64Array:
     """(..., 3, 3) matrices that take any w to v × w, of vectors v (..., 3)."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     zero = np.zeros_like(x)
@@ -16,7 +15,7 @@ def cross_matrices(vectors: FloatArray) -> FloatArray:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def to_matrices(vectors: FloatArray) -> FloatArray:
+def to_matrices(vectors: Float64Array) -> Float64Array:
     """(..., 3, 3) rotation matrices of rotation vectors (..., 3) in radians.
 
     Rodrigues' formula, exact down to zero.

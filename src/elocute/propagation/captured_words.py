@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.alignment.word_times import read_words
+from elocute.array_types import Float32Array
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
@@ -21,7 +22,6 @@ from elocute.motion.motion import Motion
 from elocute.numerics.resampling import read_rows
 from elocute.numerics.ridge import ridge_projection
 
-FloatArray = NDArray[np.float32]
 MARGIN_S = 0.05  # kept around a word, where its neighbours leave room: lips move before the sound
 
 
@@ -156,7 +156,7 @@ class CapturedCorpus:
             )
 
     @cached_property
-    def _solver(self) -> FloatArray:
+    def _solver(self) -> Float32Array:
         """(number or component, parameter): least squares, from what the corpus stores."""
         shapes = self.basis.head.expression_basis
         flat = shapes.reshape(len(shapes), -1).astype(np.float64)
@@ -166,7 +166,7 @@ class CapturedCorpus:
         stored = np.asarray(self.corpus.basis).reshape(len(self.corpus.basis), -1)
         return (stored.astype(np.float64) @ inverse).astype(np.float32)
 
-    def parameters(self, word: CapturedWord, times_s: NDArray[np.floating]) -> FloatArray:
+    def parameters(self, word: CapturedWord, times_s: NDArray[np.floating]) -> Float32Array:
         """(time, parameter) at times in s of the clip, by projection and interpolation."""
         fps = self.corpus.fps
         first = max(0, int(np.floor(times_s.min() * fps)))

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 
-FloatArray = NDArray[np.float32]
 
-
-def transfer_parameters(values: FloatArray, path: NDArray[np.intp], targets: int) -> FloatArray:
+def transfer_parameters(values: Float32Array, path: NDArray[np.intp], targets: int) -> Float32Array:
     """Parameters of the target: the mean over many-to-one, a copy over one-to-many.
 
     Parameters

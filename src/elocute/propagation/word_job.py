@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elocute.alignment.aligner import Aligner
 from elocute.alignment.methods import fit_aligner
 from elocute.alignment.sound_views import speech_view
+from elocute.array_types import Float32Array
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import open_corpus
@@ -37,7 +37,6 @@ from elocute.propagation.settings import PropagationSettings
 from elocute.propagation.transfer import transfer_parameters
 from elocute.propagation.word_recordings import WordRecording, word_span
 
-FloatArray = NDArray[np.float32]
 SHORTEST_FRAMES = 4  # of a view: 80 ms; nothing shorter is a word
 LONGEST_S = 10.0
 SOURCES_MAX = 8  # captured takes that a recording is compared with
@@ -98,8 +97,8 @@ class SourceWord:
     """A captured word to align with: view (frame, feature), parameters (frame, parameter)."""
 
     word: CapturedWord
-    view: FloatArray
-    parameters: FloatArray
+    view: Float32Array
+    parameters: Float32Array
 
     __repr__ = one_line
 
@@ -183,7 +182,7 @@ def _fitted(task: WordTask, sources: list[SourceWord]) -> Aligner | None:
     settings = task.settings
     seed = zlib.crc32(f"{settings.seed} {task.word}".encode())
     order = np.random.default_rng(seed).permutation(len(task.recordings))
-    pairs: list[tuple[FloatArray, FloatArray]] = []
+    pairs: list[tuple[Float32Array, Float32Array]] = []
     for place in order:
         if len(pairs) >= settings.fit_pairs:
             break
@@ -243,7 +242,7 @@ def _sound_of(task: WordTask, recording: WordRecording) -> tuple[Waveform, float
     return cut_sound(whole, start, min(end + MARGIN_S, whole.duration_s)), start
 
 
-def _view(sound: Waveform, encoder: str) -> FloatArray:
+def _view(sound: Waveform, encoder: str) -> Float32Array:
     view = speech_view(sound, encoder)
     if len(view) < SHORTEST_FRAMES:
         raise AlignmentError.about(

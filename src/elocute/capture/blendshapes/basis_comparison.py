@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array, Float64Array
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.numerics.ridge import with_ridge
 
-Float32Array = NDArray[np.float32]
-Float64Array = NDArray[np.float64]
 BLOCK_FRAMES = 256
 RIDGE = 1e-9  # of the greatest eigenvalue: shapes that are dependent
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.capture.blendshapes.localised_components import localise_components
 from elocute.capture.blendshapes.principal_components import (
     PrincipalComponents,
@@ -21,8 +22,6 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import one_line
-
-Float32Array = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)

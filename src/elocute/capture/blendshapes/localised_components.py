@@ -8,11 +8,10 @@ residual of the others, and vertices that gain less than λ by it stay still.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.capture.blendshapes.principal_components import PrincipalComponents
 
-Float32Array = NDArray[np.float32]
 ITERATIONS = 20
 
 

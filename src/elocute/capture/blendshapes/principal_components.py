@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.one_line_repr import one_line
 
-Float32Array = NDArray[np.float32]
 OVERSAMPLING = 4  # directions kept while blocks come in, for each one wanted
 KEPT_LEAST = 96
 NEGLIGIBLE = 1e-14  # of the greatest squared singular value

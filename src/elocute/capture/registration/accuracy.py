@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.model import HeadModel
-
-Float64Array = NDArray[np.float64]
 
 REACH_M = 0.02
 """Points of the scan further away than this are no part of the head."""

@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array, IntArray
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
-IndexArray = NDArray[np.integer]
 
 SAMPLE_M = 0.004
 """Spacing of the samples by which a triangle of a coarse mesh is found."""
@@ -113,7 +111,7 @@ class DenseMesh:
     """
 
     points: Float64Array
-    triangles: IndexArray
+    triangles: IntArray
 
     __repr__ = one_line
 
@@ -172,13 +170,13 @@ class TriangleSamples:
 
     __repr__ = one_line
 
-    def points(self, vertices: Float64Array, triangles: IndexArray) -> Float64Array:
+    def points(self, vertices: Float64Array, triangles: IntArray) -> Float64Array:
         corners = vertices[triangles[self.triangle]]
         return np.einsum("sc,sca->sa", self.bary, corners)
 
 
 def sample_triangles(
-    vertices: Float64Array, triangles: IndexArray, spacing_m: float = SAMPLE_M
+    vertices: Float64Array, triangles: IntArray, spacing_m: float = SAMPLE_M
 ) -> TriangleSamples:
     """Samples no further apart than about spacing_m, at least one per triangle."""
     corners = vertices[triangles]
@@ -220,7 +218,7 @@ class CoarseMesh:
     """
 
     vertices: Float64Array
-    triangles: IndexArray
+    triangles: IntArray
     triangle_samples: TriangleSamples
 
     __repr__ = one_line
@@ -258,7 +256,7 @@ def _improve(
     query: Float64Array,
     triangle: NDArray[np.intp],
     vertices: Float64Array,
-    triangles: IndexArray,
+    triangles: IntArray,
 ) -> None:
     """Take a triangle for rows where it is closer than what was found before."""
     a, b, c = (vertices[triangles[triangle, corner]] for corner in range(3))

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.scan import Scan
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
 
 ON_EDGE = 1e-6
 

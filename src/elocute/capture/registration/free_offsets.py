@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.registration.correspondences import (
     Correspondences,
     ScanSamples,
@@ -22,8 +22,6 @@ from elocute.capture.registration.correspondences import (
     robust_weights,
 )
 from elocute.capture.registration.template import Template
-
-Float64Array = NDArray[np.float64]
 
 NOISE_M = 2e-4
 

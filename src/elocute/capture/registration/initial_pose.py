@@ -5,16 +5,14 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.registration.correspondences import ScanSamples
 from elocute.capture.registration.pose import HeadPose, align_head, apply_pose
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.errors import CaptureError
 from elocute.numerics.rigid_alignment import rigid_alignment
-
-Float64Array = NDArray[np.float64]
 
 TRIES, STEPS, POINTS = 4, 25, 700
 TRIM = 0.85  # share of the points that count: hair and shoulders may differ

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.registration.correspondences import (
     Correspondences,
     ScanSamples,
@@ -26,8 +27,6 @@ from elocute.capture.scans.landmarks import Landmarks
 from elocute.motion.joint_jacobians import Rig, joint_slopes, vertex_transforms
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, multiply
-
-Float64Array = NDArray[np.float64]
 
 MM = 1000.0
 NOISE_M = 1e-4

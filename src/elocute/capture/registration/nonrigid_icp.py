@@ -20,14 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.registration.closest_points import DenseMesh
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.normals import vertex_normals
 from elocute.numerics.rigid_alignment import rigid_alignment
-
-Float64Array = NDArray[np.float64]
 
 CONVERGED = 5e-2  # share of the first residual at which conjugate gradients stop
 ACCEPTED = 0.3  # share at which a solution may be used where that takes too long

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.head.model import HeadModel
 from elocute.motion.joint_jacobians import inverses, rig_of, vertex_transforms
 from elocute.numerics.quaternions import from_matrices, no_turn
 from elocute.numerics.rigid_alignment import rigid_alignment
-
-Float64Array = NDArray[np.float64]
 
 NECK = ("neck", "head")
 """Joints that capture turns; the first of a head's joints always counts as its root."""

@@ -11,8 +11,8 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.registration import free_offsets, model_fit, nonrigid_icp
 from elocute.capture.registration.accuracy import (
     SurfaceError,
@@ -32,8 +32,6 @@ from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.errors import CaptureError
 from elocute.head.mesh import with_template
 from elocute.head.model import HeadModel
-
-Float64Array = NDArray[np.float64]
 
 MODEL_POINTS = 6_000
 SURFACE_POINTS = 40_000

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.registration.closest_points import (
     CoarseMesh,
     TriangleSamples,
@@ -17,8 +18,6 @@ from elocute.capture.registration.closest_points import (
 from elocute.capture.scans.landmarks import JAW_LINE, Landmarks
 from elocute.head.model import HeadModel
 from elocute.numerics.ridge import ridge_coefficients
-
-Float64Array = NDArray[np.float64]
 
 UNSCANNED_MATERIALS = ("hair",)
 """Materials whose surface no scanner measures: brows and lashes stand on the skin."""

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from trimesh.registration import procrustes
 
+from elocute.array_types import Float64Array
 from elocute.capture.scans.landmarks import LANDMARK_COUNT, Landmarks, no_landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.capture.video.face_detector import mediapipe_detector
@@ -27,7 +28,6 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import IRIS
 from elocute.head.mesh import head_from_arrays
 
-Float64Array = NDArray[np.float64]
 LandmarkDetector = Callable[[NDArray[np.uint8]], tuple[Float64Array, Float64Array] | None]
 """Takes a picture (height, width, 3) sRGB; gives points (68, 2) in pixels, x to the right and y
 down, and confidence (68,) 0…1; None where it sees no face."""

@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.scans.landmark_formats import LANDMARK_COUNT, ljson_points, pts_points
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import parse_json
 from elocute.files.reading import read_text
-
-Float64Array = NDArray[np.float64]
 
 GOOD_MIN = 20
 """Landmarks below which a scan is flagged."""

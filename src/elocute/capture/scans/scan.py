@@ -8,12 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, is_head_sized, longest_side
 from elocute.errors import CaptureError
 from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
 
 POINTS_RANGE = (500, 4_000_000)
 STRAY_SHARE = 0.001

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
 
 # yaw, pitch in degrees of orthographic cameras: none from behind, as in a capture booth.
 CAMERAS = (

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.audio.write import write_flac
 from elocute.capture.scans.landmarks import Landmarks, write_landmarks
@@ -39,8 +40,6 @@ from elocute.head.skinning import joint_transforms
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, no_turn
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
 
 PARTS = 3  # each template triangle becomes PARTS² on the rounded surface
 BUMPS, BUMP_WIDTH_M = 60, 0.012

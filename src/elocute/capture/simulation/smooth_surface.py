@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
 
 ROUNDNESS = 0.75  # Boubekeur and Alexa's own choice
 

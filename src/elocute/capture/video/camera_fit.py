@@ -9,14 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, to_matrices
 from elocute.numerics.rigid_alignment import nearest_rotation
 from elocute.numerics.rotation_vectors import cross_matrices
 from elocute.numerics.smoothing import gaussian_smoothed
-
-Float64Array = NDArray[np.float64]
 
 STEPS = 12
 CONVERGED = 1e-5  # radians, and share of the distance

@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.video.face_detector import FaceDetector
 from elocute.capture.video.video_frames import Video
 from elocute.errors import CaptureError
 from elocute.head.mediapipe_face_mesh import EYE_CORNERS, GAP_PAIRS, POINT_COUNT
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
 
 SIDES = ("left", "right")
 NEAR = 0.8  # share of its size that a face moves between two pictures at most

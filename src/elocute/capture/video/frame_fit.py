@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.video.camera_fit import (
     HeadPoses,
     fit_poses,
@@ -34,8 +34,6 @@ from elocute.capture.video.lip_and_lid_contact import (
 from elocute.capture.video.person_fit import Person
 from elocute.head.mediapipe_face_mesh import EYE_CORNERS, IRIS, LIPS
 from elocute.numerics.bounded_least_squares import solve_box_chain
-
-Float64Array = NDArray[np.float64]
 
 ROUNDS = 2  # of poses and weights, alternating
 BLOCK = 64  # frames whose Jacobians are in memory at once

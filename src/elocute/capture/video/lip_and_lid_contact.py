@@ -9,14 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.video.face_tracking import FaceTrack
 from elocute.head.mediapipe_face_mesh import LIDS
 from elocute.head.model import HeadModel
 from elocute.motion.mouth_measures import TRACKED_RESTING, tracked_opening_share
-
-Float64Array = NDArray[np.float64]
 
 COLUMN, CLOSED_COLUMN, MEAN = 1.0, 14.0, 4.0
 """Weight of a mm of gap, in the detector's errors: along the lips, there where they touch, and in

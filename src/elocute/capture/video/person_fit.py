@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.video.camera_fit import (
     HeadPoses,
     PinholeCamera,
@@ -24,8 +25,6 @@ from elocute.motion.mouth_measures import TRACKED_CLOSED
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import to_matrices
 from elocute.one_line_repr import one_line
-
-Float64Array = NDArray[np.float64]
 
 REST_FRAMES = 16
 ROUNDS = 5

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.capture.video.face_detector import FACES_MAX, FaceDetector, mediapipe_detector
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.capture.video.face_tracking import FaceTrack, track_face
@@ -21,7 +22,6 @@ from elocute.numerics.quaternions import from_axis_angle, no_turn, to_axis_angle
 from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import one_line
 
-Float64Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 OUTLIER = 3.0  # times the median miss

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
@@ -43,7 +44,6 @@ SOUND_NAMES = (
 """As distributed (`_cut` is trimmed to the motion), and as people sort them."""
 OBJ_WORDS_MAX = 6
 """Of a line: a corner after the fourth is not looked at."""
-Array = NDArray[np.float32]
 
 
 def convert_biwi(
@@ -89,7 +89,7 @@ def convert_biwi(
     first, faces = next(iter(meshes.values()))
     scale = metres_per_unit(first, notes, units)
     turn = (_turn(first, faces, notes) * scale).astype(np.float32)
-    templates: dict[str, Array] = {name: mesh * turn for name, (mesh, _) in meshes.items()}
+    templates: dict[str, Float32Array] = {name: mesh * turn for name, (mesh, _) in meshes.items()}
     known = topology_of(len(first))
     with corpus_writer(
         output, templates, fps=FPS, faces=faces, topology=known.name if known else "", note=NOTE
@@ -119,7 +119,7 @@ class _BrokenFrameError(CorpusError):
     """A frame that is cut short: its sentence is skipped. Another topology is another error."""
 
 
-def read_vl(path: Path) -> Array:
+def read_vl(path: Path) -> Float32Array:
     """Read the vertices of one frame.
 
     Parameters
@@ -150,7 +150,7 @@ def read_vl(path: Path) -> Array:
     return np.frombuffer(data, "<f4", offset=4).reshape(count, 3).astype(np.float32)
 
 
-def read_neutral_obj(path: Path) -> tuple[Array, NDArray[np.int32]]:
+def read_neutral_obj(path: Path) -> tuple[Float32Array, NDArray[np.int32]]:
     """Read a neutral face.
 
     Parameters
@@ -214,7 +214,7 @@ def _has_vl(folder: Path) -> bool:
 
 def _neutral_faces(
     source: Path, subjects: list[str], notes: list[str]
-) -> dict[str, tuple[Array, NDArray[np.int32] | None]]:
+) -> dict[str, tuple[Float32Array, NDArray[np.int32] | None]]:
     """Vertices and faces of those subjects that have a neutral mesh, all of one topology."""
     meshes = {}
     for name in subjects:
@@ -232,7 +232,7 @@ def _neutral_faces(
     return meshes
 
 
-def _neutral(source: Path, subject: str) -> tuple[Array, NDArray[np.int32] | None] | None:
+def _neutral(source: Path, subject: str) -> tuple[Float32Array, NDArray[np.int32] | None] | None:
     """Vertices and faces of a subject's neutral mesh, or None where there is none."""
     inside = _root(source) / subject
     for path in (
@@ -248,7 +248,9 @@ def _neutral(source: Path, subject: str) -> tuple[Array, NDArray[np.int32] | Non
     return (read_vl(path), None) if path.is_file() else None
 
 
-def _turn(vertices: Array, faces: NDArray[np.int32] | None, notes: list[str]) -> Array:
+def _turn(
+    vertices: Float32Array, faces: NDArray[np.int32] | None, notes: list[str]
+) -> Float32Array:
     """(3,) signs: half a turn about x where the open front of the mesh looks along -Z."""
     if faces is None:
         notes.append("orientation: unknown without faces, left as it is")
@@ -278,7 +280,7 @@ def _names_looked_for(source: Path) -> str:
     return f"name sounds {names} in audio/ or wav/{seen}"
 
 
-def _frames(folder: Path, count: int, notes: list[str]) -> Array:
+def _frames(folder: Path, count: int, notes: list[str]) -> Float32Array:
     """(frame, vertex, 3) of one sentence. Raises CorpusError for broken frames and topologies."""
     paths = sorted(folder.glob("*.vl"), key=lambda path: (_number(path), path.name))
     frames = np.empty((len(paths), count, 3), np.float32)

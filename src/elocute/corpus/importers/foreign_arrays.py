@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
@@ -16,10 +17,9 @@ from elocute.files.json_records import finite_number
 FLOATS = "a .npy of floats, row after row, no Python objects"
 NAME_MAX = 120
 RATE_MAX = 1_000_000
-Array = NDArray[np.float32]
 
 
-def checked_template(source: Path, name: str, value: Any, vertices: int | None) -> Array:
+def checked_template(source: Path, name: str, value: Any, vertices: int | None) -> Float32Array:
     """Check a neutral face.
 
     Parameters
@@ -64,7 +64,9 @@ def checked_template(source: Path, name: str, value: Any, vertices: int | None) 
     return single
 
 
-def checked_templates(source: Path, given: Any, vertices: int | None = None) -> dict[str, Array]:
+def checked_templates(
+    source: Path, given: Any, vertices: int | None = None
+) -> dict[str, Float32Array]:
     """Check the neutral faces of all subjects, which must have equally many vertices.
 
     Parameters
@@ -88,7 +90,7 @@ def checked_templates(source: Path, given: Any, vertices: int | None = None) -> 
     """
     if not isinstance(given, dict) or not given:
         raise CorpusError.about(source, found="no templates", allowed="{subject: (vertices, 3)}")
-    templates: dict[str, Array] = {}
+    templates: dict[str, Float32Array] = {}
     for key, value in given.items():
         name = one_line_name(key)
         templates[name] = checked_template(source, name, value, vertices)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.corpus.clip import Clip
@@ -39,8 +40,6 @@ from elocute.motion.mouth_measures import TRACKED_CLOSED, TRACKED_RESTING, track
 from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.resampling import interpolate
 from elocute.numerics.smoothing import gaussian_smoothed
-
-Doubles = NDArray[np.float64]
 
 SUBJECT = "grid"
 NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
@@ -72,8 +71,8 @@ class TrackedLips:
 
     name: str
     fps: float
-    points: Doubles
-    scalars: dict[str, Doubles]
+    points: Float64Array
+    scalars: dict[str, Float64Array]
     words: tuple[str, ...]
 
 
@@ -272,7 +271,7 @@ def resting_lips(paths: list[Path]) -> TrackedLips:
     CorpusError
         Where no clip counts.
     """
-    points: list[Doubles] = []
+    points: list[Float64Array] = []
     scalars: dict[str, list[float]] = {name: [] for name in SCALARS}
     for path in paths:
         try:
@@ -333,7 +332,7 @@ def lip_motion(track: TrackedLips, rest: TrackedLips, scale: float) -> LipMotion
     )
 
 
-def _bridged(values: Doubles, valid: NDArray[np.integer]) -> Doubles:
+def _bridged(values: Float64Array, valid: NDArray[np.integer]) -> Float64Array:
     """Frames (frame, …) without a face or a finite number, interpolated from those around them."""
     flat = values.reshape(len(values), -1)
     good = valid[np.isfinite(flat[valid]).all(axis=1)]

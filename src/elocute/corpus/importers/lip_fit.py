@@ -13,12 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.head.model import HeadModel
 from elocute.numerics.bounded_least_squares import solve_box_chain
 from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import one_line
-
-Doubles = NDArray[np.float64]
 
 SPEECH_SHAPES = (
     "jawOpen",
@@ -76,13 +75,13 @@ class LipMotion:
         How much further than at rest upper lip, lower lip and chin are from the nose, mm.
     """
 
-    points: Doubles
-    gap: Doubles
+    points: Float64Array
+    gap: Float64Array
     closed: NDArray[np.bool_]
-    width: Doubles
-    upper: Doubles
-    lower: Doubles
-    jaw: Doubles
+    width: Float64Array
+    upper: Float64Array
+    lower: Float64Array
+    jaw: Float64Array
 
     __repr__ = one_line
 
@@ -105,17 +104,17 @@ class LipShapeEffects:
         Interpolates a gap along `INNER_UPPER` to the head's columns.
     """
 
-    points: Doubles
-    gaps: Doubles
-    middle: Doubles
-    width: Doubles
-    upper: Doubles
-    lower: Doubles
-    jaw: Doubles
-    share: Doubles
+    points: Float64Array
+    gaps: Float64Array
+    middle: Float64Array
+    width: Float64Array
+    upper: Float64Array
+    lower: Float64Array
+    jaw: Float64Array
+    share: Float64Array
 
 
-def lip_shape_effects(head: HeadModel, rest: Doubles) -> LipShapeEffects:
+def lip_shape_effects(head: HeadModel, rest: Float64Array) -> LipShapeEffects:
     """Find the tracked points on the head's lips by arc length between the corners of the mouth.
 
     Parameters
@@ -164,7 +163,7 @@ def lip_shape_effects(head: HeadModel, rest: Doubles) -> LipShapeEffects:
     )
 
 
-def fit_lips(rows: LipShapeEffects, lips: LipMotion) -> tuple[Doubles, float]:
+def fit_lips(rows: LipShapeEffects, lips: LipMotion) -> tuple[Float64Array, float]:
     """Fit the speech shapes to tracked lips, all frames of a clip together.
 
     Parameters
@@ -200,7 +199,9 @@ def fit_lips(rows: LipShapeEffects, lips: LipMotion) -> tuple[Doubles, float]:
     return weights, float(np.sqrt((left**2).sum(axis=-1).mean()))
 
 
-def _normal(rows: LipShapeEffects, lips: LipMotion, gap_weight: float) -> tuple[Doubles, Doubles]:
+def _normal(
+    rows: LipShapeEffects, lips: LipMotion, gap_weight: float
+) -> tuple[Float64Array, Float64Array]:
     """Gram matrix (component, component) and right-hand sides (frame, component)."""
     count, frames = len(rows.middle), len(lips.gap)
     axes = np.asarray(AXIS_WEIGHTS)
@@ -219,17 +220,19 @@ def _normal(rows: LipShapeEffects, lips: LipMotion, gap_weight: float) -> tuple[
     return model @ model.T, target @ model.T
 
 
-def _single(weight: float, row: Doubles, target: Doubles) -> tuple[Doubles, Doubles]:
+def _single(
+    weight: float, row: Float64Array, target: Float64Array
+) -> tuple[Float64Array, Float64Array]:
     """One row of the model (component, 1) and its targets (frame, 1), weighted."""
     return weight * row[:, None], weight * target[:, None]
 
 
-def _arc_length(line: Doubles) -> Doubles:
+def _arc_length(line: Float64Array) -> Float64Array:
     """(point,) share of the way along a line (point, 3), 0 to 1."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     return along / along[-1]
 
 
-def _interpolation(places: Doubles, along: Doubles) -> Doubles:
+def _interpolation(places: Float64Array, along: Float64Array) -> Float64Array:
     """(place, knot) matrix that interpolates linearly between knots at `along`."""
     return interpolate(along, np.eye(len(along)), places)

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.errors import InputError
 from elocute.export.render.backends_and_views import VIEWS
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
-
-Floats = NDArray[np.float32]
 
 FIELD_DEG = 18.0  # vertical field of view: a portrait lens
 MARGIN = 1.06
@@ -32,11 +30,11 @@ class Camera:
         Vertical field of view, degrees.
     """
 
-    position: Floats
-    target: Floats
+    position: Float32Array
+    target: Float32Array
     field_deg: float = FIELD_DEG
 
-    def axes(self) -> Floats:
+    def axes(self) -> Float32Array:
         """(3, 3) rows: right, up, back."""
         back = self.position - self.target
         back = back / np.linalg.norm(back)
@@ -44,7 +42,7 @@ class Camera:
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(back, right), back]).astype(np.float32)
 
-    def matrix(self, aspect: float) -> Floats:
+    def matrix(self, aspect: float) -> Float32Array:
         """(4, 4) world to clip space."""
         axes = self.axes()
         look = np.eye(4)

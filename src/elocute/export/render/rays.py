@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.export.render import shading
 from elocute.export.render.camera import Camera
 from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
-
-Floats = NDArray[np.float32]
 
 # Where edges need it, a pixel is the mean of four more rays (a rotated grid).
 GRID = ((0.125, 0.375), (0.375, -0.125), (-0.125, -0.375), (-0.375, 0.125))
@@ -36,7 +35,7 @@ class RayRenderer:
         rows = (shading.background(height)).astype(np.float32)
         self._back = np.broadcast_to(rows[:, None], (height, width, 3)).reshape(-1, 3)
 
-    def frame(self, points: Floats) -> NDArray[np.uint8]:
+    def frame(self, points: Float32Array) -> NDArray[np.uint8]:
         """(height, width, 3) picture of vertices (vertex, 3) m."""
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
@@ -56,11 +55,11 @@ class RayRenderer:
     def _cast(
         self,
         scene: Any,
-        skin: Floats,
-        normals: Floats,
+        skin: Float32Array,
+        normals: Float32Array,
         pixels: NDArray[np.intp],
         offset: tuple[float, float],
-    ) -> Floats:
+    ) -> Float32Array:
         """Colours (pixel, 3) of rays through pixels (flat indices), moved by part of a pixel."""
         width, height = self._size
         x = (pixels % width + 0.5 + offset[0]) / width * 2 - 1
@@ -88,7 +87,7 @@ class RayRenderer:
         return colors
 
     @staticmethod
-    def _edges(picture: Floats) -> NDArray[np.intp]:
+    def _edges(picture: Float32Array) -> NDArray[np.intp]:
         """Flat indices of pixels that differ from a neighbour."""
         across = np.abs(np.diff(picture, axis=1)).max(axis=2) > EDGE
         down = np.abs(np.diff(picture, axis=0)).max(axis=2) > EDGE

@@ -14,10 +14,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import FloatArray
 from elocute.head.model import HeadModel
 from elocute.head.normals import linear_colors
-
-Floats = NDArray[np.floating]
 
 # direction towards the light, colour, wrap; the first GLINTS of them are seen as highlights
 LIGHTS: tuple[tuple[tuple[float, float, float], tuple[float, float, float], float], ...] = (
@@ -58,7 +57,7 @@ def glossy_triangles(head: HeadModel) -> NDArray[np.bool_]:
     return np.isin(head.triangle_material, names)
 
 
-def vertex_surfaces(head: HeadModel) -> Floats:
+def vertex_surfaces(head: HeadModel) -> FloatArray:
     """(vertex, 7): linear colour with occlusion (3), occlusion, highlight, exponent, softness."""
     surfaces = np.tile(_f32(SURFACES["skin"]), (head.vertex_count, 1))
     for index, name in enumerate(head.material_names):
@@ -69,7 +68,7 @@ def vertex_surfaces(head: HeadModel) -> Floats:
     )
 
 
-def shade(normals: Floats, views: Floats, surfaces: Floats) -> Floats:
+def shade(normals: FloatArray, views: FloatArray, surfaces: FloatArray) -> FloatArray:
     """sRGB colours (point, 3) 0…1 of points with unit normals and unit directions to the eye.
 
     surfaces (point, 7) as `vertex_surfaces` gives them.
@@ -95,27 +94,29 @@ def shade(normals: Floats, views: Floats, surfaces: Floats) -> Floats:
     return to_srgb(tone(albedo * light + (shine + rim) * occlusion))
 
 
-def shade_vertices(points: Floats, normals: Floats, surfaces: Floats, eye: Floats) -> Floats:
+def shade_vertices(
+    points: FloatArray, normals: FloatArray, surfaces: FloatArray, eye: FloatArray
+) -> FloatArray:
     """sRGB colours (vertex, 3) as an eye at `eye` (3,) m sees them."""
     views = eye - points
     views /= np.linalg.norm(views, axis=1, keepdims=True)
     return shade(normals, views, surfaces)
 
 
-def tone(color: Floats) -> Floats:
+def tone(color: FloatArray) -> FloatArray:
     """A filmic curve (Narkowicz 2016), 0…1."""
     x = color * EXPOSURE
     return np.clip(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0, 1)
 
 
-def to_srgb(color: Floats) -> Floats:
+def to_srgb(color: FloatArray) -> FloatArray:
     """Linear 0…1 to sRGB 0…1."""
     return np.where(
         color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 1e-9) ** (1 / 2.4) - 0.055
     ).astype(np.float32)
 
 
-def background(height: int) -> Floats:
+def background(height: int) -> FloatArray:
     """(height, 3) sRGB rows from top to bottom."""
     share = (np.arange(height, dtype=np.float32)[:, None] + 0.5) / height
     return _f32(BACKGROUND_TOP) * (1 - share) + _f32(BACKGROUND_BOTTOM) * share

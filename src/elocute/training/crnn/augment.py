@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.mel_with_deltas import BANDS, FLOOR
 
-FloatArray = NDArray[np.float32]
 LOWEST = float(np.log(FLOOR))
 TEMPO = (0.85, 1.2)
 TRACT = (0.88, 1.14)
@@ -23,7 +23,7 @@ def random_tempo(rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(*np.log(TEMPO))))
 
 
-def interpolate_rows(values: NDArray[np.floating], places: NDArray[np.floating]) -> FloatArray:
+def interpolate_rows(values: NDArray[np.floating], places: NDArray[np.floating]) -> Float32Array:
     """(place, feature) linear between rows of (row, feature), held at both ends."""
     places = np.clip(places, 0, len(values) - 1)
     below = np.minimum(places.astype(np.intp), max(len(values) - 2, 0))
@@ -32,7 +32,7 @@ def interpolate_rows(values: NDArray[np.floating], places: NDArray[np.floating])
     return np.asarray(values[below] * (1 - share) + values[above] * share, np.float32)
 
 
-def degrade(static: FloatArray, other: FloatArray, rng: np.random.Generator) -> FloatArray:
+def degrade(static: Float32Array, other: Float32Array, rng: np.random.Generator) -> Float32Array:
     """(column, 128) log-mel bands degraded at random; `other` is other speech, for babble."""
     bands = np.arange(BANDS)
     static = interpolate_rows(static.T, bands * np.exp(rng.uniform(*np.log(TRACT)))).T
@@ -47,7 +47,7 @@ def degrade(static: FloatArray, other: FloatArray, rng: np.random.Generator) -> 
     return np.maximum(np.log(power + 1e-12) + level, LOWEST).astype(np.float32)
 
 
-def _curve(rng: np.random.Generator, most_db: float) -> FloatArray:
+def _curve(rng: np.random.Generator, most_db: float) -> Float32Array:
     """(128,) a microphone's and a room's colour: slow waves over the bands."""
     x = np.linspace(0, 1, BANDS)
     waves = [np.cos(np.pi * (k * x + rng.random() * 2)) / k for k in (1, 2, 3, 5)]
@@ -55,7 +55,7 @@ def _curve(rng: np.random.Generator, most_db: float) -> FloatArray:
     return np.asarray(sizes @ np.array(waves), np.float32)
 
 
-def _limited(static: FloatArray, rng: np.random.Generator) -> FloatArray:
+def _limited(static: Float32Array, rng: np.random.Generator) -> Float32Array:
     """As over a telephone: little below or above a band."""
     bands = np.arange(BANDS)
     top, low = rng.uniform(55, 100), rng.uniform(0, 12)
@@ -64,7 +64,7 @@ def _limited(static: FloatArray, rng: np.random.Generator) -> FloatArray:
     return static - loss.astype(np.float32)
 
 
-def _noise(power: FloatArray, other: FloatArray, rng: np.random.Generator) -> FloatArray:
+def _noise(power: Float32Array, other: Float32Array, rng: np.random.Generator) -> Float32Array:
     """(column, 128) power of noise, 0 to 35 dB below the speech."""
     count = len(power)
     if rng.random() < 0.3:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.mel_with_deltas import (
     BANDS,
     CONTEXT,
@@ -36,7 +37,6 @@ from elocute.files.json_records import finite_number, read_record
 from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 
-FloatArray = NDArray[np.float32]
 Progress = Callable[[float], None]
 VERSION = 2
 STATIC, TARGETS = "static.npy", "targets.npy"
@@ -85,7 +85,7 @@ class FeatureCache:
     def columns(self, clip: CachedClip) -> NDArray[np.float16]:
         return self.static[clip.column : clip.column + clip.columns]
 
-    def parameters(self, clip: CachedClip) -> FloatArray:
+    def parameters(self, clip: CachedClip) -> Float32Array:
         return self.targets[clip.frame : clip.frame + clip.frames]
 
     def select(self, split: str, words: Sequence[str] | None = None) -> list[CachedClip]:
@@ -226,7 +226,7 @@ def clip_features(
     clip: WordClip,
     fps: float,
     change: Callable[[Waveform], Waveform] | None = None,
-) -> tuple[FloatArray, int, FloatArray]:
+) -> tuple[Float32Array, int, Float32Array]:
     """Features and targets of a clip.
 
     Parameters
@@ -278,7 +278,7 @@ def whole_period(fps: float) -> int:
     return 1_000_000  # they never do: everything is kept from the start
 
 
-def at_rate(values: FloatArray, rate: float, fps: float) -> FloatArray:
+def at_rate(values: Float32Array, rate: float, fps: float) -> Float32Array:
     """(frame, parameter) at another frame rate, linear between."""
     if rate == fps:
         return values

@@ -9,9 +9,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.audio.mel_with_deltas import slopes
 from elocute.errors import CorpusError
-from elocute.training.crnn.feature_cache import CachedClip, FeatureCache, FloatArray
+from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
 from elocute.training.crnn.loss import explained_shares
 
 
@@ -59,8 +60,8 @@ def select_training_data(
 
 
 def channel_statistics(
-    cache: FeatureCache, clips: Sequence[CachedClip], audible: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+    cache: FeatureCache, clips: Sequence[CachedClip], audible: Float32Array
+) -> tuple[Float32Array, Float32Array]:
     """(3,) means and deviations of the three channels over some clips, in audible bands."""
     sums, squares, count = np.zeros(3), np.zeros(3), 0
     for clip in clips[:: max(1, len(clips) // 400)]:

@@ -11,14 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.corpus.corpus_statistics import displacement_blocks
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.one_line_repr import one_line
 
-FloatArray = NDArray[np.float32]
 DIRECTIONS_MAX = 400
 NEGLIGIBLE = 1e-7  # of the greatest singular value: numerical noise
 
@@ -31,9 +30,9 @@ class MotionSpace:
     None where its frames are vertices.
     """
 
-    basis: FloatArray
-    to_weights: FloatArray | None
-    from_weights: FloatArray | None
+    basis: Float32Array
+    to_weights: Float32Array | None
+    from_weights: Float32Array | None
 
     __repr__ = one_line
 
@@ -41,7 +40,7 @@ class MotionSpace:
     def size(self) -> int:
         return len(self.basis)
 
-    def coordinates(self, corpus: Corpus, name: str) -> FloatArray:
+    def coordinates(self, corpus: Corpus, name: str) -> Float32Array:
         """(frame, direction) mm of a clip's displacements."""
         if self.from_weights is not None:
             return np.asarray(corpus.frames(name)) @ self.from_weights
@@ -51,7 +50,7 @@ class MotionSpace:
         ]
         return np.concatenate(blocks)
 
-    def displacements(self, coordinates: FloatArray) -> FloatArray:
+    def displacements(self, coordinates: Float32Array) -> Float32Array:
         """(frame, vertex, 3) m."""
         return (coordinates @ self.basis / np.float32(1000)).reshape(len(coordinates), -1, 3)
 
@@ -73,7 +72,7 @@ def motion_space(
     return MotionSpace(basis, None, None)
 
 
-def _directions(rows: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+def _directions(rows: Float32Array, count: int) -> tuple[Float32Array, Float32Array]:
     """Singular values and right singular vectors of (row, number) by the small Gram matrix."""
     gram = rows.astype(np.float64) @ rows.T.astype(np.float64)
     values, vectors = np.linalg.eigh(gram)
