@@ -18,7 +18,6 @@ import numpy as np
 
 from elocute.alignment.alignment import (
     Alignment,
-    FloatArray,
     Views,
     WarpingPath,
     check_views,
@@ -28,6 +27,7 @@ from elocute.alignment.config import AlignConfig, DtwConfig, DtwPathConfig, Soft
 from elocute.alignment.dtw import CostMatrix, dtw, squared_distances
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
 from elocute.alignment.warping_paths import attention_path, expected_path, merge_paths
+from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
@@ -44,8 +44,8 @@ class ViewFeatures:
         What attention looks at; None for a method without attention.
     """
 
-    compared: FloatArray
-    hidden: FloatArray | None = None
+    compared: Float32Array
+    hidden: Float32Array | None = None
 
     __repr__ = one_line
 
@@ -59,27 +59,27 @@ class PairPath:
     """
 
     path: WarpingPath
-    posterior: FloatArray | None = None
-    attention: FloatArray | None = None
+    posterior: Float32Array | None = None
+    attention: Float32Array | None = None
 
     __repr__ = one_line
 
 
-FeatureMap = Callable[[FloatArray, int], ViewFeatures]
+FeatureMap = Callable[[Float32Array, int], ViewFeatures]
 PairCost = Callable[[ViewFeatures, ViewFeatures], CostMatrix]
-PairAttention = Callable[[ViewFeatures, ViewFeatures], FloatArray]
+PairAttention = Callable[[ViewFeatures, ViewFeatures], Float32Array]
 PathFinder = Callable[[CostMatrix], PairPath]
-AllAttention = dict[tuple[int, int], FloatArray]
+AllAttention = dict[tuple[int, int], Float32Array]
 """The attention of all pairs of views, by the places of source and target."""
 
 
-def raw_features(view: FloatArray, _place: int) -> ViewFeatures:
+def raw_features(view: Float32Array, _place: int) -> ViewFeatures:
     """Features as they are given: nothing is fitted."""
     return ViewFeatures(view)
 
 
 def projected_features(
-    projections: Sequence[LinearProjection], view: FloatArray, place: int
+    projections: Sequence[LinearProjection], view: Float32Array, place: int
 ) -> ViewFeatures:
     """Each view by its own projection."""
     return ViewFeatures(projections[place](view))
@@ -110,7 +110,7 @@ class Aligner:
 
     __repr__ = one_line
 
-    def align(self, source: FloatArray, target: FloatArray, *more: FloatArray) -> Alignment:
+    def align(self, source: Float32Array, target: Float32Array, *more: Float32Array) -> Alignment:
         """Align views of the kinds that the method was fitted to.
 
         Of three or more views, the one of middle length is the reference to which the others are
@@ -186,7 +186,7 @@ class Aligner:
             )
 
 
-def consistent_attention(attention: AllAttention, source: int, target: int) -> FloatArray:
+def consistent_attention(attention: AllAttention, source: int, target: int) -> Float32Array:
     """(source, target) attention that agrees with that of all other pairs of views.
 
     The mean of the attention of the two views (twice, as each of them sees itself), and of that
@@ -204,7 +204,7 @@ def consistent_attention(attention: AllAttention, source: int, target: int) -> F
     return (total / len(views)).astype(np.float32)
 
 
-def path_score(compared: Sequence[FloatArray], path: WarpingPath) -> float:
+def path_score(compared: Sequence[Float32Array], path: WarpingPath) -> float:
     """Mean correlation of the compared features along the path, over all pairs of views: 0 to 1.
 
     It is high where one view, warped, moves as the other does.
@@ -270,6 +270,6 @@ def find_soft_dtw_path(config: SoftDtwConfig, cost: CostMatrix) -> PairPath:
     return PairPath(path, normalised_columns(expected))
 
 
-def normalised_columns(weights: CostMatrix) -> FloatArray:
+def normalised_columns(weights: CostMatrix) -> Float32Array:
     """(source, target) with columns over the source that sum to one."""
     return (weights / np.maximum(weights.sum(axis=0), 1e-30)).astype(np.float32)

@@ -9,12 +9,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
-FloatArray = NDArray[np.float32]
 WarpingPath = NDArray[np.intp]
-Views = tuple[FloatArray, ...]
+Views = tuple[Float32Array, ...]
 """Sequences (frame, feature) of the same thing, to be aligned with each other: two or more."""
 
 CELLS_MAX = 64_000_000
@@ -55,9 +55,9 @@ class Alignment:
     features: Views
     path: WarpingPath
     score: float
-    attention: FloatArray | None = None
+    attention: Float32Array | None = None
     whole: bool = True
-    posterior: FloatArray | None = None
+    posterior: Float32Array | None = None
 
     __repr__ = one_line
 
@@ -97,7 +97,7 @@ def check_path(path: WarpingPath, lengths: Sequence[int], whole: bool = True) ->
         )
 
 
-def _check_columns(weights: FloatArray, lengths: Sequence[int], name: str) -> None:
+def _check_columns(weights: Float32Array, lengths: Sequence[int], name: str) -> None:
     sums = weights.sum(axis=0, dtype=np.float64) if weights.ndim == 2 else np.zeros(1)
     if weights.shape != tuple(lengths) or np.abs(sums - 1).max() > COLUMN_TOLERANCE:
         raise AlignmentError.about(
@@ -131,7 +131,7 @@ def check_views(views: Sequence[object], same_width: bool, subject: str = "views
     return group
 
 
-def _checked(view: object, subject: str) -> FloatArray:
+def _checked(view: object, subject: str) -> Float32Array:
     try:
         values = np.ascontiguousarray(view, np.float32)  # pyright: ignore[reportCallIssue, reportArgumentType]
     except (TypeError, ValueError) as error:

@@ -18,7 +18,7 @@ import torch
 from torch import Tensor
 
 from elocute.alignment.aligner import Aligner, ViewFeatures, mean_squared_differences
-from elocute.alignment.alignment import FloatArray, Views, WarpingPath
+from elocute.alignment.alignment import Views, WarpingPath
 from elocute.alignment.config import CcaSoftConfig
 from elocute.alignment.ctw import is_shared
 from elocute.alignment.deep_fitting import (
@@ -32,6 +32,7 @@ from elocute.alignment.deep_fitting import (
     on_one_thread,
 )
 from elocute.alignment.dtw import CostMatrix
+from elocute.array_types import Float32Array
 from elocute.networks.dcaw import DcawNetwork, frame_mask, monotonic_attention, soft_attention
 
 
@@ -47,7 +48,7 @@ def attention_cost(
 
 def attention_weights(
     network: DcawNetwork, config: CcaSoftConfig, source: ViewFeatures, target: ViewFeatures
-) -> FloatArray:
+) -> Float32Array:
     """(source, target) the attention of Eq. 2, columns over the source sum to one."""
     assert source.hidden is not None and target.hidden is not None
     scores = attention_scores(network, config, source.hidden, target.hidden)
@@ -55,7 +56,7 @@ def attention_weights(
 
 
 def attention_scores(
-    network: DcawNetwork, config: CcaSoftConfig, source: FloatArray, target: FloatArray
+    network: DcawNetwork, config: CcaSoftConfig, source: Float32Array, target: Float32Array
 ) -> Tensor:
     """(source, target) scores of the attention between outputs of the network, with the prior."""
     with torch.no_grad():

@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
-Float64Array = NDArray[np.float64]
 RIDGE = 1e-3
 
 

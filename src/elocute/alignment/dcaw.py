@@ -39,7 +39,7 @@ from elocute.alignment.aligner import (
     ViewFeatures,
     normalised_columns,
 )
-from elocute.alignment.alignment import FloatArray, Views
+from elocute.alignment.alignment import Views
 from elocute.alignment.cca import LinearProjection, canonical_projections
 from elocute.alignment.config import DcawConfig
 from elocute.alignment.ctw import is_shared, view_bases
@@ -47,6 +47,7 @@ from elocute.alignment.deep_fitting import ClipTensors, NuclearNorm, encode_view
 from elocute.alignment.dtw import CostMatrix, dtw, squared_distances
 from elocute.alignment.path_lattice import marginals_slope, path_marginals
 from elocute.alignment.warping_paths import attention_path
+from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 from elocute.networks.dcaw import (
     WINDOW_FEATURES,
@@ -152,7 +153,7 @@ def dcaw_aligner(config: DcawConfig, network: DcawNetwork, widths: Sequence[int]
     )
 
 
-def output_features(network: DcawNetwork, view: FloatArray, place: int) -> ViewFeatures:
+def output_features(network: DcawNetwork, view: Float32Array, place: int) -> ViewFeatures:
     """What the network makes of a view: canonical variates, as the last fold left them.
 
     A recurrent network counts frames even where nothing moves: a still view stays still.

@@ -19,11 +19,12 @@ from elocute.alignment.aligner import (
     mean_squared_differences,
     projected_aligner,
 )
-from elocute.alignment.alignment import FloatArray, Views, WarpingPath
+from elocute.alignment.alignment import Views, WarpingPath
 from elocute.alignment.cca import LinearProjection
 from elocute.alignment.config import CtwConfig, DeepConfig
 from elocute.alignment.correlation_objective import RIDGE, whiten_pair
 from elocute.alignment.ctw import canonical_along_paths, fit_projections
+from elocute.array_types import Float32Array
 from elocute.networks.dcaw import DcawNetwork, EncoderConfig
 
 Fit = TypeVar("Fit", bound=Callable[..., Aligner])
@@ -73,7 +74,7 @@ class ClipTensors:
 
     def __init__(self, groups: Sequence[Views], shared: bool, from_first: bool = False) -> None:
         count = len(groups[0])
-        self.views: list[list[FloatArray]] = [[] for _ in range(1 if shared else count)]
+        self.views: list[list[Float32Array]] = [[] for _ in range(1 if shared else count)]
         known: dict[tuple[int, int], int] = {}
         self.groups: list[tuple[int, ...]] = []
         for group in groups:
@@ -109,7 +110,7 @@ class ClipTensors:
         ]
 
 
-def _padded(views: Sequence[FloatArray]) -> tuple[Tensor, Tensor]:
+def _padded(views: Sequence[Float32Array]) -> tuple[Tensor, Tensor]:
     lengths = torch.tensor([len(view) for view in views])
     clips = torch.zeros(len(views), int(lengths.max()), views[0].shape[1])
     for clip, view in zip(clips, views, strict=True):
@@ -148,7 +149,7 @@ def make_optimiser(network: DcawNetwork, config: DeepConfig) -> torch.optim.Opti
     )
 
 
-def encode_view(network: DcawNetwork, view: FloatArray, place: int) -> FloatArray:
+def encode_view(network: DcawNetwork, view: Float32Array, place: int) -> Float32Array:
     """(frame, output) of the network for one view; `place` is its place among the views."""
     with torch.no_grad():
         clips, lengths = _padded([view])
@@ -156,7 +157,7 @@ def encode_view(network: DcawNetwork, view: FloatArray, place: int) -> FloatArra
 
 
 def network_features(
-    network: DcawNetwork, projections: Sequence[LinearProjection], view: FloatArray, place: int
+    network: DcawNetwork, projections: Sequence[LinearProjection], view: Float32Array, place: int
 ) -> ViewFeatures:
     """What the network makes of a view, projected by CCA; attention looks at it unprojected."""
     hidden = encode_view(network, view, place)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from elocute.alignment.aligner import Aligner, dtw_aligner, soft_dtw_aligner
-from elocute.alignment.alignment import Alignment, FloatArray, Views, check_views
+from elocute.alignment.alignment import Alignment, Views, check_views
 from elocute.alignment.config import (
     AlignConfig,
     CcaSoftConfig,
@@ -19,6 +19,7 @@ from elocute.alignment.config import (
     SoftDtwConfig,
 )
 from elocute.alignment.ctw import fit_ctw
+from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError, needs_extra
 
 Progress = Callable[[float], None] | None
@@ -77,7 +78,7 @@ def resolve_method(name: str) -> Method:
 
 
 def fit_aligner(
-    pairs: Sequence[Sequence[FloatArray]],
+    pairs: Sequence[Sequence[Float32Array]],
     method: str = "dcaw",
     config: AlignConfig | None = None,
     seed: int = 0,
@@ -141,7 +142,7 @@ def fit_aligner(
 
 
 def align(
-    views: Sequence[FloatArray],
+    views: Sequence[Float32Array],
     method: str = DEFAULT,
     config: AlignConfig | None = None,
     seed: int = 0,

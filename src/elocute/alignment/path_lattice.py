@@ -15,7 +15,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Float64Array = NDArray[np.float64]
+from elocute.array_types import Float64Array
+
 Lengths = NDArray[np.int64]
 
 

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from elocute.alignment.aligner import Aligner, find_dtw_path, read_features
-from elocute.alignment.alignment import FloatArray, WarpingPath
+from elocute.alignment.alignment import WarpingPath
 from elocute.alignment.config import DtwPathConfig
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.sound_views import DEFAULT, WINDOWS, speech_view
 from elocute.alignment.warping_paths import diagonal_path
+from elocute.array_types import Float32Array
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
 from elocute.errors import AlignmentError, ElocuteError
@@ -287,7 +288,7 @@ def _paths(
     return [found.path for found in fitted.align_all(_views(pairs))]
 
 
-def _views(pairs: Sequence[RecordingPair]) -> list[tuple[FloatArray, FloatArray]]:
+def _views(pairs: Sequence[RecordingPair]) -> list[tuple[Float32Array, Float32Array]]:
     return [(pair.source.view, pair.target.view) for pair in pairs]
 
 
