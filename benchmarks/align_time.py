@@ -17,7 +17,7 @@ import time
 from pathlib import Path
 
 EXAMPLE = Path(__file__).parents[1] / "src" / "elocute" / "assets" / "example.flac"
-METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
+METHODS = ("dtw", "softdtw", "ctw", "dctw", "cca-soft", "dcaw")
 
 
 def measure(method: str, seconds: float) -> dict[str, float]:

@@ -5,14 +5,16 @@
     python -m benchmarks.alignment find --words 20              (c) a word in a sentence
     python -m benchmarks.alignment natural --data ../shared/data        (b) digits and phrases
     python -m benchmarks.alignment visual --data ../shared/data         (d) a talker's mouth
+    python -m benchmarks.alignment three --words 8              (e) three recordings at once
 
 Speech is made once, in --folder. Every method has the same features and, in (c), the same help:
 both ends of the sentence are free, the word goes in whole. A run that
 is broken off goes on where it was. Settings were tuned on --part tuning:
 other words by other voices. Per method: mean error in frames (Eq. 11; lower is better), mean
 intersection-over-union of phones carried over and of the word found (higher is better), and p of
-Wilcoxon's signed-rank test over words of what `dcaw` gains over it. `dcaw` is this project's
-method of that name, not the published one (docs/measurements/alignment.md).
+Wilcoxon's signed-rank test over words of what --tested gains over it. METHOD/together is fitted
+once, to all words; --ablation leaves the parts of the learned methods out, one by one
+(docs/measurements/alignment.md).
 """
 
 from __future__ import annotations
@@ -23,28 +25,39 @@ import os
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from itertools import combinations
 from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 ROOT = Path(__file__).resolve().parents[1]
 
+import numpy as np
 import torch
 
+from elocute.alignment.aligner import Aligner
+from elocute.alignment.methods import fit_aligner
 from elocute.cli.commands.evaluate_alignment import DEFAULT_METHODS, print_table
+from elocute.evaluation.alignment_ablation import ablation_variants
 from elocute.evaluation.alignment_scores import (
     WordScore,
     compare_methods,
+    method_variant,
+    pair_scores,
+    read_recordings,
     score_folder,
-    score_word,
+    score_words,
     word_names,
     word_pairs,
 )
+from elocute.evaluation.timed_recordings import TimedRecording, word_pair
 from recipes.alignment.natural import natural_words
 from recipes.alignment.speak import TUNING_VOICES, VOICES, speak_all, speak_sentences
 from recipes.alignment.texts import FRAMES, TUNING_WORDS, WORDS
 from recipes.alignment.visual import visual_words
+
+TRIPLES = 15  # of a word
 
 
 def main() -> None:
@@ -55,10 +68,8 @@ def main() -> None:
     record = given.folder / f"{given.name}.jsonl"
     rows = known_rows(record)
     if not given.table:
-        {"words": synthetic, "find": synthetic, "natural": natural, "visual": visual}[
-            given.experiment
-        ](given, rows, record)
-    table = compare_methods(rows)
+        EXPERIMENTS[given.experiment](given, rows, record)
+    table = compare_methods(rows, given.tested)
     print(
         f"{given.name}: {len({row.word for row in rows})} words, "
         f"{sum(row.pairs for row in rows) // len(table)} pairs, "
@@ -91,19 +102,32 @@ def keep(rows: list[WordScore], record: Path):
 
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("experiment", choices=("words", "find", "natural", "visual"))
+    parser.add_argument("experiment", choices=EXPERIMENTS)
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "alignment")
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data")
     parser.add_argument("--words", type=int, default=24)
     parser.add_argument("--part", default="report", choices=("report", "tuning"))
     parser.add_argument("--noise-db", type=float)
     parser.add_argument("--encoder", default="fbank")
-    parser.add_argument("--methods", default=f"{DEFAULT_METHODS},ctw/expected,dctw/expected")
+    parser.add_argument("--methods", default=DEFAULT_METHODS)
+    parser.add_argument("--ablation", action="store_true", help="parts left out, in their stead")
+    parser.add_argument("--together", action="store_true", help="with --ablation: one fit for all")
+    parser.add_argument("--tested")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--table", action="store_true", help="print what is there, score nothing")
     given = parser.parse_args()
     noise = "clean" if given.noise_db is None else f"{given.noise_db:g}dB"
-    given.name = f"{given.experiment}-{given.part}-{given.encoder}-{noise}-{given.seed}"
+    way = "/together" if given.together else ""
+    given.tested = given.tested or f"dcaw{way}"
+    given.variants = (
+        ablation_variants(given.together)
+        if given.ablation
+        else [method_variant(m) for m in given.methods.split(",")]
+    )
+    named = given.experiment, given.part, given.encoder, noise, given.seed
+    given.name = "-".join(map(str, (*named, *(["ablation"] if given.ablation else []))))
+    if given.experiment == "three" or any(each.together for each in given.variants):
+        given.name += f"-{given.words}-together"  # what is fitted depends on all of the words
     return given
 
 
@@ -134,28 +158,77 @@ def score(
     texts: Sequence[str],
     sentences: Path | None = None,
 ) -> None:
-    wanted = [text for text in texts if text not in {row.word for row in rows}]
-    if wanted:
+    known = {row.word for row in rows}
+    if not known.issuperset(texts):
         _, broken = score_folder(
             folder,
-            given.methods.split(","),
+            given.variants,
             sentences=sentences,
             encoder=given.encoder,
             noise_db=given.noise_db,
-            words=wanted,
+            words=texts,
             seed=given.seed,
+            known=known,
             on_word=keep(rows, record),
         )
         print(*(f"left out: {line}" for line in broken), sep="\n", file=sys.stderr)
 
 
 def visual(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
-    known, done = {row.word for row in rows}, keep(rows, record)
-    for word, takes in list(visual_words(given.data).items())[: given.words]:
-        pairs = word_pairs(takes)
-        if len(pairs) > 1 and word not in known:
-            done(0.0, score_word(word, pairs, given.methods.split(","), given.seed))
+    takes = list(visual_words(given.data).items())[: given.words]
+    pairs = {word: word_pairs(each) for word, each in takes}
+    score_words(
+        {word: each for word, each in pairs.items() if len(each) > 1},
+        given.variants,
+        seed=given.seed,
+        known={row.word for row in rows},
+        on_word=keep(rows, record),
+    )
 
+
+def three(given: argparse.Namespace, rows: list[WordScore], record: Path) -> None:
+    """Three recordings aligned at once, by methods fitted together to all triples.
+
+    Each pair of columns of the path is scored as a path of two. `dcaw: pair by pair` does not let
+    the attention of each pair see the other pairs.
+    """
+    speak_all(given.folder, "words", WORDS[: given.words], VOICES)
+    groups: dict[str, list[tuple[TimedRecording, ...]]] = {}
+    for word in WORDS[: given.words]:
+        takes = read_recordings(given.folder / "words" / word, given.encoder, given.noise_db)[0]
+        triples = combinations(takes, 3)
+        alike = [t for t in triples if all(word_pair(*two) for two in combinations(t, 2))]
+        groups[word] = alike[:: max(1, len(alike) // TRIPLES)]
+    every = [tuple(take.view for take in triple) for found in groups.values() for triple in found]
+    fitted = {name: fit_aligner(every, name, seed=given.seed) for name in ("dtw", "ctw", "dcaw")}
+    fitted["dcaw: pair by pair"] = replace(fitted["dcaw"], all_pairs=False)
+    done, known = keep(rows, record), {row.word for row in rows}
+    for word, triples in groups.items():
+        if triples and word not in known:
+            done(0.0, [_score_triples(word, name, fitted[name], triples) for name in fitted])
+
+
+def _score_triples(
+    word: str, name: str, aligner: Aligner, triples: Sequence[tuple[TimedRecording, ...]]
+) -> WordScore:
+    found = []
+    for triple in triples:
+        path = aligner.align(*(take.view for take in triple)).path
+        for i, j in combinations(range(3), 2):
+            pair = word_pair(triple[i], triple[j])
+            assert pair is not None
+            found.append(pair_scores(pair, np.unique(path[:, [i, j]], axis=0)))
+    error, overlap, whole = map(float, np.mean(found, axis=0))
+    return WordScore(word, name, len(found), error, overlap, whole)
+
+
+EXPERIMENTS = {
+    "words": synthetic,
+    "find": synthetic,
+    "natural": natural,
+    "visual": visual,
+    "three": three,
+}
 
 if __name__ == "__main__":
     main()

@@ -1,13 +1,13 @@
 """How fast parameters are carried over, on one core, and how much memory that takes.
 
     python -m recipes.build_words build/words --words 20
-    python -m benchmarks.propagation build/words [--methods dtw,dcaw]
+    python -m benchmarks.propagation build/words [--methods dtw,cca-soft]
     python -m benchmarks.propagation build/words --workers 1,2      on a machine that is idle
 
 Times are CPU seconds of one thread, network and files included. `align` is what a further
 recording of a known word costs; `fit` what a word costs once, and with every recording eight times.
 Memory is the peak of a whole run over all words in one process, with so many copies of every
-recording. --workers runs the whole job by DCAW with so many processes: seconds of the clock.
+recording. --workers runs the whole job by cca-soft with so many processes: seconds of the clock.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def workers(folder: Path, basis: Path, counts: list[int]) -> dict[str, float]:
             room = Path(name)
             (room / "basis.npz").write_bytes(basis.read_bytes())
             recordings = find_recordings(folder / "recordings")
-            settings = settings_of(folder, folder / "recordings", room, "dcaw")
+            settings = settings_of(folder, folder / "recordings", room, "cca-soft")
             started = time.perf_counter()
             propagate(settings, captured, recordings, local_pool(count))
             found[str(count)] = round(time.perf_counter() - started, 1)
@@ -145,7 +145,7 @@ def workers(folder: Path, basis: Path, counts: list[int]) -> dict[str, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("folder", type=Path, help="what recipes.build_words made")
-    parser.add_argument("--methods", default="dtw,dcaw")
+    parser.add_argument("--methods", default="dtw,cca-soft")
     parser.add_argument("--words", type=int, default=3, help="to measure speed on")
     parser.add_argument("--workers", help="numbers of processes, commas between: only that")
     parser.add_argument("--once", type=Path, help=argparse.SUPPRESS)

@@ -7,8 +7,8 @@
     3  two more speakers read the same words. Their motion comes straight from the simulator, not
        through scans: registering takes most of a second a frame
     4  speech blendshapes of all of it: `elocute blendshapes learn`
-    5  parameters carried to other voices: `elocute propagate --method dcaw`, which is not yet the
-       paper's alignment (docs/measurements/alignment.md)
+    5  parameters carried to other voices: `elocute propagate`, by `cca-soft` instead of the
+       paper's alignment (docs/measurements/alignment.md says why)
     6  a recurrent model: `elocute train crnn`
     7  it animates a recording: `elocute animate --model`
 

@@ -8,7 +8,14 @@ from typing import Any
 
 import pytest
 
-from elocute.alignment.config import AlignConfig, CtwConfig, DcawConfig, DctwConfig, SoftDtwConfig
+from elocute.alignment.config import (
+    AlignConfig,
+    CcaSoftConfig,
+    CtwConfig,
+    DcawConfig,
+    DctwConfig,
+    SoftDtwConfig,
+)
 from elocute.articulation.style import Style
 from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.capture.settings import BatchSettings, Scanner
@@ -21,6 +28,7 @@ EVERY = [
     AlignConfig,
     BatchSettings,
     BlendshapeConfig,
+    CcaSoftConfig,
     CrnnTrainConfig,
     CtwConfig,
     DcawConfig,

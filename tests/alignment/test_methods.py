@@ -21,9 +21,9 @@ from elocute.alignment.warping_paths import (
     path_attention,
 )
 from elocute.errors import AlignmentError
-from elocute.evaluation.alignment_scores import with_expected_path
+from elocute.evaluation.alignment_scores import SOFTNESS, read_otherwise
 
-DEEP = ("dctw", "dcaw")
+DEEP = ("dctw", "cca-soft", "dcaw")
 
 
 @pytest.fixture(params=list(METHODS))
@@ -95,16 +95,25 @@ def test_a_part_is_found_in_a_longer_sequence(method: str) -> None:
     assert np.abs(found.source_frames() - places - 30).mean() <= 1.5
 
 
-def test_columns_of_attention_sum_to_one() -> None:
+def test_columns_of_attention_and_posterior_sum_to_one() -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
     view = walk()
     other, _ = warped(view, 60, 1.3)
-    for name in ("softdtw", "dcaw"):
+    for name, has in (
+        ("softdtw", {"posterior"}),
+        ("cca-soft", {"attention", "posterior"}),
+        ("dcaw", {"attention"}),
+    ):
         found = align([view, other], name, brief(name))
-        assert found.attention is not None and found.attention.shape == (45, 60)
-        np.testing.assert_allclose(found.attention.sum(axis=0), 1, atol=1e-5)
-        means = np.arange(45) @ found.attention
-        assert (np.diff(means) > -1e-3).all()
+        for kind in ("attention", "posterior"):
+            weights = getattr(found, kind)
+            assert (weights is not None) == (kind in has)
+            if weights is None:
+                continue
+            assert weights.shape == (45, 60)
+            np.testing.assert_allclose(weights.sum(axis=0), 1, atol=1e-5)
+            if (name, kind) != ("cca-soft", "attention"):  # which no path is read from
+                assert (np.diff(np.arange(45) @ weights) > -1e-3).all()
 
 
 def test_equal_seeds_give_equal_bits_and_fitting_changes_nothing(method: str) -> None:
@@ -132,18 +141,14 @@ def test_any_features_can_be_read_along_the_expected_alignment(method: str) -> N
     view = walk()
     other, places = warped(view, 60, 1.5)
     fitted = fit_aligner([(view, other)], method, brief(method))
-    if method == "softdtw":
-        with pytest.raises(AlignmentError, match="SoftDtwConfig"):
-            with_expected_path(fitted)
-        return
-    found = with_expected_path(fitted).align(view, other)
+    found = read_otherwise(fitted, SOFTNESS).align(view, other)
     check_path(found.path, (45, 60))
     assert np.abs(found.source_frames() - places).mean() <= 1.5
-    assert found.attention is not None
-    np.testing.assert_allclose(found.attention.sum(axis=0), 1, atol=1e-5)
+    assert found.posterior is not None
+    np.testing.assert_allclose(found.posterior.sum(axis=0), 1, atol=1e-5)
 
 
-@pytest.mark.parametrize("name", ["ctw", "dctw", "dcaw"])
+@pytest.mark.parametrize("name", ["ctw", "dctw", "cca-soft", "dcaw"])
 def test_views_of_other_kinds_are_aligned(name: str) -> None:
     if name in DEEP:
         pytest.importorskip("torch", reason="needs the extra `train`")

@@ -7,16 +7,16 @@ import pytest
 
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
-from elocute.alignment.correlation_objective import sum_over_pairs, whiten_pair
+from elocute.alignment.correlation_objective import whiten_pair
 from elocute.errors import AlignmentError
 
 
-def views(frames: int = 40, count: int = 2) -> list[np.ndarray]:
+def views(frames: int = 40) -> list[np.ndarray]:
     rng = np.random.default_rng(frames)
     common = rng.normal(size=(frames, 3))
     return [
         common @ rng.normal(size=(3, width)) + 0.5 * rng.normal(size=(frames, width))
-        for width in (4, 5, 3)[:count]
+        for width in (4, 5)
     ]
 
 
@@ -49,16 +49,6 @@ def test_the_closed_form_is_what_autograd_finds() -> None:
     assert pair.norm == pytest.approx(norm.item())
     for slope, tensor in zip(pair.gradients(), (first, second), strict=True):
         np.testing.assert_allclose(slope, tensor.grad.numpy(), atol=1e-9)
-
-
-def test_many_views_are_the_sum_over_all_pairs() -> None:
-    three = views(count=3)
-    total, slopes = sum_over_pairs(three)
-    norms = [whiten_pair(three[i], three[j]).norm for i, j in ((0, 1), (0, 2), (1, 2))]
-    assert total == pytest.approx(sum(norms))
-    step = 1e-5 * np.random.default_rng(1).normal(size=three[1].shape)
-    up, down = (sum_over_pairs([three[0], three[1] + s * step, three[2]])[0] for s in (1, -1))
-    assert (up - down) / 2 == pytest.approx(float((slopes[1] * step).sum()), rel=1e-6)
 
 
 def test_equal_views_correlate_fully_and_constant_ones_not_at_all() -> None:

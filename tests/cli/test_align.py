@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +15,25 @@ import soundfile
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
 
+def takes_of_a_word(folder: Path, speech: Path, edges: Sequence[float]) -> Path:
+    """A folder of one word by three takes: real speech at three paces, cut in the same parts."""
+    room = folder / "first"
+    room.mkdir()
+    samples, rate = soundfile.read(speech, dtype="float32")
+    samples = samples[: int((edges[-1] + 0.1) * rate)]
+    for name, pace in (("a", 1.0), ("b", 0.9), ("c", 1.1)):
+        soundfile.write(room / f"{name}.wav", samples, round(rate * pace))
+        times = (np.array(edges) / pace).tolist()
+        parts = [[a, b, p] for a, b, p in zip(times, times[1:], "WXYZ", strict=False)]
+        (room / f"{name}.json").write_text(json.dumps({"phones": parts}))
+    return folder
+
+
 @pytest.fixture(scope="module")
 def words(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) -> Path:
-    """A folder of one word by three takes: real speech at three paces, cut in the same parts."""
-    folder = tmp_path_factory.mktemp("words") / "first"
-    folder.mkdir()
-    samples, rate = soundfile.read(speech_wav, dtype="float32")
-    samples = samples[: int(1.6 * rate)]
-    edges = np.array([0.1, 0.45, 0.8, 1.2, 1.5])
-    for name, pace in (("a", 1.0), ("b", 0.9), ("c", 1.1)):
-        soundfile.write(folder / f"{name}.wav", samples, round(rate * pace))
-        times = (edges / pace).tolist()
-        parts = [[a, b, p] for a, b, p in zip(times, times[1:], "WXYZ", strict=False)]
-        (folder / f"{name}.json").write_text(json.dumps({"phones": parts}))
-    return folder.parent
+    """One word of 1.6 s by three takes."""
+    folder = tmp_path_factory.mktemp("words")
+    return takes_of_a_word(folder, speech_wav, [0.1, 0.45, 0.8, 1.2, 1.5])
 
 
 def test_two_recordings_are_aligned_and_drawn(
@@ -49,18 +55,34 @@ def test_two_recordings_are_aligned_and_drawn(
 def test_a_method_that_learns_says_how_far_it_is(words: Path) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
     from elocute.alignment import speech_view
-    from elocute.alignment.config import DcawConfig, DctwConfig
+    from elocute.alignment.config import CcaSoftConfig, DcawConfig, DctwConfig
     from elocute.alignment.methods import align
     from elocute.audio.read import read_audio
 
     views = [speech_view(read_audio(words / "first" / f"{name}.wav")) for name in "ab"]
     for method, config in (
         ("dcaw", DcawConfig(steps=3)),
+        ("cca-soft", CcaSoftConfig(steps=3)),
         ("dctw", DctwConfig(steps=5, rounds=2)),
     ):
         told: list[float] = []
         align(views, method, config, done=told.append)
         assert told == [(step + 1) / config.steps for step in range(config.steps)]
+
+
+def test_attention_is_drawn_and_the_posterior_apart(
+    words: Path, tmp_path: Path, cli: Callable[..., object]
+) -> None:
+    pytest.importorskip("torch", reason="needs the extra `train`")
+    from PIL import Image
+
+    pair, widths = (words / "first" / "a.wav", words / "first" / "b.wav"), {}
+    for method in ("dcaw", "cca-soft"):
+        plot = tmp_path / f"{method}.png"
+        cli("align", *pair, "--method", method, "--plot", plot, "--json")
+        with Image.open(plot) as drawn:
+            widths[method] = drawn.width
+    assert widths["cca-soft"] > 1.6 * widths["dcaw"]  # two matrices beside each other
 
 
 def test_bad_input_of_align_is_one_line(
@@ -115,13 +137,42 @@ def test_methods_are_judged_by_known_times(
 
 def test_learned_methods_are_judged_beside_them(words: Path, cli: Callable[..., object]) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
-    names = ["dtw", "dctw", "dcaw", "dctw/expected"]
+    names = ["dtw", "dctw", "cca-soft", "dcaw", "dcaw/together", "dctw/expected", "dcaw/features"]
     done = cli("evaluate", "alignment", words, "--methods", ",".join(names), "--json")
     methods = json.loads(done.stdout)["methods"]  # pyright: ignore
     assert list(methods) == names
     # Three takes that differ in pace alone teach little, and should spoil as little.
     assert all(methods[name]["error_frames"] < 1.5 for name in names)
     assert methods["dctw/expected"]["error_frames"] != methods["dctw"]["error_frames"]
+
+
+def test_an_ablation_leaves_out_every_part(
+    tmp_path: Path, speech_wav: Path, refused: Callable[..., None]
+) -> None:
+    pytest.importorskip("torch", reason="needs the extra `train`")
+    from elocute.evaluation.alignment_ablation import ablation_variants
+    from elocute.evaluation.alignment_scores import compare_methods, score_folder
+
+    words = takes_of_a_word(tmp_path, speech_wav, [0.1, 0.3, 0.5])
+    brief = [
+        replace(each, settings=tuple(({"steps": 2} | dict(each.settings)).items()))
+        if each.method in ("dctw", "cca-soft", "dcaw")
+        else each
+        for each in ablation_variants(together=True)
+    ]
+    rows, broken = score_folder(words, brief)
+    methods = compare_methods(rows, "dcaw/together")
+    assert not broken and "against" in methods["dtw"] and "against" not in methods["dcaw/together"]
+    for name in ("ctw/together/expected", "cca-soft: no guide", "cca-soft: no prior"):
+        assert "against" in methods[name]
+    parts = {name.removeprefix("dcaw: ") for name in methods if name.startswith("dcaw: ")}
+    assert {"attention fixed", "attention uniform", "attention diagonal", "attention off"} <= parts
+    assert methods["dcaw: attention off"] != methods["dcaw/together"]
+    # The same list is what the command compares.
+    refused(
+        *("evaluate", "alignment", words, "--ablation", "--tested", "magic"),
+        says="dcaw: attention off",
+    )
 
 
 def test_bad_input_of_the_judgement(
@@ -132,7 +183,9 @@ def test_bad_input_of_the_judgement(
     refused(*command, tmp_path, says="no folder of recordings")
     refused(*command, words, "--methods", "dtw,magic", says="magic")
     refused(*command, words, "--methods", ",", says="none")
-    refused(*command, words, "--methods", "softdtw/expected", says="dtw, ctw, dctw, dcaw")
+    refused(*command, words, "--methods", "softdtw/expected", says="nothing after its name")
+    refused(*command, words, "--methods", "dtw/loudly", says="expected, features, together")
+    refused(*command, words, "--methods", "dtw,ctw", "--tested", "dcaw", says="dtw, ctw")
     refused(*command, words, "--noise-db", "90", says="60")
     (tmp_path / "word").mkdir()
     for name in ("a", "b"):

@@ -126,3 +126,15 @@ def test_curves_are_told_and_rendered(
         bad = tmp_path / f"bad{number}.json"
         bad.write_text(curves.read_text().replace(damage, '"x"' if '"' in damage else "x"))
         refused("info", bad, says=bad.name if damage == "]," else says)
+
+
+@posix
+def test_a_recording_that_comes_by_standard_input_is_not_replaced(
+    wav: bytes, tmp_path: Path
+) -> None:
+    recording = tmp_path / "take.wav"
+    recording.write_bytes(wav)
+    with recording.open("rb") as file:
+        done = run("animate", "-", "-o", tmp_path / "take.glb", "--overwrite", stdin=file)
+    assert done.returncode == 2 and b"take.wav" in done.stderr and done.stderr.count(b"\n") == 1
+    assert recording.read_bytes() == wav and not (tmp_path / "take.glb").exists()

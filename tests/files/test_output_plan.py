@@ -5,13 +5,17 @@ import multiprocessing
 import os
 import sqlite3
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from elocute.errors import InputError, OutputError
 from elocute.files import output_history
+from elocute.files.atomic import write_atomically
 from elocute.files.output_plan import OutputPlan
+
+posix = pytest.mark.skipif(os.name != "posix", reason="links and folders of Unix")
 
 
 @pytest.fixture(autouse=True)
@@ -191,15 +195,63 @@ def test_what_comes_between_check_and_writing_is_kept(tmp_path, speech):
         pass
 
 
-def test_a_damaged_history_is_begun_anew(tmp_path, speech, state):
+@pytest.mark.parametrize("there", [None, "first"])
+def test_what_comes_while_an_output_is_written_is_kept(tmp_path, speech, there):
+    """Minutes may lie between the start of a writer and the moment when its file is complete."""
+    path = tmp_path / "talk.mp4"
+    if there is not None:
+        run(path, speech, text=there)
+    plan = OutputPlan()
+    plan.add(path, speech)
+    plan.check()
+    with (
+        pytest.raises(OutputError, match="in the meantime"),
+        plan.writing(path),
+        write_atomically(path) as draft,
+    ):
+        draft.write_text("made")
+        path.write_text("somebody was quicker")
+    assert path.read_text() == "somebody was quicker"
+    assert not list(tmp_path.glob(".talk*"))
+
+
+def test_one_run_may_write_an_output_twice(tmp_path, speech):
+    plan = OutputPlan()
+    plan.add(tmp_path / "talk.mp4", speech)
+    plan.check()
+    with plan.writing(tmp_path / "talk.mp4"):
+        for text in ("draft", "whole"):
+            with write_atomically(tmp_path / "talk.mp4") as draft:
+                draft.write_text(text)
+    assert (tmp_path / "talk.mp4").read_text() == "whole"
+
+
+@posix
+def test_a_link_to_a_folder_is_no_place_for_a_file(tmp_path, speech):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "talk.csv").symlink_to(tmp_path / "folder")
+    with pytest.raises(OutputError, match="a link to a folder"):
+        run(tmp_path / "talk.csv", speech, overwrite=True)
+
+
+@posix
+def test_a_folder_that_was_deleted_is_told(tmp_path, speech, monkeypatch):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    with pytest.raises(OutputError, match="current folder does not exist"):
+        run(Path("talk.csv"), speech)
+
+
+def test_a_history_that_cannot_be_read_is_begun_anew_and_kept(tmp_path, speech, state):
     run(tmp_path / "talk.glb", speech)
-    (state / output_history.DATABASE_NAME).write_bytes(
-        b"no database at all, but long enough to be looked at" * 40
-    )
+    mine = b"no database at all, but long enough to be looked at" * 40
+    (state / output_history.DATABASE_NAME).write_bytes(mine)
     with pytest.raises(OutputError, match="not made from"):
         run(tmp_path / "talk.glb", speech)
     run(tmp_path / "talk.glb", speech, overwrite=True)
     run(tmp_path / "talk.glb", speech)
+    assert (state / (output_history.DATABASE_NAME + ".unreadable")).read_bytes() == mine
 
 
 @pytest.mark.parametrize("broken", ["file", "folder"])

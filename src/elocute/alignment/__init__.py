@@ -1,10 +1,10 @@
-"""Sequences warped onto each other in time: DTW, soft-DTW, CTW, DCTW and DCAW.
+"""Sequences warped onto each other in time: DTW, soft-DTW, CTW, DCTW, DCAW and one of our own.
 
     align(views, method) -> Alignment           two or more sequences at once
     fit_aligner(pairs, method) -> Aligner       fitted over many pairs, then `align` for each
     segment_words(sound, text)                  when each word of a text is said
 
-torch is imported by the two deep methods alone.
+torch is imported by the three deep methods alone.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from elocute.alignment.alignment import Alignment
     from elocute.alignment.config import (
         AlignConfig,
+        CcaSoftConfig,
         CtwConfig,
         DcawConfig,
         DctwConfig,
@@ -34,6 +35,7 @@ __all__ = [
     "AlignConfig",
     "Aligner",
     "Alignment",
+    "CcaSoftConfig",
     "CtwConfig",
     "DcawConfig",
     "DctwConfig",
@@ -56,6 +58,7 @@ __getattr__, __dir__ = lazy(
         "alignment": ("Alignment",),
         "config": (
             "AlignConfig",
+            "CcaSoftConfig",
             "CtwConfig",
             "DcawConfig",
             "DctwConfig",

@@ -10,23 +10,24 @@ A method is put together from three functions, so that methods share whatever th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import permutations
 
 import numpy as np
 
 from elocute.alignment.alignment import (
     Alignment,
-    FloatArray,
     Views,
     WarpingPath,
     check_views,
 )
 from elocute.alignment.cca import LinearProjection, overall_correlation
-from elocute.alignment.config import AlignConfig, DtwPathConfig, SoftDtwConfig
+from elocute.alignment.config import AlignConfig, DtwConfig, DtwPathConfig, SoftDtwConfig
 from elocute.alignment.dtw import CostMatrix, dtw, squared_distances
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
-from elocute.alignment.warping_paths import expected_path, merge_paths
+from elocute.alignment.warping_paths import attention_path, expected_path, merge_paths
+from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
@@ -43,34 +44,42 @@ class ViewFeatures:
         What attention looks at; None for a method without attention.
     """
 
-    compared: FloatArray
-    hidden: FloatArray | None = None
+    compared: Float32Array
+    hidden: Float32Array | None = None
 
     __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)
 class PairPath:
-    """The path of two views, and the attention where the method has one."""
+    """The path of two views, and what else was found on the way.
+
+    posterior  (source, target) soft-DTW's expected alignment, columns divided by their sums
+    attention  (source, target) the method's attention, columns over the source that sum to one
+    """
 
     path: WarpingPath
-    attention: FloatArray | None = None
+    posterior: Float32Array | None = None
+    attention: Float32Array | None = None
 
     __repr__ = one_line
 
 
-FeatureMap = Callable[[FloatArray, int], ViewFeatures]
+FeatureMap = Callable[[Float32Array, int], ViewFeatures]
 PairCost = Callable[[ViewFeatures, ViewFeatures], CostMatrix]
+PairAttention = Callable[[ViewFeatures, ViewFeatures], Float32Array]
 PathFinder = Callable[[CostMatrix], PairPath]
+AllAttention = dict[tuple[int, int], Float32Array]
+"""The attention of all pairs of views, by the places of source and target."""
 
 
-def raw_features(view: FloatArray, _place: int) -> ViewFeatures:
+def raw_features(view: Float32Array, _place: int) -> ViewFeatures:
     """Features as they are given: nothing is fitted."""
     return ViewFeatures(view)
 
 
 def projected_features(
-    projections: Sequence[LinearProjection], view: FloatArray, place: int
+    projections: Sequence[LinearProjection], view: Float32Array, place: int
 ) -> ViewFeatures:
     """Each view by its own projection."""
     return ViewFeatures(projections[place](view))
@@ -86,7 +95,9 @@ class Aligner:
     """A method fitted to its data; aligning changes nothing in it.
 
     config: the settings it was fitted with. widths: how many features each view had that it was
-    fitted to; None where views may have any number, all the same.
+    fitted to; None where views may have any number, all the same. attend: the attention of a
+    method whose path is not read from it. all_pairs: of three or more views, each path is read
+    from the attention of all pairs (`consistent_attention`), not of its own alone.
     """
 
     config: AlignConfig
@@ -94,10 +105,12 @@ class Aligner:
     features: FeatureMap = raw_features
     pair_cost: PairCost = mean_squared_differences
     widths: tuple[int, ...] | None = None
+    attend: PairAttention | None = None
+    all_pairs: bool = False
 
     __repr__ = one_line
 
-    def align(self, source: FloatArray, target: FloatArray, *more: FloatArray) -> Alignment:
+    def align(self, source: Float32Array, target: Float32Array, *more: Float32Array) -> Alignment:
         """Align views of the kinds that the method was fitted to.
 
         Of three or more views, the one of middle length is the reference to which the others are
@@ -133,6 +146,8 @@ class Aligner:
     def _aligned(self, views: tuple[ViewFeatures, ...]) -> Alignment:
         if len(views) == 2:
             found = self.find_path(self.pair_cost(*views))
+            if self.attend is not None:
+                found = replace(found, attention=self.attend(*views))
         elif self.config.open_source:
             raise AlignmentError.about("open ends", found=f"{len(views)} views", allowed="two")
         else:
@@ -140,15 +155,27 @@ class Aligner:
         compared = tuple(view.compared for view in views)
         whole = not self.config.open_source
         score = path_score(compared, found.path)
-        return Alignment(compared, found.path, score, found.attention, whole)
+        return Alignment(compared, found.path, score, found.attention, whole, found.posterior)
 
     def _path_of_many(self, views: tuple[ViewFeatures, ...]) -> WarpingPath:
         lengths = [len(view.compared) for view in views]
         middle = int(np.argsort(lengths, kind="stable")[len(lengths) // 2])
         others = [place for place in range(len(views)) if place != middle]
-        paths = [self.find_path(self.pair_cost(views[k], views[middle])).path for k in others]
+        if self.all_pairs:
+            attention = self._attention_of_all(views)
+            paths = [attention_path(consistent_attention(attention, k, middle)) for k in others]
+        else:
+            paths = [self.find_path(self.pair_cost(views[k], views[middle])).path for k in others]
         columns = merge_paths(paths, lengths[middle])
         return columns[:, np.argsort([*others, middle])]
+
+    def _attention_of_all(self, views: tuple[ViewFeatures, ...]) -> AllAttention:
+        found: AllAttention = {}
+        for i, j in permutations(range(len(views)), 2):
+            attention = self.find_path(self.pair_cost(views[i], views[j])).attention
+            assert attention is not None
+            found[i, j] = attention
+        return found
 
     def _check_widths(self, views: Views) -> None:
         found = tuple(view.shape[1] for view in views)
@@ -159,7 +186,25 @@ class Aligner:
             )
 
 
-def path_score(compared: Sequence[FloatArray], path: WarpingPath) -> float:
+def consistent_attention(attention: AllAttention, source: int, target: int) -> Float32Array:
+    """(source, target) attention that agrees with that of all other pairs of views.
+
+    The mean of the attention of the two views (twice, as each of them sees itself), and of that
+    through every third view: where the target looks at the third and the third at the source.
+    Columns sum to one. This is the consistency transformation of alignments of many sequences
+    (Do et al. 2005).
+    """
+    views = sorted({place for pair in attention for place in pair})
+    through = [
+        attention[source, third] @ attention[third, target]
+        for third in views
+        if third not in (source, target)
+    ]
+    total = 2 * attention[source, target] + np.sum(through, axis=0)
+    return (total / len(views)).astype(np.float32)
+
+
+def path_score(compared: Sequence[Float32Array], path: WarpingPath) -> float:
     """Mean correlation of the compared features along the path, over all pairs of views: 0 to 1.
 
     It is high where one view, warped, moves as the other does.
@@ -198,7 +243,23 @@ def find_dtw_path(config: DtwPathConfig, cost: CostMatrix) -> PairPath:
     gamma = config.softness * max(float(cost.mean()), 1e-9)
     expected = soft_dtw(cost, gamma, config.open_source)[1]
     path = expected_path(expected, config.band, config.open_source)
-    return PairPath(path, expected_attention(expected))
+    return PairPath(path, normalised_columns(expected))
+
+
+def read_features(fitted: Aligner, softness: float | None = None) -> Aligner:
+    """A fitted method's features, with paths by DTW through their distances.
+
+    softness: as of `PathSettings`; None for the cheapest path. An attention that the method has is
+    not used.
+    """
+    config = fitted.config
+    reading = DtwConfig(band=config.band, open_source=config.open_source, softness=softness)
+    return replace(
+        fitted,
+        find_path=partial(find_dtw_path, reading),
+        pair_cost=mean_squared_differences,
+        all_pairs=False,
+    )
 
 
 def find_soft_dtw_path(config: SoftDtwConfig, cost: CostMatrix) -> PairPath:
@@ -206,9 +267,9 @@ def find_soft_dtw_path(config: SoftDtwConfig, cost: CostMatrix) -> PairPath:
     gamma = config.gamma * max(float(cost.mean()), 1e-9)
     expected = soft_dtw(cost, gamma, config.open_source)[1]
     path = soft_path(expected, config.band, config.open_source)
-    return PairPath(path, expected_attention(expected))
+    return PairPath(path, normalised_columns(expected))
 
 
-def expected_attention(expected: CostMatrix) -> FloatArray:
-    """(source, target) expected alignment with columns over the source that sum to one."""
-    return (expected / np.maximum(expected.sum(axis=0), 1e-30)).astype(np.float32)
+def normalised_columns(weights: CostMatrix) -> Float32Array:
+    """(source, target) with columns over the source that sum to one."""
+    return (weights / np.maximum(weights.sum(axis=0), 1e-30)).astype(np.float32)

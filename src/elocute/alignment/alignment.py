@@ -9,12 +9,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
-FloatArray = NDArray[np.float32]
 WarpingPath = NDArray[np.intp]
-Views = tuple[FloatArray, ...]
+Views = tuple[Float32Array, ...]
 """Sequences (frame, feature) of the same thing, to be aligned with each other: two or more."""
 
 CELLS_MAX = 64_000_000
@@ -37,9 +37,14 @@ class Alignment:
     score
         0 to 1, higher is better: mean correlation of the compared features along the path.
     attention
-        (source frame, target frame), columns sum to one; None where a method has none.
+        (source frame, target frame), columns sum to one; None where a method has none, and for
+        three or more views.
     whole
         False where the ends of the first view are free.
+    posterior
+        (source frame, target frame), columns sum to one: how probably frames belong together, of a
+        method that reads its path by soft-DTW. It is no attention: distances of features are all
+        that it knows.
 
     Raises
     ------
@@ -50,8 +55,9 @@ class Alignment:
     features: Views
     path: WarpingPath
     score: float
-    attention: FloatArray | None = None
+    attention: Float32Array | None = None
     whole: bool = True
+    posterior: Float32Array | None = None
 
     __repr__ = one_line
 
@@ -60,8 +66,10 @@ class Alignment:
         check_path(path, [len(view) for view in self.features], self.whole)
         if not 0 <= self.score <= 1:
             raise AlignmentError.about("score", found=f"{self.score}", allowed="0 to 1")
-        if self.attention is not None:
-            _check_attention(self.attention, [len(view) for view in self.features[:2]])
+        for name in ("attention", "posterior"):
+            weights = getattr(self, name)
+            if weights is not None:
+                _check_columns(weights, [len(view) for view in self.features[:2]], name)
         object.__setattr__(self, "path", path)
 
     def source_frames(self) -> NDArray[np.float64]:
@@ -89,12 +97,12 @@ def check_path(path: WarpingPath, lengths: Sequence[int], whole: bool = True) ->
         )
 
 
-def _check_attention(attention: FloatArray, lengths: Sequence[int]) -> None:
-    sums = attention.sum(axis=0, dtype=np.float64) if attention.ndim == 2 else np.zeros(1)
-    if attention.shape != tuple(lengths) or np.abs(sums - 1).max() > COLUMN_TOLERANCE:
+def _check_columns(weights: Float32Array, lengths: Sequence[int], name: str) -> None:
+    sums = weights.sum(axis=0, dtype=np.float64) if weights.ndim == 2 else np.zeros(1)
+    if weights.shape != tuple(lengths) or np.abs(sums - 1).max() > COLUMN_TOLERANCE:
         raise AlignmentError.about(
-            "attention",
-            found=f"shape {attention.shape}, columns {sums.min():g} to {sums.max():g}",
+            name,
+            found=f"shape {weights.shape}, columns {sums.min():g} to {sums.max():g}",
             allowed=f"{tuple(lengths)}, columns that sum to one",
         )
 
@@ -110,7 +118,7 @@ def check_views(views: Sequence[object], same_width: bool, subject: str = "views
             subject,
             found=f"{' and '.join(map(str, sorted(widths)))} features",
             allowed="equal counts with this method",
-            remedy="use ctw, dctw or dcaw",
+            remedy="use ctw, dctw, cca-soft or dcaw",
         )
     for one, other in pairwise(sorted(map(len, group))):
         if one * other > CELLS_MAX:
@@ -123,7 +131,7 @@ def check_views(views: Sequence[object], same_width: bool, subject: str = "views
     return group
 
 
-def _checked(view: object, subject: str) -> FloatArray:
+def _checked(view: object, subject: str) -> Float32Array:
     try:
         values = np.ascontiguousarray(view, np.float32)  # pyright: ignore[reportCallIssue, reportArgumentType]
     except (TypeError, ValueError) as error:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.alignment.correlation_objective import inverse_root
+from elocute.array_types import Float64Array
 from elocute.one_line_repr import one_line
 
-Float64Array = NDArray[np.float64]
 CORRELATION_MIN, CORRELATION_MAX = 1e-3, 0.98
 """With few frames any correlation may reach one; the limit keeps one direction from outweighing
 all others."""

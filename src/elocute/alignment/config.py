@@ -49,7 +49,7 @@ class PathSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class NetworkSettings:
-    """What both deep methods train; part of their settings.
+    """What the deep methods that start from CTW train; part of their settings.
 
     Adam's learning rate is ten times that of the paper, as a word has few steps to learn in; its
     betas are the paper's (section 6.1).
@@ -105,8 +105,8 @@ class CtwConfig(PathSettings, AlignConfig):
 class DctwConfig(NetworkSettings, PathSettings, AlignConfig):
     """Settings of deep canonical time warping.
 
-    With DCAW's learning rate it overfits to single pairs: the default is the best of those tried on
-    the validation words.
+    With the learning rate of `cca-soft` it overfits to single pairs: the default is the best of
+    those tried on the validation words.
     """
 
     rounds: int = setting(
@@ -117,8 +117,11 @@ class DctwConfig(NetworkSettings, PathSettings, AlignConfig):
 
 @described
 @dataclass(frozen=True, kw_only=True)
-class DcawConfig(NetworkSettings, PathSettings, AlignConfig):
-    """Settings of deep canonical attentional warping."""
+class CcaSoftConfig(NetworkSettings, PathSettings, AlignConfig):
+    """Settings of correlated features read by soft-DTW.
+
+    What this project called `dcaw` before it had that method.
+    """
 
     prior: float = setting(
         20.0,
@@ -140,6 +143,55 @@ class DcawConfig(NetworkSettings, PathSettings, AlignConfig):
     )
 
 
-DeepConfig = DctwConfig | DcawConfig
-DtwPathConfig = DtwConfig | CtwConfig | DctwConfig | DcawConfig
+ATTENTIONS = ("learned", "fixed", "sampled", "path", "diagonal", "uniform")
+
+
+@described
+@dataclass(frozen=True, kw_only=True)
+class DcawConfig(AlignConfig):
+    """Settings of deep canonical attentional warping.
+
+    Chosen on words and voices that no reported number comes from (docs/measurements/alignment.md).
+    Values of `attention` other than the first are there to measure what the attention is worth.
+    """
+
+    dimensions: int = setting(14, low=1, help="How many canonical dimensions are compared.")
+    energy: float = setting(
+        0.98, above=0, high=1, help="Share of the variance in the principal components to begin at."
+    )
+    filters: int = setting(32, low=1, help="Filters of the convolutions.")
+    units: int = setting(16, low=1, help="Units of the recurrent layers.")
+    windows: bool = setting(
+        False, help="Views are windows of 41 x 128 x 3, seen by the paper's network (section 5)."
+    )
+    steps: int = setting(100, low=0, help="Steps of gradient ascent.")
+    pairs: int = setting(48, low=1, help="Ordered pairs of views that a step learns from.")
+    learning_rate: float = setting(2e-3, above=0, help="Learning rate of Adam.")
+    attention_rate: float = setting(
+        0.1, low=0, help="Learning rate of the attention, as a share of the encoders'."
+    )
+    weight_decay: float = setting(1e-3, low=0, help="Weight decay of Adam.")
+    ridge: float = setting(0.05, above=0, help="Regularisation of the covariances.")
+    folds: int = setting(
+        4, low=0, help="How often outputs become canonical variates before the first step."
+    )
+    fold_every: int = setting(25, low=1, help="Steps after which they do again.")
+    shared: bool | None = setting(
+        None, help="One network for all views; none: where their feature counts are equal."
+    )
+    mutual: bool = setting(
+        True,
+        help="Source frames choose among target frames as these do among them; no: Eq. 2 alone.",
+    )
+    attention: str = setting(
+        "learned",
+        choices=ATTENTIONS,
+        help="What views are warped by in training: the attention, learned or as it begins; its "
+        "form by sampled sigmoids; DTW's path through the features; or none that looks at them.",
+    )
+
+
+DeepConfig = DctwConfig | CcaSoftConfig
+"""Settings of the methods whose network starts from CTW."""
+DtwPathConfig = DtwConfig | CtwConfig | DctwConfig | CcaSoftConfig
 """Settings of the methods whose path is DTW's, so that it can be read softly."""

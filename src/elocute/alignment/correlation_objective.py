@@ -1,21 +1,19 @@
 """The objective of canonical correlation: nuclear norm of the whitened cross-covariance.
 
-Tzirakis et al. 2019, Eqs. 4 to 9. Features here are (frame, feature), the paper's transposed.
+Tzirakis et al. 2019, Eqs. 4 to 8; `dcaw.correlation` sums it over all pairs of sets (Eq. 9).
+Features here are (frame, feature), the paper's transposed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from elocute.array_types import Float64Array
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
 
-Float64Array = NDArray[np.float64]
 RIDGE = 1e-3
 
 
@@ -66,19 +64,6 @@ def whiten_pair(first: Float64Array, second: Float64Array, ridge: float = RIDGE)
     cross = views[0].T @ views[1] / (len(first) - 1)
     u, s, vt = np.linalg.svd(roots[0] @ cross @ roots[1], full_matrices=False)
     return WhitenedPair((views[0], views[1]), (roots[0], roots[1]), u, s, vt.T)
-
-
-def sum_over_pairs(
-    views: Sequence[Float64Array], ridge: float = RIDGE
-) -> tuple[float, list[Float64Array]]:
-    """Eq. 9: the sum of the norms over all pairs of views, and its sub-gradient by each."""
-    total, gradients = 0.0, [np.zeros(view.shape) for view in views]
-    for i, j in combinations(range(len(views)), 2):
-        pair = whiten_pair(views[i], views[j], ridge)
-        total += pair.norm
-        for place, slope in zip((i, j), pair.gradients(), strict=True):
-            gradients[place] += slope
-    return total, gradients
 
 
 def inverse_root(covariance: Float64Array, ridge: float) -> Float64Array:

@@ -19,9 +19,11 @@ from elocute.alignment.deep_fitting import (
     initialise,
     make_optimiser,
     network_aligner,
+    on_one_thread,
 )
 
 
+@on_one_thread
 def fit_dctw(
     groups: Sequence[Views],
     config: DctwConfig,

@@ -1,11 +1,11 @@
-"""What both deep methods share: clips as tensors, the objective, initialisation, the aligner."""
+"""What deep methods share: clips as tensors, the objective, and for two the start from CTW."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
+from functools import partial, wraps
 from itertools import permutations
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import torch
@@ -19,12 +19,33 @@ from elocute.alignment.aligner import (
     mean_squared_differences,
     projected_aligner,
 )
-from elocute.alignment.alignment import FloatArray, Views, WarpingPath
+from elocute.alignment.alignment import Views, WarpingPath
 from elocute.alignment.cca import LinearProjection
 from elocute.alignment.config import CtwConfig, DeepConfig
 from elocute.alignment.correlation_objective import RIDGE, whiten_pair
 from elocute.alignment.ctw import canonical_along_paths, fit_projections
+from elocute.array_types import Float32Array
 from elocute.networks.dcaw import DcawNetwork, EncoderConfig
+
+Fit = TypeVar("Fit", bound=Callable[..., Aligner])
+
+
+def on_one_thread(fit: Fit) -> Fit:
+    """Run a fitting on one thread: its sums are then always the same, and it is no slower.
+
+    Matrices here are small, so that threads would spend more time waiting than working.
+    """
+
+    @wraps(fit)
+    def alone(*given: Any, **named: Any) -> Aligner:
+        threads = torch.get_num_threads()
+        torch.set_num_threads(1)
+        try:
+            return fit(*given, **named)
+        finally:
+            torch.set_num_threads(threads)
+
+    return cast(Fit, alone)
 
 
 class NuclearNorm(torch.autograd.Function):
@@ -47,12 +68,13 @@ class ClipTensors:
     """All views of all groups, each once, padded; and which of them are pairs.
 
     pairs: (source side, source clip, target side, target clip, group) of every ordered pair of
-    views where they are of one kind, of every pair in order where not: Eq. 9's sum.
+    views where they are of one kind, of every pair in order where not: Eq. 9's sum. They are in the
+    order of groups, `orders` of each; with `from_first` the first view alone is a source.
     """
 
-    def __init__(self, groups: Sequence[Views], shared: bool) -> None:
+    def __init__(self, groups: Sequence[Views], shared: bool, from_first: bool = False) -> None:
         count = len(groups[0])
-        self.views: list[list[FloatArray]] = [[] for _ in range(1 if shared else count)]
+        self.views: list[list[Float32Array]] = [[] for _ in range(1 if shared else count)]
         known: dict[tuple[int, int], int] = {}
         self.groups: list[tuple[int, ...]] = []
         for group in groups:
@@ -64,11 +86,12 @@ class ClipTensors:
                     self.views[side].append(view)
                 places.append(known[side, id(view)])
             self.groups.append(tuple(places))
-        orders = (
-            list(permutations(range(count), 2))
-            if shared
-            else [(i, j) for j in range(count) for i in range(j)]
-        )
+        if from_first:
+            orders = [(0, j) for j in range(1, count)]
+        elif shared:
+            orders = list(permutations(range(count), 2))
+        else:
+            orders = [(i, j) for j in range(count) for i in range(j)]
         self.orders = orders
         self.tensors = [_padded(side) for side in self.views]
         self.pairs = [
@@ -76,6 +99,8 @@ class ClipTensors:
             for g, places in enumerate(self.groups)
             for i, j in orders
         ]
+        longest = [max(map(len, side)) for side in zip(*groups, strict=True)]
+        self.cells_max = max(longest[i] * longest[j] for i, j in orders)
 
     def encode(self, network: DcawNetwork) -> list[Tensor]:
         """(clip, frame, output) of each kind of view."""
@@ -85,7 +110,7 @@ class ClipTensors:
         ]
 
 
-def _padded(views: Sequence[FloatArray]) -> tuple[Tensor, Tensor]:
+def _padded(views: Sequence[Float32Array]) -> tuple[Tensor, Tensor]:
     lengths = torch.tensor([len(view) for view in views])
     clips = torch.zeros(len(views), int(lengths.max()), views[0].shape[1])
     for clip, view in zip(clips, views, strict=True):
@@ -112,11 +137,9 @@ def initialise(
         network = DcawNetwork(
             [EncoderConfig(w, outputs, config.filters, config.units) for w in widths], shared
         )
-    with torch.no_grad():
-        for encoder, projection in zip(network.encoders, projections, strict=False):
-            matrix = torch.from_numpy(projection.directions.T.copy()).float()
-            encoder.direct.weight.copy_(matrix)  # pyright: ignore
-            encoder.direct.bias.copy_(-matrix @ torch.from_numpy(projection.mean).float())  # pyright: ignore
+    for encoder, projection in zip(network.encoders, projections, strict=False):
+        matrix = torch.from_numpy(projection.directions).float()
+        encoder.start_from(matrix, torch.from_numpy(projection.mean).float())  # pyright: ignore
     return network, projected_aligner(settings, projections, widths)
 
 
@@ -126,7 +149,7 @@ def make_optimiser(network: DcawNetwork, config: DeepConfig) -> torch.optim.Opti
     )
 
 
-def encode_view(network: DcawNetwork, view: FloatArray, place: int) -> FloatArray:
+def encode_view(network: DcawNetwork, view: Float32Array, place: int) -> Float32Array:
     """(frame, output) of the network for one view; `place` is its place among the views."""
     with torch.no_grad():
         clips, lengths = _padded([view])
@@ -134,7 +157,7 @@ def encode_view(network: DcawNetwork, view: FloatArray, place: int) -> FloatArra
 
 
 def network_features(
-    network: DcawNetwork, projections: Sequence[LinearProjection], view: FloatArray, place: int
+    network: DcawNetwork, projections: Sequence[LinearProjection], view: Float32Array, place: int
 ) -> ViewFeatures:
     """What the network makes of a view, projected by CCA; attention looks at it unprojected."""
     hidden = encode_view(network, view, place)

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from elocute.alignment.aligner import Aligner, dtw_aligner, soft_dtw_aligner
-from elocute.alignment.alignment import Alignment, FloatArray, Views, check_views
+from elocute.alignment.alignment import Alignment, Views, check_views
 from elocute.alignment.config import (
     AlignConfig,
+    CcaSoftConfig,
     CtwConfig,
     DcawConfig,
     DctwConfig,
@@ -18,6 +19,7 @@ from elocute.alignment.config import (
     SoftDtwConfig,
 )
 from elocute.alignment.ctw import fit_ctw
+from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError, needs_extra
 
 Progress = Callable[[float], None] | None
@@ -53,6 +55,13 @@ METHODS: dict[str, Method] = {
         lambda groups, config, seed, done: _deep("dctw", "fit_dctw")(groups, config, seed, done),
         True,
     ),
+    "cca-soft": Method(
+        CcaSoftConfig,
+        lambda groups, config, seed, done: _deep("cca_soft", "fit_cca_soft")(
+            groups, config, seed, done
+        ),
+        True,
+    ),
     "dcaw": Method(
         DcawConfig,
         lambda groups, config, seed, done: _deep("dcaw", "fit_dcaw")(groups, config, seed, done),
@@ -69,7 +78,7 @@ def resolve_method(name: str) -> Method:
 
 
 def fit_aligner(
-    pairs: Sequence[Sequence[FloatArray]],
+    pairs: Sequence[Sequence[Float32Array]],
     method: str = "dcaw",
     config: AlignConfig | None = None,
     seed: int = 0,
@@ -86,7 +95,7 @@ def fit_aligner(
         Groups of (frame, feature) arrays: (source, target) or more views, equally many in each
         group; view k has the same number of features in all groups.
     method
-        One of `METHODS`: dtw, softdtw, ctw, dctw, dcaw.
+        One of `METHODS`: dtw, softdtw, ctw, dctw, cca-soft, dcaw.
     config
         Settings of that method; its defaults where None.
     seed
@@ -109,7 +118,8 @@ def fit_aligner(
     References
     ----------
     DTW: Sakoe & Chiba 1978. Soft-DTW: Cuturi & Blondel 2017. CTW: Zhou & de la Torre 2009. DCTW:
-    Trigeorgis et al. 2016. DCAW: after Tzirakis et al. 2019, section 4.1.
+    Trigeorgis et al. 2016. DCAW: Tzirakis et al. 2019, section 4.1, with the differences that
+    `elocute.alignment.dcaw` names.
     """
     chosen = resolve_method(method)
     config = chosen.config() if config is None else config
@@ -132,7 +142,7 @@ def fit_aligner(
 
 
 def align(
-    views: Sequence[FloatArray],
+    views: Sequence[Float32Array],
     method: str = DEFAULT,
     config: AlignConfig | None = None,
     seed: int = 0,

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from elocute.alignment.alignment import WarpingPath
 from elocute.alignment.dtw import CostMatrix, dtw
+from elocute.array_types import Float64Array
 from elocute.errors import AlignmentError
-
-Float64Array = NDArray[np.float64]
 
 
 def soft_dtw(

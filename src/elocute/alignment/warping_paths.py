@@ -7,15 +7,18 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import FloatArray, WarpingPath
+from elocute.alignment.alignment import WarpingPath
 from elocute.alignment.dtw import dtw
+from elocute.array_types import Float32Array
 
 PROBABILITY_MIN = 1e-8
 
 
-def attention_path(attention: NDArray[np.floating], open_source: bool = False) -> WarpingPath:
+def attention_path(
+    attention: NDArray[np.floating], band: float | None = None, open_source: bool = False
+) -> WarpingPath:
     """The most probable monotone path (step, 2): the cheapest through -log attention."""
-    return dtw(-np.log(np.maximum(attention, PROBABILITY_MIN)), open_source=open_source)[0]
+    return dtw(-np.log(np.maximum(attention, PROBABILITY_MIN)), band, open_source)[0]
 
 
 def expected_path(
@@ -39,7 +42,7 @@ def expected_path(
     return dtw(off, band, open_source)[0]
 
 
-def path_attention(path: WarpingPath, sources: int, targets: int) -> FloatArray:
+def path_attention(path: WarpingPath, sources: int, targets: int) -> Float32Array:
     """(source frame, target frame): each target frame looks evenly at the sources it is with."""
     weights = np.zeros((sources, targets), np.float32)
     weights[path[:, 0], path[:, 1]] = 1

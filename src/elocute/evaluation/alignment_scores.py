@@ -1,12 +1,13 @@
 """Methods of alignment against known phone times: the errors of each, and tests between them.
 
-Each method is fitted once per word to all of the word's pairs, without the true times, and then
-aligns each of them. The paired test counts words, since the pairs of one word share recordings.
+Each method is fitted without the true times, to all pairs of one word or (`/together`) of all words
+at once, and then aligns each of them. The paired test counts words, since the pairs of one word
+share recordings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from elocute.alignment.aligner import Aligner, find_dtw_path
+from elocute.alignment.aligner import Aligner, find_dtw_path, read_features
 from elocute.alignment.alignment import WarpingPath
 from elocute.alignment.config import DtwPathConfig
 from elocute.alignment.methods import fit_aligner, resolve_method
-from elocute.alignment.sound_views import DEFAULT, speech_view
+from elocute.alignment.sound_views import DEFAULT, WINDOWS, speech_view
 from elocute.alignment.warping_paths import diagonal_path
+from elocute.array_types import Float32Array
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
 from elocute.errors import AlignmentError, ElocuteError
@@ -32,12 +34,75 @@ from elocute.evaluation.timed_recordings import (
     word_pair,
 )
 
-EXPECTED = "/expected"
-"""After a method's name: its features, with the path read along the expected alignment."""
 SOFTNESS = 0.1
 DIAGONAL = "diagonal"
 """No method: frames matched in proportion. What others are worth is what they add to it."""
+READINGS = {"features": None, "expected": SOFTNESS}
+"""How else features may be read: by the cheapest path, or along soft-DTW's expected alignment."""
+TOGETHER = "together"
 MEASURES = ("error_frames", "overlap", "found")
+
+
+@dataclass(frozen=True)
+class MethodVariant:
+    """A method, its settings, and how it is fitted and read.
+
+    Attributes
+    ----------
+    name : str
+        What it is called in tables.
+    method : str
+        A name as for `resolve_method`, or `DIAGONAL`.
+    settings : tuple of (str, value)
+        Those that differ from the method's defaults.
+    together : bool
+        Fitted once, to the pairs of all words.
+    reading : str
+        One of `READINGS`; empty for the method's own.
+    """
+
+    name: str
+    method: str
+    settings: tuple[tuple[str, Any], ...] = ()
+    together: bool = False
+    reading: str = ""
+
+    @property
+    def fit_key(self) -> tuple[object, ...]:
+        """Equal where the same fit will do."""
+        return self.method, self.settings, self.together
+
+
+def method_variant(name: str) -> MethodVariant:
+    """Read the name of a variant: METHOD, METHOD/together, METHOD/expected, METHOD/features.
+
+    Parameters
+    ----------
+    name : str
+        As a user writes it.
+
+    Returns
+    -------
+    MethodVariant
+
+    Raises
+    ------
+    AlignmentError
+        For an unknown method, or a way that it cannot be fitted or read in.
+    """
+    method, *ways = name.split("/")
+    if method != DIAGONAL:
+        resolve_method(method)
+    allowed = {TOGETHER, *READINGS} if method not in (DIAGONAL, "softdtw") else set()
+    unknown = [way for way in ways if way not in allowed]
+    if unknown or len(set(ways) & set(READINGS)) > 1:
+        raise AlignmentError.about(
+            f"method {name!r}",
+            found="/".join(unknown or ways),
+            allowed=", ".join(sorted(allowed)) or "nothing after its name",
+        )
+    reading = next((way for way in ways if way in READINGS), "")
+    return MethodVariant(name, method, together=TOGETHER in ways, reading=reading)
 
 
 @dataclass(frozen=True)
@@ -147,81 +212,107 @@ def sentence_pairs(
     return pairs
 
 
-def score_word(
-    word: str, pairs: Sequence[RecordingPair], methods: Sequence[str], seed: int = 0
+def score_words(
+    words: Mapping[str, Sequence[RecordingPair]],
+    variants: Sequence[MethodVariant],
+    *,
+    seed: int = 0,
+    encoder: str = DEFAULT,
+    known: Collection[str] = (),
+    on_word: Callable[[float, list[WordScore]], None] | None = None,
 ) -> list[WordScore]:
-    """Align all pairs of a word by each method and compare the paths with the true ones.
+    """Align all pairs of words by each variant and compare the paths with the true ones.
 
     Where the pairs are words in sentences, methods may start and end anywhere in the sentence.
 
     Parameters
     ----------
-    word : str
-        Its name.
-    pairs : sequence of RecordingPair
-        All of them whole, or none.
-    methods : sequence of str
-        Names as for `resolve_method`, `DIAGONAL`, or a name with `EXPECTED` after it.
+    words : mapping of str to sequence of RecordingPair
+        All pairs of each word; all of them whole, or none.
+    variants : sequence of MethodVariant
+        Methods to compare.
     seed : int
         Seed of learned methods.
+    encoder : str
+        What the views were made with, as for `speech_view`.
+    known : collection of str
+        Words that need no scores; variants fitted together are fitted to them too.
+    on_word : callable, optional
+        Called with the share that is done, 0 to 1, and the scores of each word.
 
     Returns
     -------
     list of WordScore
-        One for each method.
-
-    Raises
-    ------
-    AlignmentError
-        For an unknown method, or one that has no expected path.
+        One for each word and variant.
     """
-    views = [(pair.source.view, pair.target.view) for pair in pairs]
-    rows, fitted = [], dict[str, Aligner]()
-    for method in methods:
-        name = method.removesuffix(EXPECTED)
-        if name == DIAGONAL:
-            paths = [diagonal_path(len(source), len(target)) for source, target in views]
-        else:
-            if name not in fitted:
-                config = resolve_method(name).config(open_source=not pairs[0].whole)
-                fitted[name] = fit_aligner(views, name, config, seed)
-            aligner = fitted[name] if name == method else with_expected_path(fitted[name])
-            paths = [each.path for each in aligner.align_all(views)]
-        scores = np.array([_pair_scores(p, path) for p, path in zip(pairs, paths, strict=True)])
-        error, overlap, found = scores.mean(axis=0)
-        rows.append(WordScore(word, method, len(pairs), float(error), float(overlap), float(found)))
+    every = [pair for pairs in words.values() for pair in pairs]
+    fits = {each.fit_key: _fitted(each, every, seed, encoder) for each in variants if each.together}
+    rows: list[WordScore] = []
+    for place, (word, pairs) in enumerate(words.items()):
+        if word in known:
+            continue
+        own_fits = dict(fits)
+        own: list[WordScore] = []
+        for each in variants:
+            if each.fit_key not in own_fits:
+                own_fits[each.fit_key] = _fitted(each, pairs, seed, encoder)
+            paths = _paths(own_fits[each.fit_key], each, pairs)
+            scores = [pair_scores(pair, path) for pair, path in zip(pairs, paths, strict=True)]
+            error, overlap, found = map(float, np.mean(scores, axis=0))
+            own.append(WordScore(word, each.name, len(pairs), error, overlap, found))
+        rows += own
+        if on_word:
+            on_word((place + 1) / len(words), own)
     return rows
 
 
-def with_expected_path(fitted: Aligner) -> Aligner:
-    """An aligner with the same features whose paths are read along the expected alignment.
+def _fitted(
+    each: MethodVariant, pairs: Sequence[RecordingPair], seed: int, encoder: str
+) -> Aligner | None:
+    if each.method == DIAGONAL:
+        return None
+    settings = dict(each.settings)
+    if each.method == "dcaw":
+        settings["windows"] = encoder == WINDOWS
+    config = resolve_method(each.method).config(open_source=not pairs[0].whole, **settings)
+    return fit_aligner(_views(pairs), each.method, config, seed)
+
+
+def _paths(
+    fitted: Aligner | None, each: MethodVariant, pairs: Sequence[RecordingPair]
+) -> list[WarpingPath]:
+    if fitted is None:
+        return [diagonal_path(len(source), len(target)) for source, target in _views(pairs)]
+    if each.reading:
+        fitted = read_otherwise(fitted, READINGS[each.reading])
+    return [found.path for found in fitted.align_all(_views(pairs))]
+
+
+def _views(pairs: Sequence[RecordingPair]) -> list[tuple[Float32Array, Float32Array]]:
+    return [(pair.source.view, pair.target.view) for pair in pairs]
+
+
+def read_otherwise(fitted: Aligner, softness: float | None) -> Aligner:
+    """An aligner with the same features whose paths are found by dynamic time warping.
 
     Parameters
     ----------
     fitted : Aligner
-        One that finds its paths by dynamic time warping.
+        Any; of one that reads its path from attention, the attention is left out.
+    softness : float, optional
+        As of `PathSettings`; None for the cheapest path.
 
     Returns
     -------
     Aligner
-        The same with a softened path.
-
-    Raises
-    ------
-    AlignmentError
-        For a method that reads its paths in another way.
     """
     if not isinstance(fitted.config, DtwPathConfig):
-        raise AlignmentError.about(
-            f"method {EXPECTED}",
-            found=type(fitted.config).__name__,
-            allowed="dtw, ctw, dctw, dcaw",
-        )
-    config = replace(fitted.config, softness=SOFTNESS)
+        return read_features(fitted, softness)
+    config = replace(fitted.config, softness=softness)
     return replace(fitted, config=config, find_path=partial(find_dtw_path, config))
 
 
-def _pair_scores(pair: RecordingPair, path: WarpingPath) -> tuple[float, float, float]:
+def pair_scores(pair: RecordingPair, path: WarpingPath) -> tuple[float, float, float]:
     """Error of a path in frames, overlap of the phones, and overlap of the whole word."""
     rate = pair.source.rate
     sources, targets = [s for s, _ in pair.spans], [t for _, t in pair.spans]
@@ -283,13 +374,14 @@ def _wilcoxon_tests(
 
 def score_folder(
     folder: Path,
-    methods: Sequence[str],
+    variants: Sequence[MethodVariant],
     *,
     sentences: Path | None = None,
     encoder: str = DEFAULT,
     noise_db: float | None = None,
     words: Sequence[str] | None = None,
     seed: int = 0,
+    known: Collection[str] = (),
     on_word: Callable[[float, list[WordScore]], None] | None = None,
 ) -> tuple[list[WordScore], list[str]]:
     """Score the words of a folder, or those that are named.
@@ -298,8 +390,8 @@ def score_folder(
     ----------
     folder : Path
         FOLDER/WORD/NAME.wav with NAME.json of phone times.
-    methods : sequence of str
-        As for `score_word`.
+    variants : sequence of MethodVariant
+        Methods to compare.
     sentences : Path, optional
         A folder of the same words in sentences, in which they are to be found; noise is then in the
         sentences alone.
@@ -309,6 +401,8 @@ def score_folder(
         Names of words; all by default.
     seed : int
         Seed of learned methods.
+    known : collection of str
+        Words that need no scores; variants fitted together are fitted to them too.
     on_word : callable, optional
         Called with the share that is done, 0 to 1, and the scores of each word.
 
@@ -324,28 +418,22 @@ def score_folder(
     AlignmentError
         For an unknown method, or where no word can be scored.
     """
-    for method in methods:
-        if method != DIAGONAL:
-            resolve_method(method.removesuffix(EXPECTED))
-    names = word_names(folder, sentences) if words is None else words
-    rows, broken = [], []
-    for place, name in enumerate(names):
+    broken: list[str] = []
+    usable: dict[str, list[RecordingPair]] = {}
+    for name in word_names(folder, sentences) if words is None else words:
         pairs, wrong = _pairs(folder, name, sentences, encoder, noise_db)
         broken += wrong
-        own: list[WordScore] = []
         if len(pairs) < 2:
             broken.append(f"{name}: {len(pairs)} pairs whose phones agree; allowed: two or more")
         else:
-            own = score_word(name, pairs, methods, seed)
-        rows += own
-        if on_word:
-            on_word((place + 1) / len(names), own)
-    if not rows:
+            usable[name] = pairs
+    if not usable:
         raise AlignmentError.about(
             folder,
             found=broken[0] if broken else "no folder of recordings of a word",
             allowed="WORD/NAME.wav with NAME.json, two recordings of a word or more",
         )
+    rows = score_words(usable, variants, seed=seed, encoder=encoder, known=known, on_word=on_word)
     return rows, broken
 
 

@@ -22,8 +22,10 @@ def path_error(found: WarpingPath, true: WarpingPath) -> float:
 
     Parameters
     ----------
-    found, true : (step, view) int
-        Paths through the same views, frames.
+    found : (step, view) int
+        A path, frames.
+    true : (true_step, view) int
+        The true path through the same views, frames.
 
     Returns
     -------

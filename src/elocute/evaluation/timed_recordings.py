@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import FloatArray, WarpingPath
+from elocute.alignment.alignment import WarpingPath
+from elocute.array_types import Float32Array
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError
 from elocute.evaluation.path_errors import TimeSpan, true_path
@@ -49,7 +50,7 @@ class TimedRecording:
     """
 
     name: str
-    view: FloatArray
+    view: Float32Array
     phones: tuple[PhoneSpan, ...]
     word: TimeSpan | None = None
     rate: float = FEATURE_RATE

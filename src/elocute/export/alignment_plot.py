@@ -1,8 +1,8 @@
-"""Two recordings and how they are warped: spectrograms beside a matrix with the path on it."""
+"""Two recordings and how they are warped: spectrograms beside matrices with the path on them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.files.atomic import write_atomically
 
 SIDE, STRIP, GAP, MARGIN, TOP = 720, 170, 12, 64, 56
+BETWEEN = 48  # matrices
 SCALE = 2  # drawn larger, then reduced: smooth lines
 PATH_INK, GRID_INK, TEXT_INK = "#e4572e", "#c8c8c8", "#333333"
 DEPTH = 9.0  # of spectrograms, in natural logarithms below the loudest
@@ -22,21 +23,22 @@ DARK, LIGHT = np.array([16, 38, 77.0]), np.array([250, 251, 253.0])
 
 def plot_alignment(
     sounds: Sequence[Waveform],
-    matrix: NDArray[np.floating],
+    matrices: Mapping[str, NDArray[np.floating]],
     path: NDArray[np.intp],
     output: str | Path,
     title: str = "",
 ) -> None:
-    """Draw a warping path over its matrix, with both spectrograms beside it, as .png.
+    """Draw a warping path over matrices, with both spectrograms beside them, as .png.
 
     Parameters
     ----------
     sounds : sequence of Waveform
         Source and target.
-    matrix : (source frame, target frame)
-        Attention, or costs with their sign turned; more is darker.
+    matrices : mapping of str to (source frame, target frame)
+        By the names above them, side by side: attention, or costs with their sign turned; more is
+        darker.
     path : (step, 2)
-        Frames of source and target.
+        Frames of source and target, drawn over each matrix.
     output : str or Path
         The picture.
     title : str
@@ -49,58 +51,55 @@ def plot_alignment(
     """
     from PIL import Image, ImageDraw, ImageFont
 
-    width, height = MARGIN + STRIP + GAP + SIDE + 24, TOP + SIDE + GAP + STRIP + MARGIN
+    lefts = [MARGIN + STRIP + GAP + place * (SIDE + BETWEEN) for place in range(len(matrices))]
+    width, height = lefts[-1] + SIDE + 24, TOP + SIDE + GAP + STRIP + MARGIN
     image = Image.new("RGB", (width * SCALE, height * SCALE), "white")
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(14 * SCALE)
-    left = MARGIN + STRIP + GAP
-    box = (left, TOP, left + SIDE, TOP + SIDE)
-    _paste(image, _shaded(_spread(matrix)[::-1]), box)
     tall, wide = (_shaded(_spectrum(sound)) for sound in sounds)
     # Time of the source runs upwards, low frequencies lie to the right of its strip and below.
     _paste(image, tall[::-1, ::-1], (MARGIN, TOP, MARGIN + STRIP, TOP + SIDE))
-    _paste(
-        image,
-        wide.swapaxes(0, 1)[::-1],
-        (left, TOP + SIDE + GAP, left + SIDE, TOP + SIDE + GAP + STRIP),
-    )
-    places = (path + 0.5) / np.array(matrix.shape)
+    _source_axis(draw, font, sounds[0].duration_s)
+    for left, (name, matrix) in zip(lefts, matrices.items(), strict=True):
+        _paste(image, _shaded(_spread(matrix)[::-1]), (left, TOP, left + SIDE, TOP + SIDE))
+        under = (left, TOP + SIDE + GAP, left + SIDE, TOP + SIDE + GAP + STRIP)
+        _paste(image, wide.swapaxes(0, 1)[::-1], under)
+        _draw_path(draw, path, matrix.shape, left)
+        _target_axis(draw, font, sounds[1].duration_s, left)
+        at = ((left + SIDE // 2) * SCALE, (TOP - 8) * SCALE)
+        draw.text(at, name, fill=TEXT_INK, font=font, anchor="ms")
+    draw.text((MARGIN * SCALE, 8 * SCALE), title, fill=TEXT_INK, font=font)
+    with write_atomically(output) as draft:
+        image.resize((width, height), Image.Resampling.LANCZOS).save(draft)
+
+
+def _draw_path(draw: Any, path: NDArray[np.intp], shape: tuple[int, ...], left: int) -> None:
+    places = (path + 0.5) / np.array(shape)
     line = [((left + x * SIDE) * SCALE, (TOP + (1 - y) * SIDE) * SCALE) for y, x in places.tolist()]
     if len(line) > 1:
         draw.line(line, fill=PATH_INK, width=3 * SCALE, joint="curve")
     else:
         x, y = line[0]
         draw.ellipse([x - 8, y - 8, x + 8, y + 8], fill=PATH_INK)
-    _time_axes(draw, font, [sound.duration_s for sound in sounds])
-    draw.text((MARGIN * SCALE, 18 * SCALE), title, fill=TEXT_INK, font=font)
-    with write_atomically(output) as draft:
-        image.resize((width, height), Image.Resampling.LANCZOS).save(draft)
 
 
-def _time_axes(draw: Any, font: Any, seconds: Sequence[float]) -> None:
-    left, bottom = MARGIN + STRIP + GAP, TOP + SIDE
-    for second in _marks(seconds[0]):
-        y = (bottom - SIDE * second / seconds[0]) * SCALE
+def _source_axis(draw: Any, font: Any, seconds: float) -> None:
+    bottom = TOP + SIDE
+    for second in _marks(seconds):
+        y = (bottom - SIDE * second / seconds) * SCALE
         draw.text(((MARGIN - 8) * SCALE, y), f"{second:g}", fill=TEXT_INK, font=font, anchor="rm")
         draw.line([MARGIN * SCALE, y, (MARGIN + 6) * SCALE, y], fill=GRID_INK, width=SCALE)
-    under = bottom + GAP + STRIP
-    for second in _marks(seconds[1]):
-        x = (left + SIDE * second / seconds[1]) * SCALE
+    at = ((MARGIN + STRIP // 2) * SCALE, (bottom + 14) * SCALE)
+    draw.text(at, "source, s", fill=TEXT_INK, font=font, anchor="ma")
+
+
+def _target_axis(draw: Any, font: Any, seconds: float, left: int) -> None:
+    under = TOP + SIDE + GAP + STRIP
+    for second in _marks(seconds):
+        x = (left + SIDE * second / seconds) * SCALE
         draw.text((x, (under + 6) * SCALE), f"{second:g}", fill=TEXT_INK, font=font, anchor="ma")
-    draw.text(
-        ((MARGIN + STRIP // 2) * SCALE, (bottom + 14) * SCALE),
-        "source, s",
-        fill=TEXT_INK,
-        font=font,
-        anchor="ma",
-    )
-    draw.text(
-        ((left + SIDE // 2) * SCALE, (under + 30) * SCALE),
-        "target, s",
-        fill=TEXT_INK,
-        font=font,
-        anchor="ma",
-    )
+    at = ((left + SIDE // 2) * SCALE, (under + 30) * SCALE)
+    draw.text(at, "target, s", fill=TEXT_INK, font=font, anchor="ma")
 
 
 def _marks(seconds: float) -> list[float]:

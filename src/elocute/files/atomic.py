@@ -26,6 +26,8 @@ STALE_DAYS = 7.0
 """Drafts of other machines, whose processes cannot be asked for, are left alone for this long."""
 _FOLDERS: set[Path] = set()
 """Where this process has written, for `remove_own_drafts`."""
+_EXPECTED: dict[tuple[str, str], tuple[int, int, int, int] | None] = {}
+"""Places in a block of `unchanged`, and what is there as far as this run knows."""
 BEFORE = "before"
 _DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", re.ASCII)
 
@@ -100,7 +102,8 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        As `check_output`; for a folder; and where the disk refuses or is full.
+        As `check_output`; for a folder; where the disk refuses or is full; and, in a block of
+        `unchanged`, where something else was written there in the meantime.
     """
     path = check_output(path)
     if path.is_dir():
@@ -108,7 +111,60 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
     with _draft_folder(path) as room:
         yield room / path.name
         _sync(room / path.name)
-        (room / path.name).replace(path)
+        _take_place(room / path.name, path)
+
+
+@contextlib.contextmanager
+def unchanged(path: Path) -> Iterator[None]:
+    """In this block `write_atomically` replaces `path` only as it is now, or as it wrote it."""
+    place = _place(path)
+    _EXPECTED[place] = _state(path)
+    try:
+        yield
+    finally:
+        _EXPECTED.pop(place, None)
+
+
+def _take_place(draft: Path, path: Path) -> None:
+    """Move a draft to its name. Raises OutputError where `unchanged` is broken."""
+    place = _place(path)
+    if place not in _EXPECTED:
+        draft.replace(path)
+        return
+    if _EXPECTED[place] != _state(path):
+        raise written_meanwhile(path)
+    if _EXPECTED[place] is None:
+        try:
+            os.link(draft, path)  # unlike a rename, it never takes the place of another file
+        except FileExistsError as error:
+            raise written_meanwhile(path) from error
+        except OSError:  # a file system without hard links
+            draft.replace(path)
+    else:
+        draft.replace(path)
+    _EXPECTED[place] = _state(path)
+
+
+def written_meanwhile(path: Path) -> OutputError:
+    """The error for a file that another program wrote while this one was working."""
+    return OutputError.about(
+        path,
+        found="it was written by something else in the meantime",
+        remedy="choose another name",
+    )
+
+
+def _place(path: Path) -> tuple[str, str]:
+    return os.path.realpath(path.parent), path.name
+
+
+def _state(path: Path) -> tuple[int, int, int, int] | None:
+    """What changes when a file is written or replaced; None where nothing is there."""
+    try:
+        facts = path.lstat()
+    except FileNotFoundError:
+        return None
+    return facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtime_ns
 
 
 @contextlib.contextmanager

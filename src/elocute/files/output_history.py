@@ -158,7 +158,7 @@ def _key(path: Path) -> bytes:
 
 
 def _with_history(ask: Callable[[sqlite3.Connection], _T]) -> _T | None:
-    """`ask` of the open history, begun anew once where it is damaged; None where there is none."""
+    """`ask` of the open history, begun anew where it is unreadable; None where there is none."""
     try:
         import sqlite3
 
@@ -175,8 +175,9 @@ def _with_history(ask: Callable[[sqlite3.Connection], _T]) -> _T | None:
                 return ask(table)
         except (sqlite3.OperationalError, TypeError, ValueError):
             return None  # locked, no room, read-only, or a home of another version
-        except sqlite3.DatabaseError:
+        except sqlite3.DatabaseError:  # damaged, or somebody else's: kept beside the new one
             with contextlib.suppress(OSError):
+                os.link(place, place.with_name(place.name + ".unreadable"))
                 place.unlink()
         except OSError:
             return None

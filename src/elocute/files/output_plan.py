@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elocute.errors import InputError, OutputError
-from elocute.files.atomic import check_output, moved_aside
+from elocute.files.atomic import check_output, moved_aside, unchanged, written_meanwhile
 from elocute.files.output_history import (
     Source,
     fingerprint,
@@ -26,6 +26,7 @@ from elocute.files.output_history import (
     source_text,
 )
 
+STANDARD_INPUT = "-"
 REMEDY = "`overwrite` replaces it, `no_clobber` keeps it"
 
 
@@ -126,7 +127,9 @@ class OutputPlan:
         if overwrite and no_clobber:
             raise InputError.about("`overwrite`", found="`no_clobber` too", allowed="one of them")
         for planned in self._planned:
+            _check_working_folder(planned.path)
             check_output(self._room(planned.path))
+            _refuse_linked_folder(planned.path)
             self._seen[planned.path] = fingerprint(planned.path)
         _refuse_collisions(self._planned)
         inputs = _by_identity(self._inputs)
@@ -200,21 +203,36 @@ class OutputPlan:
         written = [one for one in written if self.wants(one.path)]
         for one in written:
             if fingerprint(one.path) != self._seen[one.path]:
-                raise OutputError.about(
-                    one.path,
-                    found="it was written by something else in the meantime",
-                    remedy="choose another name",
-                )
+                raise written_meanwhile(one.path)
         with contextlib.ExitStack() as aside:
             if path.parent in self._folders:
                 aside.enter_context(_made_folder(path.parent))
             for one in written:
                 if one.path.is_dir() and not one.path.is_symlink():
                     aside.enter_context(moved_aside(one.path))
+                else:
+                    aside.enter_context(unchanged(one.path))
             yield
         for one in written:
             remember_output(one.path, one.sources)
             self._seen[one.path] = fingerprint(one.path)
+
+
+def _check_working_folder(path: Path) -> None:
+    """Raise OutputError for a relative path where the working folder was deleted."""
+    if path.is_absolute():
+        return
+    try:
+        Path.cwd()
+    except OSError as error:
+        raise OutputError.about(
+            path, found="the current folder does not exist any more", remedy="cd to another one"
+        ) from error
+
+
+def _refuse_linked_folder(path: Path) -> None:
+    if path.is_symlink() and path.is_dir():
+        raise OutputError.about(path, found="a link to a folder", allowed="a file name")
 
 
 @contextlib.contextmanager
@@ -304,7 +322,7 @@ def _by_identity(inputs: Iterable[Source]) -> dict[tuple[int, int], Source]:
     found: dict[tuple[int, int], Source] = {}
     for source in inputs:
         try:
-            facts = Path(source).stat()
+            facts = os.fstat(0) if str(source) == STANDARD_INPUT else Path(source).stat()
         except (OSError, ValueError):
             continue
         found.setdefault((facts.st_dev, facts.st_ino), source)

@@ -124,8 +124,11 @@ class SharedCrnn(nn.Module):
 
     def embed(self, static: Tensor, starts: Tensor) -> Tensor:
         """(batch, frame, 64): all convolutions."""
-        columns = self.crnn.columns(with_slopes(static))
-        x = self._first(columns, starts)
+        return self.embed_columns(with_slopes(static), starts)
+
+    def embed_columns(self, values: Tensor, starts: Tensor) -> Tensor:
+        """The same of (batch, column, 128, 3) with the derivatives made."""
+        x = self._first(self.crnn.columns(values), starts)
         batch, frames = starts.shape
         return self.crnn.after_first(x.flatten(0, 1)).reshape(batch, frames, FILTERS)
 

@@ -1,7 +1,8 @@
-"""Networks of deep canonical (attentional) warping (Tzirakis et al. 2019, section 4.1).
+"""Networks of deep canonical attentional warping (Tzirakis et al. 2019, section 4.1).
 
-A convolutional recurrent network per view, Bahdanau's score (Eq. 3) and monotonic attention in
-its expected form (Raffel et al. 2017). Shapes: (clip, frame, feature), padded at the end.
+Recurrent convolutional networks of views, Bahdanau's score (Eq. 3) and what is made of it: Eq. 2,
+and monotonic attention in the expected form of Raffel et al. (2017). Shapes: (clip, frame,
+feature), padded at the end.
 """
 
 from __future__ import annotations
@@ -12,26 +13,65 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from elocute.audio.mel_with_deltas import BANDS, CONTEXT
+from elocute.networks.crnn import CHANNELS, Crnn, CrnnConfig, SharedCrnn
+
 KERNEL = 3
 BUMP = 1.0  # half the distance of the flanks, in units of the difference's width
 PROBABILITY_MIN = 1e-6
+HIDDEN_SCORE = -1e4
+"""Of frames that are padding: far below every score, and finite, so that no gradient is NaN."""
+COLUMNS_PER_FRAME = 2
+WINDOW_FEATURES = COLUMNS_PER_FRAME * BANDS * CHANNELS
+"""Of a frame of 20 ms: the two columns of 10 ms that it adds to the windows of 41."""
 
 
 @dataclass(frozen=True)
 class EncoderConfig:
-    """inputs: features of a frame; outputs: canonical dimensions before CCA."""
+    """Sizes of an encoder.
+
+    inputs: features of a frame. outputs: canonical dimensions before CCA. windows: the features
+    are columns of windows of 41 x 128 x 3 (`WindowEncoder`).
+    """
 
     inputs: int
     outputs: int
     filters: int = 32
     units: int = 16
+    windows: bool = False
 
 
-class ViewEncoder(nn.Module):
-    """Two convolutions over time and a bidirectional GRU, added to a linear map of the input.
+class Encoder(nn.Module):
+    """A linear map of the input, and a recurrent convolutional network that is added to it.
 
-    The linear map starts from given projections and the rest from zero, so that training starts
-    from features that are already worth comparing: a word has seconds of data, not hours.
+    The linear map is given by `start_from`, and the network's last layer starts from zero, so that
+    training starts from features that are already worth comparing: a word has seconds of data, not
+    hours.
+    """
+
+    direct: nn.Linear
+    out: nn.Linear
+
+    def start_from(self, matrix: Tensor, mean: Tensor) -> None:
+        """Begin as x → (x - mean) @ matrix, of (input, output)."""
+        with torch.no_grad():
+            self.direct.weight.copy_(matrix.T)
+            self.direct.bias.copy_(-mean @ matrix)
+            self.out.weight.zero_()
+            self.out.bias.zero_()
+
+    def fold(self, matrix: Tensor, mean: Tensor) -> None:
+        """Apply y → (y - mean) @ matrix to all outputs from now on, within the last layers."""
+        with torch.no_grad():
+            for layer in (self.direct, self.out):
+                layer.weight.copy_(matrix.T @ layer.weight)
+            self.direct.bias.copy_((self.direct.bias - mean) @ matrix)
+            self.out.bias.copy_(self.out.bias @ matrix)
+
+
+class ViewEncoder(Encoder):
+    """Of any features: two convolutions over time and a bidirectional GRU.
+
     Convolutions are initialised as by He et al., recurrent weights as by Glorot (section 6.1).
     """
 
@@ -64,6 +104,37 @@ class ViewEncoder(nn.Module):
             recurrent, batch_first=True, total_length=clips.shape[1]
         )
         return (self.direct(clips) + self.out(torch.cat([x, recurrent], dim=2))) * inside
+
+
+class WindowEncoder(Encoder):
+    """Of windows of 41 x 128 x 3: the paper's convolutional recurrent network (section 5).
+
+    A frame of 20 ms holds its two columns of 10 ms (2 · 128 · 3, see `sound_views.speech_view`);
+    its window is the 41 columns around the first of them, zeros beyond the ends of the clip. The
+    columns that windows share are computed once.
+    """
+
+    def __init__(self, config: EncoderConfig) -> None:
+        super().__init__()
+        self.direct = nn.Linear(config.inputs, config.outputs)
+        self.windows = SharedCrnn(Crnn(CrnnConfig(config.outputs)))
+        self.out = self.windows.crnn.output
+        nn.init.zeros_(self.out.weight)
+
+    def forward(self, clips: Tensor, lengths: Tensor) -> Tensor:
+        """(clip, frame, 768) and (clip,) to (clip, frame, output), zero in the padding."""
+        count, frames, _ = clips.shape
+        columns = clips.reshape(count, frames * COLUMNS_PER_FRAME, BANDS, CHANNELS)
+        columns = functional.pad(columns, (0, 0, 0, 0, CONTEXT, CONTEXT))
+        starts = (torch.arange(frames) * COLUMNS_PER_FRAME).expand(count, -1)
+        hidden, _ = self.windows.crnn.head(self.windows.embed_columns(columns, starts))
+        inside = frame_mask(lengths, frames).unsqueeze(2)
+        return (self.direct(clips) + hidden) * inside
+
+
+def build_encoder(config: EncoderConfig) -> Encoder:
+    """The encoder for such features."""
+    return WindowEncoder(config) if config.windows else ViewEncoder(config)
 
 
 class BahdanauScore(nn.Module):
@@ -103,6 +174,24 @@ def soft_attention(scores: Tensor, source_mask: Tensor) -> Tensor:
     return torch.softmax(hidden, dim=1)
 
 
+def log_attention(
+    scores: Tensor, source_mask: Tensor, target_mask: Tensor, mutual: bool = True
+) -> Tensor:
+    """log of Eq. 2, (pair, source, target); zero in the padding.
+
+    Eq. 2 lets every target frame choose among the source frames. With `mutual`, source frames
+    choose among the target frames too, and the two logarithms are averaged: a frame that is like
+    everything then attracts nobody.
+    """
+    inside = (source_mask.unsqueeze(2) * target_mask.unsqueeze(1)).bool()
+    over_source = scores.masked_fill(source_mask.unsqueeze(2) == 0, HIDDEN_SCORE)
+    chosen = torch.log_softmax(over_source, dim=1)
+    if mutual:
+        over_target = scores.masked_fill(target_mask.unsqueeze(1) == 0, HIDDEN_SCORE)
+        chosen = 0.5 * (chosen + torch.log_softmax(over_target, dim=2))
+    return chosen.masked_fill(~inside, 0.0)
+
+
 def monotonic_attention(scores: Tensor, source_mask: Tensor, free_start: bool = False) -> Tensor:
     """Expected attention of a reader that never goes back (Raffel et al. 2017, Eqs. 8 to 13).
 
@@ -138,7 +227,7 @@ class DcawNetwork(nn.Module):
     ) -> None:
         super().__init__()
         count = 1 if shared else len(configs)
-        self.encoders = nn.ModuleList(ViewEncoder(config) for config in configs[:count])
+        self.encoders = nn.ModuleList(build_encoder(config) for config in configs[:count])
         self.attention = BahdanauScore(configs[0].outputs, width, height)
 
     def encode(self, side: int, clips: Tensor, lengths: Tensor) -> Tensor:

@@ -44,7 +44,7 @@ from elocute.propagation.word_recordings import WordRecordings, find_recordings
 HEADER = "word,audio,reason\n"
 REJECTS = "rejects.csv"
 WRITTEN = (BASIS, "manifest.json", REJECTS, "*.parquet")
-DEEP = ("dctw", "dcaw")  # their sums depend on the number of threads: workers have one
+DEEP = ("dctw", "cca-soft", "dcaw")  # their sums depend on the number of threads: workers have one
 
 
 @dataclass

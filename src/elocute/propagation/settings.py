@@ -19,7 +19,7 @@ class PropagateConfig:
         For a number outside its range.
     """
 
-    method: str = setting("dcaw", help="Alignment: dtw, softdtw, ctw, dctw or dcaw.")
+    method: str = setting("cca-soft", help="Alignment: dtw, softdtw, ctw, dctw, cca-soft or dcaw.")
     encoder: str = setting("fbank", help="Speech encoder that recordings are compared by.")
     seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
     fit_pairs: int = setting(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from elocute.alignment.alignment import Alignment
     from elocute.audio.waveform import Waveform
 
-METHODS = ("dtw", "softdtw", "ctw", "dctw", "dcaw")
+METHODS = ("dtw", "softdtw", "ctw", "dctw", "cca-soft", "dcaw")
 LONGEST_S = 600.0
 LARGEST_S2 = 8000.0
 """The seconds of one recording times those of the other: every frame of one is held against every
@@ -33,9 +33,11 @@ def align_command(
     target: Path = typer.Argument(..., help="Recording to warp it onto."),
     method: str = typer.Option(
         "softdtw",
-        help=f"Method: {', '.join(METHODS)}. The last two train a network for a minute or more.",
+        help=f"Method: {', '.join(METHODS)}. The last three train a network.",
     ),
-    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones and the like."),
+    encoder: str = typer.Option(
+        "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
+    ),
     find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
     band: float | None = typer.Option(
         None,
@@ -43,7 +45,7 @@ def align_command(
     ),
     seed: int = options.LearningSeed,
     plot: Path | None = typer.Option(
-        None, help="Draw both spectrograms, the attention and the path (.png)."
+        None, help="Draw both spectrograms, and the path over what it is read from (.png)."
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -51,8 +53,12 @@ def align_command(
 ) -> None:
     """Align two recordings of the same words in time, and score how well they agree.
 
-    Soft-DTW takes a second. Learned methods (ctw, dctw, dcaw) are fitted to these two recordings
-    alone; fitted to many recordings of a word (`elocute.alignment.fit_aligner`) they are better.
+    Soft-DTW takes a second. Learned methods (ctw, dctw, cca-soft, dcaw) are fitted to these two
+    recordings alone; fitted to many recordings of a word (`elocute.alignment.fit_aligner`) they are
+    better.
+
+    --plot draws the attention of a method that has one and, apart, the posterior of one that reads
+    its path by soft-DTW; for other methods, how near the features are.
     """
     from elocute.audio.read import probe_audio, read_audio
     from elocute.encoders.protocol import FEATURE_RATE
@@ -60,9 +66,10 @@ def align_command(
     check_file_suffix(plot, ".png")
     plan = plan_files([source, target], [plot], overwrite, no_clobber)
     with needs_extra("alignment", "wild"):
-        from elocute.alignment import methods
+        from elocute.alignment import methods, sound_views
     chosen = methods.resolve_method(method)
-    config = chosen.config(band=band, open_source=find)
+    windows = {"windows": True} if (method, encoder) == ("dcaw", sound_views.WINDOWS) else {}
+    config = chosen.config(band=band, open_source=find, **windows)
     paths = (source, target)
     _check_lengths(paths, [probe_audio(path).duration_s or 0.0 for path in paths])
     sounds = [read_audio(path) for path in paths]
@@ -111,14 +118,15 @@ def _view(path: Path, sound: Waveform, encoder: str) -> NDArray[np.floating]:
 
 
 def _plot(sounds: list[Waveform], found: Alignment, path: Path, title: str) -> None:
-    """The path over the attention or, where there is none, over the costs."""
+    """The path over attention and posterior or, where there is neither, over the costs."""
     from elocute.alignment.dtw import squared_distances
     from elocute.export.alignment_plot import plot_alignment
 
-    matrix = found.attention
-    if matrix is None:
-        matrix = -squared_distances(*found.features)
-    plot_alignment(sounds, matrix, found.path, path, title)
+    named = {"attention": found.attention, "posterior of soft-DTW": found.posterior}
+    matrices = {name: matrix for name, matrix in named.items() if matrix is not None}
+    if not matrices:
+        matrices = {"minus the distance of features": -squared_distances(*found.features)}
+    plot_alignment(sounds, matrices, found.path, path, title)
 
 
 def _show(found: Alignment, source: str, find: bool) -> None:

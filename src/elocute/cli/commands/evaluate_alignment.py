@@ -14,7 +14,7 @@ from elocute.cli import options
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, needs_extra
 
-DEFAULT_METHODS = "diagonal,dtw,softdtw,ctw,dctw,dcaw"
+DEFAULT_METHODS = "diagonal,dtw,softdtw,ctw,dctw,cca-soft,dcaw"
 COLUMNS = ("method", "error frames", "p of error", "overlap", "p of overlap", "found")
 NOISE_RANGE_DB = (-20.0, 60.0)
 
@@ -28,9 +28,21 @@ def alignment_command(
     ),
     methods: str = typer.Option(
         DEFAULT_METHODS,
-        help="Methods to compare, separated by commas; METHOD/expected reads its expected path.",
+        help="Methods to compare, separated by commas. METHOD/together is fitted once, to all "
+        "words; /expected reads its expected path, /features its features by DTW.",
     ),
-    encoder: str = typer.Option("fbank", help="Speech encoder: fbank, phones and the like."),
+    ablation: bool = typer.Option(
+        False, help="Compare learned methods with and without each of their parts instead."
+    ),
+    together: bool = typer.Option(
+        False, help="With --ablation: fit learned methods once, to all words."
+    ),
+    tested: str | None = typer.Option(
+        None, help="Method to test against each other one; dcaw where it is among them."
+    ),
+    encoder: str = typer.Option(
+        "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
+    ),
     noise_db: float | None = typer.Option(
         None, help="Add babble at this ratio of speech to noise, in decibels."
     ),
@@ -49,22 +61,32 @@ def alignment_command(
     """
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
-    from elocute.encoders.registry import resolve_encoder
 
     with needs_extra("alignment", "wild"):
-        from elocute.evaluation.alignment_scores import compare_methods, score_folder, word_names
+        from elocute.alignment.sound_views import check_view_name
+        from elocute.evaluation.alignment_ablation import ablation_variants
+        from elocute.evaluation.alignment_scores import (
+            compare_methods,
+            method_variant,
+            score_folder,
+            word_names,
+        )
     _check_noise(noise_db)
     names = _method_names(methods)
     for place in (folder, sentences):
         if place is not None and not place.is_dir():
             raise InputError.about(place, found="not a folder", allowed="a folder of words")
-    resolve_encoder(encoder)
+    check_view_name(encoder)
+    variants = ablation_variants(together) if ablation else list(map(method_variant, names))
+    known = [each.name for each in variants]
+    if tested is not None and tested not in known:
+        raise InputError.about("--tested", found=tested, allowed=", ".join(known))
     files = check_tables(table)
     plan = plan_files([folder], files, overwrite, no_clobber)
     with progress_bar("aligning", as_json) as progress:
         rows, broken = score_folder(
             folder,
-            names,
+            variants,
             sentences=sentences,
             encoder=encoder,
             noise_db=noise_db,
@@ -72,7 +94,7 @@ def alignment_command(
             seed=seed,
             on_word=lambda share, _rows: progress(share),
         )
-    found = compare_methods(rows)
+    found = compare_methods(rows, tested or ("dcaw/together" if ablation and together else "dcaw"))
     write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])
     if as_json:
         record: dict[str, Any] = {"methods": found, "encoder": encoder, "left_out": broken}
@@ -80,7 +102,7 @@ def alignment_command(
     else:
         if per_word:
             for row in rows:
-                print(f"{row.word:16} {row.method:10} {row.error_frames:7.3f} {row.overlap:6.3f}")
+                print(f"{row.word:16} {row.method:28} {row.error_frames:7.3f} {row.overlap:6.3f}")
         print_table(found)
     for line in broken:
         print(f"elocute: {line}", file=sys.stderr)
@@ -109,15 +131,15 @@ def _cells(method: str, cells: dict[str, Any]) -> list[Any]:
 
 
 def print_table(table: dict[str, dict[str, Any]]) -> None:
-    """One line per method; p is of dcaw's gain over it."""
+    """One line per method; p is of the gain of the tested method over it."""
     print(
-        f"{'method':10} {'error':>8} {'p':>8} {'overlap':>8} {'p':>8} {'found':>7}   "
+        f"{'method':28} {'error':>8} {'p':>8} {'overlap':>8} {'p':>8} {'found':>7}   "
         "error in frames: lower is better; overlap, found: higher"
     )
     for method, cells in table.items():
         tests = cells.get("against", {})
         ps = [f"{tests[m]['p']:8.2g}" if tests else " " * 8 for m in ("error_frames", "overlap")]
         print(
-            f"{method:10} {cells['error_frames']:8.3f} {ps[0]} {cells['overlap']:8.3f} {ps[1]}"
+            f"{method:28} {cells['error_frames']:8.3f} {ps[0]} {cells['overlap']:8.3f} {ps[1]}"
             f" {cells['found']:7.3f}"
         )

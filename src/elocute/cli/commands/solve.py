@@ -37,7 +37,9 @@ def solve_command(
     fps: float = typer.Option(60.0, help="Frames per second of a .npy."),
     bounded: bool = typer.Option(False, help="Keep weights between 0 and 1."),
     zero_pose: bool = typer.Option(False, help="Solve for shapes alone, without joint rotations."),
-    regularisation: float = typer.Option(1e-6, min=0.0, help="Penalty on squared weights, mm²."),
+    regularisation: float = typer.Option(
+        1e-6, min=0.0, max=1e6, help="Penalty on squared weights, mm²."
+    ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
