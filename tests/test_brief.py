@@ -63,3 +63,12 @@ def test_long_values_are_cut() -> None:
     assert brief("x" * 500).endswith("…") and len(brief("x" * 500)) < LONGEST
     assert brief(list(range(1000))) == "1000 × 0"
     assert brief(("a", 1)) == "('a', 1)"
+
+
+def test_a_repr_that_fails_is_not_what_is_told() -> None:
+    class Fails:
+        def __repr__(self) -> str:
+            raise RuntimeError
+
+    assert brief(Fails()) == "<Fails object>"
+    assert brief([Fails()]) == "(<Fails object>)"

@@ -15,6 +15,7 @@ import elocute
 from elocute.audio.features import Features
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import open_shards
+from elocute.errors import AudioError, OutputError
 from elocute.motion import edits
 from elocute.motion.curves import curves_from_motion
 from elocute.motion.vertex_motion import VertexMotion
@@ -252,3 +253,56 @@ def test_zeros_are_refused_however_many(tmp_path: Path, size: int, says: str):
         file.truncate(size)  # takes no room on the disk
     with pytest.raises(elocute.InputError, match=says):
         elocute.read_audio(tmp_path / "a.mp3")
+
+
+class Fails:
+    """Whatever is asked of it fails."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no repr")
+
+    def __array__(self, *_: object, **__: object) -> Any:
+        raise RuntimeError("no array")
+
+
+class NumberPath:
+    """A path object that stands for a number."""
+
+    def __fspath__(self) -> Any:
+        return 5
+
+
+FAILS, NUMBER_PATH = Fails(), NumberPath()
+ODD: dict[str, dict[str, Any]] = {
+    "speech": {"speech": NUMBER_PATH, "rate": None},
+    "head": {"head": NUMBER_PATH},
+    "identity": {"identity": NUMBER_PATH},
+    "style": {"style": NUMBER_PATH},
+    "model": {"model": NUMBER_PATH},
+    "array": {"speech": FAILS},
+    "a head without a repr": {"head": FAILS},
+    "a model without a repr": {"model": FAILS},
+    "a style without a repr": {"style": FAILS},
+    "a frame rate without a repr": {"fps": FAILS},
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_objects_whose_own_methods_fail(name: str):
+    given: dict[str, Any] = {"speech": SILENCE, "rate": 16000} | ODD[name]
+    error = AudioError if "speech" in ODD[name] else elocute.InputError
+    with pytest.raises(error, match="allowed: "):
+        elocute.animate(**given)
+
+
+@pytest.mark.parametrize("progress", [5, "x", [], np.zeros((2, 2)), FAILS])
+def test_no_function_of_progress_is_told_before_any_work(progress: Any):
+    with pytest.raises(elocute.InputError, match=r"progress: .*; allowed: a function or None"):
+        elocute.animate("no such file.wav", progress=progress)
+
+
+@pytest.mark.parametrize("name", ["sound", "motion"])
+def test_an_animation_is_written_with_what_is_its_own(name: str, tmp_path: Path):
+    with pytest.raises(OutputError, match=f"`{name}`: .*the animation's own"):
+        TAKE.write(tmp_path / "a.glb", **{name: "y.wav"})
+    assert not list(tmp_path.iterdir())

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from elocute.articulation.style import Style
 from elocute.audio.speech_input import SpeechInput, resolve_speech
 from elocute.audio.waveform import Waveform
-from elocute.errors import HeadError, InputError
+from elocute.errors import HeadError, InputError, OutputError
+from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
@@ -97,10 +98,19 @@ class Animation:
         Raises
         ------
         OutputError
-            For an unknown suffix or option, or a place that cannot be written.
+            For an unknown suffix or option, another sound or motion, or a place that cannot be
+            written.
         """
         from elocute.export.registry import write
 
+        for name in ("motion", "sound"):
+            if name in options:
+                raise OutputError.about(
+                    f"`{name}`",
+                    found=brief(options[name]),
+                    allowed="the animation's own, which is written anyway",
+                    remedy="leave it out, or make an Animation with another",
+                )
         write(self.motion, path, sound=self.sound, **options)
         return self
 
@@ -160,6 +170,7 @@ def animate(
         ModelError for models and styles.
     """
     check_animation_settings(fps, strength)
+    check_kind("progress", progress, (Callable, type(None)), "a function or None")
     sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved, rig = chosen.style(checked_style(style)), chosen.rig(_rig(head, identity))
@@ -174,6 +185,8 @@ def animate(
 def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
     """The head to animate. Raises HeadError."""
     check_kind("head", head, str | os.PathLike, "builtin, or a path", HeadError)
+    if not isinstance(head, str):
+        head = path_of(head, HeadError)
     if str(head) == "builtin":
         return identity_head(identity)
     if str(identity) != "mean":
@@ -202,6 +215,8 @@ def identity_head(identity: str | int | Path) -> HeadModel:
     HeadError
         For an unknown name or a file that holds no coefficients.
     """
+    if isinstance(identity, os.PathLike):
+        identity = path_of(identity, HeadError)
     choice = brief(identity) if isinstance(identity, int) else str(identity)
     return _face(resolve_identity(choice).tobytes())
 

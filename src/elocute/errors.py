@@ -22,6 +22,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
+NO_MEMORY = ("failed to map segment", "cannot allocate memory")
 SHOWN_MAX = 600
 """Characters of what was found that a message shows."""
 
@@ -128,6 +129,22 @@ def _start(text: str) -> str:
     return text if len(text) <= SHOWN_MAX else f"{text[:SHOWN_MAX]}…"
 
 
+def lacks_memory(error: BaseException) -> bool:
+    """Whether an error says that there is no memory left, for data or for a library.
+
+    Parameters
+    ----------
+    error : BaseException
+        A MemoryError, or what the system says where it loads a library.
+
+    Returns
+    -------
+    bool
+    """
+    told = str(error).lower() if isinstance(error, ImportError | OSError) else ""
+    return isinstance(error, MemoryError) or any(words in told for words in NO_MEMORY)
+
+
 @contextmanager
 def needs_extra(what: str, extra: str) -> Iterator[None]:
     """Around imports of packages that an extra installs: say which one is missing.
@@ -147,6 +164,8 @@ def needs_extra(what: str, extra: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
+        if lacks_memory(error):
+            raise
         raise MachineError(
             f"{what} needs {error.name}; install it: pip install 'elocute[{extra}]'"
         ) from error

@@ -47,7 +47,15 @@ def brief(value: Any, depth: int = 3) -> str:
     Returns
     -------
     str
+        `<Type object>` where the value's own `__repr__` fails.
     """
+    try:
+        return _brief(value, depth)
+    except Exception:  # it stands in error messages, and may not replace them
+        return f"<{type(value).__name__} object>"
+
+
+def _brief(value: Any, depth: int) -> str:
     if hasattr(value, "dtype") and getattr(value, "shape", ()):
         return f"{value.dtype}{tuple(value.shape)}".replace(",)", ")")
     if isinstance(value, int) and value.bit_length() > 100:

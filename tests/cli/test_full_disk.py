@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 import soundfile
 
+from elocute.errors import needs_extra
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.store import save_motion
-from tests.support.commands import one_line
+from tests.support.commands import one_line, run_python
 from tests.support.commands import run_apart as run
 
 LIMIT = 30_000
@@ -136,6 +137,9 @@ def test_standard_input_and_error_that_are_closed_or_full(tmp_path):
         )
 
     one_line(shell("animate - -o talk.csv <&-"), "standard input: nothing")
+    told = one_line(shell("animate - -o talk.csv </dev/null"), "standard input: nothing")
+    assert told.count("standard input") == told.count("allowed") == 1
+    one_line(shell("animate a.wav -o - --format csv >&-"), "standard output: closed")
     assert shell("no-such-command 2>/dev/full").returncode == 2
     assert shell("no-such-command 2>&-").returncode == 2
     one_line(shell(f"animate x.wav -o {'a/' * 3000}talk.csv"), "no possible name")
@@ -207,3 +211,17 @@ def test_folders_that_would_be_new_are_not_left_empty(small, speech_wav):
     done = run("animate", speech_wav, "-o", target, "--format", "npz")
     one_line(done, "cannot be written (No space left on device)")
     assert [path.name for path in small.iterdir()] == ["full"]
+
+
+def test_too_little_memory_for_a_library_is_one_line(tmp_path):
+    code = (
+        "import sys; from unittest import mock; from elocute.cli import app, main\n"
+        "def fail(**_): raise ImportError('liba.so: failed to map segment from shared object')\n"
+        "with mock.patch.object(app, 'app', fail): main()"
+    )
+    one_line(run_python("-c", code, cwd=tmp_path), "not enough memory", code=1)
+
+
+def test_an_import_for_which_there_is_no_memory_is_not_a_missing_extra():
+    with pytest.raises(ImportError, match="map segment"), needs_extra("this", "train"):
+        raise ImportError("liba.so: failed to map segment from shared object")

@@ -16,6 +16,7 @@ from typer.main import get_command
 
 from elocute.cli.app import app
 from elocute.cli.examples import EXAMPLES
+from tests.support import commands
 from tests.support.commands import run_apart
 
 
@@ -130,3 +131,31 @@ class TestCompletion:
 
     def test_it_is_shown(self, bash: Callable) -> None:
         assert "_ELOCUTE_COMPLETE" in bash("elocute --show-completion; true")
+
+
+@pytest.mark.parametrize(
+    ("environment", "says"),
+    [
+        ({"_ELOCUTE_COMPLETE": "foo"}, "_ELOCUTE_COMPLETE: 'foo'; allowed: "),
+        ({"_ELOCUTE_COMPLETE": "complete_csh"}, "_ELOCUTE_COMPLETE: 'complete_csh'; allowed: "),
+        ({"_ELOCUTE_COMPLETE": "complete_bash"}, "no COMP_WORDS"),
+        (
+            {"_ELOCUTE_COMPLETE": "complete_bash", "COMP_WORDS": "a", "COMP_CWORD": "x"},
+            "COMP_CWORD",
+        ),
+    ],
+)
+def test_what_no_shell_asks_is_one_line(environment: dict[str, str], says: str) -> None:
+    commands.one_line(commands.run_apart("--help", env=commands.SAME_ELOCUTE | environment), says)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a folder in which nobody can make another")
+def test_completion_that_cannot_be_installed_is_one_line() -> None:
+    code = (
+        "import shellingham; from elocute.cli import main\n"
+        "shellingham.detect_shell = lambda *_: ('bash', '/bin/bash')\n"
+        "main()"
+    )
+    environment = commands.SAME_ELOCUTE | {"HOME": "/proc/x"}
+    done = commands.run_python("-c", code, "--install-completion", env=environment)
+    commands.one_line(done, "--install-completion: ", "/proc/x", code=1)

@@ -15,7 +15,7 @@ from elocute.audio.decoders import CHANNELS_MAX, FORMATS
 from elocute.audio.read import open_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
-from elocute.files.reading import bytes_text
+from elocute.files.reading import bytes_text, path_of
 from elocute.numerics.input_checks import NUMBERS_MAX, array_of, whole_number
 from elocute.one_line_repr import brief
 
@@ -73,7 +73,9 @@ def resolve_speech(
         )
     if isinstance(speech, Waveform):
         return speech
-    return Path(speech) if isinstance(speech, str | os.PathLike) else _decoded(speech, channel)
+    if isinstance(speech, str | os.PathLike):
+        return path_of(speech, AudioError)
+    return _decoded(speech, channel)
 
 
 def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
@@ -168,6 +170,8 @@ def _spool(given: Any, path: Path, subject: str) -> None:
                     )
                 file.write(chunk)
             _check_bytes(subject, count)
+    except AudioError:
+        raise
     except ValueError as error:  # of a closed file
         raise AudioError.about(subject, found=str(error), allowed="an open binary file") from error
     except OSError as error:

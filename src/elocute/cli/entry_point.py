@@ -19,7 +19,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from elocute.errors import ElocuteError, InputError, Interrupted, printable
+from elocute.errors import ElocuteError, InputError, Interrupted, lacks_memory, printable
 
 UNREAD = 141
 ENDINGS = {
@@ -41,6 +41,10 @@ DISK_ERRORS = {
     getattr(errno, "EDQUOT", errno.ENOSPC),
 }
 """Errors of a disk or a limit, whichever file they are about."""
+COMPLETE = "_ELOCUTE_COMPLETE"
+"""Set by the shell where it asks for completions."""
+SHELLS = ("bash", "zsh", "fish", "powershell", "pwsh")
+INSTALL = "--install-completion"
 PATIENCE_S = 2.0
 """How long cleaning up may take before a further Ctrl-C ends the process at once."""
 
@@ -79,17 +83,44 @@ def _leave(interrupts: _Interrupts) -> int:
             return _say(str(error), 2 if isinstance(error, InputError) else 1)
         if hasattr(error, "exit_code"):
             return _usage(error)
+        if isinstance(error, OSError | ValueError) and INSTALL in sys.argv:
+            told = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) else error
+            return _say(f"{INSTALL}: cannot be done ({told})", 1)
         if isinstance(error, OSError) and error.errno in DISK_ERRORS:
             where = error.filename or "a temporary file"
             return _say(f"{where}: cannot be written ({error.strerror})", 2)
-        if isinstance(error, MemoryError):
+        if error is not None and lacks_memory(error):
             return _say("not enough memory for this; try less at once, or a larger machine", 1)
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             return _say(f"{str(error.filename)[:200]}…: not a valid name ({error.strerror})", 2)
         raise
 
 
+def _check_completion() -> None:
+    """Raise InputError where the environment asks for completions as no shell does."""
+    asked = os.environ.get(COMPLETE)
+    if not asked:
+        return
+    verb, _, shell = asked.partition("_")
+    if verb not in ("source", "complete") or shell not in SHELLS:
+        raise InputError.about(
+            COMPLETE,
+            found=repr(asked),
+            allowed=f"source_SHELL or complete_SHELL, of {', '.join(SHELLS)}",
+            remedy=f"unset {COMPLETE}",
+        )
+    words, place = os.environ.get("COMP_WORDS"), os.environ.get("COMP_CWORD", "")
+    if asked == "complete_bash" and (words is None or not place.isdecimal()):
+        raise InputError.about(
+            f"{COMPLETE}={asked}",
+            found="no COMP_WORDS with a number COMP_CWORD",
+            allowed="a call by the completion of bash",
+            remedy=f"unset {COMPLETE}",
+        )
+
+
 def _run_app() -> int:
+    _check_completion()
     from elocute.cli.app import app
 
     if not sys.warnoptions:  # results are checked where it matters, and reported in one line

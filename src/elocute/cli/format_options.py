@@ -93,4 +93,9 @@ def parse_size(text: str) -> tuple[int, int]:
 def _is_side(text: str) -> bool:
     """Whether it is a number of pixels; only so many digits are looked at."""
     low, high = SIZE.low or 0, SIZE.high or 0
-    return text.isdecimal() and len(text) <= len(str(high)) and low <= int(text) <= high
+    return (
+        text.isascii()
+        and text.isdecimal()
+        and len(text) <= len(str(high))
+        and low <= int(text) <= high
+    )

@@ -30,7 +30,7 @@ def parse_list(option: str, text: str) -> list[float]:
 def _keyframe(option: str, part: str) -> tuple[float, str]:
     time, colon, value = part.partition(":")
     try:
-        seconds = float(time)
+        seconds = _number(time)
     except ValueError:
         seconds = math.nan
     if not colon or not value.strip() or not math.isfinite(seconds):
@@ -40,9 +40,16 @@ def _keyframe(option: str, part: str) -> tuple[float, str]:
     return seconds, value.strip()
 
 
+def _number(text: str) -> float:
+    """As the options of one number take it: without the digits of other scripts."""
+    if not text.isascii():
+        raise ValueError(text)
+    return float(text)
+
+
 def _numbers(option: str, text: str, count: int | None) -> list[float]:
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [_number(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     wrong = not numbers or not all(math.isfinite(number) for number in numbers)

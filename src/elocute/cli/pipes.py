@@ -31,6 +31,8 @@ def check_pipes(speech: list[Path], output: list[Path], formats: list[str], as_j
         raise InputError.about(STDIN, found="a terminal", allowed="a sound, from a pipe or a file")
     if PIPE not in output:
         return
+    if sys.__stdout__ is None:
+        raise OutputError.about(STDOUT, found="closed", allowed="a pipe or a file, where -o is -")
     if len(speech) > 1 or speech[0].is_dir():
         raise OutputError.about(
             "-o -", found="several recordings", allowed="one", remedy="use -o FOLDER"

@@ -44,7 +44,7 @@ def path_of(name: object, error: type[InputError] = InputError) -> Path:
         raise error.about("path", found=brief(name), allowed="the name of a file or folder")
     try:
         return Path(name)
-    except TypeError:  # a path object that stands for bytes
+    except Exception:  # an object of the caller's that stands for bytes, a number or an error
         raise error.about("path", found=brief(name), allowed="a name as text") from None
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from elocute.errors import HeadError
 from elocute.files.meshes import SUFFIXES as MESH_SUFFIXES
+from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
 from elocute.head.flame import load_flame
 from elocute.head.flame_to_head import head_from_flame
@@ -35,6 +36,8 @@ def open_head(choice: str | Path) -> HeadModel:
     HeadError
         For a file that is missing or no head; InputError for a pickle that is damaged.
     """
+    if not isinstance(choice, str):
+        choice = path_of(choice, HeadError)
     if str(choice) == BUILTIN:
         return load_builtin_head()
     path = Path(choice)

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 from elocute.errors import ModelError
+from elocute.files.reading import path_of
 from elocute.models import articulation_model, crnn_network, voca
 from elocute.models.articulation_model import ArticulationModel
 from elocute.models.crnn import CrnnModel
@@ -40,6 +41,8 @@ def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
         For an unknown name, and a file that is missing, too large or not a model of Elocute.
     """
     check_kind("model", model, str | os.PathLike, "a name or a path", ModelError)
+    if not isinstance(model, str):
+        model = path_of(model, ModelError)
     if str(model) == articulation_model.NAME:
         return ArticulationModel()
     if str(model) == voca.SHIPPED:

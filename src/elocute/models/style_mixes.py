@@ -14,6 +14,7 @@ from elocute.array_types import Float32Array
 from elocute.articulation.style import Style, parse_mix
 from elocute.errors import ModelError
 from elocute.files.json_records import finite_number, read_record, write_record
+from elocute.files.reading import path_of
 from elocute.numerics.input_checks import check_kind
 
 EVEN = "even"
@@ -42,7 +43,7 @@ def checked_style(given: str | Path | Style) -> str | Style:
         For anything but a name, a path or a Style.
     """
     check_kind("style", given, str | os.PathLike | Style, "a name, a mix, a .json file or a Style")
-    return str(given) if isinstance(given, os.PathLike) else given
+    return str(path_of(given)) if isinstance(given, os.PathLike) else given
 
 
 def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Float32Array:

@@ -57,7 +57,9 @@ def array_of(
     too_long = count > most and not isinstance(value, np.ndarray)
     try:
         given: NDArray[Any] = np.zeros((), object) if too_long else np.asarray(value)
-    except (ValueError, TypeError, OverflowError):  # lists of unequal length
+    except MemoryError:
+        raise
+    except Exception:  # lists of unequal length, or an `__array__` that fails
         given = np.zeros((), object)
     if too_long or (given.size > most and not given.flags.c_contiguous):
         raise error.about(
@@ -101,7 +103,7 @@ def count_of(value: Any, depth: int = 4) -> int:
         return len(value)
     except OverflowError:
         return 2**63
-    except TypeError:
+    except Exception:  # whatever the caller's `__len__` raises
         return 1
 
 

@@ -82,7 +82,8 @@ def animate_command(
 ) -> None:
     """Animate a head with speech.
 
-    Output folders that do not exist are created.
+    An output without a suffix is a folder where --format or several recordings are given; it is
+    created if need be. The folder of an output file has to exist.
     """
     check_pipes(speech, output, format, as_json)
     takes, single = _takes(speech, recursive)
