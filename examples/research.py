@@ -75,7 +75,7 @@ def main() -> None:
     test = corpus.split("default").test
     predict = clip_predictor(model, corpus)
     for row in subject_scores(score_clips(corpus, test, model.styles, predict, measure)):
-        error = row.summary["lve_mm"]
+        error = row.intervals["lve_mm"]
         print(
             f"{row.subject:>6} in the style {row.style:>6}: lip vertex error {error.value:.2f} mm"
         )

@@ -63,7 +63,7 @@ def test_styles_of_the_driver_and_of_a_trained_model(
     plot = tmp_path / "styles.png"
     shown = cli("evaluate", "styles", words, "--model", learned.model, "--plot", plot).stdout
     names = [line.split()[0] for line in shown.splitlines()]
-    assert names == ["plain", "broad", "tense", "mixes"] and plot.stat().st_size > 1000
+    assert names == ["plain", "broad", "tense", "range"] and plot.stat().st_size > 1000
 
 
 def test_identities_are_told_by_their_spread(cli: Cli, words: Path) -> None:

@@ -273,7 +273,7 @@ class TestHeads:
         assert sum(len(mesh.faces) for mesh in scene.geometry.values()) == len(talk.head.triangles)
 
     def test_what_needs_lips_or_eyes_says_so(self, talk, head):
-        with pytest.raises(HeadError, match="'FLAME': names no lips"):
+        with pytest.raises(HeadError, match="'FLAME': no lips to measure"):
             measure_mouth(talk)
         with pytest.raises(HeadError, match="'FLAME': names no landmarks"):
             _ = head.eye_distance_m

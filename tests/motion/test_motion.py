@@ -137,7 +137,7 @@ class TestBadFiles:
 
     def test_an_npz_of_something_else(self, tmp_path):
         np.savez(tmp_path / "other.npz", a=np.zeros(3))
-        with pytest.raises(MotionError, match="no motion"):
+        with pytest.raises(MotionError, match="not a readable motion"):
             load_motion(tmp_path / "other.npz")
 
     def test_a_pickle_inside_is_never_run(self, tmp_path):

@@ -477,8 +477,10 @@ def compare_bases(
         Continuous speech.
     names : sequence of str
         Its clips to measure.
-    speech, arkit : (component, vertex, 3) float32
-        Speech blendshapes and ARKit's shapes, m.
+    speech : (component, vertex, 3) float32
+        Speech blendshapes, m.
+    arkit : (shape, vertex, 3) float32
+        ARKit's shapes, m.
 
     Returns
     -------
