@@ -275,7 +275,7 @@ class TestHeads:
     def test_what_needs_lips_or_eyes_says_so(self, talk, head):
         with pytest.raises(HeadError, match="'FLAME': no lips to measure"):
             measure_mouth(talk)
-        with pytest.raises(HeadError, match="'FLAME': names no landmarks"):
+        with pytest.raises(HeadError, match="'FLAME': no landmarks"):
             _ = head.eye_distance_m
         with pytest.raises(InputError, match="no ARKit curves"):
             write(talk, "talk.csv")
