@@ -22,6 +22,7 @@ from elocute.motion.store import save_motion
 from tests.support.commands import one_line, run_python
 from tests.support.commands import run_apart as run
 
+pytestmark = pytest.mark.usefixtures("unmeasured")
 LIMIT = 30_000
 TEXT = (
     "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "

@@ -92,6 +92,7 @@ ATTACKS = {
 }
 
 
+@pytest.mark.usefixtures("unmeasured")
 @pytest.mark.parametrize("name", ATTACKS)
 def test_an_attack_is_refused_in_one_line_and_little_time(name, tmp_path):
     path = tmp_path / "attack.pkl"
