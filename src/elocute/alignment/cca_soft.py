@@ -126,8 +126,8 @@ def _loss(
             for (i, j), pair in zip(sides, chosen, strict=True)
         ]
     )
-    one = _stacked([encoded[i][p[1]] for (i, _), p in zip(sides, chosen, strict=True)])
-    other = _stacked([encoded[j][p[3]] for (_, j), p in zip(sides, chosen, strict=True)])
+    one = torch.stack([encoded[i][p[1]] for (i, _), p in zip(sides, chosen, strict=True)])
+    other = torch.stack([encoded[j][p[3]] for (_, j), p in zip(sides, chosen, strict=True)])
     inside = frame_mask(lengths[:, 0], one.shape[1]), frame_mask(lengths[:, 1], other.shape[1])
     scores = network.attention(one, other)
     if not config.open_source:
@@ -148,7 +148,3 @@ def _loss(
             total = total - soft[pair, cells[:, 0], cells[:, 1]].mean()
         loss = loss + early * config.guide * total / len(chosen)
     return loss
-
-
-def _stacked(views: Sequence[Tensor]) -> Tensor:
-    return torch.stack(list(views))

@@ -132,13 +132,14 @@ def fit(
 def _fabric(device: str) -> Any:
     """One device as named; `auto` takes every CUDA device there is.
 
-    On CPUs there are as many processes as a launcher such as torchrun has started.
+    On CPUs there are as many processes as torchrun has started.
     """
     from lightning_fabric import Fabric
 
     place = resolve_device(device)
     if place.type == "cpu":
-        processes = int(os.environ.get("WORLD_SIZE", "1"))
+        launched = torch.distributed.is_torchelastic_launched()
+        processes = int(os.environ["WORLD_SIZE"]) if launched else 1
         return Fabric(
             accelerator="cpu", devices=processes, strategy="ddp" if processes > 1 else "auto"
         )
