@@ -33,9 +33,9 @@ from elocute.capture.registration.closest_points import CoarseMesh, sample_trian
 from elocute.capture.registration.correspondences import sample_scan
 from elocute.capture.registration.initial_pose import find_initial_pose
 from elocute.capture.registration.nonrigid_icp import NonrigidIcp
-from elocute.capture.registration.pose import apply_pose
 from elocute.capture.registration.register import register_neutral, register_nonrigid, register_scan
 from elocute.capture.registration.template import Template
+from elocute.capture.registration.zero_pose import apply_pose
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator

@@ -1,6 +1,7 @@
 """A long sequence of simulated scans registered one after another, some of them spoilt.
 
     python -m benchmarks.tracking [--frames 1000] [--points 120000] [--without-landmarks]
+                                   [--face rig|rich] [--start 0]
 
 Every hundredth scan is not what it should be: a ball, only the back of the head, or a few stray
 triangles. Asked: is a good scan ever lost, is a spoilt one ever taken for good, is the frame after
@@ -22,11 +23,13 @@ import numpy as np
 import elocute
 from elocute.animation import animate
 from elocute.array_types import Float64Array
+from elocute.audio.read import read_audio
 from elocute.capture.registration.accuracy import correspondence_mm
 from elocute.capture.registration.register import Registration, register_neutral, register_scan
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks, no_landmarks
 from elocute.capture.scans.scan import Scan
+from elocute.capture.simulation.rich_faces.rich_face import take_from_sound
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
 from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
@@ -45,14 +48,18 @@ class Taken:
     truth: Float64Array | None
 
 
-def frames(count: int, scanner: Scanner) -> Iterator[Taken]:
-    """The shipped example said in one style after another, scanned."""
+def frames(count: int, scanner: Scanner, face: str, start: int) -> Iterator[Taken]:
+    """The shipped example said in one style after another, by the rig or a face of flesh."""
     speech = Path(elocute.__file__).parent / "assets" / "example.flac"
     number = 0
     while number < count:
         style = STYLES[number // 500 % len(STYLES)]
-        stage = ScanSimulator(animate(speech, fps=FPS, identity="7", style=style).motion, scanner)
-        for frame in range(min(stage.motion.frame_count, count - number)):
+        if face == "rich":
+            motion = take_from_sound(read_audio(speech), fps=FPS, identity="7", style=style)
+        else:
+            motion = animate(speech, fps=FPS, identity="7", style=style).motion
+        stage = ScanSimulator(motion, scanner)
+        for frame in range(start, min(stage.motion.frame_count, start + count - number)):
             taken = stage.frame(frame)
             scan = Scan(f"frame {number}", taken.points, taken.triangles)
             spoilt = number % SPOILT_EVERY == SPOILT_EVERY - 1
@@ -83,12 +90,16 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=120_000)
     parser.add_argument("--noise-mm", type=float, default=0.1)
     parser.add_argument("--without-landmarks", action="store_true", help="but for the first")
+    parser.add_argument("--face", choices=("rig", "rich"), default="rig", help="what is scanned")
+    parser.add_argument("--start", type=int, default=0, help="first frame of each reading")
     arguments = parser.parse_args()
     scanner = Scanner(points=arguments.points, noise_mm=arguments.noise_mm)
     template: Template | None = None
     before: Registration | None = None
     rows, lost, taken_in, spoilt = [], [], [], 0
-    for number, taken in enumerate(frames(arguments.frames, scanner)):
+    for number, taken in enumerate(
+        frames(arguments.frames, scanner, arguments.face, arguments.start)
+    ):
         if template is None:
             template, _ = register_neutral(load_builtin_head(), taken.scan, taken.landmarks)
         landmarks = no_landmarks() if arguments.without_landmarks else taken.landmarks

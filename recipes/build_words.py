@@ -1,14 +1,19 @@
 """Build an LRW-like corpus: captured readings of words, and the same words by other people.
 
     python -m recipes.build_words build/words [--words 500] [--natural ../shared/data] [--seed 1]
+                                              [--faces rich|rig]
 
     build/words/captured/         a Corpus: four simulated speakers, 30 frames a second
     build/words/captured_words/   SUBJECT.SENTENCE.json: when each word is said, exactly
     build/words/recordings/       WORD/{train,val,test}/SPEAKER__TAKE.wav
     build/words/split.json        words held out, and who is in which part
+    build/words/phones.json       what is said in each synthetic recording, and when
+    build/words/sentences/        a Corpus: fifty sentences of a fifth simulated speaker
 
-Motion is simulated by the articulation driver from the exact phone times of the synthesisers: it
-is nobody's recording. The other speakers are other synthetic voices, each take with a tempo, a
+Motion is simulated from the exact phone times of the synthesisers, by faces of flesh with habits
+of their own (vertices, about 5 GB for 500 words) or, with --faces rig, by the articulation driver
+on the built-in head's shapes: it is nobody's recording. Rich faces also pause once in a reading,
+to swallow and breathe. The other speakers are other synthetic voices, each take with a tempo, a
 pitch and a noise of its own, and, with --natural, words that forced alignment cuts from natural
 speech. Parts share no speaker. The same seed gives the same bytes.
 
@@ -19,56 +24,62 @@ from __future__ import annotations
 
 import argparse
 import json
+import random
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
-
+from elocute.audio.waveform import Waveform
+from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.split import Split
 from elocute.files.atomic import write_folder_atomically
-from elocute.head.builtin import load_builtin_head
-from elocute.head.identity import resolve_identity
-from recipes.build_corpus import simulate
-from recipes.corpus.speech import voices_missing
+from recipes.corpus.faces import KINDS, open_faces, writer_options
+from recipes.corpus.sentences import candidate
+from recipes.corpus.speech import Speaker, voices_missing
+from recipes.encoder.store import RATE
+from recipes.encoder.synthesise import Phones
 from recipes.words.readings import readings
 from recipes.words.takes import cut_natural, speak_takes
 from recipes.words.texts import WORDS, held_out
-from recipes.words.voices import CAPTURED, CAPTURED_TEST, PARTS, Voices, speaker_name
+from recipes.words.voices import (
+    CAPTURED,
+    CAPTURED_TEST,
+    PARTS,
+    SENTENCES,
+    Voices,
+    speaker_name,
+)
 
 FPS = 30.0
 TAKES = {"train": 4, "val": 1, "test": 1}  # speakers that say each word
+SENTENCES_MAX = 50
+PAUSE_S = {"rich": 0.9, "rig": 0.0}  # longer, once in a reading
 NOTE = (
-    "Simulated by Elocute: synthetic voices (espeak-ng, flite), faces of the built-in head, motion "
-    "of the articulation driver; words read one after another. CC0 1.0."
+    "Simulated by Elocute: synthetic voices (espeak-ng, flite), faces of the built-in head ({}), "
+    "motion of the articulation driver; words read one after another. CC0 1.0."
 )
 
 
 def write_captured(
-    folder: Path, voices: Voices, words: Sequence[str], speakers: int, seed: int
+    folder: Path, voices: Voices, words: Sequence[str], speakers: int, seed: int, kind: str
 ) -> None:
     """folder/captured and folder/captured_words; the last speaker is the test part."""
-    head = load_builtin_head()
     subjects = CAPTURED[-speakers:]
-    templates = {
-        s.style: head.identity_template(resolve_identity(str(s.identity))).astype(np.float32)
-        for s in subjects
-    }
+    faces = open_faces(kind, subjects)
     (folder / "captured_words").mkdir()
     with corpus_writer(
         folder / "captured",
-        templates,
+        faces.templates,
         fps=FPS,
-        basis=head.expression_basis,
-        components=head.expression_names,
-        faces=head.quads,
-        topology=head.name,
-        note=NOTE,
+        note=NOTE.format(kind),
+        **writer_options(faces),
     ) as writer:
         for subject in subjects:
             room = folder / "captured_words"
-            for clip in readings(voices, subject, words, simulate, FPS, room, seed):
+            for clip in readings(
+                voices, subject, words, faces.frames, FPS, room, seed, PAUSE_S[kind]
+            ):
                 writer.add(clip)
             print(f"captured: {subject.style}", flush=True)
         names = [(entry.name, entry.subject) for entry in writer.entries]
@@ -79,11 +90,42 @@ def write_captured(
         )
 
 
+def write_sentences(folder: Path, count: int, seed: int, kind: str) -> None:
+    """folder/sentences: somebody of whom no word is captured (section 6.4)."""
+    subject, speaker, draw = SENTENCES, Speaker(), random.Random(seed)
+    faces = open_faces(kind, [subject])
+    with corpus_writer(
+        folder / "sentences",
+        faces.templates,
+        fps=FPS,
+        note=NOTE.format(kind),
+        **writer_options(faces),
+    ) as writer:
+        for number in range(count):
+            text = candidate(draw)
+            samples, phones = speaker.say(subject, text, seed + number)
+            sound, name = Waveform(samples, RATE), f"s{number:03}"
+            frames = faces.frames(phones, sound, subject.style, f"{seed}.{name}", FPS)
+            writer.add(Clip(subject.style, name, text, sound, frames))
+    print(f"sentences: {subject.style}", flush=True)
+
+
 def write_recordings(
-    folder: Path, voices: Voices, words: Sequence[str], choice: argparse.Namespace
+    folder: Path,
+    voices: Voices,
+    words: Sequence[str],
+    held: Sequence[str],
+    choice: argparse.Namespace,
 ) -> int:
-    takes = TAKES | {"train": choice.takes}
-    count = _told(speak_takes(voices, folder, words, takes, choice.seed), "synthetic")
+    """folder/recordings and folder/phones.json."""
+    takes, spoken = TAKES | {"train": choice.takes}, dict[str, Phones]()
+    (folder / "recordings").mkdir()
+    made = speak_takes(
+        voices, folder / "recordings", words, takes, choice.seed, held=held, spoken=spoken
+    )
+    count = _told(made, "synthetic")
+    (folder / "phones.json").write_text(json.dumps(spoken) + "\n", encoding="utf-8")
+    folder = folder / "recordings"
     if choice.natural:
         count += _told(cut_natural(choice.natural, folder, words, choice.natural_limit), "natural")
     return count
@@ -98,8 +140,11 @@ def _told(paths: Iterator[Path], kind: str) -> int:
     return count
 
 
-def write_split(folder: Path, voices: Voices, words: Sequence[str]) -> None:
-    """Which words the experiment on unseen words keeps back, and the speakers of each part."""
+def write_split(folder: Path, voices: Voices, words: Sequence[str]) -> tuple[str, ...]:
+    """Which words the experiment on unseen words keeps back, and the speakers of each part.
+
+    Every phone of these words is also in others, as far as the words allow.
+    """
     phones = {word: [p for _, _, p in voices.say_as(CAPTURED[2], word)[1]] for word in words}
     away = held_out(phones)
     record = {
@@ -107,6 +152,7 @@ def write_split(folder: Path, voices: Voices, words: Sequence[str]) -> None:
         "speakers": {part: [speaker_name(*each) for each in PARTS[part]] for part in PARTS},
     }
     (folder / "split.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    return away
 
 
 def main() -> None:
@@ -117,6 +163,7 @@ def main() -> None:
     parser.add_argument("--takes", type=int, default=TAKES["train"], help="training voices a word")
     parser.add_argument("--natural", type=Path, help="data folder: adds words of natural speech")
     parser.add_argument("--natural-limit", type=int, default=2000)
+    parser.add_argument("--faces", choices=KINDS, default="rich", help="of captured speakers")
     parser.add_argument("--seed", type=int, default=1)
     choice = parser.parse_args()
     missing = voices_missing()
@@ -126,9 +173,10 @@ def main() -> None:
         sys.exit(f"allowed: 1 to {len(WORDS)} words, 2 to {len(CAPTURED)} captured speakers")
     words, voices = WORDS[: choice.words], Voices()
     with write_folder_atomically(choice.folder) as draft:
-        write_captured(draft, voices, words, choice.speakers, choice.seed)
-        write_recordings(draft / "recordings", voices, words, choice)
-        write_split(draft, voices, words)
+        write_captured(draft, voices, words, choice.speakers, choice.seed, choice.faces)
+        held = write_split(draft, voices, words)
+        write_recordings(draft, voices, words, held, choice)
+        write_sentences(draft, min(SENTENCES_MAX, choice.words), choice.seed, choice.faces)
 
 
 if __name__ == "__main__":

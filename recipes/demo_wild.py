@@ -116,7 +116,7 @@ def main() -> None:
         sys.exit(f"{folder}: exists already; allowed: a new folder")
     folder.mkdir(parents=True)
     words = folder / "words"
-    build = [sys.executable, "-m", "recipes.build_words", words]
+    build = [sys.executable, "-m", "recipes.build_words", words, "--faces", "rig"]
     subprocess.run([*build, "--words", str(choice.words), "--speakers", "3"], check=True)
     word = scan_first_word(words, folder)
     elocute(

@@ -114,7 +114,7 @@ ENVIRONMENTS = {
     ),
     "extras": Environment(
         EXTRAS,
-        "train,encoders,wild,cluster,capture",
+        "train,encoders,wild,cluster,capture,tts",
         lowest=True,
         before=((TORCH,),),
         beside=("librosa", "python_speech_features", "duckdb", "pandas"),

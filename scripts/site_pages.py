@@ -141,13 +141,13 @@ def commands_page() -> str:
     """Every command under its name, with what it prints for `--help`."""
     import typer.main
 
-    from elocute.cli.app import app
+    from elocute.cli.app import command_line
 
     parts = [
         "# Commands\n\nEvery command prints this by `--help`. `python -m elocute` is the same "
         "program as `elocute`.\n"
     ]
-    for context in every_command(typer.main.get_command(app)):
+    for context in every_command(typer.main.get_command(command_line())):
         name = context.command_path
         level = "##" if name.count(" ") < 2 else "###"
         parts.append(f"{level} {name}\n\n```text\n{context.get_help()}\n```\n")

@@ -14,6 +14,7 @@ import contextlib
 import io
 import json
 import os
+import pickle
 import re
 import shlex
 import shutil
@@ -33,8 +34,11 @@ import pytest
 import soundfile
 from typer.main import get_command
 
+from elocute.audio.espeak import has_espeak
+from elocute.audio.line_table import Line, read_lines
+from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli import main
-from elocute.cli.app import app
+from elocute.cli.app import command_line
 from tests.support.commands import run_apart, run_python
 
 ROOT = Path(__file__).parents[1]
@@ -97,13 +101,23 @@ SPOKEN = (
     "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "
     "Five wolves move through the blue fog. Now I rest."
 )
+KNOWN = {
+    "speech.txt": "Guten Morgen.",
+    "lines.csv": "id,text,voice\na,Hello Bob.,f2\n",
+    "speech.TextGrid": 'File type = "ooTextFile"\nObject class = "TextGrid"\n\n0\n0.7\n<exists>\n'
+    '1\n"IntervalTier"\n"phones"\n0\n0.7\n2\n0\n0.3\n"M"\n0.3\n0.7\n"AE1"\n',
+    "speech.json": '[{"AudioOffset": 500000, "VisemeId": 21}, {"AudioOffset": 2e6, "VisemeId": 2}]',
+}
+"""What is known of speech.wav and of lines to be spoken."""
 SMALLER = {
+    r"say .*\.mp4": "--size 64 --fps 10",
     r"animate .*\.mp4": "--size 64 --fps 10",
     r"render .*\.mp4": "--size 64 --fps 10",
     r"head sample": "--size 128",
     r"capture scans": "--jobs 1",
     r"capture simulate": "--seconds 0.05 --points 15000",
     r"train voca": "--epochs 1",
+    r"train karras": "--epochs 1",
     r"train crnn": "--epochs 1",
     r"propagate": "--method dtw",
     r"align ": "--method dtw",
@@ -168,7 +182,7 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
             shutil.copy(trained / "model.onnx", place)
         elif name == "captured/corpus":
             shutil.copytree(one("corpus"), place)
-        elif name == "mine.json":
+        elif name in ("mine.json", "new.json"):
             run(
                 "style",
                 "fit",
@@ -177,6 +191,7 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
                 one("speech.wav"),
                 "--model",
                 one("trained/model.onnx"),
+                *(["--new"] if name == "new.json" else []),
                 "-o",
                 place,
             )
@@ -207,8 +222,22 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
             )
         elif name == "reading.txt":
             place.write_text(SPOKEN)
+        elif name in ("speech.txt", "lines.csv", "speech.TextGrid", "speech.json"):
+            place.write_text(KNOWN[name])
+        elif name in ("vocaset", "ours", "theirs"):
+            _make_benchmark(place, truth=name == "vocaset")
         elif name in ("VOCASET", "generic_model.pkl"):
             _make_vocaset(place, name, request)
+        elif name == "flame.npz":
+            run("head", "adopt", one("generic_model.pkl"), "-o", place)
+        elif name == "flame_talk.npz":
+            head = one("flame.npz")
+            run("animate", one("speech.wav"), "--head", head, "--fps", 5, "-o", place)
+        elif name == "parameters.npz":
+            solve = "solve", one("flame_talk.npz"), "--flame", one("generic_model.pkl")
+            run(*solve, "-o", place)
+        elif name == "flame_corpus":
+            _make_flame_corpus(place, one("generic_model.pkl"))
         else:
             pytest.fail(f"a page names {name}, which nothing here makes")
 
@@ -221,6 +250,21 @@ def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -
         return made[name]
 
     return one
+
+
+def _make_benchmark(place: Path, *, truth: bool) -> None:
+    """A test clip of VOCASET as FaceFormer keeps it, or a prediction of it."""
+    from elocute.corpus.importers.published_splits import VOCASET_TEST
+
+    subject = VOCASET_TEST[0]
+    face = np.random.default_rng(0).uniform(-0.1, 0.1, (5023, 3))
+    frames = np.repeat(face.astype(np.float32)[None], 8, axis=0)
+    folder = place / "vertices_npy" if truth else place
+    folder.mkdir(parents=True)
+    condition = "" if truth else f"_condition_{subject}"
+    np.save(folder / f"{subject}_sentence21{condition}.npy", frames.reshape(8, -1))
+    if truth:
+        (place / "templates.pkl").write_bytes(pickle.dumps({subject: face}))
 
 
 def _make_vocaset(place: Path, name: str, request: pytest.FixtureRequest) -> None:
@@ -236,7 +280,28 @@ def _make_vocaset(place: Path, name: str, request: pytest.FixtureRequest) -> Non
         )
         request.getfixturevalue("sources").write_vocaset(place, python2, people)
     else:
-        place.write_bytes(python2.dumps(python2.flame(vertices=5023)))
+        from tests.support.flame_layout import flame_layout
+
+        place.write_bytes(python2.dumps(flame_layout().entries))
+
+
+def _make_flame_corpus(place: Path, flame: Path) -> None:
+    """Two sentences of one subject on FLAME's mesh, a few frames each."""
+    from elocute.audio.waveform import Waveform
+    from elocute.corpus.clip import Clip
+    from elocute.corpus.corpus_writing import corpus_writer
+    from elocute.head.flame import flame_vertices, load_flame
+
+    model = load_flame(flame)
+    with corpus_writer(
+        place, {"ada": model.template.astype(np.float32)}, fps=60, topology="flame"
+    ) as writer:
+        for sentence in ("one", "two"):
+            pose = np.zeros((3, 15))
+            pose[:, 6] = [0, 0.1, 0.2]
+            frames = flame_vertices(model, expression=[0.5, -1], pose=pose).astype(np.float32)
+            sound = Waveform(np.zeros(800, np.float32), 16000)
+            writer.add(Clip("ada", sentence, "", sound, frames))
 
 
 @pytest.fixture(scope="module")
@@ -265,7 +330,9 @@ def split(line: str) -> tuple[list[str], list[str]]:
     reads = [
         word.rstrip("/")
         for before, word in zip(["", *words], words, strict=False)
-        if re.search(r"\.(wav|npz|npy|onnx|pkl|ply|json|txt|TextGrid|mp4)$|/|^VOCASET", word)
+        if re.search(
+            r"\.(wav|npz|npy|onnx|pkl|ply|json|txt|TextGrid|mp4)$|/|^VOCASET|^lines.csv", word
+        )
         and before not in ("-o", "--output", "--plot", "--textgrid")
     ]
     return words, reads
@@ -273,7 +340,12 @@ def split(line: str) -> tuple[list[str], list[str]]:
 
 @pytest.mark.parametrize("line", RUN)
 def test_a_command_runs(
-    line: str, give: Callable, run: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    line: str,
+    give: Callable,
+    run: Callable,
+    need: Callable,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     words, reads = split(line.replace("calm:", "tense:"))  # what the small model knows
     for extra, package in (
@@ -284,6 +356,8 @@ def test_a_command_runs(
     ):
         if words[0] == extra:
             pytest.importorskip(package)
+    if words[0] == "say" or "--text-file" in words:
+        need(has_espeak(), "espeak-ng")
     monkeypatch.chdir(tmp_path)
     for name in reads:
         place = tmp_path / name
@@ -319,7 +393,7 @@ def piped(words: list[str]) -> None:
 
 def understood(words: list[str]) -> bool:
     """Whether the option parser takes them. Raises as it does."""
-    command: Any = get_command(app)
+    command: Any = get_command(command_line())
     context, rest = command.make_context("elocute", list(words), resilient_parsing=True), words
     while hasattr(command, "commands"):
         command, rest = command.commands[rest[0]], rest[1:]
@@ -342,7 +416,7 @@ def test_few_blocks_are_not_run_and_each_says_why() -> None:
 
 @pytest.mark.parametrize("name", sorted(NAMED))
 def test_a_command_that_a_sentence_names_is_there(name: str) -> None:
-    command: Any = get_command(app)
+    command: Any = get_command(command_line())
     for word in name.split():
         if not hasattr(command, "commands"):
             return  # what follows is no command's name
@@ -395,12 +469,24 @@ def test_every_line_is_of_a_kind_that_is_tested() -> None:
         *LOOKS,
     )
     assert [line for line in LINES if not line.startswith(kinds)] == []
-    assert {block.kind for block in BLOCKS} <= {"sh", "python", "text"}
+    assert {block.kind for block in BLOCKS} <= {"sh", "python", "csv", "text"}
+
+
+@pytest.mark.parametrize("table", [block.text for block in BLOCKS if block.kind == "csv"])
+def test_tables_of_lines_are_read(table: str, tmp_path: Path) -> None:
+    place = tmp_path / "lines.csv"
+    place.write_text(table, encoding="utf-8")
+    lines = read_lines(place, VoiceSettings())
+    assert lines and all(isinstance(line, Line) for line in lines)
 
 
 @pytest.mark.parametrize("page", PYTHON)
 def test_python_of_a_page_runs(
-    page: str, give: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: str,
+    give: Callable,
+    need: Callable,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """From top to bottom in one namespace, as a reader types it."""
     code = "\n".join(PYTHON[page])
@@ -410,7 +496,18 @@ def test_python_of_a_page_runs(
         pytest.importorskip("lightning_fabric")
         pytest.importorskip("numba")
     monkeypatch.chdir(tmp_path)
-    for name in ("speech.wav", "talk.npz", "corpus", "shards", "recordings"):
+    if "say(" in code:
+        need(has_espeak(), "espeak-ng")
+    for name in (
+        "speech.wav",
+        "speech.TextGrid",
+        "talk.npz",
+        "corpus",
+        "shards",
+        "recordings",
+        "parameters.npz",
+        "generic_model.pkl",
+    ):
         if f'"{name}' in code:
             given = give(name)
             (shutil.copytree if given.is_dir() else shutil.copy)(given, tmp_path / name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
@@ -14,16 +14,16 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter
 from recipes.corpus import subjects
+from recipes.corpus.faces import Faces
 from recipes.encoder.store import LABEL_RATE, RATE, Item, Shard, load_shard
 
 Phones = list[tuple[float, float, str]]
-Simulate = Callable[[Phones, float, str], np.ndarray]
 PER_SPEAKER = 6
 PER_LONE_SPEAKER = 60  # of the corpora that have one speaker only
 SHORTEST_S, LONGEST_S = 1.2, 12.0
 
 
-def write_natural(writer: CorpusWriter, work: Path, simulate: Simulate) -> None:
+def write_natural(writer: CorpusWriter, work: Path, faces: Faces, fps: float) -> None:
     """Training speakers of the encoder's shards in `work`, each clip in one of the styles.
 
     Only subjects of the training part speak them, so speakers that the encoder was tested on
@@ -36,8 +36,9 @@ def write_natural(writer: CorpusWriter, work: Path, simulate: Simulate) -> None:
         style = styles[number % len(styles)]
         samples = shard.samples(item)
         phones = aligned_phones(shard.item_labels(item))
-        weights = simulate(phones, len(samples) / RATE, style)
-        writer.add(Clip(style, f"n{number:05}", item.text, Waveform(samples, RATE), weights))
+        sound, name = Waveform(samples, RATE), f"n{number:05}"
+        frames = faces.frames(phones, sound, style, name, fps)
+        writer.add(Clip(style, name, item.text, sound, frames))
     print(f"natural speech: {len(chosen)} clips", flush=True)
 
 
@@ -69,14 +70,15 @@ def aligned_phones(labels: np.ndarray) -> Phones:
     return phones
 
 
-def write_grid(writer: CorpusWriter, folder: Path) -> None:
+def write_grid(writer: CorpusWriter, folder: Path, faces: Faces) -> None:
     """The real talker's clips, development clips left out."""
     from elocute.corpus.importers.grid import grid_clips
 
     held_out = set((folder / "dev.txt").read_text(encoding="utf-8").split())
     residuals = []
     for clip, residual in grid_clips(folder / "clips", leave_out=held_out, fps=60.0):
-        writer.add(clip)
+        frames = faces.of_weights(np.asarray(clip.frames), clip.subject)
+        writer.add(replace(clip, frames=frames))
         residuals.append(residual)
     print(
         f"real talker: {len(residuals)} clips, residual {np.median(residuals):.2f} mm", flush=True

@@ -3,7 +3,6 @@
 # ruff: noqa: SIM905 - voices read better as text
 from __future__ import annotations
 
-import ctypes
 import random
 import subprocess
 import tempfile
@@ -14,13 +13,12 @@ import numpy as np
 import soundfile
 import soxr
 
+from elocute.audio.espeak_library import EspeakLibrary, EspeakSpeech
 from recipes.encoder.store import HOP, RATE, ShardWriter, labels_from_times
 from recipes.encoder.symbols import from_festival, from_ipa
 from recipes.encoder.texts import sentence, words_of
 
-PHONEME_EVENT = 7
 WORDS_PER_MINUTE = 165  # of espeak-ng at tempo 1
-RATE_PARAMETER, PITCH_PARAMETER, RANGE_PARAMETER = 1, 3, 4
 Phones = list[tuple[float, float, str]]
 
 ESPEAK_MINUTES = {
@@ -49,76 +47,29 @@ FLITE_VOICES = ("slt", "rms", "awb", "kal16")
 FESTIVAL_VOICES = ("cmu_us_slt_arctic_hts", "kal_diphone", "ked_diphone")
 
 
-class _Name(ctypes.Union):
-    _fields_ = (("number", ctypes.c_int), ("name", ctypes.c_char_p), ("string", ctypes.c_char * 8))
-
-
-class _Event(ctypes.Structure):
-    _fields_ = (
-        ("type", ctypes.c_int),
-        ("uid", ctypes.c_uint),
-        ("text_position", ctypes.c_int),
-        ("length", ctypes.c_int),
-        ("audio_ms", ctypes.c_int),
-        ("sample", ctypes.c_int),
-        ("user_data", ctypes.c_void_p),
-        ("id", _Name),
-    )
-
-
-_CALLBACK = ctypes.CFUNCTYPE(
-    ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.POINTER(_Event)
-)
-
-
 class Espeak:
     """espeak-ng's C library; phone events give exact sample positions."""
 
     def __init__(self) -> None:
-        self.library = ctypes.CDLL("libespeak-ng.so.1")
-        # Synchronous output, phoneme events (1) with IPA names (2).
-        self.rate = self.library.espeak_Initialize(2, 500, None, 3)
-        self.blocks: list[np.ndarray] = []
-        self.events: list[tuple[int, str]] = []
-        self.callback = _CALLBACK(self._collect)
-        self.library.espeak_SetSynthCallback(self.callback)
-
-    def _collect(self, samples, count, events) -> int:
-        if count > 0 and samples:
-            self.blocks.append(np.ctypeslib.as_array(samples, shape=(count,)).copy())
-        index = 0
-        while events[index].type != 0:
-            if events[index].type == PHONEME_EVENT:
-                name = events[index].id.string.decode("utf-8", "ignore")
-                self.events.append((events[index].sample, name))
-            index += 1
-        return 0
+        self.library = EspeakLibrary()
 
     def speak(
         self, text: str, voice: str, words_per_minute: int, pitch: int, pitch_range: int
     ) -> tuple[np.ndarray, Phones]:
         """Float samples at 16 kHz and phones with times; raises LookupError for no such voice."""
-        self.blocks.clear()
-        self.events.clear()
-        if self.library.espeak_SetVoiceByName(voice.encode()) != 0:
-            raise LookupError(voice)
-        self.library.espeak_SetParameter(RATE_PARAMETER, words_per_minute, 0)
-        self.library.espeak_SetParameter(PITCH_PARAMETER, pitch, 0)
-        self.library.espeak_SetParameter(RANGE_PARAMETER, pitch_range, 0)
-        data = text.encode()
-        self.library.espeak_Synth(data, len(data) + 1, 0, 1, 0, 1, None, None)
-        if not self.blocks:
-            return np.zeros(0, np.float32), []
-        samples = np.concatenate(self.blocks).astype(np.float32) / 32768
-        phones = self._phones(voice[:2], len(samples))
-        return soxr.resample(samples, self.rate, RATE), phones
+        self.said = said = self.library.speak(text, voice, words_per_minute, pitch, pitch_range)
+        samples = np.frombuffer(said.samples, np.int16).astype(np.float32) / 32768
+        if not len(samples):
+            return samples, []
+        phones = self._phones(said, voice[:2], len(samples))
+        return soxr.resample(samples, said.sample_rate, RATE), phones
 
-    def _phones(self, language: str, total: int) -> Phones:
+    def _phones(self, said: EspeakSpeech, language: str, total: int) -> Phones:
         phones: Phones = []
-        starts = [sample for sample, _ in self.events] + [total]
-        for index, (start, name) in enumerate(self.events):
+        starts = [sample for sample, _ in said.phones] + [total]
+        for index, (start, name) in enumerate(said.phones):
             phone = from_ipa(name, language)
-            begin_s, end_s = start / self.rate, starts[index + 1] / self.rate
+            begin_s, end_s = start / said.sample_rate, starts[index + 1] / said.sample_rate
             if phone is None and phones:  # a sign that prolongs the phone before
                 phones[-1] = (phones[-1][0], end_s, phones[-1][2])
             else:

@@ -17,7 +17,8 @@ from recipes.words.voices import Voices
 
 IN_A_READING = 10
 LEAD_S, BETWEEN_S = 0.3, 0.3
-Simulate = Callable[[Phones, float, str, float], np.ndarray]
+PAUSE_AFTER = 5  # words, where a reading has a longer pause
+Simulate = Callable[[Phones, Waveform, str, str, float], np.ndarray]
 
 
 def readings(
@@ -28,20 +29,29 @@ def readings(
     fps: float,
     folder: Path,
     seed: int,
+    pause_s: float = 0.0,
 ) -> Iterator[Clip]:
-    """Clips of one subject; the times of their words go to FOLDER/SUBJECT.SENTENCE.json."""
+    """Clips of one subject; the times of their words go to FOLDER/SUBJECT.SENTENCE.json.
+
+    simulate takes phones, sound, style, a name of the take, and frames a second.
+    """
     for number, start in enumerate(range(0, len(texts), IN_A_READING)):
         spoken = texts[start : start + IN_A_READING]
-        samples, phones, words = _read(voices, subject, spoken, (seed, number))
+        samples, phones, words = _read(voices, subject, spoken, (seed, number), pause_s)
         duration = len(samples) / RATE
         name = f"r{number:03}"
         write_words(TimedWords(tuple(words), duration), folder / f"{subject.style}.{name}.json")
-        weights = simulate(phones, duration, subject.style, fps)
-        yield Clip(subject.style, name, " ".join(spoken), Waveform(samples, RATE), weights)
+        sound = Waveform(samples, RATE)
+        frames = simulate(phones, sound, subject.style, f"{seed}.{name}", fps)
+        yield Clip(subject.style, name, " ".join(spoken), sound, frames)
 
 
 def _read(
-    voices: Voices, subject: Subject, texts: Sequence[str], seed: tuple[int, int]
+    voices: Voices,
+    subject: Subject,
+    texts: Sequence[str],
+    seed: tuple[int, int],
+    pause_s: float,
 ) -> tuple[np.ndarray, Phones, list[TimedWord]]:
     noise = np.random.default_rng(seed)
 
@@ -50,11 +60,11 @@ def _read(
 
     parts, phones, words = [rest(LEAD_S)], [], []
     at = len(parts[0])
-    for text in texts:
+    for number, text in enumerate(texts, 1):
         samples, said = voices.say_as(subject, text)
         start = at / RATE
         phones += [(a + start, b + start, phone) for a, b, phone in said]
         words.append(TimedWord(text, start, start + len(samples) / RATE))
-        parts += [samples, rest(BETWEEN_S)]
+        parts += [samples, rest(BETWEEN_S + pause_s * (number == PAUSE_AFTER))]
         at += len(samples) + len(parts[-1])
     return np.concatenate(parts), phones, words

@@ -12,6 +12,7 @@ import soundfile
 from recipes.encoder.augment import stretch
 from recipes.encoder.natural import EnglishAligner, list_recordings, read, split_of
 from recipes.encoder.store import RATE
+from recipes.encoder.synthesise import Phones
 from recipes.words.voices import PARTS, Voices, speaker_name, varied
 
 MARGIN_S = 0.06
@@ -20,27 +21,47 @@ NATURAL_PARTS = {"train": "train", "test": "test"}
 
 
 def speak_takes(
-    voices: Voices, folder: Path, words: Sequence[str], takes: dict[str, int], seed: int
+    voices: Voices,
+    folder: Path,
+    words: Sequence[str],
+    takes: dict[str, int],
+    seed: int,
+    *,
+    held: Sequence[str] = (),
+    spoken: dict[str, Phones] | None = None,
 ) -> Iterator[Path]:
-    """Every word by so many speakers of each part, drawn by the word's name."""
+    """Every word by so many speakers of each part, drawn by the word's name.
+
+    Words of `held` are said by all speakers of validation and test. `spoken` receives the phones of
+    each file and their times in it, by its name beside `folder`.
+    """
     for word in words:
         for part, count in takes.items():
+            if word in held and part != "train":
+                count = len(PARTS[part])
             speakers = sorted(PARTS[part])
             chosen = random.Random(f"{seed} {word} {part}").sample(
                 speakers, min(count, len(speakers))
             )
             for engine, voice in chosen:
-                samples = _take(voices, engine, voice, word, seed)
-                if samples is not None:
+                take = _take(voices, engine, voice, word, seed)
+                if take is not None:
                     path = folder / word / part / f"{speaker_name(engine, voice)}__0.wav"
-                    yield _written(path, samples)
+                    if spoken is not None:
+                        spoken[path.relative_to(folder.parent).as_posix()] = take[1]
+                    yield _written(path, take[0])
 
 
-def _take(voices: Voices, engine: str, voice: str, word: str, seed: int) -> np.ndarray | None:
-    """(sample,) with tempo, pitch and noise of its own; None where the voice fails at the word."""
+def _take(
+    voices: Voices, engine: str, voice: str, word: str, seed: int
+) -> tuple[np.ndarray, Phones] | None:
+    """(sample,) with tempo, pitch and noise of its own, and phones with their times.
+
+    None where the voice fails at the word.
+    """
     tempo, pitch, rate, noise_db = varied(speaker_name(engine, voice), word, 0, seed)
     try:
-        samples, _ = voices.say(engine, voice, word, tempo, pitch)
+        samples, phones = voices.say(engine, voice, word, tempo, pitch)
     except LookupError:
         return None
     count = int(len(samples) / rate)
@@ -49,7 +70,8 @@ def _take(voices: Voices, engine: str, voice: str, word: str, seed: int) -> np.n
     clean = np.concatenate([rest, played[:count], rest])
     level = np.sqrt(np.mean(samples**2)) * 10 ** (-noise_db / 20)
     draw = np.random.default_rng([ord(c) for c in f"{seed} {engine} {voice} {word}"])
-    return (clean + draw.normal(0, level, len(clean))).astype(np.float32)
+    times = [(a / rate + MARGIN_S, b / rate + MARGIN_S, phone) for a, b, phone in phones]
+    return (clean + draw.normal(0, level, len(clean))).astype(np.float32), times
 
 
 def cut_natural(data: Path, folder: Path, words: Sequence[str], limit: int) -> Iterator[Path]:

@@ -16,6 +16,7 @@ WORDS_PER_MINUTE = 150
 LEAST, MOST = 0.12, 2.0  # s that a word may last
 CAPTURED = tuple(s for s in SUBJECTS if s.style in ("plain", "calm", "crisp", "pouting"))
 CAPTURED_TEST = "pouting"
+SENTENCES = next(s for s in SUBJECTS if s.style == "drawl")  # nobody else has this voice
 # Voices that no captured speaker has; whole speakers in each part.
 TRAIN = (
     ("flite", "awb"),
@@ -34,8 +35,20 @@ TRAIN = (
     ("espeak", "en-029+john"),
     ("espeak", "en-gb-x-gbclan+m7"),
 )
-VALIDATION = (("espeak", "en-us+michael"), ("espeak", "en-gb-x-rp+f5"), ("espeak", "en+aunty"))
-TEST = (("espeak", "en-us+steph2"), ("espeak", "en+victor"), ("espeak", "en-gb-scotland+m8"))
+VALIDATION = (
+    ("espeak", "en-us+michael"),
+    ("espeak", "en-gb-x-rp+f5"),
+    ("espeak", "en+aunty"),
+    ("espeak", "en-029+rob"),
+    ("espeak", "en-gb-scotland+Denis"),
+)
+TEST = (
+    ("espeak", "en-us+steph2"),
+    ("espeak", "en+victor"),
+    ("espeak", "en-gb-scotland+m8"),
+    ("espeak", "en-gb-x-rp+Annie"),
+    ("espeak", "en-029+ed"),
+)
 PARTS = {"train": TRAIN, "val": VALIDATION, "test": TEST}
 
 

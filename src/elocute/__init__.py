@@ -17,6 +17,9 @@ from elocute.notebook_repr import register_view
 
 if TYPE_CHECKING:
     from elocute import (
+        adoption as adoption,
+    )
+    from elocute import (
         alignment as alignment,
     )
     from elocute import (
@@ -67,6 +70,7 @@ if TYPE_CHECKING:
     from elocute.motion.motion import Motion
     from elocute.motion.mouth_measures import measure_mouth
     from elocute.motion.store import load_motion, save_motion
+    from elocute.speaking import say
 
 
 __all__ = [
@@ -85,6 +89,7 @@ __all__ = [
     "measure_mouth",
     "read_audio",
     "save_motion",
+    "say",
     "stream",
 ]
 __getattr__, __dir__ = lazy(
@@ -111,8 +116,10 @@ __getattr__, __dir__ = lazy(
             "load_motion",
             "save_motion",
         ),
+        "speaking": ("say",),
     },
     packages=(
+        "adoption",
         "alignment",
         "articulation",
         "audio",

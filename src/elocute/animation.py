@@ -18,8 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.adoption.registry import open_speaking_head
+from elocute.articulation.settings import lays_contacts, mixes_outputs
 from elocute.articulation.style import Style
 from elocute.audio.speech_input import SpeechInput, resolve_speech
+from elocute.audio.speech_times import SpeechTimes
 from elocute.audio.waveform import Waveform
 from elocute.errors import HeadError, InputError, OutputError
 from elocute.files.reading import path_of
@@ -27,6 +30,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
+from elocute.known_speech import known_speech
 from elocute.models.feature_extraction import (
     PhoneTimes,
     Progress,
@@ -57,11 +61,14 @@ class Animation:
         The named curves that the model gave.
     sound : Path or Waveform
         The sound that was animated.
+    notes : tuple of str
+        What to know about it: words of its text that were not found, for example.
     """
 
     motion: Motion
     curves: Curves
     sound: Path | Waveform
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         sound = self.sound if isinstance(self.sound, Waveform) else self.sound.name
@@ -126,7 +133,11 @@ def animate(
     strength: float = 1.0,
     model: str | Path = DEFAULT_MODEL,
     channel: int | None = None,
-    phones: PhoneTimes | None = None,
+    phones: PhoneTimes | SpeechTimes | None = None,
+    text: str | None = None,
+    language: str = "en-us",
+    contacts: str = "auto",
+    mix: str = "output",
     progress: Progress | None = None,
 ) -> Animation:
     """Animate a head with speech.
@@ -141,9 +152,11 @@ def animate(
     fps : float
         Frames per second of the motion, 1 to 240.
     identity : str, int or Path
-        A face of the built-in head: a name, a seed, or a JSON file of 50 coefficients.
+        A face of the head: a seed, or a JSON file of coefficients in standard deviations; of the
+        built-in head also a name.
     head : str or Path
-        "builtin", or a head or mesh file in the topology that the model moves.
+        "builtin", a FLAME model (.pkl), or a head or mesh file in the topology that the model
+        moves.
     style : str or Style
         A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" also a Style.
     strength : float
@@ -152,9 +165,23 @@ def animate(
         "articulation", "voca", "crnn", or a trained model (.onnx).
     channel : int, optional
         The channel to take, from 0; all of them are averaged otherwise.
-    phones : list of (float, float, str), optional
+    phones : list of (float, float, str) or SpeechTimes, optional
         Start in s, end in s and ARPAbet phone, where these are known; they replace the phones
-        that the encoder recognises.
+        that the encoder recognises. Or what `elocute.audio.read_speech_times` read; times of words
+        alone are aligned with the sound.
+    text : str, optional
+        What is said, where it is known: it is aligned with the sound, and lips close where its p, b
+        and m are.
+    language : str
+        Language of the text, as espeak-ng names it.
+    contacts : str
+        "auto" lays lip contacts (p, b, m; f, v) and rests over the model's output by rule, where it
+        moves the built-in head; "off" leaves the bare output: of a network what it computes, of the
+        rules what coarticulation and style make of the phones. Blinks come either way.
+    mix : str
+        Where a trained model mixes styles. "output" is the published mix, the convex combination
+        of what each style alone gives, before contacts and rests; "input" mixes what the network
+        is told of styles. The rules mix the numbers of their styles either way.
     progress : callable, optional
         Called with the share of the sound that is done, 0 to 1.
 
@@ -166,36 +193,59 @@ def animate(
     Raises
     ------
     InputError
-        For anything that cannot be used; AudioError for sound, HeadError for heads and identities,
+        For anything that cannot be used; AlignmentError for a text that is not what is said;
+        AudioError for sound, HeadError for heads and identities,
         ModelError for models and styles.
     """
     check_animation_settings(fps, strength)
+    finished, outputs = lays_contacts(contacts), mixes_outputs(mix)
     check_kind("progress", progress, (Callable, type(None)), "a function or None")
+    known = known_speech(phones, text, language)
     sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
-    resolved, rig = chosen.style(checked_style(style)), chosen.rig(_rig(head, identity))
+    resolved = chosen.style(checked_style(style), outputs=outputs)
+    rig = chosen.rig(_rig(head, identity, own_shapes=not chosen.makes_contacts))
     with _sound_blocks(sound, channel) as blocks:
-        features, duration_s = extract_features(chosen, blocks, phones=phones, progress=progress)
+        features, duration_s = extract_features(
+            chosen, blocks, contacts=finished, phones=known.phones, progress=progress
+        )
     span = FrameSpan.whole(frames_in(duration_s, fps), fps)
-    curves = chosen.curves(features, resolved, span, strength)
+    curves = chosen.curves(features, resolved, span, strength, contacts=finished)
     motion = motion_from_curves(rig, curves)
-    return Animation(motion, curves, sound)
+    if known.phones is not None and features.features.encoder != "phones":
+        known.tell(
+            f"{chosen.name} takes {features.features.encoder}: phones move its contacts alone"
+        )
+    return Animation(motion, curves, sound, tuple(known.notes))
 
 
-def _rig(head: str | Path, identity: str | int | Path) -> HeadModel:
-    """The head to animate. Raises HeadError."""
+def _rig(head: str | Path, identity: str | int | Path, *, own_shapes: bool) -> HeadModel:
+    """The head to animate, with its face; for a model with shapes of its own as its file has it.
+
+    Raises HeadError.
+    """
     check_kind("head", head, str | os.PathLike, "builtin, or a path", HeadError)
     if not isinstance(head, str):
         head = path_of(head, HeadError)
     if str(head) == "builtin":
         return identity_head(identity)
-    if str(identity) != "mean":
+    opened = open_head(head) if own_shapes else open_speaking_head(head)
+    choice = _identity_choice(identity)
+    if choice == "mean":
+        return opened
+    if not len(opened.identity_basis):
         raise InputError.about(
             f"identity {identity}",
-            found="an identity of the built-in head for another head",
+            found=f"an identity for head {opened.name!r}, which has none",
             allowed="one of `head` and `identity`",
         )
-    return open_head(head)
+    return opened.with_identity(resolve_identity(choice, opened))
+
+
+def _identity_choice(identity: str | int | Path) -> str:
+    if isinstance(identity, os.PathLike):
+        identity = path_of(identity, HeadError)
+    return brief(identity) if isinstance(identity, int) else str(identity)
 
 
 def identity_head(identity: str | int | Path) -> HeadModel:
@@ -215,10 +265,7 @@ def identity_head(identity: str | int | Path) -> HeadModel:
     HeadError
         For an unknown name or a file that holds no coefficients.
     """
-    if isinstance(identity, os.PathLike):
-        identity = path_of(identity, HeadError)
-    choice = brief(identity) if isinstance(identity, int) else str(identity)
-    return _face(resolve_identity(choice).tobytes())
+    return _face(resolve_identity(_identity_choice(identity)).tobytes())
 
 
 @lru_cache(maxsize=4)

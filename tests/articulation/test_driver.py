@@ -41,6 +41,18 @@ def test_a_labiodental_brings_the_lower_lip_to_the_teeth(phone):
     assert at(curves, "mouthLabiodental", sum(times[2][:2]) / 2 + 0.04) < 0.2
 
 
+def test_without_contacts_there_is_only_coarticulation():
+    """Lips only come near on p, teeth meet no lip on v, and a pause does not shut the mouth."""
+    phones = "AA", "P", "AA", "V", "AA", "SIL", "SIL", "SIL", "SIL", "AA"
+    finished, times = say(*phones)
+    bare, _ = say(*phones, contacts=False)
+    middle = {phone: sum(times[k][:2]) / 2 for k, phone in enumerate(phones)}
+    assert bare.names == finished.names and len(bare.values) == len(finished.values)
+    assert at(bare, "mouthClose", middle["P"]) < at(bare, "jawOpen", middle["P"])
+    assert at(finished, "mouthLabiodental", middle["V"]) > at(bare, "mouthLabiodental", middle["V"])
+    assert finished["jawOpen"][-6:].max() == 0 < bare["jawOpen"][-6:].max()
+
+
 def test_open_vowels_open_more_than_close_ones():
     opened = {v: say("SIL", v, "SIL", each_s=0.2)[0]["jawOpen"].max() for v in ("AA", "EH", "IY")}
     assert opened["AA"] > opened["EH"] > opened["IY"] > 0.02

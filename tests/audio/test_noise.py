@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from elocute.audio import Waveform
-from elocute.audio.noise import babble, white_noise, with_gain, with_noise
+from elocute.audio.noise import (
+    babble,
+    street_noise,
+    telephone_band,
+    white_noise,
+    with_gain,
+    with_noise,
+)
 from elocute.errors import AudioError
 
 
@@ -75,3 +82,37 @@ def test_a_seed_always_makes_the_same_noise(words):
     assert not np.array_equal(white_noise(50, 4), white_noise(50, 5))
     assert np.array_equal(babble(words, 4), babble(words, 4))
     assert not np.array_equal(babble(words, 4), babble(words, 5))
+
+
+def band_db(samples, rate, low, high):
+    """Power within a band, dB."""
+    power = np.square(np.abs(np.fft.rfft(samples)))
+    hertz = np.fft.rfftfreq(len(samples), 1 / rate)
+    return 10 * np.log10(power[(hertz >= low) & (hertz < high)].sum() + 1e-12)
+
+
+@pytest.mark.parametrize("rate", [16000, 44100])
+def test_a_street_rumbles_and_cars_pass(rate):
+    noise = street_noise(20 * rate, rate, seed=0)
+    assert noise.dtype == np.float32 and len(noise) == 20 * rate and np.isfinite(noise).all()
+    assert band_db(noise, rate, 30, 300) > band_db(noise, rate, 3000, 8000) + 6
+    assert band_db(noise, rate, 500, 2000) > band_db(noise, rate, 3000, 8000) + 3
+    seconds = np.sqrt(np.square(noise.reshape(40, -1)).mean(axis=1))
+    assert 20 * np.log10(seconds.max() / seconds.min()) > 10
+    np.testing.assert_array_equal(noise, street_noise(20 * rate, rate, seed=0))
+    assert not np.array_equal(noise, street_noise(20 * rate, rate, seed=1))
+
+
+def test_the_shortest_street():
+    assert street_noise(1, 16000, 0).shape == (1,)
+
+
+def test_a_telephone_passes_its_band_alone(words):
+    heard = telephone_band(words)
+    assert heard.sample_rate == 16000 and len(heard.samples) == len(words.samples)
+    for low, high in ((400, 1000), (1000, 3300)):
+        lost = band_db(words.samples, 16000, low, high) - band_db(heard.samples, 16000, low, high)
+        assert abs(lost) < 0.5
+    for low, high in ((0, 180), (3800, 8000)):
+        lost = band_db(words.samples, 16000, low, high) - band_db(heard.samples, 16000, low, high)
+        assert lost > 40

@@ -58,7 +58,7 @@ def test_every_command_explains_itself(command):
 
 def test_importing_needs_neither_torch_nor_onnxruntime():
     code = (
-        "import sys, elocute, elocute.cli.app; "
+        "import sys, elocute; from elocute.cli.app import command_line; command_line(); "
         "print([m for m in ('torch', 'onnxruntime', 'scipy', 'av') if m in sys.modules])"
     )
     output = run_python("-c", code)
@@ -222,6 +222,11 @@ def test_evaluate_real_reports_correlation_and_closures(shared_data, tmp_path):
     assert summary["takes"] == 8
     assert summary["opening_best_r"] > 0.5
     assert summary["closure_recall"] > 0.5
+    both = run("evaluate", "real", folder / "clips", "--names", names, "--contacts", "both").stdout
+    table = {line.split()[0]: line.split()[1:] for line in both.splitlines()}
+    assert table["contacts"] == ["off", "auto"] and table["takes"] == ["8", "8"]
+    assert float(table["closure_recall"][1]) == pytest.approx(summary["closure_recall"], abs=6e-4)
+    assert float(table["closure_recall"][0]) < float(table["closure_recall"][1])
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,7 @@ def test_bad_input_is_one_line(
     refused(*train, tmp_path, folders[1], *out, says="manifest.json")
     refused(*train, folders[0], tmp_path / "none", *out, says="folder of the sounds")
     refused(*train, *folders, *out, "--loss", "mae", says="concordance, mse")
+    refused(*train, *folders, *out, "--preset", "publication", says="default, paper")
     refused(*train, *folders, *out, "--device", "cuda:99", says="allowed: auto, cpu")
     animate = ("animate", speech_wav, "-o", tmp_path / "a.npz")
     refused(*animate, "--model", trained["model"], "--style", "calm", says="no styles")
@@ -58,6 +59,8 @@ def test_bad_input_is_one_line(
     wild = ("evaluate", "wild", *folders, *out)
     refused(*wild, "--trainings", "word", says="speaker is missing")
     refused(*wild, "--sentences", tmp_path, says="corpus.json")
+    refused(*wild, "--held-out", speech_wav, says="JSON")
+    refused(*wild, "--exact", tmp_path, says="manifest.json")
     assert not (tmp_path / "new").exists()
 
 

@@ -29,6 +29,7 @@ def test_everything_works_here():
     assert record["network"] == "works (25 frames of 40 phones)"
     assert record["mp4"].startswith("works (5 pictures drawn and read, 0.5")
     assert record["viewer"].endswith("MB)")
+    assert record["espeak-ng"].startswith(("works (", "not there: "))
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def rows_of(report: dict[str, Any]) -> dict[tuple[str, str], dict[str, Any]]:
 
 
 def test_the_best_style_is_the_one_that_made_the_clips(cli: Cli, corpus: Corpus) -> None:
-    measure = "evaluate", "corpus", corpus.folder, "--json"
+    measure = "evaluate", "corpus", corpus.folder, "--contacts", "auto", "--json"
     best = json.loads(cli(*measure, "--style", "best").stdout)
     assert list(rows_of(best)) == [("tense", "tense"), ("all", "best")]
     row = rows_of(best)["tense", "tense"]
@@ -56,11 +56,15 @@ def test_the_best_style_is_the_one_that_made_the_clips(cli: Cli, corpus: Corpus)
 
 
 def test_lips_that_meet_are_counted(cli: Cli, corpus: Corpus) -> None:
-    options = "--part", "train", "--style", "plain", "--json"
-    rows = rows_of(json.loads(cli("evaluate", "corpus", corpus.folder, *options).stdout))
-    row = rows["plain", "plain"]
-    assert row["clips"] == 3
-    assert row["closure_recall"]["value"] == row["closure_precision"]["value"] == 1
+    options = "--part", "train", "--style", "plain", "--json", "--contacts", "both"
+    report = json.loads(cli("evaluate", "corpus", corpus.folder, *options).stdout)
+    assert [row["contacts"] for row in report["rows"]] == ["off", "off", "auto", "auto"]
+    bare, finished = (row for row in report["rows"] if row["subject"] == "plain")
+    assert bare["clips"] == finished["clips"] == 3
+    assert finished["closure_recall"]["value"] == finished["closure_precision"]["value"] == 1
+    assert bare["closure_recall"]["value"] < 0.5
+    shown = cli("evaluate", "corpus", corpus.folder, *options[:4], "--contacts", "both").stdout
+    assert [line.split()[2] for line in shown.splitlines()[1:5]] == ["off", "off", "auto", "auto"]
 
 
 def test_a_trained_model_knows_its_speakers(cli: Cli, learned: Any, tmp_path: Path) -> None:
@@ -120,7 +124,7 @@ def test_another_topology_has_no_lips_of_its_own(
 
 
 def test_predictions_are_of_the_clips_length_over_its_speakers_face(corpus: Corpus) -> None:
-    predict = clip_predictor(open_model(), corpus)
+    predict = clip_predictor(open_model(), corpus, contacts=True)
     one, true = predict("tense.own2", "tense"), recorded_motion(corpus, "tense.own2")
     assert (one.frame_count, one.fps) == (true.frame_count, true.fps)
     assert np.array_equal(one.template, corpus.template("tense"))
@@ -152,14 +156,14 @@ def test_contacts_are_made_for_models_of_the_built_in_head(
     """Also where the model itself hears something else than phones."""
     folder, out = learned.corpus.folder, tmp_path / "out"
     cli("train", "voca", folder, "-o", out, "--epochs", 1, "--encoder", "fbank", "--json")
-    measure = "evaluate", "corpus", folder, "--contacts", "--style", "plain", "--json"
+    measure = "evaluate", "corpus", folder, "--contacts", "auto", "--style", "plain", "--json"
     for model in ("articulation", out / "model.onnx", "crnn"):
-        assert '"contacts": true' in cli(*measure, "--model", model).stdout
+        assert '"contacts": "auto"' in cli(*measure, "--model", model).stdout
     sources.write_folder(tmp_path / "later", ("ann", "bob", "cy"))
     other, out = tmp_path / "corpus", tmp_path / "other"
     cli("corpus", "convert", tmp_path / "later", "-o", other)
     cli("train", "voca", other, "-o", out, "--epochs", 1, "--encoder", "fbank", "--json")
-    measure = "evaluate", "corpus", other, "--contacts", "--style", "even"
+    measure = "evaluate", "corpus", other, "--contacts", "auto", "--style", "even"
     refused(*measure, "--model", out / "model.onnx", says="moves by its own basis")
 
 
@@ -172,6 +176,7 @@ def test_contacts_are_made_for_models_of_the_built_in_head(
         (["--model", "nothing"], "unknown; allowed: articulation"),
         (["--model", "nothing.onnx"], "no such file"),
         (["--limit", "-1"], "--limit"),
+        (["--contacts", "some"], "auto, off, both"),
         (["--table", "t.xlsx"], ".csv or .tex"),
         (["--seed", "-1"], "--seed"),
         (["--lips", "nothing.txt"], "nothing.txt"),

@@ -217,8 +217,8 @@ def test_folders_that_would_be_new_are_not_left_empty(small, speech_wav):
 def test_too_little_memory_for_a_library_is_one_line(tmp_path):
     code = (
         "import sys; from unittest import mock; from elocute.cli import app, main\n"
-        "def fail(**_): raise ImportError('liba.so: failed to map segment from shared object')\n"
-        "with mock.patch.object(app, 'app', fail): main()"
+        "def fail(_): raise ImportError('liba.so: failed to map segment from shared object')\n"
+        "with mock.patch.object(app, 'command_line', fail): main()"
     )
     one_line(run_python("-c", code, cwd=tmp_path), "not enough memory", code=1)
 

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
-from elocute.cli.app import app
+from elocute.cli.app import command_line
 from elocute.cli.examples import EXAMPLES
 from tests.support import commands
 from tests.support.commands import run_apart
@@ -29,7 +29,7 @@ def walk(command: Any, path: tuple[str, ...] = (), above: Any = None) -> Iterato
         yield from walk(below, (*path, name), context)
 
 
-EVERY = list(walk(get_command(app)))
+EVERY = list(walk(get_command(command_line())))
 NAMES = [" ".join(path) for path, _, _ in EVERY]
 
 
@@ -59,7 +59,7 @@ def test_an_example_is_a_command_that_exists(name: str, line: str) -> None:
     """Its options are understood, and a command's own examples are of that command."""
     words = shlex.split(line.split(" < ")[0].removesuffix(" --help"))
     assert line.startswith(name)
-    command: Any = get_command(app)
+    command: Any = get_command(command_line())
     context = None
     while hasattr(command, "commands"):
         context = command.context_class(command, parent=context)

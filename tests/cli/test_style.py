@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -83,6 +84,47 @@ def test_what_cannot_be_fitted_is_one_line(
     refused(*fit, talk, *sound, *model, "-o", tmp_path / "mine.txt", says=".json")
     refused(*fit, talk, *sound, *model, "-o", tmp_path / "none" / "m.json", says="mkdir")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_new_style_is_stored_and_spoken(
+    cli: Cli, learned: Any, words: Path, talk: Path, tmp_path: Path
+) -> None:
+    """Beyond the mix: at least as close, and what `--style` reads."""
+    new, again = tmp_path / "new.json", tmp_path / "again.npz"
+    options = "--sound", words, "--model", learned.model, "--new"
+    shown = cli("style", "fit", talk, *options, "-o", new).stdout
+    assert shown.splitlines()[-2].startswith("new style")
+    stored = json.loads(new.read_text())
+    assert set(stored["vector"]) == {"plain", "broad", "tense"}
+    assert stored["vector_error_mm"] < min(stored["styles_mm"]["plain"], 0.3)
+    cli("animate", words, "--model", learned.model, "--style", new, "-o", again)
+    weights = [elocute.load_motion(path).weights for path in (again, talk)]
+    plain = elocute.animate(words, model=learned.model, style="plain").motion.weights
+    assert np.abs(weights[0] - weights[1]).mean() < 0.3 * np.abs(plain - weights[1]).mean()
+
+
+def test_a_video_without_a_face_or_its_extra_is_one_line(
+    refused: Cli, learned: Any, tmp_path: Path
+) -> None:
+    """The sound is read before minutes of tracking."""
+    video, output = tmp_path / "me.mp4", tmp_path / "mine.json"
+    model = "--model", learned.model, "-o", output
+    refused("style", "fit", video, *model, says="me.mp4")
+    video.write_bytes(b"no video")
+    refused("style", "fit", video, *model, says="me.mp4")
+    assert not output.exists()
+
+
+@pytest.mark.shared_data
+@pytest.mark.skipif(
+    importlib.util.find_spec("mediapipe") is None, reason="needs the extra `video` (mediapipe)"
+)
+def test_a_video_is_captured_and_fitted(cli: Cli, shared_data: Path) -> None:
+    """A talker whom `voca` learned from other clips of."""
+    video = min((shared_data / "grid_s1" / "video").glob("*.mpg"))
+    record = json.loads(cli("style", "fit", video, "--model", "voca", "--json").stdout)
+    assert 2.5 < record["seconds"] <= 3.1 and sum(record["mix"].values()) == pytest.approx(1)
+    assert record["error_mm"] <= min(record["styles_mm"].values()) + 0.05
 
 
 def test_a_file_without_a_mix_moves_nobody(

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from elocute.models.model_file import open_session, stored_record
-from tests.support.commands import one_line, run_apart
+from tests.support.commands import one_line, refused, run_apart, succeeds
 
 pytest.importorskip("torch", reason="needs the extra `train`")
 
@@ -47,6 +47,33 @@ def test_a_corpus_becomes_a_model_that_animates(
     full = run_apart("train", "voca", tmp_path / "corpus", "-o", tmp_path / "out")
     assert full.returncode == 2
     assert "--resume" in full.stderr
+
+
+def test_the_baseline_is_trained_and_used_as_every_other_model(
+    tmp_path: Path, make_corpus: Callable[..., object], speech_wav: Path
+) -> None:
+    """Karras et al.: `train karras`, then everything that takes a model."""
+    make_corpus(tmp_path / "corpus")
+    small = "--epochs", 1, "--batch", 2, "--run-frames", 8, "--emotion-frames", 8
+    out, model = tmp_path / "out", tmp_path / "out" / "model.onnx"
+    done = succeeds("train", "karras", tmp_path / "corpus", "-o", out, *small, "--json")
+    record = json.loads(done.stdout)
+    assert record["styles"] == ["plain", "neutral"] and record["epoch"] == 1
+    for name in ("model.onnx", "checkpoint.safetensors", "log.csv", "sample.png"):
+        assert (out / name).stat().st_size > 0
+    asked = "--model", model, "--json"
+    succeeds("animate", speech_wav, "--model", model, "-o", tmp_path / "talk.npz")
+    for name, given in {
+        "corpus": (tmp_path / "corpus", *asked),
+        "noise": (speech_wav, "--levels", "-12", *asked),
+        "styles": (speech_wav, *asked),
+        "identities": (speech_wav, "--count", 2, *asked),
+    }.items():
+        assert json.loads(succeeds("evaluate", name, *given).stdout)
+    fitted = succeeds("style", "fit", tmp_path / "talk.npz", "--sound", speech_wav, *asked)
+    assert set(json.loads(fitted.stdout)["mix"]) <= {"plain", "neutral"}
+    refused("train", "karras", tmp_path / "corpus", "-o", out, says="--resume")
+    refused("train", "karras", tmp_path / "corpus", "-o", out, "--run-frames", 1, says="run-frames")
 
 
 @pytest.mark.parametrize(

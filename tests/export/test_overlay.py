@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from elocute.errors import OutputError
-from elocute.export.overlay_plot import HEIGHT, INKS, SHADE, WIDTH, plot_overlay
+from elocute.export.overlay_plot import HEIGHT, INKS, SHADE, WIDTH, plot_overlay, plot_panels
 from elocute.motion.curves import Curves
 
 LOW_AND_HIGH = Curves(
@@ -62,3 +62,14 @@ def test_nothing_is_left_where_nothing_can_be_written(tmp_path):
     with pytest.raises(OutputError, match="a folder"):
         plot_overlay(LOW_AND_HIGH, tmp_path / "folder.png")
     assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
+
+
+def test_panels_stand_below_each_other(tmp_path):
+    for path, panels in (("one.png", 1), ("three.png", 3)):
+        plot_panels([("a title", LOW_AND_HIGH)] * panels, tmp_path / path, unit="mm")
+        with Image.open(tmp_path / path) as picture:
+            assert picture.size == (WIDTH, panels * HEIGHT)
+    with Image.open(tmp_path / "one.png") as one, Image.open(tmp_path / "three.png") as three:
+        for place in range(3):
+            box = (0, place * HEIGHT, WIDTH, (place + 1) * HEIGHT)
+            assert three.crop(box).tobytes() == one.tobytes()

@@ -202,6 +202,7 @@ def test_propagate_on_the_cluster_and_a_killed_driver(node, wild: Path, tmp_path
     again = run_apart(*common, output, "--ray", address, "--resume", env=environment)
     assert again.returncode == 0, again.stderr
     assert json.loads(again.stdout)["kept"] >= 1
-    run_apart(*common, plain, check=True)
+    # Blendshapes learned from vertices end in other bits with another number of threads.
+    run_apart(*common, plain, check=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
     for path in [*plain.glob("*.parquet"), plain / "manifest.json"]:
         assert (output / path.name).read_bytes() == path.read_bytes(), path.name

@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from elocute.animation import animate
-from elocute.errors import ModelError
+from elocute.audio.read import read_audio
+from elocute.errors import InputError, ModelError
 from elocute.models import crnn_network, voca
+from elocute.models.feature_extraction import extract_features
+from elocute.models.protocol import FrameSpan
 from elocute.models.registry import open_model
+from elocute.models.streaming import CurveStream
+from elocute.motion.curves import Curves
 from elocute.motion.mouth_measures import measure_mouth
 
 LIPS_CLOSE_S = {"me": 1.69, "p": 5.46, "m": 6.34, "blue": 8.18}  # as recipes/example.py says
@@ -55,6 +61,49 @@ def test_it_moves_much_as_the_rules_do(opening: Opening, model: str) -> None:
 def test_it_is_small(model: str) -> None:
     path, most_mb = MODELS[model]
     assert path.stat().st_size < most_mb * 1e6
+
+
+@pytest.mark.parametrize("model", ["articulation", *MODELS])
+def test_bare_it_is_what_the_network_gives_and_blinks(speech_wav: Path, model: str) -> None:
+    """Within 0 to 1, as curves are; nothing closes or rests by rule."""
+    opened, sound = open_model(model), read_audio(speech_wav)
+    bare = animate(sound, model=model, contacts="off")
+    finished = animate(sound, model=model)
+    assert bare.curves.names == finished.curves.names
+    assert np.array_equal(bare.curves["eyeBlinkLeft"], finished.curves["eyeBlinkLeft"])
+    mouth = tuple(name for name in opened.components or bare.curves.names if "Blink" not in name)
+    raw, shown = (take.curves.select(mouth).values for take in (bare, finished))
+    assert not shown[-20:].any() and raw[-20:].any()
+    if model != "voca":
+        return
+    heard, seconds = extract_features(opened, sound, contacts=False)
+    span = FrameSpan.whole(len(raw), 60.0)
+    assert heard.phones is None and seconds == pytest.approx(sound.duration_s)
+    weights = np.clip(opened.weights(heard, opened.style("plain"), span), 0, 1)
+    places = [opened.components.index(name) for name in mouth]
+    assert np.array_equal(raw, weights[:, places])
+
+
+def test_a_mix_of_animations_is_the_animation_of_the_mix(speech_wav: Path) -> None:
+    """VOCA 2019, section 7.2, to 1e-6 before contacts; live as well."""
+    sound, shares = read_audio(speech_wav), {"broad": 0.5, "mumble": 0.3, "grid": 0.2}
+    text = ",".join(f"{name}:{share}" for name, share in shares.items())
+
+    def said(style: str, **options: Any) -> Curves:
+        return animate(sound, model="voca", style=style, **options).curves
+
+    whole = said(text, contacts="off")
+    mixed = sum(s * said(name, contacts="off").values for name, s in shares.items())
+    assert np.abs(whole.values - mixed).max() < 1e-6
+    assert np.abs(said(text, contacts="off", mix="input").values - mixed).max() > 0.05
+    live = CurveStream(open_model("voca"), sound.sample_rate, style=text, contacts="off")
+    pieces = [live.push(sound.samples), live.flush()]
+    streamed = np.concatenate([piece.values for piece in pieces if piece is not None])
+    assert np.abs(streamed - mixed).max() < 1e-5
+    finished = sum(s * said(name).values for name, s in shares.items())
+    assert np.abs(said(text).values - finished).max() < 0.1  # contacts come after the mix
+    with pytest.raises(InputError, match="output, input"):
+        said(text, mix="middle")
 
 
 def test_styles_of_voca_differ(speech_wav: Path, opening: Opening) -> None:

@@ -29,10 +29,11 @@ def speech(speech_wav) -> Waveform:
     return Waveform(np.concatenate(parts), 48000)
 
 
-def streamed(name: str, sound: Waveform, block: int, fps: float = 60.0):
+def streamed(name: str, sound: Waveform, block: int, fps: float = 60.0, **options: Any):
     """Curves of a sound pushed in blocks of so many samples, and how many came before the end."""
     model = open_model(name)
-    live = CurveStream(model, sound.sample_rate, fps=fps, level=model.sound_level(sound))
+    level = model.sound_level(sound)
+    live = CurveStream(model, sound.sample_rate, fps=fps, level=level, **options)
     pieces = [
         live.push(sound.samples[at : at + block]) for at in range(0, len(sound.samples), block)
     ]
@@ -48,6 +49,15 @@ def test_a_stream_gives_what_the_whole_sound_gives(speech, name, block):
     live, _ = streamed(name, speech, block)
     assert live.shape == whole.shape
     assert np.abs(live - whole).max() < NEAR
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_bare_output_is_streamed_as_well(speech, name):
+    whole = elocute.animate(speech, model=name, contacts="off").curves.values
+    live, _ = streamed(name, speech, 4801, contacts="off")
+    assert live.shape == whole.shape
+    assert np.abs(live - whole).max() < NEAR
+    assert np.abs(live - streamed(name, speech, 4801)[0]).max() > 0.1
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -19,8 +19,10 @@ from elocute.models import style_fit
 from elocute.models.feature_extraction import extract_features
 from elocute.models.model_shapes import basis_of
 from elocute.models.protocol import FrameSpan, SpeechFeatures
-from elocute.models.style_fit import ObservedMotion, fit_style, search
-from elocute.models.style_mixes import read_mix, write_mix
+from elocute.models.registry import open_model
+from elocute.models.style_errors import StyleErrors
+from elocute.models.style_fit import ObservedMotion, finished_weights, fit_style, search
+from elocute.models.style_mixes import MixedStyle, read_mix, write_mix
 from elocute.models.voca import VocaModel
 from elocute.motion import vertex_motion
 from elocute.motion.vertex_motion import VertexMotion
@@ -42,19 +44,20 @@ def speech(speech_wav: Path) -> SpeechFeatures:
 
 @pytest.fixture(scope="module")
 def take(model: VocaModel, speech: SpeechFeatures) -> ObservedMotion:
-    """What the model itself does in a known mix."""
-    weights = model.weights(speech, model.mix(MIX), FrameSpan.whole(120, 60.0))
+    """What the model itself does in a known mix, as `animate` shows it."""
+    weights = finished_weights(model, speech, model.mix(MIX), FrameSpan.whole(120, 60.0))
     basis = basis_of(model.components, model.basis)
     return ObservedMotion(speech, VertexMotion(weights, load_builtin_head().template, 60.0, basis))
 
 
 def test_a_known_mix_is_found_again(model: VocaModel, take: ObservedMotion) -> None:
     fit = fit_style(model, [take])
-    assert model.mix(fit.mix) == pytest.approx([0.0, 0.6, 0.4], abs=0.05)
+    assert model.mix(fit.mix).mixed_input == pytest.approx([0.0, 0.6, 0.4], abs=0.05)
     assert list(fit.mix)[:2] == ["broad", "tense"]
     assert fit.error_mm < 0.01 < min(fit.styles.values())
     assert fit.seconds == pytest.approx(2.0)
-    assert model.style(fit.text) == pytest.approx(model.mix(fit.mix), abs=1e-3)
+    given, found = model.style(fit.text), model.mix(fit.mix)
+    assert given.mixed_input == pytest.approx(found.mixed_input, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -92,7 +95,8 @@ def test_the_error_is_the_distance_of_vertices(
     observed += rng.normal(0, 0.001, observed.shape)
     fit = fit_style(model, [ObservedMotion(take.speech, VertexMotion(observed, rest, 60.0))])
     for name, error in fit.styles.items():
-        weights = model.weights(take.speech, model.mix({name: 1.0}), FrameSpan.whole(120, 60.0))
+        span = FrameSpan.whole(120, 60.0)
+        weights = finished_weights(model, take.speech, model.mix({name: 1.0}), span)
         predicted = rest + (weights @ flat).reshape(observed.shape)
         distance = 1000 * np.linalg.norm(predicted - observed, axis=2)
         assert error == pytest.approx(np.sqrt(np.square(distance).mean()), rel=1e-5)
@@ -167,14 +171,71 @@ def test_the_search_ends_where_every_style_is_right(styles: int) -> None:
     assert search(lambda mix: 0.0, start).tolist() == start.tolist()
 
 
+def test_a_mix_is_one_of_outputs(model: VocaModel, speech: SpeechFeatures) -> None:
+    """The published mix: the same of weights and so of vertices; at the input it is another."""
+    span = FrameSpan.whole(120, 60.0)
+    alone = [model.weights(speech, model.mix({name: 1.0}), span) for name in MIX]
+    mixed = sum(share * each for share, each in zip(MIX.values(), alone, strict=True))
+    assert np.abs(model.weights(speech, model.mix(MIX), span) - mixed).max() < 1e-6
+    at_input = model.mix(MIX, outputs=False)
+    assert at_input.inputs.shape == (1, 3) and model.mix(MIX).inputs.shape == (2, 3)
+    assert np.abs(model.weights(speech, at_input, span) - mixed).max() > 1e-3
+
+
+def test_a_new_style_beyond_the_mix_is_found(model: VocaModel, speech: SpeechFeatures) -> None:
+    """Of the network's own input, further out than any of its styles."""
+    vector, span = np.array([[-0.4, 1.4, 0.0]], np.float32), FrameSpan.whole(120, 60.0)
+    style = MixedStyle(vector, np.ones(1, np.float32))
+    weights = finished_weights(model, speech, style, span)
+    basis = basis_of(model.components, model.basis)
+    head = load_builtin_head()
+    take = ObservedMotion(speech, VertexMotion(weights, head.template, 60.0, basis))
+    fit = fit_style(model, [take], new=True)
+    assert fit.vector is not None and fit.vector_error_mm is not None
+    assert fit.vector_error_mm < 0.5 * fit.error_mm
+    assert fit_style(model, [take]).vector is None
+    with pytest.raises(ModelError, match="no style vector"):
+        fit_style(open_model(), [take], new=True)
+
+
+def test_a_trained_model_tells_how_it_errs(learned: Any, tmp_path: Path) -> None:
+    from elocute.training.voca.style_errors import record_style_errors
+
+    path = tmp_path / "model.onnx"
+    path.write_bytes(Path(learned.model).read_bytes())
+    record_style_errors(path, learned.corpus)
+    model = VocaModel(path)
+    errors = model.style_errors
+    assert errors is not None and errors.gain.shape == (len(model.components),)
+    again = StyleErrors.from_record(errors.record(), len(errors.gain))
+    assert again.covariance == pytest.approx(errors.covariance, rel=1e-4)
+    white = errors.whitening(np.eye(len(errors.gain)))
+    assert np.isfinite(white).all()
+    for broken in ({}, {"gain": [1.0], "covariance": [[1.0]]}, {"gain": "x", "covariance": 3}, []):
+        with pytest.raises(ModelError, match="style errors"):
+            StyleErrors.from_record(broken, len(errors.gain))
+
+
 class TestStyleFile:
+    @pytest.mark.parametrize("told", ['["ann"]', '{"ann": 1e9}', '{"ann": true}', '{"nobody": 1}'])
+    def test_a_vector_that_is_none_is_refused(
+        self, model: VocaModel, tmp_path: Path, told: str
+    ) -> None:
+        path = tmp_path / "mine.json"
+        path.write_text('{"vector": {"broad": 1.5, "tense": -0.5}}')
+        assert model.style(str(path)).inputs.tolist() == [[0.0, 1.5, -0.5]]
+        path.write_text(f'{{"vector": {told}}}')
+        with pytest.raises(ModelError, match="allowed: "):
+            model.style(str(path))
+
     def test_a_mix_comes_back_as_shares_of_one(self, tmp_path: Path) -> None:
         write_mix(tmp_path / "mine.json", {"ann": 3.0, "bob": 1, "cy": 0}, {"error_mm": 0.5})
         assert read_mix(tmp_path / "mine.json") == {"ann": 0.75, "bob": 0.25}
 
     def test_a_model_speaks_in_it(self, model: VocaModel, tmp_path: Path) -> None:
         write_mix(tmp_path / "mine.json", MIX, {})
-        assert model.style(str(tmp_path / "mine.json")) == pytest.approx([0.0, 0.6, 0.4])
+        mine = model.style(str(tmp_path / "mine.json"))
+        assert mine.mixed_input == pytest.approx([0.0, 0.6, 0.4])
         write_mix(tmp_path / "mine.json", {"nobody": 1.0}, {})
         with pytest.raises(ModelError, match=r"'nobody'.*plain, broad, tense"):
             model.style(str(tmp_path / "mine.json"))

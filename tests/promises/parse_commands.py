@@ -52,9 +52,9 @@ def module_problem(module: str, arguments: list[str]) -> str:
 def elocute_problem(arguments: list[str]) -> str:
     import typer.main
 
-    from elocute.cli.app import app
+    from elocute.cli.app import command_line
 
-    command: Any = typer.main.get_command(app)
+    command: Any = typer.main.get_command(command_line())
     context, rest = None, arguments
     try:
         while hasattr(command, "commands"):

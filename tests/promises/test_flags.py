@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
-from elocute.cli.app import app
+from elocute.cli.app import command_line
 from elocute.cli.flags import in_flags
 from tests.support.commands import run_apart
 
@@ -61,7 +61,7 @@ def test_a_flag_is_found_where_there_is_one() -> None:
 def test_names_in_backticks_become_the_flags_of_a_command(
     command: str, text: str, told: str
 ) -> None:
-    found: Any = get_command(app)
+    found: Any = get_command(command_line())
     for name in command.split():
         found = found.commands[name]
     assert in_flags(text, found) == told

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import soundfile
 
+from elocute.audio.espeak import has_espeak
 from tests.support.commands import python, run_python
 
 ROOT = Path(__file__).parents[2]
@@ -43,6 +44,8 @@ def commands(tmp_path_factory, speech_wav) -> Path:
         ["align", say, say, "--method", "dtw"],
         ["evaluate", "noise", say, "--levels=-12"],
     ]
+    if has_espeak():
+        steps.append(["say", "Hello.", *FEW, *outputs("said.npz")])
     path = folder / "commands.json"
     path.write_text(json.dumps(steps), encoding="utf-8")
     return path

@@ -38,7 +38,8 @@ MODULES = {
         },
         {"jobs/ray_cluster.py"},
     ),
-    "other programs": ({"subprocess", "pty"}, {"jobs/ray_cluster.py"}),
+    # Python alone: the process that holds espeak-ng's library.
+    "other programs": ({"subprocess", "pty"}, {"jobs/ray_cluster.py", "audio/espeak.py"}),
 }
 CALLS = {
     "code out of data": (

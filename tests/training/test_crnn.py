@@ -101,6 +101,18 @@ def test_shares_are_those_of_the_variance() -> None:
     assert torch.allclose(tempered_weights(shares, 0.0), torch.full((3,), 1 / 3))
 
 
+def test_the_preset_of_the_paper() -> None:
+    """Sections 5 and 6.1; what the defaults do otherwise is told with them."""
+    paper = CrnnTrainConfig.preset("paper")
+    assert (paper.learning_rate, paper.last_rate, paper.batch_clips) == (5e-4, 1.0, 50)
+    assert (paper.loss, paper.weight_power, paper.keep) == ("concordance", 1.0, 0.5)
+    assert (paper.augment, paper.gradient_limit, paper.captured) == (0.0, 0.0, False)
+    assert audible_bands(paper.highest_hz).all() and not audible_bands(8000).all()
+    assert CrnnTrainConfig.preset("default", epochs=3) == CrnnTrainConfig(epochs=3)
+    with pytest.raises(ModelError, match="default, paper"):
+        CrnnTrainConfig.preset("publication")
+
+
 def test_segments_keep_half() -> None:
     draw = np.random.default_rng(1)
     found = [random_segment(21, CrnnTrainConfig(), draw) for _ in range(500)]

@@ -61,6 +61,10 @@ class EnglishAligner:
         words = dict.fromkeys(words_in(text))
         return [word for word in words if self.decoder.lookup_word(word) is None]
 
+    def phones(self, word: str) -> list[str]:
+        """The first pronunciation of a word that the dictionary has, in ARPAbet."""
+        return self.decoder.lookup_word(word).split()
+
     def knows(self, text: str) -> bool:
         """Whether the text has words, all of them in the dictionary."""
         return bool(words_in(text)) and not self.unknown(text)

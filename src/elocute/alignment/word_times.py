@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from elocute.alignment.textgrid import TextGridInterval, format_textgrid, parse_textgrid
 from elocute.audio.read import DURATION_MAX_S
+from elocute.audio.textgrid import TextGridInterval, format_textgrid, parse_textgrid
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, parse_json

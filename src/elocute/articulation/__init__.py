@@ -8,7 +8,6 @@ from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
     from elocute.articulation.driver import articulate
-    from elocute.articulation.phone_times import read_phone_times
     from elocute.articulation.style import STYLES, Style, mix_styles, parse_mix, resolve_style
 
 __all__ = [
@@ -17,14 +16,12 @@ __all__ = [
     "articulate",
     "mix_styles",
     "parse_mix",
-    "read_phone_times",
     "resolve_style",
 ]
 __getattr__, __dir__ = lazy(
     __name__,
     {
         "driver": ("articulate",),
-        "phone_times": ("read_phone_times",),
         "style": ("STYLES", "Style", "mix_styles", "parse_mix", "resolve_style"),
     },
 )

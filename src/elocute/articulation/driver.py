@@ -6,6 +6,7 @@ style. Contacts come last and win, because a lip that misses a p is seen at once
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,6 +75,7 @@ def articulate(
     first_frame: int = 0,
     first_row: int = 0,
     total_frames: int | None = None,
+    contacts: bool = True,
 ) -> Curves:
     """Curves of a face that says the phones in `log_posteriors`.
 
@@ -94,6 +96,9 @@ def articulate(
     first_frame, first_row, total_frames : int
         For a stretch of a longer take: its first frame, with rows from HISTORY_S before it to
         LOOKAHEAD_S after it, and the frames of the whole take.
+    contacts : bool
+        Whether lips close on p, b and m, meet the teeth on f and v, and rest in pauses by rule;
+        otherwise there is only what coarticulation and style make of the phones.
 
     Returns
     -------
@@ -129,7 +134,10 @@ def articulate(
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
     position = _TakePosition(first_frame, first_row, total_frames)
-    return _finished(curves, posteriors, rate, fps, style, style.asymmetry, position)
+    if contacts:
+        _lay_contacts(curves, posteriors, rate, fps, style, position)
+    _lean(curves, style.asymmetry)
+    return _with_blinks(curves, fps, style, position)
 
 
 def make_contacts(
@@ -159,11 +167,42 @@ def make_contacts(
     Curves
     """
     posteriors = np.exp(log_posteriors).astype(np.float32)
+    position, style = _TakePosition(first_frame, first_row, total_frames), style or Style()
+    columns = _columns(curves)
+    _lay_contacts(columns, posteriors, rate, curves.fps, style, position)
+    return _with_blinks(columns, curves.fps, style, position)
+
+
+def add_blinks(
+    curves: Curves,
+    style: Style | None = None,
+    *,
+    first_frame: int = 0,
+    total_frames: int | None = None,
+) -> Curves:
+    """The curves of another model as they are, with the driver's blinks: no contacts, no rests.
+
+    Parameters
+    ----------
+    curves : Curves
+        Of the built-in head.
+    style, first_frame, total_frames
+        As `articulate` takes them.
+
+    Returns
+    -------
+    Curves
+        With the same names as those of `make_contacts`.
+    """
+    position = _TakePosition(first_frame, 0, total_frames)
+    return _with_blinks(_columns(curves), curves.fps, style or Style(), position)
+
+
+def _columns(curves: Curves) -> dict[str, FloatArray]:
+    """A copy of each curve by name, those of the driver among them."""
     wanted = dict.fromkeys((*curves.names, *curve_names()))
     table = curves.select(tuple(wanted)).values.T.copy()
-    columns = dict(zip(wanted, table, strict=True))
-    position = _TakePosition(first_frame, first_row, total_frames)
-    return _finished(columns, posteriors, rate, curves.fps, style or Style(), 0.0, position)
+    return dict(zip(wanted, table, strict=True))
 
 
 @dataclass(frozen=True)
@@ -175,16 +214,15 @@ class _TakePosition:
     total_frames: int | None
 
 
-def _finished(
+def _lay_contacts(
     curves: dict[str, FloatArray],
     posteriors: FloatArray,
     rate: float,
     fps: float,
     style: Style,
-    asymmetry: float,
     position: _TakePosition,
-) -> Curves:
-    """Rest, contacts, asymmetry and blinks, in this order."""
+) -> None:
+    """Rest, labiodental and bilabial contacts, in this order."""
     frame_count = len(curves["jawOpen"])
     frames = np.arange(position.first_frame, position.first_frame + frame_count)
     times_s = frames / fps - position.first_row / rate  # since the first row
@@ -193,9 +231,13 @@ def _finished(
         curves[name] = curves[name] * speech
     _meet_teeth(curves, _contact(posteriors, LABIODENTALS, rate, times_s, style) * speech)
     _close_lips(curves, _contact(posteriors, BILABIALS, rate, times_s, style) * speech)
-    _lean(curves, asymmetry)
+
+
+def _with_blinks(
+    curves: dict[str, FloatArray], fps: float, style: Style, position: _TakePosition
+) -> Curves:
     blink = blink_curve(
-        frame_count,
+        len(curves["jawOpen"]),
         fps,
         style.blink_per_min,
         first_frame=position.first_frame,
@@ -204,6 +246,32 @@ def _finished(
     curves["eyeBlinkLeft"] = curves["eyeBlinkRight"] = blink
     table = np.stack(list(curves.values()), axis=1)
     return Curves(np.clip(table, 0, 1), tuple(curves), fps)
+
+
+def checked_phones(
+    phones: Sequence[tuple[float, float, str]],
+) -> Sequence[tuple[float, float, str]]:
+    """The same phones with their times. Raises InputError as `posteriors_from_phones` does."""
+    check_kind("phones", phones, list | tuple, "a list of (start s, end s, phone)")
+    for given in phones:
+        try:
+            start_s, end_s, phone = given
+        except (TypeError, ValueError):
+            raise InputError.about(
+                "phones", found=brief(given), allowed="(start s, end s, phone)"
+            ) from None
+        if not isinstance(phone, str) or phone not in PHONES:
+            raise InputError.about(
+                f"phone {brief(phone)}", found="unknown", allowed=" ".join(PHONES)
+            )
+        start, end = real_number(start_s), real_number(end_s)
+        if start is None or end is None or not 0 <= start <= end:
+            raise InputError.about(
+                f"phone {phone!r}",
+                found=f"times {brief(start_s)} to {brief(end_s)}",
+                allowed="0 <= start <= end",
+            )
+    return phones
 
 
 def posteriors_from_phones(
@@ -234,25 +302,7 @@ def posteriors_from_phones(
     count = max(1, int(np.ceil(duration_s * rate)))
     shares = np.zeros((count, len(PHONES)))
     centres = np.arange(count) / rate
-    check_kind("phones", phones, list | tuple, "a list of (start s, end s, phone)")
-    for given in phones:
-        try:
-            start_s, end_s, phone = given
-        except (TypeError, ValueError):
-            raise InputError.about(
-                "phones", found=brief(given), allowed="(start s, end s, phone)"
-            ) from None
-        if not isinstance(phone, str) or phone not in PHONES:
-            raise InputError.about(
-                f"phone {brief(phone)}", found="unknown", allowed=" ".join(PHONES)
-            )
-        start, end = real_number(start_s), real_number(end_s)
-        if start is None or end is None or not 0 <= start <= end:
-            raise InputError.about(
-                f"phone {phone!r}",
-                found=f"times {brief(start_s)} to {brief(end_s)}",
-                allowed="0 <= start <= end",
-            )
+    for start_s, end_s, phone in checked_phones(phones):
         half = 0.5 / rate
         overlap = np.minimum(end_s, centres + half) - np.maximum(start_s, centres - half)
         shares[:, PHONES.index(phone)] += np.clip(overlap * rate, 0, 1)

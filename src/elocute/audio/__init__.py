@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
+    from elocute.audio.espeak import SpokenText, SpokenWord, speak
     from elocute.audio.features import Features
     from elocute.audio.mel_with_deltas import MelDeltas, mel_delta_windows
     from elocute.audio.read import (
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
         resampled_blocks,
     )
     from elocute.audio.spectral import fbank, log_mel, mel_filterbank, mfcc, power_spectrum
+    from elocute.audio.speech_times import SpeechTimes, read_speech_times
+    from elocute.audio.voice_settings import VoiceSettings
     from elocute.audio.waveform import Waveform
 
 __all__ = [
@@ -28,6 +31,10 @@ __all__ = [
     "AudioStream",
     "Features",
     "MelDeltas",
+    "SpeechTimes",
+    "SpokenText",
+    "SpokenWord",
+    "VoiceSettings",
     "Waveform",
     "fbank",
     "log_mel",
@@ -38,11 +45,18 @@ __all__ = [
     "power_spectrum",
     "probe_audio",
     "read_audio",
+    "read_speech_times",
     "resampled_blocks",
+    "speak",
 ]
 __getattr__, __dir__ = lazy(
     __name__,
     {
+        "espeak": (
+            "SpokenText",
+            "SpokenWord",
+            "speak",
+        ),
         "features": ("Features",),
         "mel_with_deltas": (
             "MelDeltas",
@@ -63,6 +77,11 @@ __getattr__, __dir__ = lazy(
             "mfcc",
             "power_spectrum",
         ),
+        "speech_times": (
+            "SpeechTimes",
+            "read_speech_times",
+        ),
+        "voice_settings": ("VoiceSettings",),
         "waveform": ("Waveform",),
     },
 )

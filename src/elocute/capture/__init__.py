@@ -6,7 +6,7 @@ scans               files of scans and landmarks; a landmark detector for scans 
 registration        the head's topology laid onto one scan
 sequence_tracking   frame after frame, each from the one before
 registered_frames   those frames on disk, so that an interrupted sequence resumes
-cleaning            neck, ears and eyes of the registered motion
+motion_cleaning     neck, ears and eyes of the registered motion
 sequence_report     an HTML page per sequence: errors, worst frames, flagged frames
 scans_to_corpus     all of it in one call: folders of scans to a corpus
 settings            of `scans_to_corpus` and of the simulated scanner
@@ -52,14 +52,22 @@ if TYPE_CHECKING:
     )
     from elocute.capture.scans_to_corpus import capture_scans
     from elocute.capture.sequence_tracking import SequenceResult
-    from elocute.capture.settings import BatchSettings, Scanner
+    from elocute.capture.settings import BatchSettings, FaceRichness, Scanner
+    from elocute.capture.simulation.rich_faces.rich_face import (
+        RichFace,
+        RichTake,
+        take_from_sound,
+    )
     from elocute.capture.simulation.scan_simulator import simulate_scans
     from elocute.capture.video_to_corpus import write_video_corpus
 
 __all__ = [
     "BatchSettings",
+    "FaceRichness",
     "Landmarks",
     "Registration",
+    "RichFace",
+    "RichTake",
     "Scan",
     "ScanSequence",
     "Scanner",
@@ -78,6 +86,7 @@ __all__ = [
     "register_nonrigid",
     "register_scan",
     "simulate_scans",
+    "take_from_sound",
     "write_landmarks",
     "write_scan",
     "write_video_corpus",
@@ -105,7 +114,8 @@ __getattr__, __dir__ = lazy(
         ),
         "scans_to_corpus": ("capture_scans",),
         "sequence_tracking": ("SequenceResult",),
-        "settings": ("BatchSettings", "Scanner"),
+        "settings": ("BatchSettings", "FaceRichness", "Scanner"),
+        "simulation.rich_faces.rich_face": ("RichFace", "RichTake", "take_from_sound"),
         "simulation.scan_simulator": ("simulate_scans",),
         "video_to_corpus": ("write_video_corpus",),
     },

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from elocute.capture.registration.accuracy import SurfaceError
 from elocute.capture.registration.model_fit import ModelParameters
-from elocute.capture.registration.pose import HeadPose
 from elocute.capture.registration.register import Registration
+from elocute.capture.registration.zero_pose import HeadPose
 from elocute.errors import CaptureError, InputError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
-from elocute.capture.cleaning import clean_frames
+from elocute.capture.motion_cleaning import clean_frames
 from elocute.capture.registration.register import register_neutral
 from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, open_sequence
 from elocute.capture.sequence_report import write_report
@@ -74,7 +74,7 @@ def capture_scans(
     output
         A folder; see the head of this module for what goes there.
     settings
-        Topology, frame rate, unit, processes, smoothing.
+        Topology, frame rate, unit, processes, smoothing, method.
     progress
         Called with the share of the frames that are done, 0 to 1.
 
@@ -99,7 +99,8 @@ def capture_scans(
     for subject in dict.fromkeys(sequence.metadata.subject for sequence in sequences):
         of_subject = [one for one in sequences if one.metadata.subject == subject]
         try:
-            own = _own_head(head, of_subject, output / "subjects" / f"{subject}.npz")
+            place = output / "subjects" / f"{subject}.npz"
+            own = _own_head(head, of_subject, place, settings.method)
         except OutputError:
             raise
         except ElocuteError as error:
@@ -107,7 +108,7 @@ def capture_scans(
             continue
         for sequence in of_subject:
             frames = _make(output / "sequences" / sequence.name / "frames")
-            tracks.append(TrackedSequence(sequence, own, frames))
+            tracks.append(TrackedSequence(sequence, own, frames, settings))
     _check_rates(tracks)
     lost = _track_all(tracks, settings, progress)
     again = "the frames that are done are kept: run it again to go on"
@@ -147,25 +148,26 @@ def _make(folder: Path) -> Path:
     return folder
 
 
-def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path) -> HeadModel:
+def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path, method: str) -> HeadModel:
     """The person's neutral face, from the sequence that names a neutral frame, or the first."""
     try:
         stored = read_npz(
             path, max_bytes=FILE_MAX_BYTES, allowed="a neutral face", error=CaptureError
         )
         template, joints = stored["template"], stored["joints"]
-        if template.shape == head.template.shape and joints.shape == head.joint_positions.shape:
+        alike = template.shape == head.template.shape and joints.shape == head.joint_positions.shape
+        if alike and str(stored.get("method", "model")) == method:
             return _personal_head(head, template, joints)
     except (InputError, KeyError):
         pass  # not there yet, or broken: it is made (again)
-    own = _registered_neutral(head, sequences)
+    own = _registered_neutral(head, sequences, method)
     with write_atomically(path) as draft, draft.open("wb") as file:
-        np.savez(file, template=own.template, joints=own.joint_positions)
+        np.savez(file, template=own.template, joints=own.joint_positions, method=method)
     # As another process or a later run reads it.
     return _personal_head(head, own.template, own.joint_positions)
 
 
-def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadModel:
+def _registered_neutral(head: HeadModel, sequences: list[ScanSequence], method: str) -> HeadModel:
     """From the frame that is named neutral, else from the first that can be used.
 
     Raises CaptureError where there is none.
@@ -177,7 +179,8 @@ def _registered_neutral(head: HeadModel, sequences: list[ScanSequence]) -> HeadM
     for number in numbers:
         try:
             landmarks = sequence.landmarks(number)
-            own, found = register_neutral(head, sequence.scan(number), landmarks)
+            scan = sequence.scan(number)
+            own, found = register_neutral(head, scan, landmarks, method=method)
             if not found.lost:
                 return own.head
             raise CaptureError.about(
@@ -268,7 +271,7 @@ def _track_chunk(chunk: _Chunk) -> int:
     settings = chunk.settings
     sequence = open_sequence(chunk.folder, fps=settings.fps, unit=settings.unit)
     head = _personal_head(open_head(settings.head), chunk.template, chunk.joints)
-    track_frames(TrackedSequence(sequence, head, Path(chunk.frames)), chunk.numbers)
+    track_frames(TrackedSequence(sequence, head, Path(chunk.frames), settings), chunk.numbers)
     return len(chunk.numbers)
 
 
@@ -367,7 +370,7 @@ def _write_corpus(
             fps=tracks[0].sequence.metadata.fps,
             faces=head.triangles,
             topology=head.name,
-            note="registered from scans by elocute capture",
+            note=_note(settings),
         ) as writer,
     ):
         for place, sound in spoken:
@@ -377,6 +380,13 @@ def _write_corpus(
     with write_atomically(output / MADE) as draft:
         draft.write_text(sha256_of(folder / "corpus.json") + "\n", encoding="utf-8")
     return results
+
+
+def _note(settings: BatchSettings) -> str:
+    note = "registered from scans by elocute capture"
+    if settings.method == "nicp":
+        note += f", non-rigid ICP from the {'adaptive' if settings.adapted else 'fixed'} template"
+    return note
 
 
 def _add(

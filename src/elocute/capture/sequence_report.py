@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.capture.registered_frames import FrameRecord, read_pose, read_zero
-from elocute.capture.registration.pose import HeadPose, apply_pose
+from elocute.capture.registration.zero_pose import HeadPose, apply_pose
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.capture.sequence_tracking import SequenceResult, TrackedSequence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +17,15 @@ from elocute.capture.registered_frames import (
     read_zero,
     write_frame,
 )
-from elocute.capture.registration.register import Registration, register_scan
+from elocute.capture.registration.register import (
+    Registration,
+    register_nonrigid,
+    register_scan,
+)
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import no_landmarks
 from elocute.capture.scans.scan_sequence import ScanSequence
+from elocute.capture.settings import BatchSettings
 from elocute.errors import ElocuteError
 from elocute.head.model import HeadModel
 
@@ -79,16 +84,20 @@ class TrackedSequence:
         Its template is the person's neutral face.
     folder
         Of 000000.npz, …, one for each scan.
+    settings
+        Say how scans are registered.
     """
 
     sequence: ScanSequence
     head: HeadModel
     folder: Path
+    settings: BatchSettings = field(default_factory=BatchSettings)
 
     @property
     def key(self) -> str:
         """Identifies face and settings: frames made with another key are not resumed."""
-        text = f"{SETTINGS_VERSION} {self.sequence.metadata.unit} ".encode()
+        way = "" if self.settings.method == "model" else f"nicp {self.settings.adapted} "
+        text = f"{SETTINGS_VERSION} {self.sequence.metadata.unit} {way}".encode()
         return hashlib.sha256(text + self.head.template.tobytes()).hexdigest()[:16]
 
     def path(self, number: int) -> Path:
@@ -111,6 +120,8 @@ def track_frames(
     done: Callable[[FrameRecord], None] | None = None,
 ) -> list[FrameRecord]:
     """Register frames in their order, each starting from the one before.
+
+    Non-rigid ICP starts every frame from a template of its own, as published.
 
     Parameters
     ----------
@@ -146,7 +157,11 @@ def _track_one(
     landmarks = no_landmarks()
     try:
         landmarks = track.sequence.landmarks(number)
-        found = register_scan(template, track.sequence.scan(number), landmarks, before)
+        scan = track.sequence.scan(number)
+        if track.settings.method == "nicp":
+            found, _ = register_nonrigid(template, scan, landmarks, adapted=track.settings.adapted)
+        else:
+            found = register_scan(template, scan, landmarks, before)
         flag = found.lost
     except (
         ElocuteError,

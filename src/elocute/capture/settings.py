@@ -8,11 +8,17 @@ from elocute.errors import CaptureError
 from elocute.jobs.pool import JOBS_MAX
 from elocute.settings import check_settings, described, setting
 
+METHODS = ("model", "nicp")
+TEMPLATES = ("adaptive", "fixed")
+
 
 @described
 @dataclass(frozen=True)
 class BatchSettings:
     """How folders of scans are registered.
+
+    `method` "model" is VOCA's (2019, section 6); "nicp" with an adaptive `template` is that of
+    "3D facial motion from in-the-wild speech" (2019, section 3.2).
 
     Raises
     ------
@@ -45,8 +51,30 @@ class BatchSettings:
         help="Standard deviation of the smoothing around the eyes; 0 for none.",
     )
 
+    method: str = setting(
+        "model",
+        choices=METHODS,
+        help="Registration: model fits the head model, then deforms it freely; nicp is non-rigid "
+        "ICP.",
+    )
+    template: str | None = setting(
+        None,
+        choices=TEMPLATES,
+        help="What nicp starts from: adaptive, the neutral face with the expression that the "
+        "landmarks show (the default), or fixed, the neutral face.",
+    )
+
     def __post_init__(self) -> None:
         check_settings(self, CaptureError)
+        if self.template is not None and self.method != "nicp":
+            raise CaptureError.about(
+                "`template`", found=f"`method` {self.method}", allowed="with `method` nicp only"
+            )
+
+    @property
+    def adapted(self) -> bool:
+        """Whether non-rigid ICP starts from the adaptive template."""
+        return self.template != "fixed"
 
 
 @described
@@ -94,6 +122,40 @@ class Scanner:
     )
     textured: bool = setting(True, help="Whether vertices have colours.")
     seed: int = setting(0, low=0, help="The same seed gives the same scans.")
+
+    def __post_init__(self) -> None:
+        check_settings(self, CaptureError)
+
+
+@described
+@dataclass(frozen=True)
+class FaceRichness:
+    """What the face of a simulated speaker has beyond the shapes of a rig.
+
+    0 leaves a thing out; at 1 each person has it to an extent of the person's own.
+
+    Raises
+    ------
+    CaptureError
+        For a number outside its range.
+    """
+
+    own_shapes: float = setting(
+        1.0, low=0.0, high=2.0, help="A person's own pattern, amount and path of each shape."
+    )
+    habits: float = setting(
+        1.0, low=0.0, high=2.0, help="A person's own targets and timing of each phone."
+    )
+    flesh: float = setting(
+        1.0, low=0.0, high=2.0, help="Lag and inertia of cheeks, chin and under-jaw."
+    )
+    slide: float = setting(1.0, low=0.0, high=2.0, help="Skin that slides over jaw and cheeks.")
+    lip_bulge: float = setting(
+        1.0, low=0.0, high=2.0, help="How much of what lips press away comes out on them."
+    )
+    swallowing: float = setting(1.0, low=0.0, high=2.0, help="Swallowing in pauses.")
+    breathing: float = setting(1.0, low=0.0, high=2.0, help="Nostrils, throat and collar.")
+    prosody: float = setting(1.0, low=0.0, high=2.0, help="Head and brow with the stress.")
 
     def __post_init__(self) -> None:
         check_settings(self, CaptureError)

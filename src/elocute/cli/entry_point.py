@@ -121,10 +121,13 @@ def _check_completion() -> None:
 
 def _run_app() -> int:
     _check_completion()
-    from elocute.cli.app import app
+    from elocute.cli.app import command_line
 
     if not sys.warnoptions:  # results are checked where it matters, and reported in one line
         warnings.simplefilter("ignore", RuntimeWarning)
+    # A shell that asks for completions is offered all commands.
+    alone = "" if COMPLETE in os.environ else "".join(sys.argv[1:2])
+    app = command_line(alone)
     return _number(app(prog_name="elocute", standalone_mode=False))
 
 

@@ -10,6 +10,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "animate clips/ -o out/ --format glb --format csv",
         "animate - -o - --format json < speech.wav > talk.json",
     ),
+    "say": (
+        'say "Give me any voice." -o talk.glb',
+        "say --file speech.txt -o talk.mp4 --language de --voice f2 --rate 140",
+    ),
     "render": (
         "render talk.npz --audio speech.wav -o talk.mp4 --size 1080p",
         "render talk.npz --fps 30 -o talk.csv",
@@ -29,15 +33,26 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "propagate": ("propagate captured/ recordings/ -o shards/ --words words/ --jobs 2",),
     "evaluate": ("evaluate corpus corpus/ --model voca",),
     "evaluate alignment": ("evaluate alignment aligned/ --methods diagonal,dtw",),
+    "evaluate benchmark": (
+        "evaluate benchmark vocaset result/ --truth vocaset/vertices_npy --table scores.tex",
+        "evaluate benchmark biwi ours/ theirs/ --truth BIWI/ --json",
+    ),
     "evaluate corpus": ("evaluate corpus corpus/ --model trained/model.onnx --style best",),
     "evaluate features": ("evaluate features corpus/ --encoders phones,fbank -o runs/",),
     "evaluate wild": ("evaluate wild shards/ recordings/ -o wild/ --sentences corpus/",),
-    "evaluate noise": ("evaluate noise speech.wav",),
+    "evaluate noise": (
+        "evaluate noise speech.wav --model articulation --model voca --plot noise.png",
+        "evaluate noise speech.wav --noise babble --noise telephone",
+    ),
     "evaluate styles": ("evaluate styles speech.wav --plot styles.png",),
-    "evaluate identities": ("evaluate identities speech.wav --count 10",),
-    "evaluate real": ("evaluate real clips/ --json",),
+    "evaluate identities": (
+        "evaluate identities speech.wav --model voca --contacts both --count 10",
+        "evaluate identities talk.npz --identity mean -o worst.json",
+    ),
+    "evaluate real": ("evaluate real clips/ --contacts both",),
     "head": ("head show builtin",),
     "head show": ("head show generic_model.pkl",),
+    "head adopt": ("head adopt generic_model.pkl -o flame.npz",),
     "head sample": (
         "head sample --count 20 -o faces.png",
         "head sample --count 5 -o faces/ --format ply",
@@ -48,9 +63,16 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "corpus convert": ("corpus convert VOCASET/ -o corpus/",),
     "capture": ("capture scans sequence/ -o captured/",),
     "capture scan": ("capture scan face.ply -o registered.ply --unit mm",),
-    "capture scans": ("capture scans sequence/ -o captured/ --jobs 2",),
+    "capture scans": (
+        "capture scans sequence/ -o captured/ --jobs 2",
+        "capture scans sequence/ -o published/ --method nicp --template adaptive",
+    ),
     "capture check": ("capture check sequence/",),
-    "capture simulate": ("capture simulate speech.wav -o sequence/ --seconds 1",),
+    "capture simulate": (
+        "capture simulate speech.wav -o sequence/ --seconds 1",
+        "capture simulate speech.wav -o sequence/ --seconds 1 --seed 3 --flesh 0",
+        "capture simulate speech.wav -o sequence/ --seconds 1 --face rig",
+    ),
     "capture landmarks": ("capture landmarks sequence/",),
     "capture video": (
         "capture video me.mp4 -o me.glb",
@@ -67,7 +89,14 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "train voca corpus/ -o trained/ --epochs 50",
         "train voca corpus/ -o trained/ --resume",
     ),
-    "train crnn": ("train crnn shards/ recordings/ -o trained/ --augment 0.9 --highest-hz 8000",),
+    "train crnn": (
+        "train crnn shards/ recordings/ -o trained/",
+        "train crnn shards/ recordings/ -o published/ --preset paper",
+    ),
+    "train karras": (
+        "train karras corpus/ -o trained/",
+        "train karras corpus/ -o trained/ --preset paper --device cuda",
+    ),
     "words": ("words segment reading.wav --text-file reading.txt -o words.json",),
     "words segment": ("words segment reading.wav --text-file reading.txt -o words.json",),
     "words check": ("words check words.json reading.wav -o look.html --textgrid edit.TextGrid",),

@@ -20,6 +20,8 @@ def in_flags(text: str, command: Any = None) -> str:
 
     A name in backticks that is none of its options stays as it is.
     """
+    if "`" not in text:
+        return text
     command = command or RUNNING.get()
     flags = {} if command is None else dict(_flags(command.params))
     return _NAME.sub(lambda found: flags.get(found.group(1), found.group()), text)

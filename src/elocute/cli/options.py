@@ -10,6 +10,8 @@ from elocute.settings import SEED_MAX
 
 Fps = option(AnimationSettings, "fps")
 Strength = option(AnimationSettings, "strength")
+Contacts = option(AnimationSettings, "contacts")
+ContactsOff = option(AnimationSettings, "contacts", default="off")
 LearningSeed = typer.Option(0, min=0, max=SEED_MAX, help="Seed of the learned methods.")
 Output = typer.Option(
     ...,
@@ -25,6 +27,7 @@ Identity = typer.Option(
 StyleName = typer.Option(
     "plain", "--style", help="Speaking style: a name, a mix (calm:0.7,broad:0.3), or a .json file."
 )
+Mix = option(AnimationSettings, "mix")
 Model = typer.Option(
     "articulation",
     "--model",
@@ -33,7 +36,8 @@ Model = typer.Option(
 Head = typer.Option(
     "builtin",
     "--head",
-    help="Head to animate: builtin, or a head or mesh file in the topology of the model.",
+    help="Head to animate: builtin, a FLAME model (.pkl), or a head or mesh file in the topology "
+    "of the model.",
 )
 Split = typer.Option("default", help="Name of the split of the corpus.")
 Table = typer.Option(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from elocute.cli.format_options import FormatSettings, settings_for_format
+from elocute.cli.progress import progress_bar
 from elocute.errors import OutputError
 from elocute.files.output_plan import OutputPlan
 
@@ -87,6 +88,33 @@ def write_motion(
     with plan.writing(target):
         more = settings_for_format(target, format_settings)
         write(motion, target, sound=heard, overwrite=True, progress=progress, **more)
+
+
+def write_motions(
+    plan: OutputPlan,
+    motion: Motion,
+    targets: Iterable[Path],
+    *,
+    sound: Any,
+    format_settings: FormatSettings,
+    silence: str,
+    quiet: bool,
+) -> None:
+    """Write what `plan_motion` planned, one after another, and name each; silence: its remedy."""
+    for target in targets:
+        with progress_bar(f"writing {target.name}", quiet) as progress:
+            write_motion(
+                plan,
+                motion,
+                target,
+                sound=sound,
+                progress=progress,
+                format_settings=format_settings,
+            )
+        if not quiet:
+            print(target)
+    if sound is None:
+        warn_of_silence(targets, silence)
 
 
 def _embeds(format_settings: FormatSettings) -> bool:

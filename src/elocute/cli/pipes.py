@@ -33,7 +33,7 @@ def check_pipes(speech: list[Path], output: list[Path], formats: list[str], as_j
         return
     if sys.__stdout__ is None:
         raise OutputError.about(STDOUT, found="closed", allowed="a pipe or a file, where -o is -")
-    if len(speech) > 1 or speech[0].is_dir():
+    if len(speech) > 1 or any(path.is_dir() for path in speech):
         raise OutputError.about(
             "-o -", found="several recordings", allowed="one", remedy="use -o FOLDER"
         )

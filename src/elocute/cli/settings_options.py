@@ -68,7 +68,9 @@ class PresetGroup(SettingsGroup):
         for name, (kind, made) in super().options().items():
             shown, made.default = made.default, None
             if isinstance(shown, bool):
-                shown = made.param_decls[0].split("/")[0 if shown else 1].lstrip("-")
+                flag = name.replace("_", "-")
+                both = made.param_decls[0] if made.param_decls else f"--{flag}/--no-{flag}"
+                shown = both.split("/")[0 if shown else 1].lstrip("-")
             made.help += f" [default: {shown}]"
             found[name] = (kind | None, made)
         return found

@@ -18,11 +18,12 @@ CACHED_CLIPS = 2  # so that the features of a clip are computed once for all sty
 
 
 def clip_predictor(
-    model: SpeechModel, corpus: Corpus, *, contacts: bool = False
+    model: SpeechModel, corpus: Corpus, *, contacts: bool = False, outputs: bool = True
 ) -> Callable[[str, str], VertexMotion]:
     """Make a function that predicts the motion of a corpus's clips.
 
-    There are no blinks, since they cannot be heard.
+    There are no blinks, since they cannot be heard. Weights of shapes of the built-in head are
+    within 0 to 1, as `animate` gives them.
 
     Parameters
     ----------
@@ -31,8 +32,10 @@ def clip_predictor(
     corpus : Corpus
         The clips.
     contacts : bool
-        Whether rests and closures are made as `animate` makes them, instead of the bare model; for
-        models that move the built-in head.
+        Whether rests and closures are laid over as `animate` does, for models that move the
+        built-in head; otherwise it is the bare output, of a network and of the rules alike.
+    outputs : bool
+        Whether a mix of styles is one of outputs, as `SpeechModel.style` takes it.
 
     Returns
     -------
@@ -52,9 +55,10 @@ def clip_predictor(
             found="one that moves by its own basis",
             allowed="contacts for models that move the built-in head",
         )
-    finished = contacts and model.basis is not None
-    names = load_builtin_head().expression_names if finished else model.components
-    basis = _basis_for(names, None if finished else model.basis, corpus)
+    # Shapes of the built-in head, or the model's own basis.
+    shown = contacts or model.basis is None
+    names = model.components or load_builtin_head().expression_names
+    basis = _basis_for(names if shown else (), None if shown else model.basis, corpus)
 
     @lru_cache(CACHED_CLIPS)
     def features(name: str) -> SpeechFeatures:
@@ -62,9 +66,11 @@ def clip_predictor(
 
     def predict(name: str, style: str) -> VertexMotion:
         entry = corpus.entry(name)
-        span, chosen = FrameSpan.whole(entry.frames, corpus.fps), model.style(style)
-        if contacts:
-            weights = model.curves(features(name), chosen, span, blinks=False).select(names).values
+        span = FrameSpan.whole(entry.frames, corpus.fps)
+        chosen = model.style(style, outputs=outputs)
+        if shown:
+            curves = model.curves(features(name), chosen, span, blinks=False, contacts=contacts)
+            weights = curves.select(names).values
         else:
             weights = model.weights(features(name), chosen, span)
         return VertexMotion(weights, corpus.template(entry.subject), corpus.fps, basis)

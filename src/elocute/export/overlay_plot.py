@@ -1,7 +1,8 @@
-"""Many curves in one panel over time, with the region between them shaded (VOCA 2019, fig. 6)."""
+"""Many curves over time in panels, with the region between them shaded (VOCA 2019, fig. 6)."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,13 @@ MARKS = (1, 2, 5, 10)
 
 
 def plot_overlay(
-    curves: Curves, path: str | Path, *, title: str = "", unit: str = "", shade: bool = True
+    curves: Curves,
+    path: str | Path,
+    *,
+    title: str = "",
+    unit: str = "",
+    shade: bool = True,
+    reach: Curves | None = None,
 ) -> None:
     """Draw curves over each other in one panel, as .png.
 
@@ -49,23 +56,63 @@ def plot_overlay(
         Of the values.
     shade : bool
         Fill the region between the least and the greatest curve.
+    reach : Curves, optional
+        As many frames, whose region is filled instead.
 
     Raises
     ------
     OutputError
         For a place that cannot be written.
     """
+    with write_atomically(path) as draft:
+        _panel(curves, title, unit, shade, reach).save(draft)
+
+
+def plot_panels(
+    panels: Sequence[tuple[str, Curves]], path: str | Path, *, unit: str = "", shade: bool = True
+) -> None:
+    """Draw panels of curves below each other, as .png.
+
+    Parameters
+    ----------
+    panels : sequence of (str, Curves)
+        Heading and curves of each.
+    path : str or Path
+        The picture.
+    unit : str
+        Of the values.
+    shade : bool
+        Fill the region between the least and the greatest curve.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    """
+    from PIL import Image
+
+    whole = Image.new("RGB", (WIDTH, HEIGHT * len(panels)), "white")
+    for place, (title, curves) in enumerate(panels):
+        whole.paste(_panel(curves, title, unit, shade), (0, HEIGHT * place))
+    with write_atomically(path) as draft:
+        whole.save(draft)
+
+
+def _panel(curves: Curves, title: str, unit: str, shade: bool, reach: Curves | None = None) -> Any:
+    """A picture of one panel."""
     from PIL import Image, ImageDraw, ImageFont
 
     image = Image.new("RGB", (WIDTH * SCALE, HEIGHT * SCALE), "white")
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(13 * SCALE)
-    high = _mark(max(float(curves.values.max()), 1e-3), 5) * 5
+    highest = max(float(each.values.max()) for each in (curves, reach or curves))
+    high = _mark(max(highest, 1e-3), 5) * 5
     seconds = max(len(curves.values) / curves.fps, 1e-3)
     _axes(draw, font, title, unit, high, seconds)
     x = _across(np.arange(len(curves.values)) / curves.fps / seconds)
     if shade and len(x) > 1:
-        low, top = (_down(f(curves.values, axis=1) / high) for f in (np.min, np.max))
+        filled = (reach or curves).values
+        low, top = (_down(f(filled, axis=1) / high) for f in (np.min, np.max))
         draw.polygon([*_points(x, top), *reversed(_points(x, low))], fill=SHADE)
     for index, name in enumerate(curves.names):
         ink = INKS[index % len(INKS)]
@@ -74,8 +121,7 @@ def plot_overlay(
             draw.line(line, fill=ink, width=2 * SCALE, joint="curve")
         place = ((WIDTH - RIGHT + 16) * SCALE, (TOP + 22 * index) * SCALE)
         draw.text(place, name, fill=ink, font=font)
-    with write_atomically(path) as draft:
-        image.resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS).save(draft)
+    return image.resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
 
 
 def _axes(draw: Any, font: Any, title: str, unit: str, high: float, seconds: float) -> None:

@@ -9,6 +9,12 @@ from elocute.lazy_loading import lazy
 if TYPE_CHECKING:
     from elocute.head.builtin import load_builtin_head
     from elocute.head.flame import FlameModel, flame_vertices, load_flame
+    from elocute.head.flame_solver import (
+        FlameParameters,
+        load_flame_parameters,
+        save_flame_parameters,
+        solve_flame,
+    )
     from elocute.head.identity import (
         identity_names,
         resolve_identity,
@@ -22,25 +28,35 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FlameModel",
+    "FlameParameters",
     "HeadModel",
     "flame_vertices",
     "head_from_arrays",
     "identity_names",
     "load_builtin_head",
     "load_flame",
+    "load_flame_parameters",
     "load_head",
     "open_head",
     "read_mesh",
     "resolve_identity",
     "sample_identities",
     "sample_identity",
+    "save_flame_parameters",
     "save_head",
+    "solve_flame",
 ]
 __getattr__, __dir__ = lazy(
     __name__,
     {
         "builtin": ("load_builtin_head",),
         "flame": ("FlameModel", "flame_vertices", "load_flame"),
+        "flame_solver": (
+            "FlameParameters",
+            "load_flame_parameters",
+            "save_flame_parameters",
+            "solve_flame",
+        ),
         "identity": ("identity_names", "resolve_identity", "sample_identities", "sample_identity"),
         "mesh": ("head_from_arrays", "read_mesh"),
         "model": ("HeadModel",),

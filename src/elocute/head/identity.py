@@ -55,7 +55,7 @@ def _named() -> dict[str, list[float]]:
     return json.loads(NAMED_PATH.read_text(encoding="utf-8"))
 
 
-def resolve_identity(choice: str) -> NDArray[np.float32]:
+def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.float32]:
     """The coefficients of a face.
 
     Parameters
@@ -63,43 +63,52 @@ def resolve_identity(choice: str) -> NDArray[np.float32]:
     choice : str
         "mean", a name, a whole number (the seed of a random face), or a JSON file that holds
         {"identity": [50 numbers from -5 to 5]}.
+    head : HeadModel, optional
+        Another head with identities than the built-in one. It has no names, and a file may give
+        only its first coefficients.
 
     Returns
     -------
-    (50,) float32
-        Standard deviations.
+    (identity,) float32
+        Standard deviations; 50 for the built-in head.
 
     Raises
     ------
     HeadError
         For an unknown name, or a file that holds no coefficients.
     """
+    count = IDENTITY_COUNT if head is None else len(head.identity_basis)
     if choice == "mean":
-        return np.zeros(IDENTITY_COUNT, np.float32)
-    if choice in _named():
-        return np.array(_named()[choice], np.float32)
+        return np.zeros(count, np.float32)
+    names = _named() if head is None else {}
+    if choice in names:
+        return np.array(names[choice], np.float32)
     if choice.isascii() and choice.isdigit() and len(choice) <= len(str(IDENTITY_SEED_MAX)):
-        return sample_identity(int(choice))
+        seed = int(choice)
+        return sample_identity(seed) if head is None else sample_identities(head, 1, seed)[0]
     if choice.lower().endswith(".json"):
-        return read_identity(Path(choice))
+        return read_identity(Path(choice), 1 if head else count, count)
+    known = ", ".join(("mean", *names))
     raise HeadError.about(
         f"identity {choice[:60]!r}",
         found="unknown",
-        allowed=f"{', '.join(identity_names())}, a whole number from 0 to {IDENTITY_SEED_MAX}, "
-        "a .json file",
+        allowed=f"{known}, a whole number from 0 to {IDENTITY_SEED_MAX}, a .json file",
     )
 
 
-def read_identity(path: Path) -> NDArray[np.float32]:
-    """(50,) from a JSON file. Raises HeadError."""
-    allowed = f'{{"identity": [{IDENTITY_COUNT} numbers from -5 to 5]}}'
+def read_identity(
+    path: Path, least: int = IDENTITY_COUNT, most: int = IDENTITY_COUNT
+) -> NDArray[np.float32]:
+    """(identity,) from a JSON file, `least` to `most` numbers. Raises HeadError."""
+    count = f"{least}" if least == most else f"{least} to {most}"
+    allowed = f'{{"identity": [{count} numbers from -5 to 5]}}'
     stored = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=HeadError)
     given = stored.get("identity")
     found = [finite_number(value) for value in given] if isinstance(given, list) else [None]
     if None in found:
         raise HeadError.about(path, found="not one list of numbers", allowed=allowed)
     numbers = np.array(found, np.float64)
-    if numbers.shape != (IDENTITY_COUNT,):
+    if numbers.ndim != 1 or not least <= numbers.size <= most:
         found = f"{numbers.size} numbers" if numbers.ndim == 1 else "not one list of numbers"
         raise HeadError.about(path, found=found, allowed=allowed)
     wrong = ~(np.abs(numbers) <= COEFFICIENT_MAX)  # also true for NaN

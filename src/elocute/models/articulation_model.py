@@ -45,13 +45,13 @@ class ArticulationModel:
     def lookahead_s(self) -> float:
         return RESAMPLING_S + phone_lookahead_s() + LOOKAHEAD_S
 
-    def style(self, given: str | Style) -> Style:
-        """A Style, a name, a mix, `even`, or a .json file. Raises InputError."""
+    def style(self, given: str | Style, *, outputs: bool = True) -> Style:
+        """A Style, a name, a mix of numbers, `even`, or a .json file. Raises InputError."""
         if isinstance(given, str) and given == EVEN:
             return mix_styles(dict.fromkeys(STYLES, 1 / len(STYLES)))
         return resolve_style(given)
 
-    def mix(self, shares: Mapping[str, float]) -> Style:
+    def mix(self, shares: Mapping[str, float], *, outputs: bool = True) -> Style:
         """The convex mix of named styles, number by number. Raises InputError."""
         return mix_styles(dict(shares))
 
@@ -64,7 +64,7 @@ class ArticulationModel:
         """None: its front end normalises by a running mean."""
 
     def weights(self, speech: SpeechFeatures, style: Style, span: FrameSpan) -> Float32Array:
-        """(frame, component) of every shape of the built-in head; without blinks."""
+        """(frame, component) of every shape of the built-in head, with contacts, no blinks."""
         return self.curves(speech, style, span, blinks=False).select(self.components).values
 
     def curves(
@@ -75,16 +75,23 @@ class ArticulationModel:
         strength: float = 1.0,
         *,
         blinks: bool = True,
+        contacts: bool = True,
     ) -> Curves:
-        """Curves 0…1 of every shape that speech uses, and blinks."""
+        """Curves 0…1 of every shape that speech uses, and blinks.
+
+        Without contacts: coarticulated shapes in their style; nothing closes the lips on p, b and
+        m, holds the lower lip at the teeth on f and v, or shuts the mouth in a pause.
+        """
         chosen = style if blinks else replace(style, blink_per_min=0.0)
-        return _articulated(speech.features, chosen, span, strength)
+        return _articulated(speech.features, chosen, span, strength, contacts)
 
     def rig(self, head: HeadModel) -> HeadModel:
         return head
 
 
-def _articulated(phones: Features, style: Style, span: FrameSpan, strength: float) -> Curves:
+def _articulated(
+    phones: Features, style: Style, span: FrameSpan, strength: float, contacts: bool
+) -> Curves:
     return articulate(
         phones.values,
         phones.rate,
@@ -95,4 +102,5 @@ def _articulated(phones: Features, style: Style, span: FrameSpan, strength: floa
         first_frame=span.first,
         first_row=phones.first,
         total_frames=span.total,
+        contacts=contacts,
     )

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from elocute.array_types import Float32Array
-from elocute.articulation.driver import LOOKAHEAD_S, make_contacts
+from elocute.articulation.driver import LOOKAHEAD_S
 from elocute.articulation.style import Style
 from elocute.audio.mel_with_deltas import HOP, RATE
 from elocute.audio.waveform import Waveform
@@ -29,6 +29,7 @@ from elocute.models.crnn_network import (
     sound_level,
 )
 from elocute.models.feature_extraction import RESAMPLING_S, PhonePosteriorStream, phone_lookahead_s
+from elocute.models.finishing import finished_curves
 from elocute.models.model_shapes import as_builtin, speech_names, with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
 from elocute.motion.curves import Curves
@@ -99,7 +100,7 @@ class CrnnModel:
             features_s = max(features_s, phone_lookahead_s())
         return RESAMPLING_S + features_s + self.decoder_lookahead_s
 
-    def style(self, given: str | Style) -> None:
+    def style(self, given: str | Style, *, outputs: bool = True) -> None:
         """None: only `plain` is allowed. Raises ModelError."""
         if given != "plain":
             shown = given if isinstance(given, str) else "with numbers"
@@ -107,7 +108,7 @@ class CrnnModel:
                 f"style {shown}", found=f"{self.name} has no styles", allowed="plain"
             )
 
-    def mix(self, shares: Mapping[str, float]) -> None:
+    def mix(self, shares: Mapping[str, float], *, outputs: bool = True) -> None:
         """Raises ModelError: it has no styles."""
         raise ModelError.about(
             f"a mix of {len(shares)} styles",
@@ -141,24 +142,17 @@ class CrnnModel:
         strength: float = 1.0,
         *,
         blinks: bool = True,
+        contacts: bool = True,
     ) -> Curves:
-        """Curves 0…1 of the built-in head with contacts made, or weights of its own shapes."""
-        if not self.makes_contacts or speech.phones is None:
+        """Curves 0…1 of the built-in head, or weights of its own shapes."""
+        if not self.makes_contacts:
             weights = self.weights(speech, style, span)
             return Curves(weights * np.float32(strength), self._own_names, span.fps)
         rows = _near(speech, span)
         built = replace(rows.features, values=as_builtin(rows.features.values, self.basis))
         values = self.weights(SpeechFeatures(built), style, span)
         bare = Curves(np.clip(values * strength, 0, 1), speech_names(), span.fps)
-        return make_contacts(
-            bare,
-            speech.phones.values,
-            speech.phones.rate,
-            Style() if blinks else Style(blink_per_min=0.0),
-            first_frame=span.first,
-            first_row=speech.phones.first,
-            total_frames=span.total,
-        )
+        return finished_curves(bare, speech.phones if contacts else None, span, blinks=blinks)
 
     def rig(self, head: HeadModel) -> HeadModel:
         """Raises ModelError for a head of another topology than it was trained in."""

@@ -13,16 +13,20 @@ from typing import Any
 import numpy as np
 
 from elocute.array_types import Float32Array
-from elocute.articulation.driver import posteriors_from_phones
+from elocute.articulation.known_phones import known_posteriors
 from elocute.audio.features import Features
 from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.encoders.protocol import FEATURE_RATE, Encoder
+from elocute.errors import InputError
 from elocute.models.protocol import FeatureStream, FeatureStreams, SpeechFeatures, SpeechModel
 
 PhoneTimes = list[tuple[float, float, str]]
 """(start s, end s, ARPAbet phone)"""
+PhoneRefiner = Callable[[Float32Array, float], Float32Array]
+"""Takes the encoder's log-posteriors (row, 40) of a whole sound and its duration in s; gives better
+ones."""
 RESAMPLING_S = 0.06
 """Resampling delays sound by no more than this."""
 
@@ -84,7 +88,30 @@ class KnownPhoneStream:
 
     def flush(self) -> Float32Array:
         seconds = self._samples / self._sample_rate
-        return posteriors_from_phones(self._phones, seconds, FEATURE_RATE)
+        return known_posteriors(self._phones, seconds)
+
+
+class RefinedPhoneStream:
+    """Log-posteriors of the built-in phone encoder, refined; all rows come with `flush`.
+
+    `flush` raises what the refiner raises.
+    """
+
+    name, rate = "phones", FEATURE_RATE
+
+    def __init__(self, sample_rate: int, refine: PhoneRefiner) -> None:
+        self._sample_rate, self._refine, self._samples = sample_rate, refine, 0
+        self._heard = PhonePosteriorStream(sample_rate)
+        self._rows: list[Float32Array] = []
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        self._samples += len(samples)
+        self._rows.append(self._heard.push(samples))
+        return np.zeros((0, len(PHONES)), np.float32)
+
+    def flush(self) -> Float32Array:
+        heard = np.concatenate([*self._rows, self._heard.flush()])
+        return self._refine(heard, self._samples / self._sample_rate)
 
 
 class WholeSoundStream:
@@ -163,7 +190,7 @@ def extract_features(
     sound: Waveform | SoundBlocks,
     *,
     contacts: bool = True,
-    phones: PhoneTimes | None = None,
+    phones: PhoneTimes | PhoneRefiner | None = None,
     progress: Progress | None = None,
 ) -> tuple[SpeechFeatures, float]:
     """The features of a whole sound, as a model needs them.
@@ -175,9 +202,10 @@ def extract_features(
     sound : Waveform or SoundBlocks
         The sound.
     contacts : bool
-        Whether phones are wanted too, where `curves` needs them; False for `weights` alone.
-    phones : list of (float, float, str), optional
-        Start in s, end in s and ARPAbet phone, where known; used instead of the encoder's.
+        Whether phones are wanted too, where `curves` makes contacts from them.
+    phones : list of (float, float, str) or callable, optional
+        Start in s, end in s and ARPAbet phone, where known; used instead of the encoder's. Or a
+        function that takes the encoder's log-posteriors and the duration, and gives better ones.
     progress : callable, optional
         Called with the share of the sound that is done, 0 to 1.
 
@@ -191,6 +219,8 @@ def extract_features(
     ------
     AudioError, ModelError, MachineError
         For sound, a model or a package that cannot be used.
+    InputError
+        For phones beside a model that computes nothing from phones.
     """
     source = blocks_of(sound) if isinstance(sound, Waveform) else sound
     level = None
@@ -199,7 +229,7 @@ def extract_features(
         source, level = blocks_of(whole), model.sound_level(whole)
     streams = model.feature_streams(source.sample_rate, contacts=contacts, level=level)
     if phones is not None:
-        streams = _with_known_phones(streams, KnownPhoneStream(source.sample_rate, phones))
+        streams = _with_phones(model, streams, _phone_stream(source.sample_rate, phones))
     used = [stream for stream in (streams.features, streams.phones) if stream is not None]
     rows: list[list[Float32Array]] = [[] for _ in used]
     samples = 0
@@ -217,8 +247,24 @@ def extract_features(
     return speech, samples / source.sample_rate
 
 
-def _with_known_phones(streams: FeatureStreams, known: FeatureStream) -> FeatureStreams:
-    """The same streams, but with phones whose times are known."""
+def _phone_stream(sample_rate: int, phones: PhoneTimes | PhoneRefiner) -> FeatureStream:
+    """A stream of what is known, or of what is made of what the encoder recognises."""
+    if callable(phones):
+        return RefinedPhoneStream(sample_rate, phones)
+    return KnownPhoneStream(sample_rate, phones)
+
+
+def _with_phones(
+    model: SpeechModel, streams: FeatureStreams, phones: FeatureStream
+) -> FeatureStreams:
+    """The same streams, but with other phones. Raises InputError where nothing takes them."""
     if streams.features.name == "phones":
-        streams = replace(streams, features=known)
-    return streams if streams.phones is None else replace(streams, phones=known)
+        streams = replace(streams, features=phones)
+    elif streams.phones is None:
+        raise InputError.about(
+            "phones",
+            found=f"the model {model.name}, which takes {streams.features.name} alone",
+            allowed="a model that takes phones, or one whose contacts are made from them",
+            remedy="leave out phones and text, or choose the model articulation",
+        )
+    return streams if streams.phones is None else replace(streams, phones=phones)

@@ -178,13 +178,15 @@ class SpeechModel(Protocol):
         """Whether `curves` are those of the built-in head, with closures and rests made."""
         ...
 
-    def style(self, given: str | Style) -> Any:
+    def style(self, given: str | Style, *, outputs: bool = True) -> Any:
         """A style as `weights` and `curves` take it.
 
         Parameters
         ----------
         given : str or Style
             A name, a mix ("a:0.7,b:0.3"), "even" or a .json file; a Style for the rule-based model.
+        outputs : bool
+            Whether a trained model mixes the outputs of styles, as published, instead of its input.
 
         Raises
         ------
@@ -193,13 +195,15 @@ class SpeechModel(Protocol):
         """
         ...
 
-    def mix(self, shares: Mapping[str, float]) -> Any:
+    def mix(self, shares: Mapping[str, float], *, outputs: bool = True) -> Any:
         """A mix of its styles, as `weights` and `curves` take it.
 
         Parameters
         ----------
         shares : mapping of str to float
             Share of each style; they sum to one.
+        outputs : bool
+            As `style` takes it.
 
         Raises
         ------
@@ -218,7 +222,7 @@ class SpeechModel(Protocol):
         sample_rate : int
             Of the sound, Hz.
         contacts : bool
-            Whether phones are wanted too, where `curves` needs them; False for `weights` alone.
+            Whether phones are wanted too, where `curves` makes contacts from them.
         level : (float, float), optional
             Mean and peak of the whole sound, where known.
 
@@ -246,6 +250,8 @@ class SpeechModel(Protocol):
 
     def weights(self, speech: SpeechFeatures, style: Any, span: FrameSpan) -> Float32Array:
         """The network's own answer: no blinks, no strength, nothing clipped.
+
+        The rules answer with contacts and rests, in which their styles differ as well.
 
         Parameters
         ----------
@@ -275,9 +281,13 @@ class SpeechModel(Protocol):
         strength: float = 1.0,
         *,
         blinks: bool = True,
+        contacts: bool = True,
     ) -> Curves:
         """What moves a face: curves of the built-in head with contacts, rests and blinks made, or
         weights of the model's own shapes.
+
+        Without contacts they are the model's bare output, as far as curves of the built-in head
+        can hold it: within 0 to 1, and with blinks where these are wanted.
 
         Parameters
         ----------
@@ -287,6 +297,8 @@ class SpeechModel(Protocol):
             How far the mouth moves, 0 to 2.
         blinks : bool
             Whether the built-in head blinks.
+        contacts : bool
+            Whether contacts and rests are laid over by rule, where the model makes any.
 
         Raises
         ------

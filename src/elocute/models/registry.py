@@ -7,15 +7,18 @@ from pathlib import Path
 
 from elocute.errors import ModelError
 from elocute.files.reading import path_of
-from elocute.models import articulation_model, crnn_network, voca
+from elocute.models import articulation_model, crnn_network, karras, voca
 from elocute.models.articulation_model import ArticulationModel
 from elocute.models.crnn import CrnnModel
+from elocute.models.karras import KarrasModel
 from elocute.models.model_file import check_file, open_session, stored_record
 from elocute.models.protocol import SpeechModel
 from elocute.models.voca import VocaModel
 from elocute.numerics.input_checks import check_kind
 
 DEFAULT_MODEL = articulation_model.NAME
+FILE_KINDS = {"crnn": CrnnModel, karras.KIND: KarrasModel}
+"""Models by the kind in their file; all others are VOCA's."""
 
 
 def model_names() -> tuple[str, ...]:
@@ -56,7 +59,7 @@ def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
             found="unknown",
             allowed=f"{', '.join(model_names())}, or a trained model (.onnx)",
         )
-    check_file(path, "make one: elocute train voca, or elocute train crnn")
+    check_file(path, "make one: elocute train voca, train karras or train crnn")
     session = open_session(path)
-    kind = CrnnModel if stored_record(session).get("kind") == "crnn" else VocaModel
+    kind = FILE_KINDS.get(str(stored_record(session).get("kind")), VocaModel)
     return kind(path, session)

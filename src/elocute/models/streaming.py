@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.articulation.driver import HISTORY_S
-from elocute.articulation.settings import AnimationSettings
+from elocute.articulation.settings import AnimationSettings, lays_contacts, mixes_outputs
 from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import check_rate, check_samples
@@ -93,6 +93,11 @@ class CurveStream:
         Mean and peak of the whole sound. A model that normalises by them then gives what the whole
         sound gives; without, it goes by the sound so far.
 
+    contacts : str
+        "auto", or "off" for the model's bare output.
+    mix : str
+        "output" or "input", as `animate` takes it.
+
     Raises
     ------
     InputError
@@ -108,13 +113,17 @@ class CurveStream:
         style: str | Style = "plain",
         strength: float = 1.0,
         level: SoundLevel | None = None,
+        contacts: str = "auto",
+        mix: str = "output",
     ) -> None:
         check_animation_settings(fps, strength)
+        self._contacts = lays_contacts(contacts)
         self.model, self.fps = model, float(fps)
         self.sample_rate = check_rate("stream", sample_rate)
-        self._style, self._strength = model.style(checked_style(style)), strength
+        self._style = model.style(checked_style(style), outputs=mixes_outputs(mix))
+        self._strength = strength
         _check_level(level)
-        streams = model.feature_streams(self.sample_rate, level=level)
+        streams = model.feature_streams(self.sample_rate, contacts=self._contacts, level=level)
         self._features = _FeatureBuffer(streams.features)
         self._phones = None if streams.phones is None else _FeatureBuffer(streams.phones)
         self._samples = self._frames = 0
@@ -187,7 +196,9 @@ class CurveStream:
         span = FrameSpan(self._frames, count, self.fps, total)
         phones = None if self._phones is None else self._phones.features
         speech = SpeechFeatures(self._features.features, phones)
-        curves = self.model.curves(speech, self._style, span, self._strength)
+        curves = self.model.curves(
+            speech, self._style, span, self._strength, contacts=self._contacts
+        )
         self._frames += count
         for buffer in self._buffers:
             buffer.forget_before(self._frames / self.fps - HISTORY_S)
@@ -299,6 +310,8 @@ def stream(
     style: str | Style = "plain",
     strength: float = 1.0,
     level: SoundLevel | None = None,
+    contacts: str = "auto",
+    mix: str = "output",
 ) -> Stream:
     """Animate speech while it comes in.
 
@@ -319,6 +332,10 @@ def stream(
         How far the mouth moves, 0 to 2.
     level : (float, float), optional
         Mean and peak of the whole sound, where known: the recurrent model normalises by them.
+    contacts : str
+        "auto" lays lip contacts and rests over by rule, "off" leaves the model's bare output.
+    mix : str
+        Where a trained model mixes styles, "output" or "input", as `animate` takes it.
 
     Returns
     -------
@@ -344,7 +361,16 @@ def stream(
     from elocute.head.builtin import load_builtin_head
 
     opened, head = open_model(model), load_builtin_head()
-    curves = CurveStream(opened, rate, fps=fps, style=style, strength=strength, level=level)
+    curves = CurveStream(
+        opened,
+        rate,
+        fps=fps,
+        style=style,
+        strength=strength,
+        level=level,
+        contacts=contacts,
+        mix=mix,
+    )
     names = head.expression_names if opened.makes_contacts else ()
     return Stream(curves, names, len(head.joint_names) if opened.makes_contacts else 0)
 

@@ -1,29 +1,37 @@
 """A person's speaking style, estimated from a few seconds of motion (VOCA 2019, section 7.2).
 
-The paper mixes styles convexly and leaves estimating the mix for the future. One-hot vectors
-enter before a hyperbolic tangent, so the output is not linear in the mix and no least squares
-solves it: shares are moved from style to style, in ever smaller steps, as long as the network's
-motion comes closer to the observed one.
+The paper mixes styles convexly and leaves estimating the mix for the future. Shares are moved from
+style to style, in ever smaller steps, as long as the model's motion comes closer to the observed
+one. What is compared is the motion that `animate` shows, contacts and rests among it: people's lips
+meet as well. A network's outputs are mixed, so each style is computed once.
 
-Closeness is measured by a Schatten quasi-norm of the residual, between the sum of squares and the
-determinant of its covariance (maximum likelihood where the spread of the noise is unknown). A
-misrecognised phone moves jaw and lips by millimetres and drowns a sum of squares; a lopsided smile
-is small, but lies where recognition errs little.
+Where a model knows how it errs (`StyleErrors`), closeness is a squared distance with each direction
+in proportion to these errors: maximum likelihood where they are normal. Otherwise it is a
+Schatten quasi-norm of the residual, between the sum of squares and the determinant of its
+covariance (maximum likelihood where the spread of the noise is unknown). A misrecognised phone
+moves jaw and lips by millimetres and drowns a sum of squares; a lopsided smile is small, but lies
+where recognition errs little.
+
+A new style beyond the mix is a vector at the network's input, found in the same way.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from elocute.array_types import Float64Array
+from elocute.array_types import Float32Array, Float64Array
+from elocute.audio.features import Features
 from elocute.errors import ModelError
+from elocute.head.builtin import load_builtin_head
 from elocute.models.model_shapes import basis_of
 from elocute.models.protocol import FrameSpan, SpeechFeatures, SpeechModel
+from elocute.models.style_errors import StyleErrors, errors_of
+from elocute.models.style_mixes import MixedStyle
 from elocute.motion.vertex_motion import MM, VertexMotion
 from elocute.numerics.resampling import frame_places, frames_in, read_rows
 
@@ -33,6 +41,10 @@ POWER = 0.25  # of variances in the loss: 1 is the sum of squares, towards 0 the
 BEYOND_S = 1.0  # of sound after the last frame: more than any model looks ahead
 SHARE_LEAST = 0.005  # smaller shares are left out of the mix
 GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
+WEAKEST = 1e-6  # of the strongest shape: weaker ones are told apart by nothing
+EXTRA = 0.1  # of what the model is known to err by: each further style must explain more than that
+# The same for a vector as far from the middle of all styles as each of them is.
+RIDGE = 0.05
 
 
 @dataclass(frozen=True)
@@ -51,6 +63,10 @@ class StyleFit:
         The same error for every style alone, mm.
     seconds : float
         How much motion was used.
+    vector : dict or None
+        A new style: what the network is given for each style, in place of the mix.
+    vector_error_mm : float or None
+        The error in it, mm.
     """
 
     mix: dict[str, float]
@@ -58,6 +74,8 @@ class StyleFit:
     error_mm: float
     styles: dict[str, float]
     seconds: float
+    vector: dict[str, float] | None = None
+    vector_error_mm: float | None = None
 
     @property
     def text(self) -> str:
@@ -71,6 +89,7 @@ class StyleFit:
             "error_mm": self.error_mm,
             "styles_mm": self.styles,
             "seconds": self.seconds,
+            **({"vector_error_mm": self.vector_error_mm} if self.vector is not None else {}),
         }
 
 
@@ -109,7 +128,9 @@ class _Target:
     beyond: float
 
 
-def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
+def fit_style(
+    model: SpeechModel, takes: Sequence[ObservedMotion], *, new: bool = False
+) -> StyleFit:
     """Find the convex mix of a model's styles that best explains some recordings.
 
     Parameters
@@ -118,7 +139,10 @@ def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
         With styles.
     takes : sequence of ObservedMotion
         Motions and the features of their speech, together half a second or more; of each the first
-        minute is used.
+        minute is used. Features with phones where the model makes contacts from them.
+    new : bool
+        Whether a new style beyond the mix is sought too: a vector at the network's input, drawn
+        towards the middle of its styles.
 
     Returns
     -------
@@ -127,8 +151,8 @@ def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
     Raises
     ------
     ModelError
-        For motions of another topology, too short, not finite or none, and for a model without
-        styles.
+        For motions of another topology, too short, not finite or none, for a model without
+        styles, and for a new style of one that has no such input.
 
     References
     ----------
@@ -152,7 +176,16 @@ def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
             remedy="check the corpus: elocute corpus check",
         )
     nearest = int(np.argmin(alone))
-    mix = search(problem.loss, corners[nearest])
+    mix = search(problem.loss_of_few, corners[nearest])
+    found: dict[str, Any] = {}
+    if new:
+        vector = problem.vector(mix)
+        found = {
+            "vector": {
+                name: round(float(each), 6) for name, each in zip(names, vector, strict=True)
+            },
+            "vector_error_mm": problem.vector_error_mm(vector),
+        }
     shares = np.where(mix < SHARE_LEAST, 0, mix)
     shares /= shares.sum()
     order = [int(index) for index in np.argsort(-shares) if shares[index] > 0]
@@ -164,20 +197,61 @@ def fit_style(model: SpeechModel, takes: Sequence[ObservedMotion]) -> StyleFit:
             name: problem.error_mm(corner) for name, corner in zip(names, corners, strict=True)
         },
         seconds=problem.seconds,
+        **found,
     )
 
 
-def search(loss: Callable[[Float64Array], float], start: Float64Array) -> Float64Array:
+def measure_style_errors(
+    model: SpeechModel, takes: Iterable[tuple[str, ObservedMotion]]
+) -> StyleErrors:
+    """How a model errs where it speaks in the style of a recording.
+
+    Parameters
+    ----------
+    model : SpeechModel
+        With styles.
+    takes : iterable of (str, ObservedMotion)
+        Styles and recordings in them, as the model learned them.
+
+    Returns
+    -------
+    StyleErrors
+
+    Raises
+    ------
+    ModelError
+        For an unknown style, no recording, and motions of another topology.
+    """
+    basis = basis_of(model.components, model.basis).astype(np.float64)
+    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
+    to_weights = np.linalg.pinv(MM * triangle.T, rcond=WEAKEST)
+
+    def pairs() -> Iterator[tuple[Float64Array, Float64Array]]:
+        for style, take in takes:
+            target = _target(model, take, directions)
+            span = FrameSpan.whole(len(target.places), model.fps)
+            given = finished_weights(model, target.speech, model.style(style), span)
+            yield target.places @ to_weights, given.astype(np.float64)
+
+    return errors_of(pairs())
+
+
+def search(
+    loss: Callable[[Float64Array], float],
+    start: Float64Array,
+    moves: Callable[[Float64Array, float], list[Float64Array]] | None = None,
+) -> Float64Array:
     """(style,) on the simplex: give shares from one style to another while the loss falls.
 
     Exchanges between two styles span all directions on the simplex, so where none helps at the
-    smallest step there is no better mix nearby.
+    smallest step there is no better mix nearby. Other moves search elsewhere.
     """
+    moves = moves or _exchanges
     mix = start.astype(np.float64)
     value = loss(mix)
     for step in STEPS:
         while True:
-            tried = [(loss(other), other) for other in _exchanges(mix, step)]
+            tried = [(loss(other), other) for other in moves(mix, step)]
             best, other = min(tried, key=lambda pair: pair[0], default=(value, mix))
             if not value - best > GAIN_LEAST * value:
                 break
@@ -206,27 +280,140 @@ class _Problem:
         self.model, self.shapes, self.targets = model, shapes, targets
         frames = sum(len(target.places) for target in targets)
         self.seconds, self.per = frames / model.fps, max(frames, 1) * vertices
+        errors: StyleErrors | None = getattr(model, "style_errors", None)
+        self._gain = np.ones(len(shapes)) if errors is None else errors.gain
+        self._white = None if errors is None else errors.whitening(shapes)
+        # The loss where the model errs as it is known to; 0 where nothing is known.
+        frames_share = 0.0 if self._white is None else frames / self.per
+        self._expected = len(shapes.T) * frames_share
+        self._alone: dict[int, list[Float64Array]] = {}
 
     def loss(self, mix: Float64Array) -> float:
-        """mm² a vertex: (Σ λ^p)^(1/p), λ the residual's variances along its axes, within reach."""
-        products = sum(residual.T @ residual for residual in self._residuals(mix))
-        if not np.isfinite(products).all():
-            return math.nan
-        variances = np.maximum(np.linalg.eigvalsh(products), 0) / self.per
-        return float(np.power(variances, POWER).sum() ** (1 / POWER))
+        """How far the motion in a mix is from the observed one; NaN where it is not finite."""
+        return self._distance(self._residuals(mix))
+
+    def loss_of_few(self, mix: Float64Array) -> float:
+        """The loss where a further style has to be worth it.
+
+        Some styles lie between others: half plain and half mumble is much like calm.
+        """
+        further = np.count_nonzero(mix > SHARE_LEAST) - 1
+        return self.loss(mix) + EXTRA * self._expected * further
 
     def error_mm(self, mix: Float64Array) -> float:
         """mm: root of the mean squared distance of vertices."""
-        within = sum(float(np.square(residual).sum()) for residual in self._residuals(mix))
+        return self._error_mm(self._style(mix))
+
+    def vector_error_mm(self, vector: Float64Array) -> float:
+        """The same for a network's input (style,)."""
+        return self._error_mm(_at_input(vector))
+
+    def vector(self, mix: Float64Array) -> Float64Array:
+        """(style,) the network's input, beginning with a mix (style,), that explains most."""
+        if not isinstance(self._style(mix), MixedStyle):
+            raise ModelError.about(
+                f"model {self.model.name}",
+                found="no style vector at its input",
+                allowed="voca, or one that elocute train voca wrote",
+            )
+        middle = 1 / len(mix)
+        radius = max(1 - middle, middle)
+
+        def loss(vector: Float64Array) -> float:
+            far = float(np.square(vector - middle).sum()) / radius
+            weights = (self._weights(target, _at_input(vector)) for target in self.targets)
+            given = (each * self._gain @ self.shapes for each in weights)
+            pairs = zip(given, self.targets, strict=True)
+            distance = self._distance(each - target.places for each, target in pairs)
+            return distance + RIDGE * far * (self._expected or distance)
+
+        starts = [mix, *np.eye(len(mix))[np.argsort(-mix)[:1]]]
+        return search(loss, min(starts, key=loss), _steps)
+
+    def _distance(self, residuals: Iterable[Float64Array]) -> float:
+        products = sum(residual.T @ residual for residual in residuals)
+        if not np.isfinite(products).all():
+            return math.nan
+        if self._white is not None:
+            return float(np.sum(self._white * (products @ self._white))) / self.per
+        # mm² a vertex: (Σ λ^p)^(1/p), λ the residual's variances along its axes, within reach.
+        variances = np.maximum(np.linalg.eigvalsh(products), 0) / self.per
+        return float(np.power(variances, POWER).sum() ** (1 / POWER))
+
+    def _error_mm(self, style: Any) -> float:
+        within = sum(
+            float(np.square(self._weights(target, style) @ self.shapes - target.places).sum())
+            for target in self.targets
+        )
         return math.sqrt((within + sum(target.beyond for target in self.targets)) / self.per)
 
     def _residuals(self, mix: Float64Array) -> Iterator[Float64Array]:
         """(frame, direction) mm of every take: the model's motion less the observed one."""
-        style = self.model.mix(dict(zip(self.model.styles, mix.tolist(), strict=True)))
-        for target in self.targets:
-            span = FrameSpan.whole(len(target.places), self.model.fps)
-            weights = self.model.weights(target.speech, style, span)
-            yield weights @ self.shapes - target.places
+        style = self._style(mix)
+        if not isinstance(style, MixedStyle):
+            for target in self.targets:
+                yield self._weights(target, style) * self._gain @ self.shapes - target.places
+            return
+        used = np.flatnonzero(mix)
+        for place in range(len(self.targets)):
+            each = [mix[style] * self._residuals_alone(style)[place] for style in used.tolist()]
+            yield np.sum(each, axis=0)
+
+    def _residuals_alone(self, style: int) -> list[Float64Array]:
+        """(frame, direction) mm of every take, in one style: those of a mix are a mix of these."""
+        if style not in self._alone:
+            chosen = self._style(np.eye(len(self.model.styles))[style])
+            self._alone[style] = [
+                self._weights(target, chosen) * self._gain @ self.shapes - target.places
+                for target in self.targets
+            ]
+        return self._alone[style]
+
+    def _style(self, mix: Float64Array) -> Any:
+        return self.model.mix(dict(zip(self.model.styles, mix.tolist(), strict=True)))
+
+    def _weights(self, target: _Target, style: Any) -> Float64Array:
+        """(frame, component) as the model moves, finished where it moves the built-in head."""
+        span = FrameSpan.whole(len(target.places), self.model.fps)
+        return finished_weights(self.model, target.speech, style, span).astype(np.float64)
+
+
+def finished_weights(
+    model: SpeechModel, speech: SpeechFeatures, style: Any, span: FrameSpan
+) -> Float32Array:
+    """What a model does with a face, without blinks.
+
+    Parameters
+    ----------
+    model : SpeechModel
+        The model.
+    speech : SpeechFeatures
+        Features, with phones where contacts are made from them.
+    style
+        What its `style` or `mix` gave.
+    span : FrameSpan
+        The frames.
+
+    Returns
+    -------
+    (frame, component) float32
+        Weights on `basis_of(model.components, model.basis)`.
+    """
+    if model.basis is not None or not model.makes_contacts:
+        return model.weights(speech, style, span)
+    names = model.components or load_builtin_head().expression_names
+    return model.curves(speech, style, span, blinks=False).select(names).values
+
+
+def _at_input(vector: Float64Array) -> MixedStyle:
+    return MixedStyle(vector[None].astype(np.float32), np.ones(1, np.float32))
+
+
+def _steps(vector: Float64Array, step: float) -> list[Float64Array]:
+    """Vectors a step away, along each axis and along the way from the middle of all styles."""
+    axes = np.eye(len(vector)) * step
+    outward = (vector - 1 / len(vector)) * step
+    return [vector + sign * way for way in (*axes, outward) for sign in (1, -1)]
 
 
 def _problem(model: SpeechModel, takes: Sequence[ObservedMotion]) -> _Problem:
@@ -258,15 +445,31 @@ def _target(model: SpeechModel, take: ObservedMotion, directions: Float64Array) 
     fps, features = model.fps, take.speech.features
     motion, speech_s = _at_rate(take.motion, fps), len(features.values) / features.rate
     frames = min(motion.frame_count, round(speech_s * fps), round(SECONDS_MOST * fps))
-    rest = np.asarray(motion.template, np.float64) * MM
-    places, beyond = [], 0.0
-    for block in motion.cut(frames).blocks():
+    places, beyond = _projected(motion.cut(frames), directions)
+    end_s = frames / fps + BEYOND_S
+    phones = None if take.speech.phones is None else _until(take.speech.phones, end_s)
+    return _Target(SpeechFeatures(_until(features, end_s), phones), places, beyond)
+
+
+def _projected(motion: VertexMotion, directions: Float64Array) -> tuple[Float64Array, float]:
+    """(frame, direction) mm of a motion, and mm² of it that lie beyond these directions."""
+    if motion.basis is not None:
+        shapes = MM * np.asarray(motion.basis, np.float64).reshape(len(motion.basis), -1)
+        weights = np.asarray(motion.values, np.float64)
+        places = weights @ (shapes @ directions)
+        whole = float(np.einsum("fi,ij,fj->", weights, shapes @ shapes.T, weights, optimize=True))
+        return places, max(whole - float(np.square(places).sum()), 0.0)
+    rest, found, beyond = np.asarray(motion.template, np.float64) * MM, [], 0.0
+    for block in motion.blocks():
         moved = (block - rest).reshape(len(block), -1)
-        places.append(moved @ directions)
-        beyond += float(np.square(moved - places[-1] @ directions.T).sum())
-    rows = math.ceil((frames / fps + BEYOND_S) * features.rate)
-    speech = SpeechFeatures(replace(features, values=features.values[:rows]))
-    return _Target(speech, np.concatenate(places), beyond)
+        found.append(moved @ directions)
+        beyond += float(np.square(moved - found[-1] @ directions.T).sum())
+    return np.concatenate(found), beyond
+
+
+def _until(features: Features, end_s: float) -> Features:
+    """The rows of the first seconds."""
+    return replace(features, values=features.values[: math.ceil(end_s * features.rate)])
 
 
 def _at_rate(motion: VertexMotion, fps: float) -> VertexMotion:

@@ -1,10 +1,16 @@
-"""Styles of trained models: names, mixes, and files of mixes: {"mix": {"NAME": share, …}}."""
+"""Styles of trained models: names, mixes, and files of mixes: {"mix": {"NAME": share, …}}.
+
+The published mix of styles is a convex combination of outputs (VOCA 2019, section 7.2). Since the
+decoder is linear, it is the same of vertices and of what the decoder is given. A style enters the
+network before convolutions and a hyperbolic tangent, so a mix at the input is something else.
+"""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +22,60 @@ from elocute.errors import ModelError
 from elocute.files.json_records import finite_number, read_record, write_record
 from elocute.files.reading import path_of
 from elocute.numerics.input_checks import check_kind
+from elocute.one_line_repr import one_line
 
 EVEN = "even"
 """The style that is all styles of a model in equal shares."""
 FILE_MAX_BYTES = 65_536
 SHARE_MOST = 1e9
-ALLOWED = '{"mix": {"NAME": share, …}} with shares from 0, one above'
+INPUT_MOST = 100.0
+ALLOWED = (
+    '{"mix": {"NAME": share, …}} with shares from 0, one above, or {"vector": {"NAME": number}}'
+)
+
+
+@dataclass(frozen=True, eq=False)
+class MixedStyle:
+    """What a trained model speaks in: inputs of its network, and the mix of their outputs.
+
+    Parameters
+    ----------
+    inputs : (input, style) float32
+        What the network is given; a style alone is 1 in its place and 0 elsewhere.
+    shares : (input,) float32
+        Of the output for each input; they sum to one.
+    """
+
+    inputs: Float32Array
+    shares: Float32Array
+
+    __repr__ = one_line
+
+    @property
+    def mixed_input(self) -> Float32Array:
+        """(style,) share of each style, or the mix of inputs."""
+        return self.shares @ self.inputs
+
+
+def mix_of_shares(shares: Float32Array, *, outputs: bool) -> MixedStyle:
+    """Styles in given shares.
+
+    Parameters
+    ----------
+    shares : (style,) float32
+        They sum to one.
+    outputs : bool
+        Whether the outputs of the styles are mixed; otherwise the network is given the mix.
+
+    Returns
+    -------
+    MixedStyle
+        With the inputs that have a share.
+    """
+    if not outputs:
+        return MixedStyle(shares[None], np.ones(1, np.float32))
+    used = np.flatnonzero(shares)
+    return MixedStyle(np.eye(len(shares), dtype=np.float32)[used], shares[used])
 
 
 def checked_style(given: str | Path | Style) -> str | Style:
@@ -63,6 +117,21 @@ def style_shares(given: str | Style, styles: tuple[str, ...], model: str) -> Flo
     return share_vector(parse_mix(given), styles, model)
 
 
+def style_vector(given: str | Style, styles: tuple[str, ...], model: str) -> Float32Array | None:
+    """(style,) the network's input that a .json file holds as a new style; None for a mix.
+
+    Raises ModelError for a file that holds neither, and for unknown names.
+    """
+    if not isinstance(given, str) or not given.lower().endswith(".json") or given in styles:
+        return None
+    stored = _read(Path(given)).get("vector")
+    if stored is None:
+        return None
+    if not isinstance(stored, dict) or not all(map(_is_input, stored.values())):
+        raise ModelError.about(given, found="no style vector", allowed=ALLOWED)
+    return share_vector({name: float(each) for name, each in stored.items()}, styles, model)
+
+
 def share_vector(shares: Mapping[str, float], styles: tuple[str, ...], model: str) -> Float32Array:
     """(style,) of named shares. Raises ModelError for an unknown style."""
     vector = np.zeros(len(styles), np.float32)
@@ -96,8 +165,7 @@ def read_mix(path: str | Path) -> dict[str, float]:
         For a file that holds no mix.
     """
     path = Path(path)
-    stored = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=ModelError)
-    mix = stored.get("mix")
+    mix = _read(path).get("mix")
     if not isinstance(mix, dict) or not all(_is_share(share) for share in mix.values()):
         raise ModelError.about(path, found="no mix of styles", allowed=ALLOWED)
     total = sum(map(float, mix.values()))
@@ -108,6 +176,8 @@ def read_mix(path: str | Path) -> dict[str, float]:
 
 def write_mix(path: str | Path, mix: dict[str, float], more: dict[str, Any]) -> None:
     """Write a mix of styles as .json.
+
+    Where `more` has a `vector`, a network is given that in place of the mix.
 
     Parameters
     ----------
@@ -124,6 +194,15 @@ def write_mix(path: str | Path, mix: dict[str, float], more: dict[str, Any]) -> 
         For a place that cannot be written.
     """
     write_record(path, {"mix": mix, **more}, indent=1)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    return read_record(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=ModelError)
+
+
+def _is_input(value: object) -> bool:
+    number = finite_number(value)
+    return number is not None and abs(number) <= INPUT_MOST
 
 
 def _is_share(value: object) -> bool:

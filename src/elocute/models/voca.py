@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from elocute.array_types import Float32Array
-from elocute.articulation.driver import LOOKAHEAD_S, make_contacts
+from elocute.articulation.driver import LOOKAHEAD_S
 from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
@@ -31,10 +31,18 @@ from elocute.models.feature_extraction import (
     WholeSoundStream,
     phone_lookahead_s,
 )
+from elocute.models.finishing import finished_curves
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 from elocute.models.model_shapes import with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.style_mixes import share_vector, style_shares
+from elocute.models.style_errors import StyleErrors
+from elocute.models.style_mixes import (
+    MixedStyle,
+    mix_of_shares,
+    share_vector,
+    style_shares,
+    style_vector,
+)
 from elocute.motion.curves import Curves
 from elocute.motion.motion import FPS_MAX
 from elocute.numerics.resampling import frame_places, read_rows
@@ -98,10 +106,14 @@ class VocaModel:
         not a VOCA of Elocute.
     """
 
+    kind = "voca"
+    least_rows = REACH  # that the network takes
+    needs_sound_level = False
+
     def __init__(self, path: str | Path, session: Any = None) -> None:
         self.path = SHIPPED_PATH if str(path) == SHIPPED else Path(path)
         self._opened = session  # of the same file, where it was opened before
-        check_file(self.path, "make one: elocute train voca CORPUS -o FOLDER")
+        check_file(self.path, f"make one: elocute train {self.kind} CORPUS -o FOLDER")
 
     @cached_property
     def _session(self) -> Any:
@@ -111,7 +123,7 @@ class VocaModel:
     def record(self) -> VocaRecord:
         stored = stored_record(self._session)
         try:
-            if stored["kind"] != "voca":
+            if stored["kind"] != self.kind:
                 raise ValueError(stored["kind"])
             record = VocaRecord(
                 encoder=str(stored["encoder"]),
@@ -135,7 +147,14 @@ class VocaModel:
                 allowed="a model that elocute train wrote",
             ) from error
 
-    needs_sound_level = False
+    @cached_property
+    def style_errors(self) -> StyleErrors | None:
+        """How it errs in the styles that it learned; None where its file does not say."""
+        stored = stored_record(self._session).get("style_errors")
+        if stored is None:
+            return None
+        count = len(self.record.components) if self.basis is None else len(self.basis)
+        return StyleErrors.from_record(stored, count)
 
     @property
     def name(self) -> str:
@@ -180,13 +199,16 @@ class VocaModel:
             return float("inf")
         return RESAMPLING_S + phone_lookahead_s() + self.decoder_lookahead_s
 
-    def style(self, given: str | Style) -> Float32Array:
-        """(style,) shares. Raises ModelError for an unknown style."""
-        return style_shares(given, self.styles, self.name)
+    def style(self, given: str | Style, *, outputs: bool = True) -> MixedStyle:
+        """Raises ModelError for an unknown style."""
+        vector = style_vector(given, self.styles, self.name)
+        if vector is not None:
+            return mix_of_shares(vector, outputs=False)
+        return mix_of_shares(style_shares(given, self.styles, self.name), outputs=outputs)
 
-    def mix(self, shares: Mapping[str, float]) -> Float32Array:
-        """(style,) shares. Raises ModelError for an unknown style."""
-        return share_vector(shares, self.styles, self.name)
+    def mix(self, shares: Mapping[str, float], *, outputs: bool = True) -> MixedStyle:
+        """Raises ModelError for an unknown style."""
+        return mix_of_shares(share_vector(shares, self.styles, self.name), outputs=outputs)
 
     def feature_streams(
         self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
@@ -198,14 +220,20 @@ class VocaModel:
             own, PhonePosteriorStream(sample_rate) if contacts and self.makes_contacts else None
         )
 
-    def sound_level(self, sound: Waveform) -> None:
+    def sound_level(self, sound: Waveform) -> SoundLevel | None:
         """None: its features bring their own normalisation."""
 
-    def weights(self, speech: SpeechFeatures, style: Float32Array, span: FrameSpan) -> Float32Array:
-        """(frame, component) for shares (style,).
+    def weights(self, speech: SpeechFeatures, style: MixedStyle, span: FrameSpan) -> Float32Array:
+        """(frame, component), the mix of what each input gives.
 
         Raises ModelError for features of another size than it was trained on.
         """
+        return _mixed(self._weights_of_each(speech, style, span), style)
+
+    def _weights_of_each(
+        self, speech: SpeechFeatures, style: MixedStyle, span: FrameSpan
+    ) -> Float32Array:
+        """(input, frame, component)"""
         features, fps = speech.features, self.record.fps
         if features.values.shape[1] != self.record.features:
             raise ModelError.about(
@@ -218,10 +246,11 @@ class VocaModel:
         places = frame_places(span.first, span.count, fps, span.fps)
         first = min(int(places[0]), max(stop - 1, 0))
         last = min(max(stop, 1), int(places[-1]) + 2 + REACH)
-        return read_rows(self._run(features, style, first, last), places - first)
+        each = self._run(features, style.inputs, first, last)
+        return np.stack([read_rows(rows, places - first) for rows in each])
 
-    def _run(self, features: Features, style: Float32Array, first: int, last: int) -> Float32Array:
-        """(frame, component) of the network's frames `first` … `last` - 1."""
+    def _run(self, features: Features, inputs: Float32Array, first: int, last: int) -> Float32Array:
+        """(input, frame, component) of the network's frames `first` … `last` - 1."""
         begin = max(0, first - REACH)
         values = features.at(begin, last - begin, self.record.fps)
         blocks = []
@@ -229,39 +258,43 @@ class VocaModel:
             stop = min(last, start + BLOCK_FRAMES)
             before = max(0, start - REACH)
             window = values[before - begin : stop + REACH - begin]
-            given = {"features": window, "style": style[None].astype(np.float32)}
-            block = run_session(self._session, self.path, ["weights"], given)[0]
-            if getattr(block, "ndim", 0) != 2 or len(block) != len(window):
-                raise ModelError.about(
-                    self.path, found="a network with other outputs", allowed="(frame, component)"
-                )
-            blocks.append(block[start - before : stop - before])
-        return np.concatenate(blocks)
+            found = [self._answer(window, style) for style in inputs]
+            blocks.append(np.stack(found)[:, start - before : stop - before])
+        return np.concatenate(blocks, axis=1)
+
+    def _answer(self, window: Float32Array, style: Float32Array) -> Float32Array:
+        """(frame, component) for features (frame, feature) and a network's input (style,)."""
+        given = {"features": window, "style": style[None].astype(np.float32)}
+        answer = run_session(self._session, self.path, ["weights"], given)[0]
+        if getattr(answer, "ndim", 0) != 2 or len(answer) != self._frames_of(len(window)):
+            raise ModelError.about(
+                self.path, found="a network with other outputs", allowed="(frame, component)"
+            )
+        return answer
+
+    def _frames_of(self, rows: int) -> int:
+        """How many frames the network gives for so many rows of features."""
+        return rows
 
     def curves(
         self,
         speech: SpeechFeatures,
-        style: Float32Array,
+        style: MixedStyle,
         span: FrameSpan,
         strength: float = 1.0,
         *,
         blinks: bool = True,
+        contacts: bool = True,
     ) -> Curves:
-        """Curves 0…1 of the built-in head with contacts made, or weights of its own shapes."""
-        weights = self.weights(speech, style, span)
+        """Curves 0…1 of the built-in head, or weights of its own shapes."""
+        each = self._weights_of_each(speech, style, span) * np.float32(strength)
         if not self.makes_contacts:
-            return Curves(weights * np.float32(strength), self._own_names, span.fps)
-        bare = Curves(np.clip(weights * strength, 0, 1), self.record.components, span.fps)
-        phones = speech.phones or speech.features
-        return make_contacts(
-            bare,
-            phones.values,
-            phones.rate,
-            Style() if blinks else Style(blink_per_min=0.0),
-            first_frame=span.first,
-            first_row=phones.first,
-            total_frames=span.total,
-        )
+            return Curves(_mixed(each, style), self._own_names, span.fps)
+        # Each is limited before they are mixed, so that a mix is that of the animations.
+        values = _mixed(np.clip(each, 0, 1), style)
+        bare = Curves(values, self.record.components, span.fps)
+        phones = speech.phones or speech.features if contacts else None
+        return finished_curves(bare, phones, span, blinks=blinks)
 
     def rig(self, head: HeadModel) -> HeadModel:
         """Raises ModelError for a head of another topology than it was trained in."""
@@ -273,7 +306,7 @@ class VocaModel:
     def _own_names(self) -> tuple[str, ...]:
         assert self.basis is not None
         count = len(self.basis) - 1
-        return (*(f"voca{index:03d}" for index in range(count)), "vocaMean")
+        return (*(f"{self.kind}{index:03d}" for index in range(count)), f"{self.kind}Mean")
 
     @property
     def basis(self) -> Float32Array | None:
@@ -285,7 +318,7 @@ class VocaModel:
         if self.record.components:
             return None
         given = {
-            "features": np.zeros((REACH, self.record.features), np.float32),
+            "features": np.zeros((self.least_rows, self.record.features), np.float32),
             "style": np.full((1, len(self.styles)), 1 / len(self.styles), np.float32),
         }
         basis = run_session(self._session, self.path, ["basis"], given)[0]
@@ -296,3 +329,10 @@ class VocaModel:
                 allowed=f"(component, {self.record.vertices}, 3)",
             )
         return basis
+
+
+def _mixed(each: Float32Array, style: MixedStyle) -> Float32Array:
+    """(frame, component): the mix of (input, frame, component)."""
+    if len(each) == 1:
+        return each[0]
+    return np.einsum("ift,i->ft", each, style.shares)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.alignment.word_times import read_words
-from elocute.array_types import Float32Array
+from elocute.array_types import Float32Array, Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
@@ -156,15 +156,19 @@ class CapturedCorpus:
             )
 
     @cached_property
-    def _solver(self) -> Float32Array:
-        """(number or component, parameter): least squares, from what the corpus stores."""
+    def _solver(self) -> Float64Array:
+        """(number or component, parameter): least squares, from what the corpus stores.
+
+        In double precision: sums over so many vertices would end in other bits with another
+        number of threads, and shards are to be the same whoever wrote them.
+        """
         shapes = self.basis.head.expression_basis
         flat = shapes.reshape(len(shapes), -1).astype(np.float64)
         inverse = ridge_projection(flat)
         if self.corpus.basis is None:
-            return inverse.astype(np.float32)
+            return inverse
         stored = np.asarray(self.corpus.basis).reshape(len(self.corpus.basis), -1)
-        return (stored.astype(np.float64) @ inverse).astype(np.float32)
+        return stored.astype(np.float64) @ inverse
 
     def parameters(self, word: CapturedWord, times_s: NDArray[np.floating]) -> Float32Array:
         """(time, parameter) at times in s of the clip, by projection and interpolation."""
@@ -173,9 +177,10 @@ class CapturedCorpus:
         last = int(np.ceil(times_s.max() * fps)) + 1
         if self.corpus.basis is None:
             moved = self.corpus.displacements(word.clip, first, last)
-            values = moved.reshape(len(moved), -1) @ self._solver
+            rows = moved.reshape(len(moved), -1)
         else:
-            values = np.asarray(self.corpus.frames(word.clip)[first:last]) @ self._solver
+            rows = np.asarray(self.corpus.frames(word.clip)[first:last])
+        values = (rows.astype(np.float64) @ self._solver).astype(np.float32)
         return read_rows(values, np.asarray(times_s) * fps - first)
 
     def sound(self, word: CapturedWord) -> Waveform:

@@ -1,4 +1,7 @@
-"""Training of models: VOCA on a Corpus, the recurrent model on shards. Needs the extra `train`."""
+"""Training: VOCA and the network of Karras et al. on a Corpus, the recurrent model on shards.
+
+Needs the extra `train`.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +13,19 @@ if TYPE_CHECKING:
     from elocute.training.crnn.config import CrnnTrainConfig
     from elocute.training.crnn.run import train_crnn
     from elocute.training.device import available_devices, resolve_device
+    from elocute.training.karras.config import KarrasTrainConfig
+    from elocute.training.karras.run import train_karras
     from elocute.training.voca.config import VocaTrainConfig
     from elocute.training.voca.run import train_voca
 
 __all__ = [
     "CrnnTrainConfig",
+    "KarrasTrainConfig",
     "VocaTrainConfig",
     "available_devices",
     "resolve_device",
     "train_crnn",
+    "train_karras",
     "train_voca",
 ]
 __getattr__, __dir__ = lazy(
@@ -27,6 +34,8 @@ __getattr__, __dir__ = lazy(
         "crnn.config": ("CrnnTrainConfig",),
         "crnn.run": ("train_crnn",),
         "device": ("available_devices", "resolve_device"),
+        "karras.config": ("KarrasTrainConfig",),
+        "karras.run": ("train_karras",),
         "voca.config": ("VocaTrainConfig",),
         "voca.run": ("train_voca",),
     },

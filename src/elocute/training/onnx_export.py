@@ -59,6 +59,30 @@ def export_network(
         draft.write_bytes(model.SerializeToString())
 
 
+def add_to_record(path: str | Path, **entries: Any) -> None:
+    """Add entries to the record of a file that `export_network` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, which is replaced.
+    **entries
+        For JSON; those of the same name are replaced.
+
+    Raises
+    ------
+    OutputError
+        Where the file cannot be written.
+    """
+    import onnx
+
+    model = onnx.load_model_from_string(Path(path).read_bytes())
+    (entry,) = (each for each in model.metadata_props if each.key == "elocute")
+    entry.value = json.dumps({**json.loads(entry.value), **entries})
+    with write_atomically(path) as draft:
+        draft.write_bytes(model.SerializeToString())
+
+
 def _attach_constant(model: Any, name: str, values: np.ndarray) -> None:
     """Add a constant to the graph as a further output."""
     from onnx import TensorProto, helper, numpy_helper

@@ -15,7 +15,6 @@ from elocute.capture.registration.closest_points import (
     sample_triangles,
 )
 from elocute.capture.registration.nonrigid_icp import NonrigidIcp
-from elocute.capture.registration.pose import HeadPose, apply_pose, remove_pose
 from elocute.capture.registration.register import (
     Registration,
     register_neutral,
@@ -23,6 +22,7 @@ from elocute.capture.registration.register import (
     register_scan,
 )
 from elocute.capture.registration.template import Template, adaptive_template
+from elocute.capture.registration.zero_pose import HeadPose, apply_pose, remove_pose
 from elocute.capture.scans.landmarks import Landmarks, no_landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.capture.simulation.scan_simulator import ScanSimulator

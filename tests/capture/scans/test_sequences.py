@@ -14,7 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.capture.cleaning import clean_motion, ear_vertices, hold_weights, smoothing_weights
+from elocute.capture.motion_cleaning import (
+    clean_motion,
+    ear_vertices,
+    hold_weights,
+    smoothing_weights,
+)
 from elocute.capture.scans.landmark_detection import SIDE, detect_landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.capture.scans.scan_checks import check_scans
@@ -286,3 +291,59 @@ def test_a_folder_of_somebody_else_is_left_as_it_is(
         capture_scans(sequence_folder, tmp_path / "out")
     assert mine.read_text() == "mine"
     assert [path for path in (tmp_path / "out").rglob("*") if path.is_file()] == [mine]
+
+
+def _lips_mm(output: Path, stage: ScanSimulator, number: int) -> float:
+    """Mean distance of the lips' displacement from the true one."""
+    moved = np.load(output / "sequences" / "anna.ah" / "motion.npy")
+    with np.load(output / "subjects" / "anna.npz") as stored:
+        found = moved[number] - stored["template"]
+    lips = stage.head.regions["lips"]
+    true = stage.truth(number).zero - stage.truth(0).zero
+    return float(1000 * np.linalg.norm((found - true)[lips], axis=1).mean())
+
+
+@pytest.fixture(scope="session")
+def by_nicp(
+    tmp_path_factory: pytest.TempPathFactory, sequence_folder: Path
+) -> dict[str, tuple[Path, SequenceResult]]:
+    """The good sequence by non-rigid ICP, from either template."""
+    found = {}
+    for template in ("adaptive", "fixed"):
+        output = tmp_path_factory.mktemp(template) / "out"
+        settings = BatchSettings(method="nicp", template=template)
+        (result,) = capture_scans(sequence_folder, output, settings)
+        found[template] = output, result
+    return found
+
+
+def test_nonrigid_icp_makes_a_corpus_too(
+    by_nicp: dict[str, tuple[Path, SequenceResult]], stage: ScanSimulator
+):
+    """The adaptive template follows an open mouth better than the fixed one (Eq. 1)."""
+    apart = {}
+    for template, (output, result) in by_nicp.items():
+        assert not result.failed and result.in_corpus and not result.flagged
+        assert result.median_mm is not None and result.median_mm < 0.25
+        corpus = open_corpus(output / "corpus")
+        assert corpus.frame_count == 6 and f"{template} template" in corpus.note
+        apart[template] = _lips_mm(output, stage, 5)
+    # The mouth is 8 mm away from rest. Both slide along the skin, the fixed template over the lips.
+    assert apart["adaptive"] < 2.5 and apart["adaptive"] < 0.5 * apart["fixed"]
+
+
+def test_frames_of_another_method_are_made_again(
+    by_nicp: dict[str, tuple[Path, SequenceResult]], sequence_folder: Path, tmp_path: Path
+):
+    output = tmp_path / "out"
+    shutil.copytree(by_nicp["adaptive"][0], output)
+    frames = output / "sequences" / "anna.ah" / "frames"
+    before = _bits(output)
+    (frames / "000002.npz").unlink()
+    capture_scans(sequence_folder, output, BatchSettings(method="nicp"))
+    assert _bits(output) == before  # the adaptive template is what nicp takes by default
+    capture_scans(sequence_folder, output)
+    after = _bits(output)
+    assert all(after[name] != before[name] for name in before if name.endswith("zero"))
+    with pytest.raises(CaptureError, match="`method` nicp"):
+        BatchSettings(template="fixed")

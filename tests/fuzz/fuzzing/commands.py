@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -116,6 +117,18 @@ def with_sound(write: Callable[[Path], None]) -> Callable[[Path], None]:
     return written
 
 
+def with_file(name: str, write: Callable[[Path], None]) -> Callable[[Path], None]:
+    """The seeds of a reader that hold a file of this name."""
+
+    def written(folder: Path) -> None:
+        write(folder)
+        for inner in list(folder.iterdir()):
+            if not (inner / name).exists():
+                shutil.rmtree(inner)
+
+    return written
+
+
 def vertex_files(folder: Path) -> None:
     """What `solve` takes, on the small head."""
     import numpy as np
@@ -202,7 +215,7 @@ COMMANDS: tuple[Reader, ...] = (
     ),
     commands_of(
         "animate --phones",
-        with_sound(seeds.phones),
+        with_sound(with_file("phones.csv", seeds.phones)),
         "animate",
         "{good.sound}",
         "--phones",

@@ -8,8 +8,8 @@ import numpy as np
 
 from elocute.array_types import Float64Array
 from elocute.capture.registration.correspondences import ScanSamples
-from elocute.capture.registration.pose import HeadPose, align_head, apply_pose
 from elocute.capture.registration.template import Template
+from elocute.capture.registration.zero_pose import HeadPose, align_head, apply_pose
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.errors import CaptureError
 from elocute.numerics.rigid_alignment import rigid_alignment

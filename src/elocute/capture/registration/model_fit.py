@@ -21,8 +21,8 @@ from elocute.capture.registration.correspondences import (
     find_correspondences,
     robust_weights,
 )
-from elocute.capture.registration.pose import HeadPose, posed_joints
 from elocute.capture.registration.template import Template
+from elocute.capture.registration.zero_pose import HeadPose, posed_joints
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.motion.joint_jacobians import Rig, joint_slopes, vertex_transforms
 from elocute.numerics.bounded_least_squares import solve_box

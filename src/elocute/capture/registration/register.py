@@ -25,8 +25,8 @@ from elocute.capture.registration.correspondences import ScanSamples, sample_sca
 from elocute.capture.registration.initial_pose import find_initial_pose
 from elocute.capture.registration.model_fit import ModelFit, ModelParameters
 from elocute.capture.registration.nonrigid_icp import NonrigidIcp
-from elocute.capture.registration.pose import HeadPose, apply_pose, remove_pose
 from elocute.capture.registration.template import Template, adaptive_template
+from elocute.capture.registration.zero_pose import HeadPose, align_head, apply_pose, remove_pose
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.errors import CaptureError
@@ -89,11 +89,12 @@ class Registration:
 
 
 def register_neutral(
-    head: HeadModel, scan: Scan, landmarks: Landmarks
+    head: HeadModel, scan: Scan, landmarks: Landmarks, *, method: str = "model"
 ) -> tuple[Template, Registration]:
     """A person's own template from a scan of a resting face, and that scan's registration.
 
-    What little expression the face shows is taken out of the template.
+    What little expression the face shows is taken out of the template by the method "model". "nicp"
+    lays the mean face over the scan by non-rigid ICP ("Speech in the wild" 2019, 3.2).
 
     Parameters
     ----------
@@ -103,6 +104,8 @@ def register_neutral(
         In metres; `checked_scan` is applied.
     landmarks
         The scan's 68 landmarks; with too few good ones the head is searched for.
+    method
+        "model" or "nicp".
 
     Returns
     -------
@@ -114,6 +117,9 @@ def register_neutral(
         For a scan without a head.
     """
     general = Template(head)
+    if method == "nicp":
+        found, _ = register_nonrigid(general, scan, landmarks, adapted=False)
+        return Template(with_template(head, found.zero.astype(np.float32), head.name)), found
     found = _register(general, ModelFit(general, True), scan, landmarks, None)
     shown = np.tensordot(found.parameters.expression, general.basis, 1)
     neutral = (found.zero - shown).astype(np.float32)
@@ -223,6 +229,7 @@ def register_nonrigid(
         start = start + _posed_offsets(template, before.offsets, parameters.pose)
     levels = nonrigid_icp.COLD_LEVELS if before is None else nonrigid_icp.WARM_LEVELS
     vertices, steps = (icp or NonrigidIcp(template)).register(start, scan, landmarks, levels)
+    parameters = replace(parameters, pose=_settled_pose(template, vertices))
     seconds = time.thread_time() - started
     zero = remove_pose(template.head, vertices, parameters.pose)
     found = Registration(
@@ -279,6 +286,12 @@ def _register(
         seconds,
         notes,
     )
+
+
+def _settled_pose(template: Template, vertices: Float64Array) -> HeadPose:
+    """The pose of what speech does not move: an open mouth pulls landmarks, and so a first pose."""
+    still = template.still
+    return align_head(template.head, template.vertices[still], vertices[still])
 
 
 def _surface(template: Template, vertices: Float64Array, scan: Scan) -> SurfaceError:

@@ -22,6 +22,7 @@ from elocute.numerics.ridge import ridge_coefficients
 UNSCANNED_MATERIALS = ("hair",)
 """Materials whose surface no scanner measures: brows and lashes stand on the skin."""
 COTANGENT_MAX = 5.0
+STILL_M, STILL_SHARE, STILL_LEAST = 1e-4, 0.99, 60
 JAW_LINE_WEIGHT = 0.1
 
 
@@ -113,6 +114,20 @@ class Template:
         place = np.full(self.head.vertex_count, -1)
         place[self.skin] = np.arange(len(self.skin))
         return place
+
+    @cached_property
+    def still(self) -> NDArray[np.intp]:
+        """(still,) vertices of the skin that tell the pose: no expression moves them, nor the neck.
+
+        Those that expressions move least where there are few such.
+        """
+        head = self.head
+        moved = np.linalg.norm(self.basis, axis=2).max(axis=0, initial=0.0)[self.skin]
+        if "head" in head.joint_names:
+            weights = head.skin_weights[self.skin, head.joint_names.index("head")]
+            moved = np.where(weights > STILL_SHARE, moved, np.inf)
+        few = np.partition(moved, STILL_LEAST)[STILL_LEAST] if len(moved) > STILL_LEAST else np.inf
+        return self.skin[moved <= max(STILL_M, few)]
 
     @cached_property
     def skin_areas(self) -> Float64Array:

@@ -2,7 +2,7 @@
 
 What a model-based registration could recover exactly is avoided on purpose: the surface is rounded
 between the template's vertices, the face has bumps that no identity has, and the mouth moves in
-ways that no expression has.
+ways that no expression has: by a few bumps that swing, or, of a `RichTake`, by the flesh.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from elocute.capture.simulation.range_scanner import (
     render_range_images,
     triangulate_range_image,
 )
+from elocute.capture.simulation.rich_faces.rich_face import RichTake
 from elocute.capture.simulation.smooth_surface import (
     Subdivision,
     phong_tessellation,
@@ -38,7 +39,7 @@ from elocute.files.atomic import write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.head.skinning import joint_transforms
 from elocute.motion.motion import Motion
-from elocute.numerics.quaternions import from_axis_angle, no_turn
+from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 from elocute.one_line_repr import one_line
 
 PARTS = 3  # each template triangle becomes PARTS² on the rounded surface
@@ -100,12 +101,12 @@ class ScanSimulator:
     Attributes
     ----------
     motion
-        Of a head that names its regions and landmarks.
+        Of a head that names its regions and landmarks, or of a face of flesh.
     scanner
         How scans are taken.
     """
 
-    motion: Motion
+    motion: Motion | RichTake
     scanner: Scanner
 
     @property
@@ -162,9 +163,10 @@ class ScanSimulator:
         """Where every vertex is at a frame."""
         seconds = frame / self.motion.fps
         zero = self.motion.vertices(frame, frame + 1)[0].astype(np.float64) + self.bumps
-        phases = np.arange(MOUTH_BUMPS)
-        swing = np.sin(2 * np.pi * (1.3 + 0.4 * phases) * seconds + phases)
-        zero = zero + np.tensordot(swing, self.mouth_bumps, 1)
+        if not isinstance(self.motion, RichTake):
+            phases = np.arange(MOUTH_BUMPS)
+            swing = np.sin(2 * np.pi * (1.3 + 0.4 * phases) * seconds + phases)
+            zero = zero + np.tensordot(swing, self.mouth_bumps, 1)
         wave = np.sin(2 * np.pi * np.outer(seconds + np.arange(3), [0.31, 0.47, 0.23]))
         turns = no_turn(len(self.head.joint_names)).astype(np.float64)
         if "head" in self.head.joint_names:
@@ -172,6 +174,8 @@ class ScanSimulator:
                 np.radians(self.scanner.turn_deg / 2) * wave[1]
             )
         turns[0] = from_axis_angle(np.radians(self.scanner.turn_deg) * wave[0])
+        if isinstance(self.motion, RichTake):
+            turns = multiply(turns, self.motion.rotations[frame])
         translation = self.scanner.shift_mm / 1000 * wave[2]
         rotations, shifts = joint_transforms(
             turns, self.head.joint_positions.astype(np.float64), self.head.joint_parents
@@ -239,7 +243,7 @@ class ScanSimulator:
 
 
 def simulate_scans(
-    motion: Motion,
+    motion: Motion | RichTake,
     folder: str | Path,
     *,
     scanner: Scanner | None = None,
@@ -258,7 +262,8 @@ def simulate_scans(
     Parameters
     ----------
     motion
-        Of a head that names its regions and landmarks; the scans have its frame rate.
+        Of a head that names its regions and landmarks, or of a face of flesh; the scans have its
+        frame rate.
     folder
         A new folder.
     scanner

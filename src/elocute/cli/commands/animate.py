@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli import options
 from elocute.cli.flags import in_flags
 from elocute.cli.format_options import (
@@ -20,9 +21,11 @@ from elocute.cli.format_options import (
     options_of_formats,
     settings_for_format,
 )
+from elocute.cli.known_speech_options import KnownSpeechOptions
 from elocute.cli.outputs import nothing_to_do, plan_motion, write_motion
 from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, stdin_source, to_stdout
 from elocute.cli.progress import counted, progress_bar
+from elocute.cli.settings_options import option
 from elocute.errors import ElocuteError, InputError, OutputError, printable
 from elocute.files.output_plan import OutputPlan
 
@@ -64,14 +67,26 @@ def animate_command(
     style: str = options.StyleName,
     strength: float = options.Strength,
     model: str = options.Model,
+    contacts: str = options.Contacts,
+    mix: str = options.Mix,
     channel: int | None = typer.Option(
         None, help="Use this channel, counted from 0, instead of the mix of all channels."
     ),
     phones: Path | None = typer.Option(
         None,
-        help="Known phone times, used instead of the recognised phones: a CSV with the columns "
-        "start_s,end_s,phone.",
+        help="File of known times of phones or words, used instead of the recognised phones: "
+        "TextGrid, CTM, CSV, or JSON of a speech engine.",
     ),
+    phone_set: str = typer.Option(
+        "auto",
+        help="How the phones of that file are written: arpabet, ipa, x-sampa or espeak; auto takes "
+        "the one that knows them.",
+    ),
+    text: str | None = typer.Option(
+        None, help="What is said: sharpens the phones, in their times."
+    ),
+    text_file: Path | None = typer.Option(None, help="Text file that holds what is said."),
+    language: str = option(VoiceSettings, "language"),
     format_settings: FormatSettings = options_of_formats(),
     recursive: bool = typer.Option(
         False, "-r", "--recursive", help="Include subfolders, and mirror them in the output."
@@ -87,7 +102,9 @@ def animate_command(
     """
     check_pipes(speech, output, format, as_json)
     takes, single = _takes(speech, recursive)
-    plan = OutputPlan([head, identity, style, model, *([phones] if phones else [])])
+    known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
+    known.check(single)
+    plan = OutputPlan([head, identity, style, model, *known.files])
     jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
     check_format_settings(
         (_named(t, format) for _, targets in jobs for t in targets), format_settings
@@ -104,8 +121,10 @@ def animate_command(
         "style": style,
         "strength": strength,
         "model": model,
+        "contacts": contacts,
+        "mix": mix,
         "channel": channel,
-        "phones": _read_phones(phones),
+        **known.read(takes[0].file),
     }
     if nothing_to_do(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
@@ -159,6 +178,8 @@ def _animate_one(file: Path, targets: list[Path], run: _Run) -> dict[str, Any]:
     with progress_bar(f"animating {STDIN if file == PIPE else file.name}", quiet) as progress:
         heard = piped_sound() if file == PIPE else file
         animation = animate(heard, progress=progress, **run.settings)
+    for note in animation.notes:
+        print(f"elocute: {printable(f'{file}: {in_flags(note)}')}", file=sys.stderr)
     animated = time.perf_counter()
     with counted(len(targets), "outputs written") as one_written:
         for target in wanted:
@@ -285,11 +306,3 @@ def _is_folder(output: Path, formats: list[str], single: bool) -> bool:
     if single and not formats and output.suffix.lower() in WRITERS:
         return False
     return output.is_dir() or (not output.suffix and bool(formats or not single))
-
-
-def _read_phones(path: Path | None) -> list[tuple[float, float, str]] | None:
-    if path is None:
-        return None
-    from elocute.articulation.phone_times import read_phone_times
-
-    return read_phone_times(path)

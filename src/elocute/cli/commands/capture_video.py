@@ -13,7 +13,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.format_options import FormatSettings, check_format_settings, options_of_formats
-from elocute.cli.outputs import nothing_to_do, plan_motion, warn_of_silence, write_motion
+from elocute.cli.outputs import nothing_to_do, plan_motion, write_motions
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
 from elocute.files.output_plan import OutputPlan
@@ -64,20 +64,15 @@ def video_command(
     seconds = time.perf_counter() - started
     motion = _dressed(captured.motion, identity, zero_pose)
     sound = video[0] if captured.track.has_sound else None
-    for target in files:
-        with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(
-                plan,
-                motion,
-                target,
-                sound=sound,
-                progress=progress,
-                format_settings=format_settings,
-            )
-        if not as_json:
-            print(target)
-    if sound is None:
-        warn_of_silence(files, f"{video[0].name} has none")
+    write_motions(
+        plan,
+        motion,
+        files,
+        sound=sound,
+        format_settings=format_settings,
+        silence=f"{video[0].name} has none",
+        quiet=as_json,
+    )
     _report(video[0], captured, files, seconds, as_json)
 
 

@@ -55,6 +55,7 @@ def _findings() -> Iterator[tuple[str, str]]:
     with tempfile.TemporaryDirectory(prefix="elocute-doctor-") as folder:
         for name, check in CHECKS.items():
             yield name, _outcome(check, Path(folder))
+    yield "espeak-ng", _espeak()
 
 
 def _libraries() -> Iterator[tuple[str, str]]:
@@ -131,6 +132,17 @@ def _assets() -> dict[str, Path]:
         "encoder": package / "encoders/assets/phones.onnx",
         "viewer": package / "export/assets/viewer.js",
     }
+
+
+def _espeak() -> str:
+    """Whether texts can be spoken, which nothing else needs."""
+    from elocute.audio.espeak import speak
+
+    try:
+        spoken = speak("Hello.")
+    except MachineError as error:
+        return f"not there: {error}"
+    return f"works ({len(spoken.phones)} phones in {spoken.sound.duration_s:.2f} s)"
 
 
 def _outcome(check: Callable[[Path], str], folder: Path) -> str:

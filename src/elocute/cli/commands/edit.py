@@ -12,13 +12,16 @@ import typer
 from elocute.cli import options
 from elocute.cli.format_options import FormatSettings, check_format_settings, options_of_formats
 from elocute.cli.keyframes import parse_list, parse_numbers, split_keyframes
-from elocute.cli.outputs import nothing_to_do, plan_motion, warn_of_silence, write_motion
-from elocute.cli.progress import progress_bar
+from elocute.cli.outputs import nothing_to_do, plan_motion, write_motions
 from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from elocute.audio.waveform import Waveform
+    from elocute.head.model import HeadModel
     from elocute.motion.motion import Motion
 
 Edit = Callable[["Motion"], "Motion"]
@@ -50,6 +53,11 @@ def edit_command(
     ),
     replace_blinks: bool = typer.Option(False, help="Remove the blinks that the motion has."),
     seed: int = typer.Option(0, min=0, help="Seed of the random blinks."),
+    head: str | None = typer.Option(
+        None,
+        help="The head's file (a FLAME .pkl), for --identity: a stored motion leaves the "
+        "identities of other heads than the built-in one behind.",
+    ),
     identity: str | None = typer.Option(
         None, help="Change the face: a name, a seed, or a .json file."
     ),
@@ -79,7 +87,9 @@ def edit_command(
     from elocute.motion.store import load_motion
 
     faces = [identity] if identity else _faces_over_time(identity_over_time)
-    plan = OutputPlan(faces)
+    if head is not None and not faces:
+        raise InputError.about("--head", found="no --identity", allowed="with --identity")
+    plan = OutputPlan([*faces, *([head] if head else [])])
     check_format_settings(output, format_settings)
     for target in output:
         plan_motion(
@@ -93,33 +103,29 @@ def edit_command(
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)
+    edited = load_motion(motion)
+    space = _identity_space(edited, head) if faces else None
     edits = [
-        *_faces(identity, identity_over_time),
+        *_faces(identity, identity_over_time, space),
         *(_shape(text) for text in shape),
         *_blinks(blinks, blink_per_min, seed, replace_blinks),
         *_gaze(eyes),
         *_poses({"neck": neck, "head": head_pose, "jaw": jaw}),
         *_sampling(start, stop, fps),
     ]
-    edited = load_motion(motion)
     duration_s = edited.duration_s
     for edit in edits:
         edited = edit(edited)
     heard = None if sound is None else _heard(sound, start or 0.0, stop, duration_s)
-    for target in targets:
-        with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(
-                plan,
-                edited,
-                target,
-                sound=heard,
-                progress=progress,
-                format_settings=format_settings,
-            )
-        if not as_json:
-            print(target)
-    if sound is None:
-        warn_of_silence(targets, "--audio FILE adds it")
+    write_motions(
+        plan,
+        edited,
+        targets,
+        sound=heard,
+        format_settings=format_settings,
+        silence="--audio FILE adds it",
+        quiet=as_json,
+    )
     if as_json:
         record: dict[str, Any] = {"input": str(motion), "outputs": [str(t) for t in targets]}
         record |= {"frames": edited.frame_count, "fps": edited.fps, "edits": len(edits)}
@@ -177,7 +183,24 @@ def _faces_over_time(changing: str | None) -> list[str]:
     return [name for _, name in split_keyframes("--identity-over-time", changing)]
 
 
-def _faces(constant: str | None, changing: str | None) -> list[Edit]:
+def _identity_space(motion: Motion, file: str | None) -> HeadModel | None:
+    """The head of a file, in the state in which the motion has it; None for the built-in head."""
+    from elocute.adoption.registry import open_speaking_head
+    from elocute.head.builtin import load_builtin_head
+    from elocute.head.registry import open_head
+
+    if file is not None:
+        return open_speaking_head(file) if "jawOpen" in motion.names else open_head(file)
+    if motion.head.name == load_builtin_head().name:
+        return None
+    raise InputError.about(
+        f"motion of head {motion.head.name!r}",
+        found="its identities did not travel with it",
+        allowed="--head FILE, the file that the head was made from",
+    )
+
+
+def _faces(constant: str | None, changing: str | None, space: HeadModel | None) -> list[Edit]:
     from elocute.head.identity import resolve_identity
     from elocute.motion.edits import with_identity_over_time
 
@@ -186,13 +209,22 @@ def _faces(constant: str | None, changing: str | None) -> list[Edit]:
             "--identity", found="two faces", allowed="one of --identity and --identity-over-time"
         )
     if constant is not None:
-        keys = [(0.0, resolve_identity(constant))]
+        named = [(0.0, constant)]
     elif changing is not None:
-        parts = split_keyframes("--identity-over-time", changing)
-        keys = [(time, resolve_identity(name)) for time, name in parts]
+        named = split_keyframes("--identity-over-time", changing)
     else:
         return []
-    return [lambda motion: with_identity_over_time(motion, keys)]
+    keys = [(time, resolve_identity(name, space)) for time, name in named]
+    longest = max(len(face) for _, face in keys)
+    keys = [(time, _filled(face, longest)) for time, face in keys]
+    return [lambda motion: with_identity_over_time(motion, keys, space=space)]
+
+
+def _filled(face: NDArray[np.float32], count: int) -> NDArray[np.float32]:
+    """Coefficients that a file leaves out are zero."""
+    import numpy as np
+
+    return np.pad(face, (0, count - len(face)))
 
 
 def _sampling(start: float | None, stop: float | None, fps: float | None) -> list[Edit]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.contacts import Bare, contacts_shown
 from elocute.cli.json_reports import write_json_report
 from elocute.cli.outputs import check_file_suffix, plan_files
 from elocute.cli.progress import progress_bar
@@ -50,7 +51,8 @@ def corpus_command(
         "or the published list for FLAME and BIWI.",
     ),
     upper_face: Path | None = typer.Option(None, help="Upper-face vertices for FDD, likewise."),
-    contacts: bool = typer.Option(False, help="Make rests and lip closures as `animate` does."),
+    contacts: str = Bare,
+    mix: str = options.Mix,
     limit: int = typer.Option(0, min=0, help="Use only this many clips, evenly spaced; 0 for all."),
     seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),
     output: Path | None = typer.Option(
@@ -67,6 +69,7 @@ def corpus_command(
     FDD is given twice: as CodeTalker's paper defines it (from distances, mm), and as the code
     behind the published figures computes it (from squared distances, mm²).
     """
+    from elocute.articulation.settings import mixes_outputs
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
     from elocute.evaluation.corpus_scores import best_style_scores, score_clips, subject_scores
@@ -80,12 +83,14 @@ def corpus_command(
     opened = open_corpus(corpus)
     names = _names(opened, split, part, limit)
     measure = measure_of(opened, lips, upper_face)
-    chosen = open_model(model)
+    chosen, outputs = open_model(model), mixes_outputs(mix)
     styles = (chosen.styles or ("plain",)) if style in ("each", "best") else (style,)
-    predict = clip_predictor(chosen, opened, contacts=contacts)
-    with progress_bar("measuring", as_json) as progress:
-        scores = score_clips(opened, names, styles, predict, measure, progress)
-    found = (best_style_scores if style == "best" else subject_scores)(scores, seed)
+    found: dict[str, list[SubjectScore]] = {}
+    for each in contacts_shown(contacts):
+        predict = clip_predictor(chosen, opened, contacts=each == "auto", outputs=outputs)
+        with progress_bar(f"measuring, contacts {each}", as_json) as progress:
+            scores = score_clips(opened, names, styles, predict, measure, progress)
+        found[each] = (best_style_scores if style == "best" else subject_scores)(scores, seed)
     report = {
         "corpus": corpus.name,
         "model": Path(model).name,
@@ -96,7 +101,7 @@ def corpus_command(
         "clips": len(names),
         **measure.record(),
         "confidence": 0.95,
-        "rows": [row.record() for row in found],
+        "rows": [{"contacts": each, **row.record()} for each in found for row in found[each]],
     }
     text = json.dumps(report, allow_nan=False)
     if output is not None and plan.wants(output):
@@ -144,26 +149,33 @@ def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> Me
     return MetricConfig(chosen(lips, "lips"), chosen(upper_face, "upper_face"), mouth=ours)
 
 
-def _table(rows: list[SubjectScore]) -> tuple[list[str], list[list[Any]]]:
+def _table(found: dict[str, list[SubjectScore]]) -> tuple[list[str], list[list[Any]]]:
     """Columns and rows of the table, with the measures that any row has."""
-    there = _present(rows)
-    columns = ["subject", "style", "clips", *(title for _, title in there)]
-    cells = [[r.subject, r.style, r.clips, *(r.intervals[name] for name, _ in there)] for r in rows]
+    there = _present(found)
+    columns = ["subject", "style", "contacts", "clips", *(title for _, title in there)]
+    cells = [
+        [row.subject, row.style, each, row.clips, *(row.intervals[name] for name, _ in there)]
+        for each, rows in found.items()
+        for row in rows
+    ]
     return columns, cells
 
 
-def _present(table: list[SubjectScore]) -> list[tuple[str, str]]:
+def _present(found: dict[str, list[SubjectScore]]) -> list[tuple[str, str]]:
     """Name and title of the measures that any row has."""
-    return [c for c in COLUMNS if any(row.intervals[c[0]].record() for row in table)]
+    rows = [row for each in found.values() for row in each]
+    return [c for c in COLUMNS if any(row.intervals[c[0]].record() for row in rows)]
 
 
-def _show(table: list[SubjectScore], measure: MetricConfig) -> None:
+def _show(found: dict[str, list[SubjectScore]], measure: MetricConfig) -> None:
     """One line per row; what no row has is left out and named below."""
-    there = _present(table)
-    print(f"{'subject':12} {'style':12} {'clips':>5}", *(f"{title:>22}" for _, title in there))
-    for row in table:
-        cells = (f"{cell(row.intervals[name]):>22}" for name, _ in there)
-        print(f"{row.subject:12} {row.style:12} {row.clips:5}", *cells)
+    there = _present(found)
+    titles = (f"{title:>22}" for _, title in there)
+    print(f"{'subject':12} {'style':12} {'contacts':8} {'clips':>5}", *titles)
+    for each, rows in found.items():
+        for row in rows:
+            cells = (f"{cell(row.intervals[name]):>22}" for name, _ in there)
+            print(f"{row.subject:12} {row.style:12} {each:8} {row.clips:5}", *cells)
     print("[low, high]: 95 % confidence over clips")
     for title, chosen in (("lips", measure.lips), ("upper face", measure.upper_face)):
         if chosen:

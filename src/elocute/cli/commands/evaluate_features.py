@@ -28,6 +28,7 @@ def features_command(
     ),
     epochs: int = typer.Option(50, help="Epochs of each training."),
     split: str = options.Split,
+    contacts: str = options.ContactsOff,
     resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     table: list[Path] | None = options.Table,
     overwrite: bool = options.OverwriteTable,
@@ -39,6 +40,7 @@ def features_command(
     The output folder receives a folder for each encoder, report.json and, on the built-in head,
     mouth.png: mouth opening in the first test clip, as recorded and as each model predicts it.
     """
+    from elocute.articulation.settings import lays_contacts
     from elocute.cli.commands.evaluate_corpus import cell, measure_of
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
@@ -53,14 +55,24 @@ def features_command(
     clips = list(opened.split(split).test)
     if not clips:
         raise CorpusError.about(opened.folder, found=f"no clip in test of split {split}")
-    measure = measure_of(opened, None, None)
+    measure, finished = measure_of(opened, None, None), lays_contacts(contacts)
+    if finished and not measure.mouth:
+        raise InputError.about(
+            "`contacts` auto",
+            found="a corpus of another head",
+            allowed="off",
+            remedy="leave it out",
+        )
     models = _train(opened, names, output, epochs, split, resume, as_json)
-    rows = {name: _measured(opened, clips, model, measure) for name, model in models.items()}
+    rows = {
+        name: _measured(opened, clips, model, measure, finished) for name, model in models.items()
+    }
     if measure.mouth:
-        _plot(opened, clips[0], models, output / "mouth.png")
+        _plot(opened, clips[0], models, output / "mouth.png", finished)
     report = {
         "corpus": corpus.name,
         "epochs": epochs,
+        "contacts": contacts,
         "clips": len(clips),
         "confidence": 0.95,
         "encoders": {name: row.record() for name, row in rows.items()},
@@ -110,19 +122,21 @@ def _train(
     return models
 
 
-def _measured(corpus: Corpus, clips: list[str], model: Path, measure: MetricConfig) -> SubjectScore:
+def _measured(
+    corpus: Corpus, clips: list[str], model: Path, measure: MetricConfig, contacts: bool
+) -> SubjectScore:
     """Every clip in the style that fits its subject best."""
     from elocute.evaluation.corpus_scores import best_style_scores, score_clips
     from elocute.evaluation.model_predictions import clip_predictor
     from elocute.models.registry import open_model
 
     opened = open_model(model)
-    predict = clip_predictor(opened, corpus)
+    predict = clip_predictor(opened, corpus, contacts=contacts)
     scores = score_clips(corpus, clips, opened.styles, predict, measure)
     return best_style_scores(scores)[-1]
 
 
-def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path) -> None:
+def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path, contacts: bool) -> None:
     import numpy as np
 
     from elocute.evaluation.lip_closures import lip_opening
@@ -134,7 +148,7 @@ def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path) -> Non
 
     tracks = {"recorded": recorded_motion(corpus, clip)}
     for name, model in models.items():
-        tracks[name] = clip_predictor(open_model(model), corpus)(clip, EVEN)
+        tracks[name] = clip_predictor(open_model(model), corpus, contacts=contacts)(clip, EVEN)
     values = np.stack([lip_opening(track) for track in tracks.values()], axis=1)
     curves = Curves(values.astype(np.float32), tuple(tracks), corpus.fps)
     plot_overlay(curves, path, title=f"mouth opening, {clip}", unit="mm", shade=False)

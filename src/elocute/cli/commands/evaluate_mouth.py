@@ -1,150 +1,78 @@
-"""`elocute evaluate noise`, `styles` and `identities` (VOCA 2019, section 7.2)."""
+"""`elocute evaluate styles` and `identities` (VOCA 2019, section 7.2)."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from elocute.cli import options
+from elocute.cli.contacts import Finished, contacts_shown
 from elocute.cli.outputs import check_file_suffix, plan_files
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError
+from elocute.files.atomic import write_atomically
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from elocute.audio.waveform import Waveform
-    from elocute.evaluation.mouth_studies import NoiseScore
+    from elocute.array_types import Float32Array
     from elocute.files.output_plan import OutputPlan
+    from elocute.head.model import HeadModel
+    from elocute.motion.motion import Motion
 
-KINDS = ("white", "babble", "gain")
-CLIPS_MOST = 20
-LEVELS = "-36,-24,-18,-12"  # the paper's: low, medium, slightly high, high
+FAULTS_SHOWN = 5
 FPS = 60.0
+MIXES = 24  # of styles, where what they reach is measured
 Plot = typer.Option(None, "--plot", help="Plot mouth opening over time (.png).")
-
-
-def noise_command(
-    speech: Path = typer.Argument(
-        ..., help="Sound file, or a corpus folder, whose test part is used."
-    ),
-    model: str = options.Model,
-    style: str = options.StyleName,
-    noise: str = typer.Option(
-        "babble",
-        help="Noise: white, babble or a sound file; or gain, for speech that is too quiet.",
-    ),
-    levels: str = typer.Option(
-        LEVELS, help="Levels against the speech in dB, separated by commas."
-    ),
-    plot: Path | None = Plot,
-    seed: int = typer.Option(0, min=0, help="Seed of the noise."),
-    overwrite: bool = options.Overwrite,
-    no_clobber: bool = options.NoClobber,
-    as_json: bool = options.Json,
-) -> None:
-    """Measure how noise under the speech damps and changes the motion of the mouth."""
-    import numpy as np
-
-    from elocute.animation import animate
-    from elocute.evaluation.mouth_studies import mean_noise_scores, noise_scores
-    from elocute.motion.mouth_measures import measure_mouth
-
-    plan = _planned(plot, (speech, model, noise), overwrite, no_clobber)
-    steps = _levels(levels)
-    sounds = _sounds(speech)
-
-    def opening(sound: Waveform) -> NDArray[np.float64]:
-        motion = animate(sound, model=model, style=style, fps=FPS).motion
-        return measure_mouth(motion)["opening_mm"].astype(np.float64)
-
-    clips, first = [], []
-    with progress_bar("animating", as_json) as progress:
-        for done, sound in enumerate(sounds, 1):
-            scores, openings = noise_scores(sound, _noise(noise, sound, seed), steps, opening)
-            clips.append(scores)
-            first = first or openings
-            progress(done / len(sounds))
-    means = mean_noise_scores(clips)
-    if plot is not None and plan.wants(plot):
-        with plan.writing(plot):
-            _plot_levels(first, steps, plot, f"mouth opening, {noise}")
-    record = {
-        "speech": speech.name,
-        "model": Path(model).name,
-        "style": style,
-        "noise": noise,
-        "clips": len(clips),
-        "levels": [asdict(score) for score in means],
-    }
-    if as_json:
-        print(json.dumps(record))
-    else:
-        _show_levels(means)
-
-
-def _plot_levels(
-    openings: list[NDArray[np.float64]], levels: list[float], path: Path, title: str
-) -> None:
-    """Mouth openings over time: of clean speech, then at each level of noise."""
-    import numpy as np
-
-    from elocute.export.overlay_plot import plot_overlay
-    from elocute.motion.curves import Curves
-
-    names = ("clean", *(f"{level:g} dB" for level in levels))
-    curves = Curves(np.stack(openings, axis=1).astype(np.float32), names, FPS)
-    plot_overlay(curves, path, title=title, unit="mm", shade=False)
-
-
-def _show_levels(scores: list[NoiseScore]) -> None:
-    print(f"{'level':>8} {'opening mm':>11} {'of clean':>9} {'r to clean':>11}")
-    for s in scores:
-        print(
-            f"{s.level_db:5.0f} dB {s.amplitude_mm:11.2f} {s.amplitude_share:9.2f} "
-            f"{s.correlation:11.3f}"
-        )
 
 
 def styles_command(
     speech: Path = typer.Argument(..., help="A sound or video file."),
     model: str = options.Model,
+    contacts: str = options.Contacts,
+    mix: str = options.Mix,
     plot: Path | None = Plot,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Compare mouth opening in every style, and the range that mixes of styles reach."""
+    """Compare mouth opening in every style, and the range that mixes of styles reach.
+
+    Mixes of outputs reach everything between the styles. Of other mixes it is measured on some.
+    """
     from elocute.animation import animate
-    from elocute.evaluation.mouth_studies import style_openings
+    from elocute.articulation.settings import mixes_outputs
+    from elocute.evaluation.mouth_studies import sample_mixes, style_openings
     from elocute.models.registry import open_model
-    from elocute.motion.motion import Motion
+    from elocute.models.style_mixes import MixedStyle
 
     plan = _planned(plot, (speech, model), overwrite, no_clobber)
-    names = open_model(model).styles or ("plain",)
+    opened, outputs = open_model(model), mixes_outputs(mix)
+    names = opened.styles or ("plain",)
 
     def moved(style: str) -> Motion:
-        return animate(speech, model=model, style=style, fps=FPS).motion
+        take = animate(speech, model=model, style=style, fps=FPS, contacts=contacts, mix=mix)
+        return take.motion
 
     curves = style_openings(names, moved)
+    between = outputs and isinstance(opened.style(names[0]), MixedStyle)
+    mixes = () if between or len(names) == 1 else sample_mixes(names, MIXES)
+    reached = style_openings((*names, *mixes), moved) if mixes else curves
     if plot is not None and plan.wants(plot):
         from elocute.export.overlay_plot import plot_overlay
 
-        title = "distance between the lips; shaded: convex combinations of the styles"
+        title = "distance between the lips; shaded: what mixes of the styles reach"
         with plan.writing(plot):
-            plot_overlay(curves, plot, title=title, unit="mm")
+            plot_overlay(curves, plot, title=title, unit="mm", reach=reached)
     table = {
         name: {"mean_mm": float(curves[name].mean()), "peak_mm": float(curves[name].max())}
         for name in names
     }
-    reach = float((curves.values.max(axis=1) - curves.values.min(axis=1)).mean())
+    reach = float((reached.values.max(axis=1) - reached.values.min(axis=1)).mean())
     if as_json:
         record = {"speech": speech.name, "model": Path(model).name, "fps": FPS}
+        record |= {"contacts": contacts, "mix": mix}
         print(json.dumps({**record, "reach_mm": reach, "styles": table}))
         return
     for name, row in table.items():
@@ -153,26 +81,111 @@ def styles_command(
 
 
 def identities_command(
-    speech: Path = typer.Argument(..., help="A sound or video file."),
+    speech: Path = typer.Argument(..., help="A sound or video file, or a stored motion (.npz)."),
     model: str = options.Model,
     style: str = options.StyleName,
+    contacts: str = Finished,
     count: int = typer.Option(20, help="Number of random faces."),
     seed: int = typer.Option(0, help="The same seed draws the same faces."),
+    identity: list[str] | None = typer.Option(
+        None,
+        help="A face to take instead of random ones: a name, a seed, or a .json file. "
+        "Can be repeated.",
+    ),
+    output: Path | None = typer.Option(
+        None,
+        "-o",
+        "--output",
+        help="Write the worst face to this file (.json), for `animate --identity`.",
+    ),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Put the same speech on random faces: how far their lips differ, and whether they close."""
-    from elocute.animation import animate
-    from elocute.evaluation.mouth_studies import face_score_spread, face_scores
+    """Put the same motion on many faces: whether each face's own lips close and stay apart."""
+    from elocute.evaluation.face_study import face_score_spread, face_scores, faces_of
 
-    motion = animate(speech, model=model, style=style, fps=FPS).motion
-    scores = face_scores(motion, count, seed)
-    table = face_score_spread(scores)
+    check_file_suffix(output, ".json")
+    plan = plan_files((speech, model, *(identity or ())), [output], overwrite, no_clobber)
+    takes = _takes(speech, model, style, contacts)
+    coefficients, names = _coefficients(identity, count, seed)
+    record: dict[str, Any] = {"speech": speech.name, "count": len(names), "seed": seed, "takes": []}
+    ranked = []
+    for label, motion, closures in takes:
+        with progress_bar(f"measuring {label}", as_json) as progress:
+            faces = _counted(faces_of(motion, coefficients), len(names), progress)
+            scores = face_scores(motion, faces, closures)
+        faulty = {
+            name: score.faults for name, score in zip(names, scores, strict=True) if score.faults
+        }
+        ranked += [(score.severity, place) for place, score in enumerate(scores)]
+        spread = face_score_spread(scores)
+        record["takes"].append({"take": label, "faulty": faulty, "spread": spread})
+        if not as_json:
+            _show_faces(label, len(names), faulty, spread)
+    if output is not None and plan.wants(output):
+        numbers = [round(float(value), 6) for value in coefficients[max(ranked)[1]]]
+        with plan.writing(output), write_atomically(output) as draft:
+            draft.write_text(json.dumps({"identity": numbers}) + "\n", encoding="utf-8")
     if as_json:
-        record: dict[str, Any] = {"speech": speech.name, "model": Path(model).name, "count": count}
-        print(json.dumps({**record, "seed": seed, "spread": table}))
-        return
-    head = f"{count} faces"
-    print(f"{head:16} {'mean':>8} {'deviation':>10} {'least':>8} {'greatest':>9}")
+        print(json.dumps(record))
+
+
+def _counted(
+    faces: Iterable[HeadModel], count: int, progress: Callable[[float], None]
+) -> Iterator[HeadModel]:
+    for done, face in enumerate(faces):
+        progress(done / count)
+        yield face
+
+
+def _takes(
+    speech: Path, model: str, style: str, contacts: str
+) -> list[tuple[str, Motion, list[tuple[float, float]]]]:
+    """Label, motion and times of sealed lips: of a stored motion, or of a model's each way."""
+    from elocute.animation import animate
+    from elocute.audio.read import read_audio
+    from elocute.evaluation.face_study import heard_closures, own_closures
+    from elocute.motion.store import load_motion
+
+    if speech.suffix.lower() == ".npz":
+        motion = load_motion(speech)
+        return [(speech.name, motion, own_closures(motion))]
+    sound = read_audio(speech)
+    closures = heard_closures(sound)
+    return [
+        (
+            f"{Path(model).name}, contacts {way}",
+            animate(sound, model=model, style=style, contacts=way, fps=FPS).motion,
+            closures,
+        )
+        for way in contacts_shown(contacts)
+    ]
+
+
+def _coefficients(
+    identities: list[str] | None, count: int, seed: int
+) -> tuple[Float32Array, list[str]]:
+    """(face, identity) of the faces named, or of random ones, and what to call each."""
+    import numpy as np
+
+    from elocute.head.builtin import load_builtin_head
+    from elocute.head.identity import resolve_identity, sample_identities
+
+    if identities:
+        return np.stack([resolve_identity(name) for name in identities]), list(identities)
+    return sample_identities(load_builtin_head(), count, seed), [str(n) for n in range(count)]
+
+
+def _show_faces(
+    label: str, count: int, faulty: dict[str, tuple[str, ...]], table: dict[str, dict[str, float]]
+) -> None:
+    print(f"{label}: {count} faces, {len(faulty)} with a fault")
+    for name, faults in list(faulty.items())[:FAULTS_SHOWN]:
+        print(f"  face {name}: {', '.join(faults)}")
+    if len(faulty) > FAULTS_SHOWN:
+        print(f"  and {len(faulty) - FAULTS_SHOWN} more; --json lists all")
+    print(f"{'':16} {'mean':>8} {'deviation':>10} {'least':>8} {'greatest':>9}")
     for name, row in table.items():
         print(
             f"{name:16} {row['mean']:8.2f} {row['deviation']:10.2f} {row['least']:8.2f} "
@@ -185,47 +198,3 @@ def _planned(
 ) -> OutputPlan:
     check_file_suffix(plot, ".png")
     return plan_files(inputs, [plot], overwrite, no_clobber)
-
-
-def _levels(text: str) -> list[float]:
-    try:
-        levels = list(dict.fromkeys(float(part) for part in text.split(",")))
-    except ValueError:
-        levels = []
-    if not levels or not all(-120 <= level <= 60 for level in levels):
-        raise InputError.about(
-            f"--levels {text}",
-            found="not a list of levels",
-            allowed=f"dB from -120 to 60, such as {LEVELS}",
-        )
-    return levels
-
-
-def _sounds(speech: Path) -> list[Waveform]:
-    """The file, or at most CLIPS_MOST clips of a corpus's test part, evenly taken."""
-    from elocute.audio.read import read_audio
-    from elocute.corpus.corpus_store import open_corpus
-
-    if not speech.is_dir():
-        return [read_audio(speech)]
-    corpus = open_corpus(speech)
-    names = corpus.split().test or tuple(entry.name for entry in corpus.entries)
-    step = max(1, len(names) // CLIPS_MOST)
-    return [corpus.sound(name) for name in names[::step][:CLIPS_MOST]]
-
-
-def _noise(kind: str, speech: Waveform, seed: int) -> NDArray[np.float32] | None:
-    from elocute.audio.noise import babble, white_noise
-    from elocute.audio.read import read_audio
-
-    if kind == "gain":
-        return None
-    if kind == "white":
-        return white_noise(len(speech.samples), seed)
-    if kind == "babble":
-        return babble(speech, seed)
-    if not Path(kind).is_file():
-        raise InputError.about(
-            f"--noise {kind}", found="no such file", allowed=", ".join(KINDS) + " or a sound file"
-        )
-    return read_audio(kind).resample(speech.sample_rate).samples

@@ -14,6 +14,7 @@ from elocute.cli.json_reports import write_json_report
 from elocute.cli.name_lists import read_names
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
+from elocute.training.crnn.config import PRESETS as CRNN_PRESETS
 from elocute.training.crnn.config import CrnnTrainConfig
 
 if TYPE_CHECKING:
@@ -31,6 +32,14 @@ def wild_command(
     sentences: Path | None = typer.Option(
         None, help="Corpus folder of sentences, for continuous speech."
     ),
+    exact: Path | None = typer.Option(
+        None, help="A folder of shards: the same clips with exact parameters, to measure against."
+    ),
+    held_out: Path | None = typer.Option(
+        None,
+        help="JSON file of the words that the training `word` holds out: split.json of "
+        "recipes.build_words; by default one word in ten.",
+    ),
     subject: str | None = typer.Option(None, help="Use only the sentences of this subject."),
     real: Path | None = typer.Option(
         None, help="Folder of a tracked real talker (grid_s1/clips), for the mouth."
@@ -38,11 +47,14 @@ def wild_command(
     names: Path | None = typer.Option(
         None, help="Text file of the talker's clips to use; all by default."
     ),
+    contacts: str = options.Contacts,
     clips: int = typer.Option(50, min=1, help="Number of sentences to measure, evenly spaced."),
     trainings: str = typer.Option(
         "speaker,word,mse", help="Trainings to run, separated by commas."
     ),
-    config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
+    config: CrnnTrainConfig = options_of(
+        CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CRNN_PRESETS
+    ),
     resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     tables: list[Path] | None = options.Table,
     overwrite: bool = options.OverwriteTable,
@@ -52,8 +64,10 @@ def wild_command(
     """Train and measure: new speakers, new words, sentences, losses, noise, bases, a real talker.
 
     ρc is the concordance over all frames of the clips together, with 95 % confidence from drawing
-    clips again. report.json is written last.
+    clips again. The paper's test set is a captured participant (rows `participant`). report.json is
+    written last.
     """
+    from elocute.articulation.settings import lays_contacts
     from elocute.cli.commands.train import report_left_out
     from elocute.cli.outputs import plan_files
     from elocute.cli.progress import EpochLines
@@ -68,11 +82,15 @@ def wild_command(
             select_sentences,
             study_wild,
         )
+        from elocute.evaluation.wild_parts import read_held_out
+    lays_contacts(contacts)
     chosen = [name.strip() for name in trainings.split(",") if name.strip()]
     check_trainings(chosen)
     files = check_tables(tables)
     plan = plan_files([shards], files, overwrite, no_clobber)
+    words = None if held_out is None else read_held_out(held_out)
     opened = open_shards(shards, sounds)
+    known = None if exact is None else open_shards(exact, sounds)
     corpus = None if sentences is None else open_corpus(sentences)
     taken = [] if corpus is None else select_sentences(corpus, opened, subject, clips)
     wanted = read_names(names)
@@ -83,10 +101,13 @@ def wild_command(
             output,
             config,
             trainings=chosen,
+            held_out=words,
+            exact=known,
             sentences=corpus,
             names=taken,
             talker=real,
             talker_names=wanted,
+            contacts=contacts,
             report=EpochLines(as_json),
         )
     report = {
@@ -94,6 +115,7 @@ def wild_command(
         "clips": len(opened),
         "parameters": opened.components,
         "epochs": config.epochs,
+        "contacts": contacts,
         "config": asdict(config),
         **found.record(),
     }
@@ -109,23 +131,25 @@ def wild_command(
 
 def _table(rows: dict[str, ConcordanceScore]) -> tuple[list[str], list[list[Any]]]:
     """Columns and rows of the table, with as many parameters of their own as any row has."""
+    from elocute.evaluation.wild_experiments import PAPER
+
     first = max((len(figures.first) for figures in rows.values()), default=0)
-    columns = ["concordance", "clips", "mean", "weighted", *(f"c{k + 1}" for k in range(first))]
-    return columns, [[name, f.clips, f.mean, f.weighted, *f.first] for name, f in rows.items()]
+    names = [f"c{k + 1}" for k in range(first)]
+    columns = ["concordance", "clips", "mean", "paper's mean", "weighted", *names]
+    return columns, [
+        [name, f.clips, f.mean, PAPER.get(name), f.weighted, *f.first] for name, f in rows.items()
+    ]
 
 
 def _show(table: dict[str, ConcordanceScore], report: dict[str, Any]) -> None:
-    print(f"{'concordance':20} {'clips':>6} {'mean':>20} {'weighted':>8}  c1 … c5")
+    print(f"{'concordance':28} {'clips':>6} {'mean':>20} paper {'weighted':>8}  c1 … c5")
     for name, found in table.items():
-        mean = found.mean
+        mean, paper = found.mean, report["paper"].get(name)
         first = " ".join(f"{interval.value:5.2f}" for interval in found.first)
         print(
-            f"{name:20} {found.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
-            f"{found.weighted.value:8.3f}  {first}"
+            f"{name:28} {found.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
+            f"{'' if paper is None else f'{paper:.3f}':5} {found.weighted.value:8.3f}  {first}"
         )
-    print(
-        "paper, test, µ28:", ", ".join(f"{name} {value}" for name, value in report["paper"].items())
-    )
     for name, row in report["bases_mm"].items():
         print(f"{name:20} {row['components']:6} shapes leave {row['mean_mm']:.4f} mm")
     for name, row in report["talker"].items():

@@ -12,12 +12,13 @@ from elocute.cli import format_options, options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
+from elocute.errors import OutputError
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
 
-app = CommandGroup("Describe head models, and draw random faces of them.")
+app = CommandGroup("Describe head models, make them speak, and draw random faces of them.")
 
 
 @app.command("show")
@@ -50,6 +51,36 @@ def _facts(head: HeadModel) -> dict[str, Any]:
         "lips": len(head.inner_lip_upper) > 0,
         "size_mm": [round(1000 * side, 1) for side in (high - low).tolist()],
     }
+
+
+@app.command("adopt")
+def adopt_command(
+    file: str = typer.Argument(..., help="A FLAME model (.pkl), or a mesh of FLAME's vertices."),
+    output: Path = typer.Option(..., "-o", "--output", help="The head to write (.npz)."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Give a head the built-in head's shapes, once for all that is made with it.
+
+    `--head` takes the file itself as well, and does this each time.
+    """
+    from elocute.adoption.registry import open_speaking_head
+    from elocute.head.store import save_head
+
+    if output.suffix.lower() != ".npz":
+        raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".npz")
+    plan = OutputPlan()
+    plan.add(output, file)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    head = open_speaking_head(file)
+    with plan.writing(output):
+        save_head(output, head)
+    if as_json:
+        print(json.dumps({"file": file, "output": str(output), **_facts(head)}))
+    else:
+        print(output)
 
 
 @app.command("sample")

@@ -13,10 +13,8 @@ from elocute.cli.format_options import FormatSettings, check_format_settings, op
 from elocute.cli.outputs import (
     nothing_to_do,
     plan_motion,
-    warn_of_silence,
-    write_motion,
+    write_motions,
 )
-from elocute.cli.progress import progress_bar
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
@@ -46,20 +44,15 @@ def render_command(
     loaded = _load(motion)
     if fps is not None:
         loaded = loaded.at_fps(fps)
-    for target in targets:
-        with progress_bar(f"writing {target.name}", as_json) as progress:
-            write_motion(
-                plan,
-                loaded,
-                target,
-                sound=audio,
-                progress=progress,
-                format_settings=format_settings,
-            )
-        if not as_json:
-            print(target)
-    if audio is None:
-        warn_of_silence(targets, "--audio FILE adds it")
+    write_motions(
+        plan,
+        loaded,
+        targets,
+        sound=audio,
+        format_settings=format_settings,
+        silence="--audio FILE adds it",
+        quiet=as_json,
+    )
     if as_json:
         record = {"input": str(motion), "outputs": [str(target) for target in targets]}
         print(json.dumps(record | {"frames": loaded.frame_count, "fps": loaded.fps}))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
+from elocute.cli.commands.solve_flame import FlameSettings, Replacing, solve_flame_command
 from elocute.cli.outputs import nothing_to_do, warn_of_silence
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MotionError
@@ -25,9 +26,22 @@ HEAD_MAX_BYTES = 2_000_000_000
 
 def solve_command(
     vertices: Path = typer.Argument(
-        ..., help="Vertices (frame, vertex, 3) in metres (.npy), or a motion (.npz)."
+        ...,
+        help="Vertices (frame, vertex, 3) in metres (.npy), or a motion (.npz); with --flame also "
+        "a corpus.",
     ),
-    output: Path = typer.Option(..., "-o", "--output", help="Where to write the motion (.npz, …)."),
+    output: Path = typer.Option(
+        ...,
+        "-o",
+        "--output",
+        help="Where to write the motion (.npz, …); with --flame the parameters (.npz, or a folder "
+        "for a corpus).",
+    ),
+    flame: Path | None = typer.Option(
+        None,
+        help="A FLAME model (.pkl): find its parameters (shape, expression, pose, translation) "
+        "instead of a motion.",
+    ),
     head: Path | None = typer.Option(
         None, help="Head to solve for: a head (.npz), or a motion whose head is used."
     ),
@@ -50,6 +64,16 @@ def solve_command(
     from elocute.export.registry import check_suffix, write
     from elocute.motion.blendshape_solver import solve_weights
 
+    if flame is not None:
+        _refuse_with_flame(head=head, identity=identity, bounded=bounded)
+        solve_flame_command(
+            vertices,
+            output,
+            flame,
+            FlameSettings(fps, zero_pose, regularisation),
+            Replacing(overwrite, no_clobber, as_json),
+        )
+        return
     check_suffix(output)
     plan = OutputPlan([given for given in (head, identity) if given is not None])
     plan.add(output, vertices)
@@ -81,6 +105,13 @@ def solve_command(
     else:
         print(output)
         print(f"residual {mean:.4f} mm on average, {p95:.4f} mm at the 95th percentile")
+
+
+def _refuse_with_flame(**given: object) -> None:
+    """Raises InputError for options that FLAME's parameters have no use for."""
+    for name, value in given.items():
+        if value:
+            raise InputError.about(f"--{name}", found="--flame too", allowed="one of them")
 
 
 def _motion(path: Path) -> Motion:

@@ -11,32 +11,44 @@ import typer
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import check_file_suffix, plan_files
+from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
+    from elocute.audio.waveform import Waveform
     from elocute.models.protocol import SpeechModel
     from elocute.models.style_fit import ObservedMotion, StyleFit
+    from elocute.motion.motion import Motion
 
+VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".m4v")
 app = CommandGroup("Estimate speaking styles.")
 
 
 @app.command("fit")
 def fit_command(
     motion: list[Path] = typer.Argument(
-        ..., help="Motions (.npz), or clips of a corpus as CORPUS/SUBJECT.SENTENCE."
+        ...,
+        help="Motions (.npz), videos of the person talking, or clips of a corpus as "
+        "CORPUS/SUBJECT.SENTENCE.",
     ),
     model: str = options.Model,
     sound: list[Path] = typer.Option(
-        [], help="Sound of each motion, in the same order; clips of a corpus have theirs."
+        [], help="Sound of each .npz, in the same order; videos and clips of a corpus have theirs."
+    ),
+    new: bool = typer.Option(
+        False, "--new", help="Also fit a new style beyond the mix: a vector at the network's input."
     ),
     output: Path | None = typer.Option(
-        None, "-o", "--output", help="Also write the mix (.json), for --style."
+        None, "-o", "--output", help="Also write the mix, or the new style (.json), for --style."
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Estimate the mix of a model's styles that best explains a few seconds of motion."""
+    """Estimate the mix of a model's styles that best explains a few seconds of motion.
+
+    A video is captured first, as `elocute capture video` does.
+    """
     from elocute.models.registry import open_model
     from elocute.models.style_fit import fit_style
     from elocute.models.style_mixes import write_mix
@@ -44,8 +56,10 @@ def fit_command(
     check_file_suffix(output, ".json")
     plan = plan_files([*motion, *sound, model], [output], overwrite, no_clobber)
     learned = open_model(model)
-    fit = fit_style(learned, _takes(motion, sound, learned))
+    fit = fit_style(learned, _takes(motion, sound, learned, as_json), new=new)
     record = {"model": Path(model).name, **fit.record()}
+    if fit.vector is not None:
+        record["vector"] = fit.vector
     if output is not None and plan.wants(output):
         with plan.writing(output):
             write_mix(output, fit.mix, record)
@@ -60,9 +74,14 @@ def _show(fit: StyleFit) -> None:
         print(f"{name:16} {error:7.3f} mm")
     print(f"{'mix':16} {fit.error_mm:7.3f} mm  over {fit.seconds:.1f} s")
     print(fit.text)
+    if fit.vector is not None:
+        print(f"{'new style':16} {fit.vector_error_mm:7.3f} mm")
+        print(",".join(f"{name}:{share:.3f}" for name, share in fit.vector.items()))
 
 
-def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[ObservedMotion]:
+def _takes(
+    motions: list[Path], sounds: list[Path], model: SpeechModel, quiet: bool
+) -> list[ObservedMotion]:
     """Every take with the features of its speech."""
     stored = [path for path in motions if path.suffix.lower() == ".npz"]
     if len(stored) != len(sounds):
@@ -73,23 +92,42 @@ def _takes(motions: list[Path], sounds: list[Path], model: SpeechModel) -> list[
         )
     given = iter(sounds)
     return [
-        _of_motion(path, next(given), model) if path in stored else _of_clip(path, model)
+        _of_motion(path, next(given), model)
+        if path in stored
+        else _of_video(path, model, quiet)
+        if path.suffix.lower() in VIDEO_SUFFIXES
+        else _of_clip(path, model)
         for path in motions
     ]
 
 
-def _of_motion(path: Path, sound: Path, model: SpeechModel) -> ObservedMotion:
-    """Joint rotations are left out, as measures do: a nod is no style."""
+def _of_video(path: Path, model: SpeechModel, quiet: bool) -> ObservedMotion:
+    """As `capture video` finds it, with the sound of the same file."""
     from elocute.audio.read import read_audio
+    from elocute.capture.video.video_to_motion import capture_video
+
+    sound = read_audio(path)  # before minutes of tracking
+    with progress_bar(f"tracking {path.name}", quiet) as progress:
+        captured = capture_video(path, progress=progress)
+    return _observed(captured.motion, sound, model)
+
+
+def _of_motion(path: Path, sound: Path, model: SpeechModel) -> ObservedMotion:
+    from elocute.audio.read import read_audio
+    from elocute.motion.store import load_motion
+
+    return _observed(load_motion(path), read_audio(sound), model)
+
+
+def _observed(motion: Motion, sound: Waveform, model: SpeechModel) -> ObservedMotion:
+    """Joint rotations are left out, as measures do: a nod is no style."""
     from elocute.models.feature_extraction import extract_features
     from elocute.models.style_fit import ObservedMotion
-    from elocute.motion.store import load_motion
     from elocute.motion.vertex_motion import VertexMotion
 
-    motion = load_motion(path)
     head = motion.head
     track = VertexMotion(motion.weights, head.template, motion.fps, head.expression_basis)
-    return ObservedMotion(extract_features(model, read_audio(sound), contacts=False)[0], track)
+    return ObservedMotion(extract_features(model, sound)[0], track)
 
 
 def _of_clip(path: Path, model: SpeechModel) -> ObservedMotion:
@@ -102,10 +140,9 @@ def _of_clip(path: Path, model: SpeechModel) -> ObservedMotion:
         raise InputError.about(
             path,
             found="neither a motion nor a clip",
-            allowed="a motion (.npz), or CORPUS/SUBJECT.SENTENCE",
+            allowed=f"a motion (.npz), a video ({' '.join(VIDEO_SUFFIXES)}), or "
+            "CORPUS/SUBJECT.SENTENCE",
         )
     corpus = open_corpus(path.parent)
     track = recorded_motion(corpus, path.name)
-    return ObservedMotion(
-        extract_features(model, corpus.sound(path.name), contacts=False)[0], track
-    )
+    return ObservedMotion(extract_features(model, corpus.sound(path.name))[0], track)

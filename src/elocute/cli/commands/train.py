@@ -14,12 +14,16 @@ from elocute.cli.progress import EpochLines
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
 from elocute.files.work_folder import no_empty_folder, prepare_training
+from elocute.training.crnn.config import PRESETS as CRNN_PRESETS
 from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.training.karras.config import PRESETS as KARRAS_PRESETS
+from elocute.training.karras.config import KarrasTrainConfig
 from elocute.training.voca.config import PRESETS, VocaTrainConfig
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
 
+MODEL = "model.onnx"
 app = CommandGroup("Train models on a corpus.")
 
 Output = typer.Option(..., "-o", "--output", help="Output folder for checkpoint, log and model.")
@@ -56,21 +60,52 @@ def voca_command(
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):
         from elocute.training.device import resolve_device
-        from elocute.training.voca.run import MODEL, train_voca
+        from elocute.training.voca.run import train_voca
     resolve_device(device)
     with no_empty_folder(output), EpochLines(as_json) as report:
         prepare_training(output, resume)
         trained = train_voca(
             opened, config, output, split, resume=resume, report=report, device=device
         )
-    sample = _sample(opened, split, output)
-    record = {
-        "model": str(output / MODEL),
-        "styles": trained.styles,
-        "sample": sample,
-        **(trained.log[-1] if trained.log else {}),
-    }
-    print(json.dumps(record) if as_json else output / MODEL)
+    _show_trained(opened, split, output, trained.styles, trained.log, as_json)
+
+
+@app.command("karras")
+def karras_command(
+    corpus: Path = typer.Argument(..., help="Corpus folder, as `corpus convert` writes it."),
+    output: Path = Output,
+    split: str = options.Split,
+    config: KarrasTrainConfig = options_of(
+        KarrasTrainConfig,
+        flags={
+            "batch_runs": "--batch",
+            "noise": "--noise/--no-noise",
+            "reduced": "--reduced/--full-decoder",
+        },
+        presets=KARRAS_PRESETS,
+    ),
+    device: str = Device,
+    resume: bool = Resume,
+    as_json: bool = options.Json,
+) -> None:
+    """Train the network of Karras et al. 2017, with which VOCA's paper compares.
+
+    The output folder receives model.onnx, checkpoint.safetensors, log.csv and TensorBoard events.
+    The styles of the model are the emotion vectors learned for each subject, and `neutral`.
+    """
+    from elocute.corpus.corpus_store import open_corpus
+
+    opened = open_corpus(corpus)
+    with needs_extra("training", "train"):
+        from elocute.training.device import resolve_device
+        from elocute.training.karras.run import train_karras
+    resolve_device(device)
+    with no_empty_folder(output), EpochLines(as_json) as report:
+        prepare_training(output, resume)
+        trained = train_karras(
+            opened, config, output, split, resume=resume, report=report, device=device
+        )
+    _show_trained(opened, split, output, trained.styles, trained.log, as_json)
 
 
 @app.command("crnn")
@@ -80,7 +115,9 @@ def crnn_command(
         ..., help="Folder to which the paths of their sounds are relative."
     ),
     output: Path = Output,
-    config: CrnnTrainConfig = options_of(CrnnTrainConfig, flags={"batch_clips": "--batch"}),
+    config: CrnnTrainConfig = options_of(
+        CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CRNN_PRESETS
+    ),
     device: str = Device,
     resume: bool = Resume,
     as_json: bool = options.Json,
@@ -93,7 +130,7 @@ def crnn_command(
     from elocute.corpus.shards import open_shards
 
     with needs_extra("training", "train"):
-        from elocute.training.crnn.run import MODEL, train_crnn
+        from elocute.training.crnn.run import train_crnn
         from elocute.training.device import resolve_device
     opened = open_shards(shards, sounds)
     resolve_device(device)
@@ -122,6 +159,21 @@ def report_left_out(broken: list[tuple[str, str]], clips: int) -> None:
         raise typer.Exit(1)
 
 
+def _show_trained(
+    corpus: Corpus,
+    split: str,
+    output: Path,
+    styles: tuple[str, ...],
+    log: list[dict[str, float]],
+    as_json: bool,
+) -> None:
+    """Where the new model is; with JSON, what it can do too."""
+    model = output / MODEL
+    sample = _sample(corpus, split, output)
+    record = {"model": str(model), "styles": styles, "sample": sample, **(log[-1] if log else {})}
+    print(json.dumps(record) if as_json else model)
+
+
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:
     """A contact sheet of the new model saying a sentence that it was not trained on."""
     from elocute.animation import animate
@@ -132,6 +184,6 @@ def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:
     if corpus.topology != load_builtin_head().name or not names:
         return None
     path = folder / "sample.png"
-    model, style = folder / "model.onnx", "even"
+    model, style = folder / MODEL, "even"
     animate(corpus.sound(names[0]), model=model, style=style).write(path)
     return str(path)

@@ -92,7 +92,7 @@ def convert_folder(
         for array, subject, number in _usable(
             arrays, templates, sounds, leave_out, skipped, progress
         ):
-            vertices = _vertices(array, len(templates[subject])) * np.float32(scale)
+            vertices = read_vertices(array, len(templates[subject])) * np.float32(scale)
             text = words.get((subject, number), "")
             try:
                 sound = read_audio(source / "wav" / f"{array.stem}.wav")
@@ -170,8 +170,25 @@ def _subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, st
     return "", stem
 
 
-def _vertices(path: Path, count: int) -> NDArray[np.float32]:
-    """(frame, vertex, 3) of either layout. Raises CorpusError for another topology."""
+def read_vertices(path: Path, count: int) -> NDArray[np.float32]:
+    """Vertices over time from a .npy of either layout, in the file's unit.
+
+    Parameters
+    ----------
+    path : Path
+        (frame, vertex, 3) or (frame, 3 · vertex) floats.
+    count : int
+        Vertices of the topology.
+
+    Returns
+    -------
+    (frame, vertex, 3) float32
+
+    Raises
+    ------
+    CorpusError
+        For anything else, another topology included.
+    """
     array = read_npy(path, max_bytes=ARRAY_MAX_BYTES, allowed=FLOATS, error=CorpusError)
     if array.dtype.kind != "f":
         raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)

@@ -18,7 +18,9 @@ from elocute.numerics.resampling import interpolate
 SIDES = ("Left", "Right")
 
 
-def with_identity(motion: Motion, coefficients: ArrayLike) -> Motion:
+def with_identity(
+    motion: Motion, coefficients: ArrayLike, *, space: HeadModel | None = None
+) -> Motion:
     """The same motion on another face.
 
     Parameters
@@ -27,6 +29,8 @@ def with_identity(motion: Motion, coefficients: ArrayLike) -> Motion:
         On a head with a known identity space.
     coefficients : (identity,)
         Standard deviations.
+    space : HeadModel, optional
+        The same head with its identities, where they did not travel with the motion.
 
     Returns
     -------
@@ -37,10 +41,12 @@ def with_identity(motion: Motion, coefficients: ArrayLike) -> Motion:
     MotionError
         Where the head's identity space is unknown or has fewer components.
     """
-    return with_identity_over_time(motion, [(0.0, coefficients)])
+    return with_identity_over_time(motion, [(0.0, coefficients)], space=space)
 
 
-def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
+def with_identity_over_time(
+    motion: Motion, keyframes: Keyframes, *, space: HeadModel | None = None
+) -> Motion:
     """A face that becomes another while it moves; linear between keyframes.
 
     Parameters
@@ -50,6 +56,9 @@ def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
         for the built-in head it is known.
     keyframes : [(time s, (identity,)), …]
         Coefficients in standard deviations. Called again, these replace the faces before.
+    space : HeadModel, optional
+        The same head with its identities, where they did not travel with the motion: a FLAME
+        model as `elocute.adoption.open_speaking_head` opens it.
 
     Returns
     -------
@@ -79,19 +88,19 @@ def with_identity_over_time(motion: Motion, keyframes: Keyframes) -> Motion:
     check_motion(motion)
     times, values = read_keyframes(keyframes, "identity over time")
     motion = _without_identity_components(motion)
-    space = _identity_space(motion.head)
-    known = len(space.identity_basis)
+    mean = _identity_space(motion.head, space)
+    known = len(mean.identity_basis)
     if values.shape[1] > known:
         raise MotionError.about(
             "identity over time",
             found=f"{values.shape[1]} coefficients",
-            allowed=f"at most {known} on head {space.name!r}",
+            allowed=f"at most {known} on head {mean.name!r}",
         )
-    face = space.with_identity(values[0].astype(np.float32))
+    face = mean.with_identity(values[0].astype(np.float32))
     mixes, directions = _low_rank(values - values[0])
     if not directions.any():
         return replace(motion, head=face)
-    basis = np.tensordot(directions, space.identity_basis[: values.shape[1]], 1)
+    basis = np.tensordot(directions, mean.identity_basis[: values.shape[1]], 1)
     names = tuple(f"identity{number:03d}" for number in range(len(directions)))
     head = replace(
         face,
@@ -142,16 +151,21 @@ def _lids_scaled(motion: Motion, *, back: bool = False) -> Motion:
     return replace(motion, weights=weights)
 
 
-def _identity_space(head: HeadModel) -> HeadModel:
+def _identity_space(head: HeadModel, space: HeadModel | None) -> HeadModel:
     """The head as its identity space's mean face, with the shapes that it has."""
     if len(head.identity_basis):
         return head
-    known = load_builtin_head()
+    known = load_builtin_head() if space is None else space
     if head.name != known.name or not np.array_equal(head.quads, known.quads):
         raise MotionError.about(
             f"head {head.name!r}",
             found="its identity space did not travel with the motion",
             allowed=f"motions of head {known.name!r}, or of a head loaded with its identities",
+            remedy="" if space else "`head` names the file that it was made from",
+        )
+    if not len(known.identity_basis):
+        raise MotionError.about(
+            f"head {known.name!r}", found="no identities", allowed="a head with them"
         )
     basis = head.expression_basis.copy()
     for side in SIDES:

@@ -1,24 +1,42 @@
-"""Settings of a training; the defaults are the paper's."""
+"""Settings of a training, and presets of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from elocute.errors import ModelError
+from elocute.one_line_repr import brief
 from elocute.settings import SEED_MAX, check_settings, described, setting
 
 LOSSES = ("concordance", "mse")
 BETAS = (0.9, 0.99)
+PRESETS: dict[str, dict[str, object]] = {
+    "default": {},
+    "paper": {
+        "weight_power": 1.0,
+        "augment": 0.0,
+        "highest_hz": 22050.0,
+        "gradient_limit": 0.0,
+        "captured": False,
+    },
+}
+"""Settings that differ from the defaults. `paper` is Tzirakis et al. 2019, sections 5 and 6."""
 
 
 @described
 @dataclass(frozen=True)
 class CrnnTrainConfig:
-    """In the wild 2019, sections 5 and 6, unless said otherwise.
+    """Settings of a training of the recurrent model; `preset("paper")` sets them as published.
 
-    The paper does not say how many epochs it trains. Its learning rate is constant (`last_rate` 1,
-    else half a cosine), its loss is Eq. 10, its parameters weigh as their shares of the variance
-    (`weight_power` 1), and it augments no clips (`augment` 0; see `augment.py`).
+    The defaults differ from the paper (In the wild 2019, sections 5 and 6) in five. Parameters
+    weigh by the fourth root of their shares of the variance, not by the shares (`weight_power`);
+    sounds are degraded (`augment`); bands above 8 kHz are muted (`highest_hz`); long gradients are
+    cut (`gradient_limit`); captured clips are trained on too, not propagated ones alone
+    (`captured`).
+
+    The paper does not say for how many epochs it trains. Its learning rate is constant
+    (`last_rate` 1; otherwise it falls by half a cosine).
 
     Raises
     ------
@@ -36,7 +54,7 @@ class CrnnTrainConfig:
     )
     loss: str = setting("concordance", choices=LOSSES, help="Loss that is minimised.")
     weight_power: float = setting(
-        1.0,
+        0.25,
         low=0.0,
         high=1.0,
         help="Weight of a parameter: its share of the variance to this power; 0 weighs all alike.",
@@ -48,17 +66,23 @@ class CrnnTrainConfig:
         help="Share of a clip that is left when its ends are cut at random.",
     )
     augment: float = setting(
-        0.0,
+        0.9,
         low=0.0,
         high=1.0,
         help="Share of clips augmented in training: noise, loudness, room, voice, tempo.",
     )
     highest_hz: float = setting(
-        22050.0,
+        8000.0,
         unit="Hz",
         low=1000.0,
         high=22050.0,
-        help="Highest frequency that the model uses; 8000 for recordings at 16 kHz.",
+        help="Highest frequency that the model uses; recordings at 16 kHz have none above 8000.",
+    )
+    gradient_limit: float = setting(
+        5.0, low=0.0, high=1e6, help="Length to which longer gradients are cut; 0 for no limit."
+    )
+    captured: bool = setting(
+        True, help="Whether captured clips are trained on, beside those that were carried over."
     )
     frames_most: int = setting(
         300, low=15, high=100_000, help="Most frames of a clip in training; longer ones are cut."
@@ -70,3 +94,10 @@ class CrnnTrainConfig:
 
     def __post_init__(self) -> None:
         check_settings(self, ModelError)
+
+    @classmethod
+    def preset(cls, name: str, **changes: Any) -> CrnnTrainConfig:
+        """The settings called `name` in PRESETS, with changes. Raises ModelError for another."""
+        if name not in PRESETS:
+            raise ModelError.about("`preset`", found=brief(name), allowed=", ".join(PRESETS))
+        return cls(**{**PRESETS[name], **changes})

@@ -38,7 +38,7 @@ from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 
 Progress = Callable[[float], None]
-VERSION = 2
+VERSION = 3
 STATIC, TARGETS = "static.npy", "targets.npy"
 ROWS_MAX_BYTES = 400_000_000
 AROUND_S = (CONTEXT + MARGIN + 1) * HOP / RATE  # what windows reach beyond a clip
@@ -49,17 +49,24 @@ class CachedClip:
     """Where the features of a clip are: `columns` from `column` on, `frames` from `frame` on.
 
     first is the frame of motion at which the clip starts in its columns; what is before is context.
+    source is the captured speaker whose motion it carries.
     """
 
     clip: str
     word: str
     speaker: str
+    source: str
     split: str
     column: int
     columns: int
     frame: int
     frames: int
     first: int
+
+    @property
+    def carried(self) -> bool:
+        """Whether its motion was carried over from somebody else."""
+        return self.speaker != self.source
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +160,7 @@ def _compute(shards: Shards, folder: Path, fps: float, progress: Progress | None
                     clip=clip.clip,
                     word=clip.word,
                     speaker=clip.speaker,
+                    source=clip.source,
                     split=clip.split,
                     column=column,
                     columns=len(values),
@@ -210,7 +218,7 @@ def _stored_clip(stored: list[Any], columns: int, frames: int) -> CachedClip:
     """Raises ValueError or TypeError for one that reaches beyond what is there."""
     clip = CachedClip(*stored)
     places = clip.column, clip.columns, clip.frame, clip.frames, clip.first
-    texts = clip.clip, clip.word, clip.speaker, clip.split
+    texts = clip.clip, clip.word, clip.speaker, clip.source, clip.split
     if not all(type(n) is int and n >= 0 for n in places) or not all(
         isinstance(text, str) for text in texts
     ):

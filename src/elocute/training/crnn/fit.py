@@ -47,7 +47,6 @@ LOG_FIELDS = (
     "best",
     "seconds",
 )
-GRADIENT_MOST = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +184,8 @@ def _epoch(
         loss = loss_of(predicted, batch.targets, batch.mask, weights)
         optimiser.zero_grad(set_to_none=True)
         loss.backward()
-        torch.nn.utils.clip_grad_norm_(network.parameters(), GRADIENT_MOST)
+        if config.gradient_limit:
+            torch.nn.utils.clip_grad_norm_(network.parameters(), config.gradient_limit)
         optimiser.step()
         total, count = total + loss.item() * len(clips), count + len(clips)
     check_loss(total, epoch, "lower `learning_rate`")

@@ -10,7 +10,7 @@ from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.feature_cache import cache_features
 from elocute.training.crnn.fit import TrainedCrnn, fit
-from elocute.training.crnn.training_data import select_training_data
+from elocute.training.crnn.training_data import select_training_data, training_clips
 from elocute.training.device import resolve_device
 from elocute.training.training_log import Report
 
@@ -75,7 +75,10 @@ def train_crnn(
     basis = shards.basis
     cache = cache_features(shards, folder, config.fps, encoding)
     data = select_training_data(
-        cache, basis.head.expression_basis, cache.select("train"), cache.select("validation")
+        cache,
+        basis.head.expression_basis,
+        training_clips(cache, config),
+        cache.select("validation"),
     )
     trained = fit(data, config, folder, resume=resume, report=report, device=device)
     export_crnn(trained, basis, folder / MODEL, note or shards.note)

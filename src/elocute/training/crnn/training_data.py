@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from elocute.array_types import Float32Array
 from elocute.audio.mel_with_deltas import slopes
 from elocute.errors import CorpusError
+from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
 from elocute.training.crnn.loss import explained_shares
 
@@ -57,6 +58,29 @@ def select_training_data(
     """
     shares = explained_shares(torch.from_numpy(np.array(basis, np.float32)))
     return CrnnTrainingData(cache, train, validation, shares)
+
+
+def training_clips(cache: FeatureCache, config: CrnnTrainConfig) -> list[CachedClip]:
+    """The clips of the training part that a training learns from.
+
+    Parameters
+    ----------
+    cache
+        Features of all clips.
+    config
+        `captured` says whether clips of captured speakers are among them; the paper learns from
+        propagated parameters alone.
+
+    Raises
+    ------
+    CorpusError
+        Where no clip is left.
+    """
+    rows = [row for row in cache.select("train") if config.captured or row.carried]
+    if not rows:
+        carried = "" if config.captured else " that was carried over"
+        raise CorpusError.about("shards", found=f"no clip in train{carried}", allowed="one or more")
+    return rows
 
 
 def channel_statistics(

@@ -13,6 +13,7 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.networks.voca import SharedVoca, Voca
 from elocute.training.onnx_export import export_network
 from elocute.training.voca.fit import TrainedVoca
+from elocute.training.voca.target_space import MotionSpace
 
 MM = 1000.0
 
@@ -75,20 +76,29 @@ def _runnable(trained: TrainedVoca) -> tuple[nn.Module, Tensor | None]:
     network, space = trained.network, trained.space
     if space is not None and space.to_weights is not None:
         return SharedVoca(_folded(network, torch.from_numpy(space.to_weights))), None
-    weight, bias = network.decoder.weight.detach(), network.decoder.bias.detach()
-    decoder = torch.cat([weight.T, bias[None]]) / MM
+    return _Embedding(network), decoder_basis(network.decoder, space)
+
+
+def decoder_basis(decoder: nn.Linear, space: MotionSpace | None) -> Tensor:
+    """(component, vertex, 3) m: the columns of a decoder in mm, and its bias as the last."""
+    shapes = torch.cat([decoder.weight.detach().T, decoder.bias.detach()[None]]) / MM
     if space is not None:
-        decoder = decoder @ torch.from_numpy(space.basis)
-    return _Embedding(network), decoder.reshape(len(decoder), -1, 3)
+        shapes = shapes @ torch.from_numpy(space.basis)
+    return shapes.reshape(len(shapes), -1, 3)
+
+
+def decoder_to_weights(decoder: nn.Linear, to_weights: Tensor) -> dict[str, Tensor]:
+    """Weight and bias of a decoder to coordinates, made one to weights of the corpus's shapes."""
+    weight, bias = decoder.weight.detach(), decoder.bias.detach()
+    return {"weight": to_weights.T @ weight, "bias": bias @ to_weights}
 
 
 def _folded(network: Voca, to_weights: Tensor) -> Voca:
     """The same network decoding to weights of the corpus's components."""
     folded = Voca(replace(network.config, outputs=to_weights.shape[1]))
-    state = dict(network.state_dict())
-    state["decoder.weight"] = to_weights.T @ state["decoder.weight"]
-    state["decoder.bias"] = state["decoder.bias"] @ to_weights
-    folded.load_state_dict(state)
+    decoder = decoder_to_weights(network.decoder, to_weights)
+    changed = {f"decoder.{name}": value for name, value in decoder.items()}
+    folded.load_state_dict({**network.state_dict(), **changed})
     return folded
 
 

@@ -12,6 +12,7 @@ from elocute.training.training_log import Report
 from elocute.training.voca.config import VocaTrainConfig
 from elocute.training.voca.export import export_voca
 from elocute.training.voca.fit import TrainedVoca, fit
+from elocute.training.voca.style_errors import record_style_errors
 from elocute.training.voca.training_data import prepare
 
 MODEL = "model.onnx"
@@ -69,5 +70,10 @@ def train_voca(
         check_checkpoint(folder)
     data = prepare(corpus, config, resolve_encoder(config.encoder), split, report)
     trained = fit(data, config, folder, resume=resume, report=report, device=device)
-    by_first_process(lambda: export_voca(trained, corpus, folder / MODEL, note or corpus.note))
+
+    def export() -> None:
+        export_voca(trained, corpus, folder / MODEL, note or corpus.note)
+        record_style_errors(folder / MODEL, corpus, split)
+
+    by_first_process(export)
     return trained

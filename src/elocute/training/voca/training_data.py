@@ -74,7 +74,7 @@ def load_frames(
     place = frame = 0
     for index, name in enumerate(names):
         values = clip_features(corpus, name, encode)
-        target = _targets(corpus, name, space)
+        target = clip_targets(corpus, name, space)
         if not (np.isfinite(values).all() and np.isfinite(target).all()):
             raise CorpusError.about(
                 f"clip {name}", found="NaN or infinity", remedy="elocute corpus check"
@@ -142,9 +142,7 @@ def prepare(
         or features that are not finite.
     """
     parts = corpus.split(split)
-    styles = tuple(
-        s for s in corpus.subjects if any(corpus.entry(n).subject == s for n in parts.train)
-    )
+    styles = subjects_of(corpus, parts.train)
     space = motion_space(corpus, parts.train) if config.reduced else None
 
     def progress(share: float) -> None:
@@ -158,13 +156,24 @@ def prepare(
     return VocaTrainingData(train, validation, space, styles, corpus.vertex_count, corpus.fps)
 
 
+def subjects_of(corpus: Corpus, names: Sequence[str]) -> tuple[str, ...]:
+    """The subjects of some clips, in the corpus's order."""
+    speaking = {corpus.entry(name).subject for name in names}
+    return tuple(subject for subject in corpus.subjects if subject in speaking)
+
+
 def clip_features(corpus: Corpus, name: str, encode: Encode) -> np.ndarray:
     """(frame, feature) at the corpus's frame rate, as many as the clip has frames of motion.
 
     Raises CorpusError where the sound is much shorter than the motion.
     """
-    count = corpus.entry(name).frames
-    sound = corpus.sound(name)
+    sound = clip_sound(corpus, name)
+    return fit_length(encode(sound).resample(corpus.fps).values, corpus.entry(name).frames)
+
+
+def clip_sound(corpus: Corpus, name: str) -> Waveform:
+    """The sound of a clip. Raises CorpusError where it is much shorter than the motion."""
+    count, sound = corpus.entry(name).frames, corpus.sound(name)
     if count / corpus.fps - sound.duration_s > LENGTH_TOLERANCE_S:
         raise CorpusError.about(
             f"clip {name}",
@@ -172,7 +181,7 @@ def clip_features(corpus: Corpus, name: str, encode: Encode) -> np.ndarray:
             allowed=f"at most {LENGTH_TOLERANCE_S} s less",
             remedy="elocute corpus check",
         )
-    return fit_length(encode(sound).resample(corpus.fps).values, count)
+    return sound
 
 
 def fit_length(values: np.ndarray, count: int) -> np.ndarray:
@@ -181,7 +190,8 @@ def fit_length(values: np.ndarray, count: int) -> np.ndarray:
     return np.pad(values, ((0, missing), (0, 0)), "edge") if missing > 0 else values[:count]
 
 
-def _targets(corpus: Corpus, name: str, space: MotionSpace | None) -> np.ndarray:
+def clip_targets(corpus: Corpus, name: str, space: MotionSpace | None) -> np.ndarray:
+    """(frame, output): coordinates in the space, or vertices in mm."""
     if space is not None:
         return space.coordinates(corpus, name)
     moved = corpus.displacements(name)

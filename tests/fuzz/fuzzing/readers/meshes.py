@@ -19,6 +19,12 @@ def _flame(path: Path) -> None:
     _ = head.triangles, head.with_identity(np.ones(len(head.identity_basis), np.float32))
 
 
+def _flame_parameters(path: Path) -> None:
+    from elocute.head.flame_solver import load_flame_parameters
+
+    load_flame_parameters(path)
+
+
 def _mesh(path: Path) -> None:
     from elocute.head.registry import open_head
 
@@ -78,6 +84,13 @@ READERS: tuple[Reader, ...] = (
         ("elocute.head.registry",),
         short=150,
         needs=("scipy",),
+    ),
+    Reader(
+        "flame parameters",
+        seeds.flame_parameters,
+        only(_flame_parameters),
+        {"*.npz": "npz"},
+        ("elocute.head.flame_solver",),
     ),
     Reader(
         "pickle",

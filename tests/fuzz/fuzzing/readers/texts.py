@@ -42,9 +42,17 @@ def _parts(path: Path) -> None:
 
 
 def _phones(path: Path) -> None:
-    from elocute.articulation.phone_times import read_phone_times
+    from elocute.audio.speech_times import read_speech_times
 
-    read_phone_times(path)
+    times = read_speech_times(path)
+    times.check(times.end_s)
+
+
+def _lines(path: Path) -> None:
+    from elocute.audio.line_table import read_lines
+    from elocute.audio.voice_settings import VoiceSettings
+
+    read_lines(path, VoiceSettings())
 
 
 def _texts(path: Path) -> None:
@@ -127,9 +135,16 @@ READERS: tuple[Reader, ...] = (
         "phones",
         seeds.phones,
         only(_phones),
-        {"*.csv": "text"},
-        ("elocute.articulation.phone_times",),
+        {
+            "*.csv": "text",
+            "*.ctm": "text",
+            "*.TextGrid": "text",
+            "*.json": "json",
+            "*.marks": "text",
+        },
+        ("elocute.audio.speech_times", "elocute.audio.textgrid", "elocute.audio.speech_marks"),
     ),
+    Reader("lines", seeds.lines, only(_lines), {"*.csv": "text"}, ("elocute.audio.line_table",)),
     Reader(
         "texts",
         seeds.texts,

@@ -70,7 +70,7 @@ def features(folder: Path) -> None:
     inner = place(folder, "one")
     np.save(inner / STATIC, np.zeros((20, BANDS), "<f2"))
     np.save(inner / TARGETS, np.zeros((5, 3), "<f4"))
-    rows = [["c0", "hello", "anna", "train", 0, 20, 0, 5, 0]]
+    rows = [["c0", "hello", "anna", "anna", "train", 0, 20, 0, 5, 0]]
     record = {"fps": 30.0, "parameters": 3, "missing": [["c1", "no sound"]], "rows": rows}
     (inner / "rows.json").write_text(json.dumps(record))
 

@@ -34,6 +34,14 @@ def flame(folder: Path) -> None:
         path.write_bytes(python2.dumps(entries, protocol))
 
 
+def flame_parameters(folder: Path) -> None:
+    from elocute.head.flame_solver import FlameParameters, save_flame_parameters
+
+    rng = np.random.default_rng(0)
+    parts = rng.normal(size=3), rng.normal(size=(2, 4)), np.zeros((2, 15)), np.zeros((2, 3))
+    save_flame_parameters(place(folder, "small") / "parameters.npz", FlameParameters(*parts))
+
+
 def meshes(folder: Path) -> None:
     """Text and binary meshes of the size of a head."""
     import trimesh
@@ -113,8 +121,8 @@ def frames(folder: Path) -> None:
     from elocute.capture.registered_frames import FrameRecord, write_frame
     from elocute.capture.registration.accuracy import SurfaceError
     from elocute.capture.registration.model_fit import ModelParameters
-    from elocute.capture.registration.pose import HeadPose
     from elocute.capture.registration.register import Registration
+    from elocute.capture.registration.zero_pose import HeadPose
 
     points = small_head().template.astype(np.float64)
     surface = SurfaceError(**dict.fromkeys(SurfaceError.__dataclass_fields__, 0.5))

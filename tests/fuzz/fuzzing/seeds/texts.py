@@ -73,6 +73,34 @@ def parts(folder: Path) -> None:
 def phones(folder: Path) -> None:
     text = "start_s,end_s,phone\n0,0.1,SIL\n0.1,0.22,HH\n0.22,0.4,AH0\n0.4,0.6,L\n"
     (place(folder, "one") / "phones.csv").write_text(text)
+    table = "Begin,End,Label,Type,Speaker\n0.1,0.4,hello,words,ann\n0.1,0.2,HH,phones,ann\n"
+    (place(folder, "mfa") / "phones.csv").write_text(table)
+    (place(folder, "ctm") / "phones.ctm").write_text("a 1 0.1 0.1 HH_B\na 1 0.2 0.1 AH0_E\n")
+    (place(folder, "grid") / "phones.TextGrid").write_text(SHORT_GRID)
+    marks = '{"time":6,"type":"word","start":0,"end":2,"value":"My"}\n'
+    marks += '{"time":6,"type":"viseme","value":"p"}\n{"time":90,"type":"viseme","value":"a"}\n'
+    (place(folder, "polly") / "phones.marks").write_text(marks)
+    word = {"word": "hi", "start": 0.1, "end": 0.4, "phones": [{"phone": "hh_B", "duration": 0.1}]}
+    inner = [{"Phoneme": "hh", "Offset": 1000000, "Duration": 900000}]
+    ticks = {"Word": "hi", "Offset": 1000000, "Duration": 900000, "Phonemes": inner}
+    tiers = {"phones": {"type": "interval", "entries": [[0.1, 0.2, "h"], [0.2, 0.4, "aɪ"]]}}
+    letters = {"characters": ["h", "i"], "character_start_times_seconds": [0.1, 0.2]}
+    records = {
+        "azure": [{"audio_offset": 500000, "viseme_id": 19}, {"AudioOffset": 1, "VisemeId": 2}],
+        "bounds": [{"Text": "hi", "AudioOffset": 1000000, "Duration": 900000}],
+        "nbest": {"NBest": [{"Words": [ticks]}]},
+        "gentle": {"words": [word]},
+        "whisper": {"segments": [{"words": [word]}]},
+        "tiers": {"start": 0, "end": 1, "tiers": tiers},
+        "letters": letters | {"character_end_times_seconds": [0.2, 0.4]},
+    }
+    for name, record in records.items():
+        (place(folder, name) / "phones.json").write_text(json.dumps(record))
+
+
+def lines(folder: Path) -> None:
+    rows = "id,text,audio,voice,style,rate\na,Hello Bob,,f2,calm,140\nb,,rec/b.flac,,,\n"
+    (place(folder, "one") / "lines.csv").write_text(rows)
 
 
 def texts(folder: Path) -> None:

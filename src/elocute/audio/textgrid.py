@@ -1,4 +1,4 @@
-"""Praat's TextGrid: one tier of intervals, long and short text form, UTF-8 and UTF-16.
+"""Praat's TextGrid: tiers of intervals, long and short text form, UTF-8 and UTF-16.
 
 Both forms hold the same numbers, quoted texts and flags in the same order; the long one has labels
 between them, which are skipped here.
@@ -83,6 +83,23 @@ def parse_textgrid(data: bytes, tier: str) -> tuple[list[TextGridInterval], floa
 
     Raises AlignmentError for any other file.
     """
+    tiers, duration = parse_tiers(data)
+    intervals = [(name, rows) for name, rows in tiers if rows is not None]
+    chosen = [rows for name, rows in intervals if name == tier]
+    if not chosen and len(intervals) == 1:
+        chosen = [intervals[0][1]]
+    if len(chosen) != 1:
+        names = ", ".join(repr(name[:40]) for name, _ in tiers[:NAMES_TOLD]) or "none"
+        names += ", …" if len(tiers) > NAMES_TOLD else ""
+        raise _fault(f"tiers {names}", f"one interval tier called {tier!r}")
+    return [row for row in chosen[0] if row.text.strip()], duration
+
+
+def parse_tiers(data: bytes) -> tuple[list[tuple[str, list[TextGridInterval] | None]], float]:
+    """Name and intervals of every tier, None for tiers of points, and the duration in s.
+
+    Raises AlignmentError for any other file.
+    """
     tokens = _Tokens(_decoded(data))
     if tokens.text() != "ooTextFile" or tokens.text() != "TextGrid":
         raise _fault("another kind of file")
@@ -94,15 +111,7 @@ def parse_textgrid(data: bytes, tier: str) -> tuple[list[TextGridInterval], floa
     if count > TIERS_MAX:
         raise _fault(f"{count} tiers", f"up to {TIERS_MAX}")
     tiers = [_tier(tokens) for _ in range(count)]
-    intervals = [(name, rows) for name, rows in tiers if rows is not None]
-    chosen = [rows for name, rows in intervals if name == tier]
-    if not chosen and len(intervals) == 1:
-        chosen = [intervals[0][1]]
-    if len(chosen) != 1:
-        names = ", ".join(repr(name[:40]) for name, _ in tiers[:NAMES_TOLD]) or "none"
-        names += ", …" if len(tiers) > NAMES_TOLD else ""
-        raise _fault(f"tiers {names}", f"one interval tier called {tier!r}")
-    return [row for row in chosen[0] if row.text.strip()], duration
+    return tiers, duration
 
 
 def _tier(tokens: _Tokens) -> tuple[str, list[TextGridInterval] | None]:

@@ -1,0 +1,32 @@
+"""Heads that were not made here, given the built-in head's shapes.
+
+registry             any head by name or file, ready to speak
+flame                FLAME: landmarks, eyes and jaw joint are known
+carrying             a head and a face with landmarks in; the head's shapes on that face out
+registration         the source laid over the face
+shape_transfer       displacements carried over by correspondence; lips and lids meet
+correspondence       the place on one surface that each vertex of another belongs to
+face_lines           the edges of lips and lids, which both faces have
+mesh_paths           ways along the edges of a mesh
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from elocute.lazy_loading import lazy
+
+if TYPE_CHECKING:
+    from elocute.adoption.carrying import Adoption, adopt
+    from elocute.adoption.flame import adopt_flame, with_flame_landmarks
+    from elocute.adoption.registry import open_speaking_head
+
+__all__ = ["Adoption", "adopt", "adopt_flame", "open_speaking_head", "with_flame_landmarks"]
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "carrying": ("Adoption", "adopt"),
+        "flame": ("adopt_flame", "with_flame_landmarks"),
+        "registry": ("open_speaking_head",),
+    },
+)

@@ -1,0 +1,95 @@
+"""Any head by its name or file, with the shapes that speech models move."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+from elocute.errors import HeadError, MachineError
+from elocute.files.reading import path_of
+from elocute.head.builtin import load_builtin_head
+from elocute.head.model import HeadModel
+from elocute.head.registry import open_head
+
+FLAME_SUFFIX = ".pkl"
+KEPT = 2  # heads that stay in memory, so that a folder of recordings adopts one once
+
+
+def open_speaking_head(choice: str | Path) -> HeadModel:
+    """Open any head, ready for every speech model.
+
+    Parameters
+    ----------
+    choice : str or Path
+        As `elocute.head.open_head` takes it.
+
+    Returns
+    -------
+    HeadModel
+        As it is where it has the built-in head's shapes. A FLAME model, or a mesh of FLAME's 5023
+        vertices, gets them carried over; other heads stay as they are.
+
+    Raises
+    ------
+    HeadError
+        For a file that is missing or no head, and for a FLAME model that no shapes can be carried
+        over to; MachineError where that needs SciPy and it is not installed.
+    """
+    path = Path(choice) if isinstance(choice, str) else path_of(choice, HeadError)
+    if path.suffix.lower() in _ADOPTED_SUFFIXES and path.is_file():
+        stamp = path.stat()
+        return _adopted(path, stamp.st_mtime_ns, stamp.st_size)
+    return open_head(choice)
+
+
+_ADOPTED_SUFFIXES = (FLAME_SUFFIX, ".obj", ".ply", ".npz")
+
+
+@lru_cache(maxsize=KEPT)
+def _adopted(path: Path, changed: int, size: int) -> HeadModel:
+    """The head of a file; `changed` and `size` tell its versions apart."""
+    from elocute.adoption.flame_places import FLAME_VERTICES
+
+    if path.suffix.lower() == FLAME_SUFFIX:
+        from elocute.head.flame import load_flame
+
+        model = load_flame(path)
+        _need_scipy(path)
+        from elocute.adoption.flame import adopt_flame
+
+        with _about(path):
+            return adopt_flame(model).head
+    head = open_head(path)
+    if head.vertex_count != FLAME_VERTICES or _speaks(head):
+        return head
+    _need_scipy(path)
+    from elocute.adoption.carrying import adopt
+    from elocute.adoption.flame import with_flame_landmarks
+
+    with _about(path):
+        return adopt(load_builtin_head(), with_flame_landmarks(head)).head
+
+
+@contextlib.contextmanager
+def _about(path: Path) -> Iterator[None]:
+    """What is wrong with a face is told with its file."""
+    try:
+        yield
+    except HeadError as error:
+        raise HeadError.about(path, found=str(error)) from error
+
+
+def _speaks(head: HeadModel) -> bool:
+    """Whether a head has shapes by the names that models drive."""
+    return "jawOpen" in head.expression_names
+
+
+def _need_scipy(path: Path) -> None:
+    """Raises MachineError where the extra is not installed."""
+    if importlib.util.find_spec("scipy") is None:
+        raise MachineError(
+            f"{path}: carrying shapes over needs scipy; install it: pip install 'elocute[capture]'"
+        )

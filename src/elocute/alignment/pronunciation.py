@@ -1,0 +1,66 @@
+"""How the words of a text are spoken: as espeak-ng says them, else by a dictionary of English."""
+
+from __future__ import annotations
+
+from elocute.alignment.phone_alignment import PronouncedWord
+from elocute.audio.espeak import check_text, speak
+from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.voice_settings import VoiceSettings
+from elocute.errors import AlignmentError, MachineError
+
+
+def pronounce(text: str, language: str = "en-us") -> list[PronouncedWord]:
+    """The words of a text with their phones.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    language : str
+        As espeak-ng names it.
+
+    Returns
+    -------
+    list of PronouncedWord
+        In the order of the text.
+
+    Raises
+    ------
+    InputError
+        For a text or language that cannot be used, or a word that no dictionary has.
+    MachineError
+        Where neither espeak-ng nor, for English, pocketsphinx is installed.
+    """
+    text = check_text(text)
+    try:
+        spoken = speak(text, VoiceSettings(language))
+    except MachineError as missing:
+        if not language.lower().startswith("en"):
+            raise
+        return _from_dictionary(text, missing)
+    return [
+        PronouncedWord(word.text, tuple(phone for _, _, phone in word.phones))
+        for word in spoken.words
+    ]
+
+
+def _from_dictionary(text: str, missing: MachineError) -> list[PronouncedWord]:
+    """From pocketsphinx's dictionary; `missing` says why espeak-ng is not used."""
+    from elocute.alignment.forced_alignment import EnglishAligner, words_in
+
+    try:
+        aligner = EnglishAligner()
+    except MachineError as error:
+        raise MachineError(f"{missing}; or, for English: {error}") from error
+    unknown = aligner.unknown(text)
+    if unknown or not words_in(text):
+        raise AlignmentError.about(
+            "text",
+            found=f"no pronunciation of {', '.join(unknown[:10])}" if unknown else "no words",
+            allowed="words of pocketsphinx's English dictionary",
+            remedy="install espeak-ng (pip install 'elocute[tts]'), which speaks every word",
+        )
+    return [
+        PronouncedWord(word, tuple(phone for phone in aligner.phones(word) if phone in PHONES))
+        for word in words_in(text)
+    ]

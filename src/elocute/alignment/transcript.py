@@ -1,0 +1,167 @@
+"""What a text, or the times of its words, says about the phones of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elocute.alignment.phone_alignment import AlignedWord, Phone, PronouncedWord, align_phones
+from elocute.alignment.pronunciation import pronounce
+from elocute.array_types import Float32Array
+from elocute.articulation.known_phones import blended_posteriors
+from elocute.audio.phones_and_visemes import SILENCE
+from elocute.errors import AlignmentError
+
+LONGEST_S = 1800.0
+REFUSED, UNSURE = 0.25, 0.4
+"""Mean confidence below which a text is refused, and told to be doubtful. Of right texts of natural
+readings the least has 0.40 and of a noisy corpus 0.22; of wrong ones half have less than 0.21."""
+DOUBTFUL = 0.12
+"""Confidence of a word below which the encoder alone says what is spoken there."""
+MOST_SILENT = 0.995
+NAMED_MAX = 5
+
+
+@dataclass(frozen=True)
+class Transcript:
+    """A text that is spoken in a recording, word by word.
+
+    Parameters
+    ----------
+    words : tuple of PronouncedWord
+        With their times, where these are known.
+    """
+
+    words: tuple[PronouncedWord, ...]
+
+    @classmethod
+    def of_text(cls, text: str, language: str = "en-us") -> Transcript:
+        """The transcript of a text. Raises InputError, MachineError."""
+        return cls(tuple(pronounce(text, language)))
+
+    @classmethod
+    def of_words(
+        cls, words: Sequence[tuple[float, float, str]], language: str = "en-us"
+    ) -> Transcript:
+        """The transcript of words whose times in s are known. Raises InputError, MachineError."""
+        spelled: dict[str, tuple[str, ...]] = {}
+        found = []
+        for start, end, word in words:
+            if word not in spelled:
+                spoken = pronounce(word, language) if any(map(str.isalnum, word)) else []
+                spelled[word] = tuple(phone for part in spoken for phone in part.phones)
+            if spelled[word]:
+                found.append(PronouncedWord(word, spelled[word], (start, end)))
+        if not found:
+            raise AlignmentError.about("words", found="none that is spoken", allowed="words")
+        return cls(tuple(found))
+
+    def align(self, heard: Float32Array) -> list[AlignedWord]:
+        """The words as they are found in a recording.
+
+        Parameters
+        ----------
+        heard : (row, 40) float32
+            Log-posteriors of the phone encoder, 50 rows a second.
+
+        Returns
+        -------
+        list of AlignedWord
+
+        Raises
+        ------
+        AlignmentError
+            For a recording without speech, too long or too short, and for a text that is not what
+            is said in it.
+        """
+        seconds = len(heard) / 50
+        if seconds > LONGEST_S:
+            raise AlignmentError.about(
+                "sound",
+                found=f"{seconds:.0f} s",
+                allowed=f"up to {LONGEST_S:g} s beside a text",
+                remedy="cut a long recording into parts",
+            )
+        if np.exp(heard[:, SILENCE]).mean() > MOST_SILENT:
+            raise AlignmentError.about("sound", found="silence", allowed="speech beside a text")
+        words = align_phones(heard, self.words)
+        sure = _mean_confidence(words)
+        if sure < REFUSED:
+            raise AlignmentError.about(
+                "text",
+                found=f"words that do not match the sound (confidence {sure:.2f})",
+                allowed=f"the text that is said: confidence {REFUSED:g} or more",
+            )
+        return words
+
+
+@dataclass(frozen=True)
+class TranscribedPhones:
+    """Phones of a transcript in a recording, and posteriors made of them.
+
+    Parameters
+    ----------
+    words : tuple of AlignedWord
+        The words.
+    posteriors : (row, 40) float32
+        Natural logarithms: contacts as the text has them, the rest partly as heard.
+    notes : tuple of str
+        What to know about them.
+    """
+
+    words: tuple[AlignedWord, ...]
+    posteriors: Float32Array
+    notes: tuple[str, ...]
+
+
+def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -> TranscribedPhones:
+    """Find the phones of a transcript in a recording.
+
+    Parameters
+    ----------
+    transcript : Transcript
+        What is said.
+    heard : (row, 40) float32
+        Log-posteriors of the phone encoder, 50 rows a second.
+    duration_s : float
+        Of the recording.
+
+    Returns
+    -------
+    TranscribedPhones
+
+    Raises
+    ------
+    AlignmentError
+        As `Transcript.align`.
+    """
+    words = transcript.align(heard)
+    doubtful = [word for word in words if word.confidence < DOUBTFUL]
+    phones: list[Phone] = [phone for word in words for phone in word.phones]
+    posteriors = blended_posteriors(
+        phones,
+        heard,
+        duration_s,
+        unknown=[(word.start_s, word.end_s) for word in doubtful],
+    )
+    return TranscribedPhones(tuple(words), posteriors, tuple(_notes(words, doubtful)))
+
+
+def _notes(words: list[AlignedWord], doubtful: list[AlignedWord]) -> list[str]:
+    notes = []
+    sure = _mean_confidence(words)
+    if sure < UNSURE:
+        notes.append(
+            f"the text fits the sound poorly (confidence {sure:.2f}; right ones have {UNSURE:g})"
+        )
+    if doubtful:
+        named = ", ".join(f"{w.text!r} at {w.start_s:.2f} s" for w in doubtful[:NAMED_MAX])
+        more = f" and {len(doubtful) - NAMED_MAX} more" if len(doubtful) > NAMED_MAX else ""
+        notes.append(f"not found in the sound, left to the encoder: {named}{more}")
+    return notes
+
+
+def _mean_confidence(words: list[AlignedWord]) -> float:
+    return float(np.mean([word.confidence for word in words]))

@@ -1,0 +1,48 @@
+"""Labels with times, as files of speech times hold them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from elocute.errors import InputError
+from elocute.files.json_records import finite_number
+
+Label = tuple[float, float, str]
+"""Start in s, end in s, and what is written."""
+BYTES_MAX = 50_000_000
+LABELS_MAX = 1_000_000
+LAST_S = 0.15
+"""How long a last event lasts, that has a start alone."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What a file holds: phones, or words alone.
+
+    Parameters
+    ----------
+    phones, words : list of (float, float, str)
+        Start in s, end in s and label.
+    alphabet : str
+        How the phones are written, where the format says it.
+    """
+
+    phones: list[Label] = field(default_factory=list)
+    words: list[Label] = field(default_factory=list)
+    alphabet: str = ""
+
+
+def seconds_of(value: object, what: str, unit: float = 1.0) -> float:
+    """A time in s. Raises InputError for anything but a finite number that is not negative."""
+    number = finite_number(value)
+    if number is None or number < 0:
+        raise InputError.about(what, found=repr(value)[:40], allowed="a time from 0")
+    return number * unit
+
+
+def until_next(events: Iterable[tuple[float, str]]) -> list[Label]:
+    """Events that last until the next one."""
+    ordered = sorted(events, key=lambda event: event[0])
+    ends = [start for start, _ in ordered[1:]] + [ordered[-1][0] + LAST_S] if ordered else []
+    return [(start, end, text) for (start, text), end in zip(ordered, ends, strict=True)]

@@ -1,0 +1,191 @@
+"""`elocute evaluate benchmark`: predictions of any method by the published protocol."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.errors import InputError
+
+if TYPE_CHECKING:
+    from elocute.evaluation.benchmark import Benchmark, BenchmarkScore, SequenceScore
+    from elocute.evaluation.vertex_regions import VertexRegion
+
+COLUMNS = (
+    ("lve", "LVE²"),
+    ("lve_distance", "LVE"),
+    ("mve", "MVE"),
+    ("fdd", "FDD² (code)"),
+    ("fdd_absolute", "|FDD²| (code)"),
+    ("fdd_paper", "FDD (paper)"),
+)
+
+
+def benchmark_command(
+    dataset: str = typer.Argument(..., help="Whose protocol: vocaset or biwi."),
+    predictions: list[Path] = typer.Argument(
+        ..., help="Folders of SUBJECT_SENTENCE_condition_SUBJECT.npy, one for each method."
+    ),
+    truth: Path = typer.Option(
+        ..., help="Recorded motion: a corpus, or the folder vertices_npy or the one around it."
+    ),
+    templates: Path | None = typer.Option(
+        None, help="Neutral faces; by default templates.pkl in or beside vertices_npy."
+    ),
+    lips: list[Path] | None = typer.Option(
+        None,
+        help="A further list of lip vertices (.json, .txt or .npy) beside the published one. Can "
+        "be repeated.",
+    ),
+    upper_face: Path | None = typer.Option(
+        None, help="Upper-face vertices of FDD in place of the published list."
+    ),
+    condition: str = typer.Option(
+        "all",
+        help="Files to score: all, own (conditioned on the clip's own subject), or a subject.",
+    ),
+    every: int = typer.Option(
+        0, min=0, max=100, help="Compare every so manyth frame of the truth; 0 goes by lengths."
+    ),
+    partial: bool = typer.Option(False, help="Score the test clips that are there."),
+    seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),
+    table: list[Path] | None = options.Table,
+    overwrite: bool = options.OverwriteTable,
+    no_clobber: bool = options.KeepTable,
+    as_json: bool = options.Json,
+) -> None:
+    """Score predictions of any method as published tables do: LVE, MVE and FDD.
+
+    The figures are in the data's own unit, as the published code prints them: metres for vocaset.
+    LVE² is the squared distance of the worst lip vertex in each frame, LVE the distance; FDD² is
+    counted from squared distances, as CodeTalker's code does, and FDD from distances, as its paper
+    writes.
+    """
+    from elocute.cli.outputs import plan_files
+    from elocute.cli.tables import check_tables, write_tables
+    from elocute.evaluation.benchmark import (
+        benchmark_named,
+        benchmark_scores,
+        find_predictions,
+        frames_apart,
+        open_benchmark_truth,
+        score_predictions,
+    )
+
+    benchmark = benchmark_named(dataset)
+    names = _method_names(predictions)
+    files = check_tables(table)
+    lists = [path for path in (*(lips or ()), upper_face, templates) if path is not None]
+    plan = plan_files([*predictions, truth, *lists], files, overwrite, no_clobber)
+    regions, upper = _regions(benchmark, lips or [], upper_face)
+    recorded = open_benchmark_truth(benchmark, truth, templates)
+    found = [
+        find_predictions(recorded, folder, condition=condition, partial=partial)
+        for folder in predictions
+    ]
+    steps = [every or frames_apart(recorded, files) for files in found]
+    rows: list[BenchmarkScore] = []
+    notes: list[str] = []
+    with progress_bar("measuring", as_json) as progress:
+        for place, (name, files_, step) in enumerate(zip(names, found, steps, strict=True)):
+            scores = score_predictions(
+                recorded,
+                files_,
+                regions,
+                upper,
+                step,
+                lambda share, place=place: progress((place + share) / len(names)),
+            )
+            rows += benchmark_scores(name, scores, regions, seed)
+            notes.append(_note(name, scores, len(recorded.clips), step))
+    write_tables(plan, files, *_table(rows))
+    if as_json:
+        record = {
+            "benchmark": benchmark.name,
+            "unit": benchmark.unit,
+            "upper_face": upper.record(),
+            "every": dict(zip(names, steps, strict=True)),
+            "rows": [row.record() for row in rows],
+            "notes": notes,
+        }
+        print(json.dumps(record, allow_nan=False))
+        return
+    _show(rows, notes, upper, benchmark)
+
+
+def _method_names(folders: list[Path]) -> list[str]:
+    """Names of folders; with their parents where two are called alike."""
+    names = [folder.resolve().name for folder in folders]
+    if len(set(names)) < len(names):
+        names = [f"{folder.resolve().parent.name}/{folder.resolve().name}" for folder in folders]
+    if len(set(names)) < len(names):
+        raise InputError.about("predictions", found="a folder twice", allowed="each once")
+    return names
+
+
+def _regions(
+    benchmark: Benchmark, lips: list[Path], upper_face: Path | None
+) -> tuple[list[VertexRegion], VertexRegion]:
+    """The published list of lips and those of files; the upper face."""
+    from elocute.evaluation.vertex_regions import published_region, read_vertex_region
+
+    topology = benchmark.topology
+    more = [read_vertex_region(path, topology.vertices) for path in lips]
+    upper = (
+        published_region(topology, "upper_face")
+        if upper_face is None
+        else read_vertex_region(upper_face, topology.vertices)
+    )
+    return [published_region(topology, "lips"), *more], upper
+
+
+def _note(method: str, scores: list[SequenceScore], clips: int, step: int) -> str:
+    """What was compared, and what was cut."""
+    conditions = {score.prediction.condition for score in scores}
+    heard = {score.prediction.clip for score in scores}
+    longer = [score.longer_by for score in scores if score.longer_by > 0]
+    shorter = [-score.longer_by for score in scores if score.longer_by < 0]
+    told = f"{method}: {len(scores)} files of {len(heard)} of {clips} test clips"
+    if conditions != {""}:
+        told += f" in {len(conditions)} conditions"
+    told += f", every {step}. frame of the truth" if step > 1 else ", every frame of the truth"
+    if longer:
+        told += f"; {len(longer)} predictions cut by up to {max(longer)} frames"
+    if shorter:
+        told += f"; the truth cut for {len(shorter)} by up to {max(shorter)} frames"
+    return told
+
+
+def _table(rows: list[BenchmarkScore]) -> tuple[list[str], list[list[Any]]]:
+    columns = ["method", "lips", "lip vertices", "hash", "sequences", "frames"]
+    cells = [
+        [
+            row.method,
+            row.lips.name,
+            len(row.lips.indices),
+            row.lips.digest,
+            row.sequences,
+            row.frames,
+            *(row.intervals[name] for name, _ in COLUMNS),
+        ]
+        for row in rows
+    ]
+    return [*columns, *(title for _, title in COLUMNS)], cells
+
+
+def _show(
+    rows: list[BenchmarkScore], notes: list[str], upper: VertexRegion, benchmark: Benchmark
+) -> None:
+    print(f"{'method':16} {'lips':30} {'hash':12}", *(f"{title:>14}" for _, title in COLUMNS))
+    for row in rows:
+        cells = (f"{row.intervals[name].value:>14.4e}" for name, _ in COLUMNS)
+        print(f"{row.method:16} {row.lips.name:30} {row.lips.digest}", *cells)
+    for line in notes:
+        print(line)
+    print(f"upper face: {upper.name}, {len(upper.indices)} vertices, {upper.digest}")
+    print(f"lengths in {benchmark.unit}; ² in its square, as the published code prints them")

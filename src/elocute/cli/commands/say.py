@@ -1,0 +1,246 @@
+"""`elocute say`: a text, spoken by espeak-ng, or a table of lines."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from elocute.audio.voice_settings import TEXT_MAX, VoiceSettings
+from elocute.cli import options
+from elocute.cli.flags import in_flags
+from elocute.cli.format_options import (
+    FormatSettings,
+    check_format_settings,
+    options_of_formats,
+    settings_for_format,
+)
+from elocute.cli.outputs import nothing_to_do, write_motion
+from elocute.cli.pipes import PIPE, STDIN, check_pipes, to_stdout
+from elocute.cli.progress import counted, progress_bar, resumable
+from elocute.cli.settings_options import options_of
+from elocute.cli.spoken_takes import TableRun, make_take, plan_take, spoken_source, take_targets
+from elocute.errors import InputError, OutputError, printable
+from elocute.files.output_plan import OutputPlan
+
+TEXT_MAX_BYTES = 4 * TEXT_MAX
+
+
+def say_command(
+    text: str | None = typer.Argument(None, help="The text; - reads standard input."),
+    file: Path | None = typer.Option(None, help="Text file that holds what is said, in UTF-8."),
+    table: Path | None = typer.Option(
+        None,
+        help="CSV of lines, a take for each: id, text or audio (a recording, with its text or "
+        "without), and any of language, voice, rate, pitch, style, identity, strength.",
+    ),
+    output: list[Path] = options.Output,
+    format: list[str] = typer.Option(
+        [],
+        "--format",
+        help="Format to write (npz, glb, csv, …) where the output is the folder of a table or - "
+        "(standard output). Can be repeated.",
+    ),
+    voice: VoiceSettings = options_of(VoiceSettings, flags={"words_per_minute": "--rate"}),
+    fps: float = options.Fps,
+    identity: str = options.Identity,
+    head: str = options.Head,
+    style: str = options.StyleName,
+    strength: float = options.Strength,
+    model: str = options.Model,
+    contacts: str = options.Contacts,
+    mix: str = options.Mix,
+    jobs: int = typer.Option(1, help="Number of processes for a table; 0 takes all processors."),
+    format_settings: FormatSettings = options_of_formats(),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Speak a text with espeak-ng and animate a head with it.
+
+    The sound is written beside or inside the output, as `animate` writes it. A table gives a folder
+    of takes; run again, it makes those that are missing.
+    """
+    check_pipes([], output, format, as_json)
+    settings: dict[str, Any] = {
+        "fps": fps,
+        "identity": identity,
+        "head": head,
+        "style": style,
+        "strength": strength,
+        "model": model,
+        "contacts": contacts,
+        "mix": mix,
+    }
+    check_jobs(jobs)
+    if table is not None:
+        if text is not None or file is not None:
+            found = "a text" if text is not None else "--file"
+            raise InputError.about("--table", found=f"{found} too", allowed="one of them")
+        run = TableRun(
+            _folder(output),
+            table,
+            tuple(dict.fromkeys(format or ["npz"])),
+            settings,
+            format_settings,
+            overwrite,
+            no_clobber,
+        )
+        _say_table(table, run, voice, jobs, as_json)
+        return
+    said = _text(text, file)
+    plan = OutputPlan([head, identity, style, model, *([file] if file else [])])
+    source = spoken_source(said, voice, settings)
+    check_format_settings(take_targets(output, format), format_settings)
+    for target in output:
+        if target != PIPE:
+            plan_take(plan, target, source, sound=None, format_settings=format_settings)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json) and PIPE not in output:
+        return
+    quiet = as_json or PIPE in output
+    started = time.perf_counter()
+    with progress_bar("speaking", quiet) as progress:
+        from elocute.speaking import say
+
+        animation = say(said, **asdict(voice), **settings, progress=progress)
+    for note in animation.notes:
+        print(f"elocute: {printable(in_flags(note))}", file=sys.stderr)
+    animated = time.perf_counter()
+    wanted = plan.wanted(output)
+    for target in wanted:
+        with progress_bar(f"writing {target.name}", quiet) as progress:
+            if target == PIPE:
+                with to_stdout(format[0]) as place:
+                    extra = settings_for_format(place, {**format_settings, "embed_audio": True})
+                    animation.write(place, progress=progress, **extra)
+            else:
+                write_motion(
+                    plan,
+                    animation.motion,
+                    target,
+                    sound=animation.sound,
+                    progress=progress,
+                    format_settings=format_settings,
+                )
+        if not quiet:
+            print(printable(target))
+    if as_json:
+        motion = animation.motion
+        record = {
+            "outputs": [str(target) for target in wanted],
+            "frames": motion.frame_count,
+            "fps": motion.fps,
+            "duration_s": round(motion.duration_s, 4),
+            "animate_s": round(animated - started, 4),
+            "write_s": round(time.perf_counter() - animated, 4),
+        }
+        print(json.dumps(record))
+
+
+def check_jobs(jobs: int) -> None:
+    """Raise InputError for a number of processes that cannot be."""
+    from elocute.jobs.process_pool import checked_jobs
+
+    checked_jobs(jobs)
+
+
+def _folder(output: list[Path]) -> Path:
+    """The one folder that takes go into. Raises OutputError."""
+    from elocute.export.registry import WRITERS
+
+    if len(output) != 1 or output[0] == PIPE or output[0].suffix.lower() in WRITERS:
+        raise OutputError.about(
+            "-o " + " ".join(map(str, output))[:100],
+            found="no single folder",
+            allowed="a folder for the takes of a table",
+            remedy="use -o FOLDER --format glb",
+        )
+    return output[0]
+
+
+def _say_table(table: Path, run: TableRun, voice: VoiceSettings, jobs: int, as_json: bool) -> None:
+    """Make the takes of a table; the good ones also where others fail."""
+    from elocute.audio.line_table import Line, UnusableLine, read_lines
+    from elocute.files.work_folder import no_empty_folder, prepare_folder
+    from elocute.jobs.pool import FailedTask, one_after_another
+    from elocute.jobs.process_pool import local_pool
+
+    lines = read_lines(table, voice)
+    check_format_settings(
+        [run.folder / f"x.{kind.lstrip('.')}" for kind in run.formats], run.format_settings
+    )
+    prepare_folder(run.folder, resume=True)
+    failures = 0
+
+    def fail(name: str, reason: str) -> None:
+        nonlocal failures
+        failures += 1
+        print(f"elocute: {printable(f'{name}: {in_flags(reason)}')}", file=sys.stderr)
+        if as_json:
+            print(json.dumps({"id": name, "error": in_flags(reason)}), flush=True)
+
+    for line in lines:
+        if isinstance(line, UnusableLine):
+            fail(line.name, line.fault)
+    tasks = [(line, run) for line in lines if isinstance(line, Line)]
+    pool = one_after_another if jobs == 1 else local_pool(jobs)
+    kept = 0
+    with (
+        no_empty_folder(run.folder),
+        resumable("run it again to continue"),
+        counted(len(tasks)) as one_done,
+        progress_bar(f"speaking {table.name}", as_json) as progress,
+    ):
+        for done, (task, result) in enumerate(pool(make_take, tasks), 1):
+            one_done()
+            progress(done / len(tasks))
+            if isinstance(result, FailedTask):
+                fail(task[0].name, result.reason)
+                continue
+            kept += not result["outputs"]
+            for note in result.get("notes", []):
+                print(f"elocute: {printable(f'{task[0].name}: {in_flags(note)}')}", file=sys.stderr)
+            if as_json:
+                print(json.dumps(result), flush=True)
+            else:
+                for path in result["outputs"]:
+                    print(printable(path))
+    if kept:
+        print(f"elocute: {kept} of {len(lines)} there already", file=sys.stderr)
+    if failures:
+        print(f"elocute: {failures} of {len(lines)} failed", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def _text(text: str | None, file: Path | None) -> str:
+    """What is said, from the one place that was given."""
+    if (text is None) == (file is None):
+        raise InputError.about(
+            "say",
+            found="no text" if text is None else "a text and --file",
+            allowed="a text, - (standard input), --file or --table",
+        )
+    if file is not None:
+        from elocute.files.reading import read_text
+
+        return read_text(file, max_bytes=TEXT_MAX_BYTES, allowed="a text in UTF-8")
+    if text != "-":
+        return str(text)
+    if sys.stdin.isatty():
+        raise InputError.about(STDIN, found="a terminal", allowed="a text, from a pipe or a file")
+    data = sys.stdin.buffer.read(TEXT_MAX_BYTES + 1)
+    if len(data) > TEXT_MAX_BYTES:
+        raise InputError.about(
+            STDIN, found=f"more than {TEXT_MAX_BYTES} bytes", allowed=f"up to {TEXT_MAX} letters"
+        )
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError.about(
+            STDIN, found=f"byte {error.start} is not UTF-8", allowed="a text in UTF-8"
+        ) from None

@@ -1,0 +1,158 @@
+"""Outputs of texts that are spoken: what they are made from, and the takes of a table."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from elocute.audio.voice_settings import VoiceSettings
+from elocute.cli.format_options import FormatSettings
+from elocute.cli.outputs import write_motion
+from elocute.cli.pipes import PIPE, STDOUT
+from elocute.errors import InputError
+from elocute.files.output_plan import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.animation import Animation
+    from elocute.audio.line_table import Line
+
+
+def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) -> str:
+    """What an output of a spoken text is made from, in one line: the same for the same take."""
+    told = json.dumps([" ".join(text.split()), asdict(voice), settings], default=str)
+    return f"the text {text[:40]!r} ({hashlib.sha256(told.encode()).hexdigest()[:12]})"
+
+
+def take_targets(outputs: list[Path], formats: list[str]) -> list[Path]:
+    """Outputs with a suffix, which standard output has not."""
+    return [
+        Path(f"{STDOUT}.{formats[0].lstrip('.')}") if target == PIPE else target
+        for target in outputs
+    ]
+
+
+def plan_take(
+    plan: OutputPlan,
+    target: Path,
+    *sources: str | Path,
+    sound: Path | None,
+    format_settings: FormatSettings,
+) -> None:
+    """Plan an output, and the sound beside it where it has one. Raises InputError.
+
+    sound: the recording, None where a text is spoken.
+    """
+    from elocute.export.registry import check_suffix, side_files
+
+    check_suffix(target)
+    plan.add(target, *sources)
+    embeds = format_settings.get("embed_audio", False)
+    for side in side_files(target, sound or PIPE, embed_audio=embeds):
+        plan.add(side, *sources, beside=target)
+
+
+@dataclass(frozen=True)
+class TableRun:
+    """What all takes of a table share."""
+
+    folder: Path
+    table: Path
+    formats: tuple[str, ...]
+    settings: Mapping[str, Any]
+    format_settings: FormatSettings
+    overwrite: bool
+    no_clobber: bool
+
+    def targets(self, line: Line) -> list[Path]:
+        return [self.folder / f"{line.name}.{kind.lstrip('.')}" for kind in self.formats]
+
+    def settings_of(self, line: Line) -> dict[str, Any]:
+        """Those of the command, but for what the line says."""
+        own = {"style": line.style, "identity": line.identity, "strength": line.strength}
+        return {**self.settings, **{n: v for n, v in own.items() if v not in ("", None)}}
+
+
+def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
+    """Make the take of one line: what was written, what was there already.
+
+    What this very line made before, and nobody changed, is not made again. Raises InputError.
+    """
+    line, run = task
+    settings = run.settings_of(line)
+    sound = _recording(run.table.parent, line.audio)
+    told = {**settings, **run.format_settings}
+    if sound is not None:
+        facts = sound.stat()
+        told["recording"] = [line.audio, facts.st_size, facts.st_mtime_ns]
+    source = spoken_source(line.text, line.voice, told)
+    inputs = [run.table, settings["head"], settings["model"], *([sound] if sound else [])]
+    plan, made = OutputPlan(inputs), []
+    for target in run.targets(line):
+        if _is_made(target, source):
+            made.append(target)
+        else:
+            plan_take(plan, target, source, sound=sound, format_settings=run.format_settings)
+    plan.check(overwrite=run.overwrite, no_clobber=run.no_clobber)
+    wanted = plan.wanted([target for target in run.targets(line) if target not in made])
+    record: dict[str, Any] = {"id": line.name, "outputs": [str(target) for target in wanted]}
+    kept = [str(target) for target in run.targets(line) if target not in wanted]
+    if kept:
+        record["kept"] = kept
+    if not wanted:
+        return record
+    animation = _animated(line, sound, settings)
+    for target in wanted:
+        write_motion(
+            plan,
+            animation.motion,
+            target,
+            sound=animation.sound,
+            progress=None,
+            format_settings=run.format_settings,
+        )
+    record["duration_s"] = round(animation.motion.duration_s, 4)
+    if animation.notes:
+        record["notes"] = list(animation.notes)
+    return record
+
+
+def _animated(line: Line, sound: Path | None, settings: dict[str, Any]) -> Animation:
+    if sound is None:
+        from elocute.speaking import say
+
+        return say(line.text, **asdict(line.voice), **settings)
+    from elocute.animation import animate
+
+    return animate(sound, text=line.text or None, language=line.voice.language, **settings)
+
+
+def _is_made(target: Path, source: str) -> bool:
+    """Whether an output was made from this source and is still as it was made."""
+    from elocute.files.output_history import recall_output, source_text
+
+    known = recall_output(target)
+    return known is not None and known[1] and known[0] == source_text([source])
+
+
+def _recording(folder: Path, name: str) -> Path | None:
+    """A recording below a folder; None for no name. Raises InputError for any other place."""
+    if not name:
+        return None
+    from elocute.corpus.word_clip import is_inside
+
+    path = folder / name
+    inside = is_inside(name) and Path(os.path.realpath(path)).is_relative_to(
+        os.path.realpath(folder)
+    )
+    if not inside or not path.is_file():
+        raise InputError.about(
+            "audio",
+            found=repr(name[:80]) + ("" if not inside else ", which is not there"),
+            allowed="a sound file below the folder of the table",
+        )
+    return path

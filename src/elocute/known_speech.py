@@ -1,0 +1,108 @@
+"""What is known of a speech beside its sound: phones, words with times, or a text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elocute.alignment.transcript import Transcript, transcribe
+from elocute.array_types import Float32Array
+from elocute.articulation.known_phones import blended_posteriors
+from elocute.audio.speech_times import SpeechTimes
+from elocute.errors import InputError
+from elocute.models.feature_extraction import PhoneRefiner, PhoneTimes
+
+
+@dataclass(frozen=True)
+class KnownSpeech:
+    """Phones as `extract_features` takes them, and notes that come up meanwhile.
+
+    Parameters
+    ----------
+    phones : list of (float, float, str), callable or None
+        None where nothing is known.
+    notes : list of str
+        What to know about them; grows while the features are made.
+    """
+
+    phones: PhoneTimes | PhoneRefiner | None
+    notes: list[str] = field(default_factory=list)
+
+    def tell(self, note: str) -> None:
+        """Add a note."""
+        self.notes.append(note)
+
+
+def known_speech(
+    phones: PhoneTimes | SpeechTimes | None, text: str | None, language: str
+) -> KnownSpeech:
+    """What a caller knows of a speech.
+
+    Parameters
+    ----------
+    phones : list of (float, float, str), SpeechTimes or None
+        Phones with their times, or what a file of such times holds.
+    text : str or None
+        What is said.
+    language : str
+        Of the words.
+
+    Returns
+    -------
+    KnownSpeech
+
+    Raises
+    ------
+    InputError
+        For phones and a text together, and a text that cannot be spoken.
+    MachineError
+        Where the pronunciation of words is wanted and espeak-ng is missing.
+    """
+    if phones is not None and text is not None:
+        raise InputError.about("`phones`", found="`text` too", allowed="one of them")
+    if text is not None:
+        return _transcribed(Transcript.of_text(text, language))
+    if isinstance(phones, SpeechTimes):
+        return _timed(phones, language)
+    return KnownSpeech(phones)
+
+
+def _transcribed(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
+    told = list(notes)
+
+    def refine(heard: Float32Array, duration_s: float) -> Float32Array:
+        found = transcribe(transcript, heard, duration_s)
+        told.extend(found.notes)
+        return found.posteriors
+
+    return KnownSpeech(refine, told)
+
+
+def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
+    if not times.phones:
+        known = _transcribed(Transcript.of_words(times.words, language), times.notes)
+        return KnownSpeech(_within(times, known.phones, known.notes), known.notes)
+    told = list(times.notes)
+
+    def refine(heard: Float32Array, duration_s: float) -> Float32Array:
+        return blended_posteriors(
+            times.phones, heard, duration_s, unknown=times.unknown, heard_share=0.0
+        )
+
+    return KnownSpeech(_within(times, refine, told), told)
+
+
+def _within(
+    times: SpeechTimes, refine: PhoneRefiner | PhoneTimes | None, told: list[str]
+) -> PhoneRefiner:
+    """The refiner, once the times are known to fit the sound."""
+    assert callable(refine)
+    inner: Callable[[Float32Array, float], Float32Array] = refine
+
+    def checked(heard: Float32Array, duration_s: float) -> Float32Array:
+        told.extend(times.check(duration_s))
+        return np.asarray(inner(heard, duration_s), np.float32)
+
+    return checked

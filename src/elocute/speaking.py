@@ -1,0 +1,76 @@
+"""Text to motion in one call: espeak-ng speaks, and its phones move the face."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from elocute.animation import Animation, animate
+from elocute.articulation.style import Style
+from elocute.audio.espeak import speak
+from elocute.audio.voice_settings import VoiceSettings
+from elocute.models.feature_extraction import Progress
+from elocute.models.registry import DEFAULT_MODEL
+
+
+def say(
+    text: str,
+    *,
+    language: str = "en-us",
+    voice: str = "",
+    words_per_minute: int = 165,
+    pitch: int = 50,
+    fps: float = 60.0,
+    identity: str | int | Path = "mean",
+    head: str | Path = "builtin",
+    style: str | Style = "plain",
+    strength: float = 1.0,
+    model: str | Path = DEFAULT_MODEL,
+    contacts: str = "auto",
+    mix: str = "output",
+    progress: Progress | None = None,
+) -> Animation:
+    """Speak a text and animate a head with it.
+
+    The phones and their times are those that espeak-ng spoke; nothing is recognised.
+
+    Parameters
+    ----------
+    text : str
+        What is said, 20,000 letters at most.
+    language : str
+        Language of the text, as espeak-ng names it.
+    voice : str
+        A voice of espeak-ng; "" for the language's own.
+    words_per_minute : int
+        How fast, 80 to 450.
+    pitch : int
+        Of the voice, 0 to 99.
+    fps, identity, head, style, strength, model, contacts, mix, progress
+        As `animate` takes them.
+
+    Returns
+    -------
+    Animation
+        The motion, its curves and the speech as a Waveform.
+
+    Raises
+    ------
+    InputError
+        For a text, a voice or anything else that cannot be used.
+    MachineError
+        Where espeak-ng is missing.
+    """
+    spoken = speak(text, VoiceSettings(language, voice, words_per_minute, pitch))
+    return animate(
+        spoken.sound,
+        phones=list(spoken.phones),
+        fps=fps,
+        identity=identity,
+        head=head,
+        style=style,
+        strength=strength,
+        model=model,
+        contacts=contacts,
+        mix=mix,
+        progress=progress,
+    )
