@@ -116,7 +116,8 @@ def test_another_take_is_not_the_same_twice(head, log_posteriors):
 
 
 def test_blocks_of_frames_are_those_of_the_whole(take, vertices):
-    assert np.array_equal(take.vertices(17, 23), vertices[17:23])
+    # Not to the bit: how a processor sums depends on how many rows are multiplied at once.
+    assert np.abs(take.vertices(17, 23) - vertices[17:23]).max() < 1e-7
 
 
 @pytest.mark.parametrize("part", ["own_shapes", "habits", "flesh", "slide", "prosody"])
