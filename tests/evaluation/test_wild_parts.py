@@ -20,8 +20,8 @@ from elocute.evaluation.wild_parts import (
     experiment_clips,
     read_held_out,
 )
-from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.feature_cache import FeatureCache, cache_features
+from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import training_clips
 from tests.support.commands import succeeds
 

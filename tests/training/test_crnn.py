@@ -31,7 +31,6 @@ from elocute.models.voca import VocaModel  # noqa: E402
 from elocute.motion.motion import Motion  # noqa: E402
 from elocute.networks.crnn import SharedCrnn  # noqa: E402
 from elocute.training.crnn.batches import predict_batch, random_batch, random_segment, whole_batch  # noqa: E402
-from elocute.training.crnn.config import CrnnTrainConfig  # noqa: E402
 from elocute.training.crnn.feature_cache import cache_features  # noqa: E402
 from elocute.training.crnn.fit import audible_bands, fit  # noqa: E402
 from elocute.training.crnn.loss import (  # noqa: E402
@@ -41,6 +40,7 @@ from elocute.training.crnn.loss import (  # noqa: E402
     tempered_weights,
 )
 from elocute.training.crnn.run import MODEL, train_crnn  # noqa: E402
+from elocute.training.crnn.settings import CrnnTrainConfig  # noqa: E402
 from elocute.training.crnn.training_data import select_training_data  # noqa: E402
 
 FPS = 30.0

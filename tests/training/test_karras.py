@@ -25,10 +25,10 @@ from elocute.models.protocol import FrameSpan  # noqa: E402
 from elocute.models.registry import open_model  # noqa: E402
 from elocute.models.streaming import CurveStream  # noqa: E402
 from elocute.networks.karras import Karras, KarrasConfig, Noise, SharedKarras  # noqa: E402
-from elocute.training.karras.config import KarrasTrainConfig  # noqa: E402
 from elocute.training.karras.export import export_karras  # noqa: E402
 from elocute.training.karras.fit import TrainedKarras, fit  # noqa: E402
 from elocute.training.karras.loss import Balance, loss_terms  # noqa: E402
+from elocute.training.karras.settings import KarrasTrainConfig  # noqa: E402
 from elocute.training.karras.training_data import (  # noqa: E402
     KarrasTrainingData,
     draw_runs,

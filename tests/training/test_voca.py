@@ -25,7 +25,6 @@ from elocute.encoders.registry import resolve_encoder  # noqa: E402
 from elocute.errors import CorpusError, ModelError  # noqa: E402
 from elocute.models.protocol import FrameSpan, SpeechFeatures  # noqa: E402
 from elocute.models.voca import VocaModel  # noqa: E402
-from elocute.training.voca.config import VocaTrainConfig  # noqa: E402
 from elocute.training.voca.export import export_voca  # noqa: E402
 from elocute.training.voca.fit import (  # noqa: E402
     TrainedVoca,
@@ -34,6 +33,7 @@ from elocute.training.voca.fit import (  # noqa: E402
     pair_loss,
     share_of_batch,
 )
+from elocute.training.voca.settings import VocaTrainConfig  # noqa: E402
 from elocute.training.voca.training_data import VocaTrainingData, prepare  # noqa: E402
 
 Make = Callable[..., Corpus]

@@ -40,7 +40,6 @@ from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.networks.crnn import Crnn, SharedCrnn
 from elocute.one_line_repr import one_line
-from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.feature_cache import (
     CachedClip,
@@ -51,6 +50,7 @@ from elocute.training.crnn.feature_cache import (
 )
 from elocute.training.crnn.fit import TrainedCrnn, fit, predict_clips
 from elocute.training.crnn.loss import explained_shares
+from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import select_training_data
 from elocute.training.training_log import Report
 

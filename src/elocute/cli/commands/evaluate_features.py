@@ -105,8 +105,8 @@ def _train(
     from elocute.files.work_folder import no_empty_folder, prepare_trainings
 
     with needs_extra("training", "train"):
-        from elocute.training.voca.config import VocaTrainConfig
         from elocute.training.voca.run import MODEL, train_voca
+        from elocute.training.voca.settings import VocaTrainConfig
     configs = {name: VocaTrainConfig(epochs=epochs, encoder=name) for name in encoders}
     for name in encoders:
         resolve_encoder(name)

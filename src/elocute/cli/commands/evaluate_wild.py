@@ -14,8 +14,8 @@ from elocute.cli.json_reports import write_json_report
 from elocute.cli.name_lists import read_names
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
-from elocute.training.crnn.config import PRESETS as CRNN_PRESETS
-from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.training.crnn.settings import PRESETS as CRNN_PRESETS
+from elocute.training.crnn.settings import CrnnTrainConfig
 
 if TYPE_CHECKING:
     from elocute.evaluation.concordance import ConcordanceScore

@@ -14,11 +14,11 @@ from elocute.cli.progress import EpochLines
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
 from elocute.files.work_folder import no_empty_folder, prepare_training
-from elocute.training.crnn.config import PRESETS as CRNN_PRESETS
-from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.karras.config import PRESETS as KARRAS_PRESETS
-from elocute.training.karras.config import KarrasTrainConfig
-from elocute.training.voca.config import PRESETS, VocaTrainConfig
+from elocute.training.crnn.settings import PRESETS as CRNN_PRESETS
+from elocute.training.crnn.settings import CrnnTrainConfig
+from elocute.training.karras.settings import PRESETS as KARRAS_PRESETS
+from elocute.training.karras.settings import KarrasTrainConfig
+from elocute.training.voca.settings import PRESETS, VocaTrainConfig
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus

@@ -27,9 +27,9 @@ from elocute.training.checkpoint import (
     tensors_of,
 )
 from elocute.training.crnn.batches import predict_batch, random_batch, whole_batch
-from elocute.training.crnn.config import BETAS, CrnnTrainConfig
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
 from elocute.training.crnn.loss import LOSSES, concordance, tempered_weights
+from elocute.training.crnn.settings import BETAS, CrnnTrainConfig
 from elocute.training.crnn.training_data import (
     CrnnTrainingData,
     channel_statistics,

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from elocute.corpus.shards import Shards
 from elocute.training.checkpoint import check_checkpoint
-from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.feature_cache import cache_features
 from elocute.training.crnn.fit import TrainedCrnn, fit
+from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import select_training_data, training_clips
 from elocute.training.device import resolve_device
 from elocute.training.training_log import Report

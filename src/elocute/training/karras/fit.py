@@ -24,8 +24,8 @@ from elocute.training.checkpoint import (
     stored_log,
 )
 from elocute.training.device import resolve_device
-from elocute.training.karras.config import KarrasTrainConfig
 from elocute.training.karras.loss import TERMS, Balance, loss_terms
+from elocute.training.karras.settings import KarrasTrainConfig
 from elocute.training.karras.training_data import (
     KarrasFrames,
     KarrasTrainingData,
@@ -34,9 +34,9 @@ from elocute.training.karras.training_data import (
     draw_runs,
     read_between,
 )
+from elocute.training.target_space import MotionSpace
 from elocute.training.training_log import Report, TrainingLog, check_loss
 from elocute.training.voca.fit import principal_components
-from elocute.training.voca.target_space import MotionSpace
 
 LOG_FIELDS = (
     "epoch",

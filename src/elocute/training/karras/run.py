@@ -7,9 +7,9 @@ from pathlib import Path
 from elocute.corpus.corpus_store import Corpus
 from elocute.training.checkpoint import check_checkpoint
 from elocute.training.device import resolve_device
-from elocute.training.karras.config import KarrasTrainConfig
 from elocute.training.karras.export import export_karras
 from elocute.training.karras.fit import TrainedKarras, fit
+from elocute.training.karras.settings import KarrasTrainConfig
 from elocute.training.karras.training_data import prepare
 from elocute.training.training_log import Report
 

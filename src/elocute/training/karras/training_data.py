@@ -29,9 +29,9 @@ from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.models.crnn_network import samples_level
-from elocute.training.karras.config import KarrasTrainConfig
+from elocute.training.karras.settings import KarrasTrainConfig
+from elocute.training.target_space import MotionSpace, motion_space
 from elocute.training.training_log import Report
-from elocute.training.voca.target_space import MotionSpace, motion_space
 from elocute.training.voca.training_data import clip_sound, clip_targets, subjects_of
 
 FRAME_OUTPUTS = 4  # outputs from frame to frame

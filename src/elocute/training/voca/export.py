@@ -12,8 +12,8 @@ from torch import Tensor, nn
 from elocute.corpus.corpus_store import Corpus
 from elocute.networks.voca import SharedVoca, Voca
 from elocute.training.onnx_export import export_network
+from elocute.training.target_space import MotionSpace
 from elocute.training.voca.fit import TrainedVoca
-from elocute.training.voca.target_space import MotionSpace
 
 MM = 1000.0
 

@@ -25,9 +25,9 @@ from elocute.training.checkpoint import (
     stored_log,
 )
 from elocute.training.device import resolve_device
+from elocute.training.target_space import MotionSpace
 from elocute.training.training_log import Report, TrainingLog, check_loss
-from elocute.training.voca.config import VocaTrainConfig
-from elocute.training.voca.target_space import MotionSpace
+from elocute.training.voca.settings import VocaTrainConfig
 from elocute.training.voca.training_data import TrainingFrames, VocaTrainingData
 
 LOG_FIELDS: tuple[str, ...] = (

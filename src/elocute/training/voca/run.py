@@ -9,9 +9,9 @@ from elocute.encoders.registry import resolve_encoder
 from elocute.training.checkpoint import check_checkpoint
 from elocute.training.device import by_first_process, resolve_device
 from elocute.training.training_log import Report
-from elocute.training.voca.config import VocaTrainConfig
 from elocute.training.voca.export import export_voca
 from elocute.training.voca.fit import TrainedVoca, fit
+from elocute.training.voca.settings import VocaTrainConfig
 from elocute.training.voca.style_errors import record_style_errors
 from elocute.training.voca.training_data import prepare
 

@@ -14,9 +14,9 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.networks.voca import WINDOW
+from elocute.training.target_space import MotionSpace, motion_space
 from elocute.training.training_log import Report
-from elocute.training.voca.config import VocaTrainConfig
-from elocute.training.voca.target_space import MotionSpace, motion_space
+from elocute.training.voca.settings import VocaTrainConfig
 
 Encode = Callable[[Waveform], Features]
 Progress = Callable[[float], None]

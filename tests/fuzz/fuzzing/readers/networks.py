@@ -35,8 +35,8 @@ def _phone_encoder(path: Path) -> None:
 def _checkpoint(path: Path) -> None:
     import torch
 
-    from elocute.training.voca.config import VocaTrainConfig
     from elocute.training.voca.fit import _restore
+    from elocute.training.voca.settings import VocaTrainConfig
 
     network: Any = torch.nn.Linear(3, 2)
     optimiser = torch.optim.Adam(network.parameters())
@@ -47,8 +47,8 @@ def _checkpoint(path: Path) -> None:
 def _crnn_checkpoint(path: Path) -> None:
     import torch
 
-    from elocute.training.crnn.config import CrnnTrainConfig
     from elocute.training.crnn.fit import _restore
+    from elocute.training.crnn.settings import CrnnTrainConfig
 
     network: Any = torch.nn.Linear(3, 2)
     optimiser = torch.optim.Adam(network.parameters())
