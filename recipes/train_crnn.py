@@ -18,7 +18,8 @@ import sys
 from pathlib import Path
 
 from elocute.corpus.shards import open_shards
-from elocute.training.crnn.run import MODEL, train_crnn
+from elocute.files.work_folder import MODEL
+from elocute.training.crnn.run import train_crnn
 from elocute.training.crnn.settings import CrnnTrainConfig
 
 ASSET = Path(__file__).parents[1] / "src" / "elocute" / "models" / "assets" / "crnn.onnx"

@@ -34,6 +34,7 @@ from elocute.evaluation.wild_parts import (
     exact_parameters,
     experiment_clips,
 )
+from elocute.files.work_folder import MODEL
 from elocute.head.builtin import load_builtin_head
 from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
 from elocute.motion.curves import ARKIT_NAMES
@@ -54,7 +55,6 @@ from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import select_training_data
 from elocute.training.training_log import Report
 
-MODEL = "model.onnx"
 PAPER = {
     "speaker validation": 0.679,
     "speaker participant": 0.621,

@@ -13,17 +13,14 @@ from elocute.cli.command_group import CommandGroup
 from elocute.cli.progress import EpochLines
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
-from elocute.files.work_folder import no_empty_folder, prepare_training
-from elocute.training.crnn.settings import PRESETS as CRNN_PRESETS
+from elocute.files.work_folder import MODEL, no_empty_folder, prepare_training
 from elocute.training.crnn.settings import CrnnTrainConfig
-from elocute.training.karras.settings import PRESETS as KARRAS_PRESETS
 from elocute.training.karras.settings import KarrasTrainConfig
-from elocute.training.voca.settings import PRESETS, VocaTrainConfig
+from elocute.training.voca.settings import VocaTrainConfig
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
 
-MODEL = "model.onnx"
 app = CommandGroup("Train models on a corpus.")
 
 Output = typer.Option(..., "-o", "--output", help="Output folder for checkpoint, log and model.")
@@ -45,7 +42,7 @@ def voca_command(
             "velocity_weight": "--velocity",
             "reduced": "--reduced/--full-decoder",
         },
-        presets=PRESETS,
+        presets=VocaTrainConfig.presets,
     ),
     device: str = Device,
     resume: bool = Resume,
@@ -82,7 +79,7 @@ def karras_command(
             "noise": "--noise/--no-noise",
             "reduced": "--reduced/--full-decoder",
         },
-        presets=KARRAS_PRESETS,
+        presets=KarrasTrainConfig.presets,
     ),
     device: str = Device,
     resume: bool = Resume,
@@ -116,7 +113,7 @@ def crnn_command(
     ),
     output: Path = Output,
     config: CrnnTrainConfig = options_of(
-        CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CRNN_PRESETS
+        CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CrnnTrainConfig.presets
     ),
     device: str = Device,
     resume: bool = Resume,
