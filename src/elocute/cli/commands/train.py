@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,9 @@ from elocute.training.voca.settings import VocaTrainConfig
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
+    from elocute.training.karras.fit import TrainedKarras
+    from elocute.training.settings import TrainingSettings
+    from elocute.training.voca.fit import TrainedVoca
 
 app = CommandGroup("Train models on a corpus.")
 
@@ -56,15 +60,8 @@ def voca_command(
 
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):
-        from elocute.training.device import resolve_device
         from elocute.training.voca.run import train_voca
-    resolve_device(device)
-    with no_empty_folder(output), EpochLines(as_json) as report:
-        prepare_training(output, resume)
-        trained = train_voca(
-            opened, config, output, split, resume=resume, report=report, device=device
-        )
-    _show_trained(opened, split, output, trained.styles, trained.log, as_json)
+    _train_on_corpus(train_voca, opened, split, config, output, device, resume, as_json)
 
 
 @app.command("karras")
@@ -94,15 +91,8 @@ def karras_command(
 
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):
-        from elocute.training.device import resolve_device
         from elocute.training.karras.run import train_karras
-    resolve_device(device)
-    with no_empty_folder(output), EpochLines(as_json) as report:
-        prepare_training(output, resume)
-        trained = train_karras(
-            opened, config, output, split, resume=resume, report=report, device=device
-        )
-    _show_trained(opened, split, output, trained.styles, trained.log, as_json)
+    _train_on_corpus(train_karras, opened, split, config, output, device, resume, as_json)
 
 
 @app.command("crnn")
@@ -156,19 +146,26 @@ def report_left_out(broken: list[tuple[str, str]], clips: int) -> None:
         raise typer.Exit(1)
 
 
-def _show_trained(
+def _train_on_corpus(
+    train: Callable[..., TrainedVoca | TrainedKarras],
     corpus: Corpus,
     split: str,
+    config: TrainingSettings,
     output: Path,
-    styles: tuple[str, ...],
-    log: list[dict[str, float]],
+    device: str,
+    resume: bool,
     as_json: bool,
 ) -> None:
-    """Where the new model is; with JSON, what it can do too."""
-    model = output / MODEL
-    sample = _sample(corpus, split, output)
-    record = {"model": str(model), "styles": styles, "sample": sample, **(log[-1] if log else {})}
-    print(json.dumps(record) if as_json else model)
+    """Train, and say where the new model is; with JSON, what it can do too."""
+    from elocute.training.device import resolve_device
+
+    resolve_device(device)
+    with no_empty_folder(output), EpochLines(as_json) as report:
+        prepare_training(output, resume)
+        trained = train(corpus, config, output, split, resume=resume, report=report, device=device)
+    model, sample = output / MODEL, _sample(corpus, split, output)
+    record = {"model": str(model), "styles": trained.styles, "sample": sample}
+    print(json.dumps({**record, **(trained.log[-1] if trained.log else {})}) if as_json else model)
 
 
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:
