@@ -16,6 +16,7 @@ import torch
 from elocute.animation import animate
 from elocute.audio.mel_with_deltas import mel_columns
 from elocute.audio.read import read_audio
+from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import Waveform
 from elocute.errors import CorpusError, ModelError
 from elocute.evaluation.concordance import score_concordance
@@ -25,7 +26,6 @@ from elocute.models.crnn_network import (
     JOINS,
     CrnnNetwork,
     CrnnStream,
-    samples_level,
     stream_weights,
 )
 from elocute.models.model_shapes import as_builtin, speech_names, to_shapes

@@ -25,9 +25,9 @@ from elocute.audio.autocorrelation import (
     autocorrelation,
     rows_in,
 )
+from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.corpus.corpus_store import Corpus
-from elocute.models.crnn_network import samples_level
 from elocute.training.corpus_data import (
     CorpusData,
     Progress,
