@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import torch
@@ -201,24 +202,21 @@ def prepare(
         that is not finite.
     """
 
-    def load(
-        names: Sequence[str],
-        styles: Sequence[str],
-        space: MotionSpace | None,
-        progress: Progress | None,
-    ) -> KarrasFrames:
-        return load_frames(corpus, names, styles, config, space, progress)
-
     return load_parts(
-        corpus, split, load, reduced=config.reduced, doing="analysing the corpus", report=report
+        corpus,
+        split,
+        partial(load_frames, corpus, config),
+        reduced=config.reduced,
+        doing="analysing the corpus",
+        report=report,
     )
 
 
 def load_frames(
     corpus: Corpus,
+    config: KarrasTrainConfig,
     names: Sequence[str],
     styles: Sequence[str],
-    config: KarrasTrainConfig,
     space: MotionSpace | None,
     progress: Progress | None = None,
 ) -> KarrasFrames:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import torch
@@ -65,9 +66,9 @@ class TrainingFrames:
 
 def load_frames(
     corpus: Corpus,
+    encode: Encode,
     names: Sequence[str],
     styles: Sequence[str],
-    encode: Encode,
     space: MotionSpace | None,
     progress: Progress | None = None,
 ) -> TrainingFrames:
@@ -131,16 +132,13 @@ def prepare(
         or features that are not finite.
     """
 
-    def load(
-        names: Sequence[str],
-        styles: Sequence[str],
-        space: MotionSpace | None,
-        progress: Progress | None,
-    ) -> TrainingFrames:
-        return load_frames(corpus, names, styles, encode, space, progress)
-
     return load_parts(
-        corpus, split, load, reduced=config.reduced, doing="encoding the corpus", report=report
+        corpus,
+        split,
+        partial(load_frames, corpus, encode),
+        reduced=config.reduced,
+        doing="encoding the corpus",
+        report=report,
     )
 
 
