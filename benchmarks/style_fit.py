@@ -38,7 +38,8 @@ from elocute.head.builtin import load_builtin_head
 from elocute.models.feature_extraction import extract_features
 from elocute.models.protocol import FrameSpan, SpeechFeatures
 from elocute.models.registry import open_model
-from elocute.models.style_fit import ObservedMotion, fit_style
+from elocute.models.style_fit import fit_style
+from elocute.models.style_targets import ObservedMotion
 from elocute.motion.vertex_motion import VertexMotion
 from recipes.corpus.faces import rig_weights
 from recipes.corpus.speech import Speaker

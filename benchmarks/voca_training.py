@@ -20,8 +20,8 @@ import numpy as np
 from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.split import Split
 from elocute.encoders.registry import resolve_encoder
-from elocute.training.voca.config import VocaTrainConfig
 from elocute.training.voca.fit import TrainedVoca, fit
+from elocute.training.voca.settings import VocaTrainConfig
 from elocute.training.voca.training_data import prepare
 
 

@@ -27,14 +27,15 @@ import json
 import random
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
-from elocute.corpus.corpus_writing import corpus_writer
+from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
 from elocute.corpus.split import Split
 from elocute.files.atomic import write_folder_atomically
-from recipes.corpus.faces import KINDS, open_faces, writer_options
+from recipes.corpus.faces import KINDS, Faces, open_faces, writer_options
 from recipes.corpus.sentences import candidate
 from recipes.corpus.speech import Speaker, voices_missing
 from recipes.encoder.store import RATE
@@ -61,6 +62,12 @@ NOTE = (
 )
 
 
+def words_writer(folder: Path, faces: Faces, kind: str) -> AbstractContextManager[CorpusWriter]:
+    """A corpus of these faces."""
+    note = NOTE.format(kind)
+    return corpus_writer(folder, faces.templates, fps=FPS, note=note, **writer_options(faces))
+
+
 def write_captured(
     folder: Path, voices: Voices, words: Sequence[str], speakers: int, seed: int, kind: str
 ) -> None:
@@ -68,13 +75,7 @@ def write_captured(
     subjects = CAPTURED[-speakers:]
     faces = open_faces(kind, subjects)
     (folder / "captured_words").mkdir()
-    with corpus_writer(
-        folder / "captured",
-        faces.templates,
-        fps=FPS,
-        note=NOTE.format(kind),
-        **writer_options(faces),
-    ) as writer:
+    with words_writer(folder / "captured", faces, kind) as writer:
         for subject in subjects:
             room = folder / "captured_words"
             for clip in readings(
@@ -94,13 +95,7 @@ def write_sentences(folder: Path, count: int, seed: int, kind: str) -> None:
     """folder/sentences: somebody of whom no word is captured (section 6.4)."""
     subject, speaker, draw = SENTENCES, Speaker(), random.Random(seed)
     faces = open_faces(kind, [subject])
-    with corpus_writer(
-        folder / "sentences",
-        faces.templates,
-        fps=FPS,
-        note=NOTE.format(kind),
-        **writer_options(faces),
-    ) as writer:
+    with words_writer(folder / "sentences", faces, kind) as writer:
         for number in range(count):
             text = candidate(draw)
             samples, phones = speaker.say(subject, text, seed + number)

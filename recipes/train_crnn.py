@@ -18,8 +18,9 @@ import sys
 from pathlib import Path
 
 from elocute.corpus.shards import open_shards
-from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.crnn.run import MODEL, train_crnn
+from elocute.files.work_folder import MODEL
+from elocute.training.crnn.run import train_crnn
+from elocute.training.crnn.settings import CrnnTrainConfig
 
 ASSET = Path(__file__).parents[1] / "src" / "elocute" / "models" / "assets" / "crnn.onnx"
 NOTE = (

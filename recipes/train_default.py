@@ -14,8 +14,9 @@ import shutil
 from pathlib import Path
 
 from elocute.corpus.corpus_store import open_corpus
-from elocute.training.voca.config import VocaTrainConfig
-from elocute.training.voca.run import MODEL, train_voca
+from elocute.files.work_folder import MODEL
+from elocute.training.voca.run import train_voca
+from elocute.training.voca.settings import VocaTrainConfig
 
 ASSET = Path(__file__).parents[1] / "src" / "elocute" / "models" / "assets" / "voca.onnx"
 NOTE = (

@@ -14,7 +14,6 @@ import contextlib
 import io
 import json
 import os
-import pickle
 import re
 import shlex
 import shutil
@@ -23,15 +22,12 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
-import numpy as np
 import pytest
-import soundfile
 from typer.main import get_command
 
 from elocute.audio.espeak import has_espeak
@@ -40,75 +36,20 @@ from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli import main
 from elocute.cli.app import command_line
 from tests.support.commands import run_apart, run_python
+from tests.support.documented_files import file_maker
+from tests.support.documented_pages import (
+    BLOCKS,
+    LINES,
+    LOOKS,
+    NAMED,
+    PAGES,
+    PYTHON,
+    ROOT,
+    RUN,
+    UNDERSTOOD,
+)
 
-ROOT = Path(__file__).parents[1]
-PAGES = [
-    ROOT / "README.md",
-    ROOT / "CONTRIBUTING.md",
-    ROOT / "SECURITY.md",
-    *sorted((ROOT / "docs").rglob("*.md")),
-]
 NOT_RUN_MAX = 5
-BLOCK = re.compile(r"^(?:<!-- not run: (.+?) -->\n+)?```(\w+)\n(.*?)^```", re.M | re.S)
-
-
-@dataclass(frozen=True)
-class Block:
-    """Code of a page; `not_run` says why it only has to be understood, or is empty."""
-
-    page: str
-    kind: str
-    text: str
-    not_run: str
-
-    @property
-    def lines(self) -> list[str]:
-        """Commands without their comments."""
-        typed = (re.split(r"\s+# ", line)[0].strip() for line in self.text.split("\n"))
-        return [line for line in typed if line]
-
-
-def blocks_of(page: Path) -> list[Block]:
-    text, name = page.read_text(encoding="utf-8"), page.relative_to(ROOT).as_posix()
-    return [Block(name, kind, code, why or "") for why, kind, code in BLOCK.findall(text)]
-
-
-BLOCKS = [block for page in PAGES for block in blocks_of(page)]
-SHELL = [block for block in BLOCKS if block.kind == "sh"]
-PYTHON = {
-    page: [b.text for b in BLOCKS if b.page == page and b.kind == "python"]
-    for page in dict.fromkeys(b.page for b in BLOCKS if b.kind == "python")
-}
-LOOKS = ("python -c ", "ls ")
-LINES = [line for block in SHELL for line in block.lines]
-RUN = dict.fromkeys(
-    line for b in SHELL if not b.not_run for line in b.lines if line.startswith("elocute ")
-)
-UNDERSTOOD = dict.fromkeys(
-    line for b in SHELL if b.not_run for line in b.lines if line.startswith("elocute ")
-)
-NAMED = {
-    " ".join(found.split())
-    for page in PAGES
-    for found in re.findall(
-        r"`elocute ([a-z][a-z ]*[a-z])(?: [^`]*)?`",
-        re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S),
-    )
-}
-
-SPEECH_S = 0.7
-SPOKEN = (
-    "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "
-    "Five wolves move through the blue fog. Now I rest."
-)
-KNOWN = {
-    "speech.txt": "Guten Morgen.",
-    "lines.csv": "id,text,voice\na,Hello Bob.,f2\n",
-    "speech.TextGrid": 'File type = "ooTextFile"\nObject class = "TextGrid"\n\n0\n0.7\n<exists>\n'
-    '1\n"IntervalTier"\n"phones"\n0\n0.7\n2\n0\n0.3\n"M"\n0.3\n0.7\n"AE1"\n',
-    "speech.json": '[{"AudioOffset": 500000, "VisemeId": 21}, {"AudioOffset": 2e6, "VisemeId": 2}]',
-}
-"""What is known of speech.wav and of lines to be spoken."""
 SMALLER = {
     r"say .*\.mp4": "--size 64 --fps 10",
     r"animate .*\.mp4": "--size 64 --fps 10",
@@ -127,181 +68,12 @@ SMALLER = {
 SMALLER_PYTHON = {"epochs=50": "epochs=1", "1920, 1080": "64, 64", '"dcaw"': '"ctw"'}
 
 
-def speech(seconds: float = SPEECH_S) -> tuple[np.ndarray, int]:
-    samples, rate = soundfile.read(ROOT / "src/elocute/assets/example.flac", dtype="float32")
-    first = 0 if seconds > 5 else rate
-    return samples[first : first + round(seconds * rate)], rate
-
-
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Files that were made already, by name."""
-    return {"": tmp_path_factory.mktemp("documented")}
-
-
-@pytest.fixture(scope="module")
-def give(made: dict[str, Path], request: pytest.FixtureRequest, run: Callable) -> Callable:
-    """give("talk.npz") makes that file once, with what it needs."""
-
-    def make(name: str, place: Path) -> None:
-        if name.endswith(".wav"):
-            samples, rate = speech(11 if name == "reading.wav" else SPEECH_S)
-            soundfile.write(place, samples, rate)
-        elif name == "clips":
-            place.mkdir()
-            for clip in ("a.wav", "b.wav"):
-                soundfile.write(place / clip, *speech())
-        elif name == "talk.npz":
-            run("animate", one("reading.wav"), "-o", place)
-        elif name == "vertices.npy":
-            run("animate", one("speech.wav"), "-o", place, "--fps", 10)
-        elif name in ("corpus", "captured", "build/corpus"):
-            request.getfixturevalue("make_corpus")(place, vertices=True, fps=30.0)
-        elif name == "sequence":
-            run(
-                "capture",
-                "simulate",
-                one("speech.wav"),
-                "-o",
-                place,
-                "--seconds",
-                0.05,
-                "--points",
-                15000,
-            )
-        elif name == "face.ply":
-            shutil.copy(one("sequence") / "00000.ply", place)
-        elif name == "speech.npz":
-            run("blendshapes", "learn", one("corpus"), "-o", place, "--components", 3)
-        elif name == "trained/model.onnx":
-            shutil.copy(request.getfixturevalue("learned").model, place)
-        elif name == "of_flame/model.onnx":
-            corpus, trained = place.with_name("corpus"), place.with_name("trained")
-            run("corpus", "convert", one("VOCASET"), "-o", corpus)
-            run("train", "voca", corpus, "-o", trained, "--epochs", 1)
-            shutil.copy(trained / "model.onnx", place)
-        elif name == "captured/corpus":
-            shutil.copytree(one("corpus"), place)
-        elif name in ("mine.json", "new.json"):
-            run(
-                "style",
-                "fit",
-                one("talk.npz"),
-                "--sound",
-                one("speech.wav"),
-                "--model",
-                one("trained/model.onnx"),
-                *(["--new"] if name == "new.json" else []),
-                "-o",
-                place,
-            )
-        elif name == "shards":
-            shutil.copytree(request.getfixturevalue("speech_shards").folder, place)
-        elif name == "recordings":
-            shutil.copytree(request.getfixturevalue("speech_shards").sound_root, place)
-        elif name == "drafts/ann.r000.json":
-            run(
-                "words",
-                "segment",
-                one("reading.wav"),
-                "--text-file",
-                one("reading.txt"),
-                "-o",
-                place,
-            )
-        elif name == "edit.TextGrid":
-            run(
-                "words",
-                "check",
-                one("drafts/ann.r000.json"),
-                one("reading.wav"),
-                "-o",
-                place.with_name("page.html"),
-                "--textgrid",
-                place,
-            )
-        elif name == "reading.txt":
-            place.write_text(SPOKEN)
-        elif name in ("speech.txt", "lines.csv", "speech.TextGrid", "speech.json"):
-            place.write_text(KNOWN[name])
-        elif name in ("vocaset", "ours", "theirs"):
-            _make_benchmark(place, truth=name == "vocaset")
-        elif name in ("VOCASET", "generic_model.pkl"):
-            _make_vocaset(place, name, request)
-        elif name == "flame.npz":
-            run("head", "adopt", one("generic_model.pkl"), "-o", place)
-        elif name == "flame_talk.npz":
-            head = one("flame.npz")
-            run("animate", one("speech.wav"), "--head", head, "--fps", 5, "-o", place)
-        elif name == "parameters.npz":
-            solve = "solve", one("flame_talk.npz"), "--flame", one("generic_model.pkl")
-            run(*solve, "-o", place)
-        elif name == "flame_corpus":
-            _make_flame_corpus(place, one("generic_model.pkl"))
-        else:
-            pytest.fail(f"a page names {name}, which nothing here makes")
-
-    def one(name: str) -> Path:
-        if name not in made:
-            place = made[""] / name
-            place.parent.mkdir(exist_ok=True, parents=True)
-            make(name, place)
-            made[name] = place
-        return made[name]
-
-    return one
-
-
-def _make_benchmark(place: Path, *, truth: bool) -> None:
-    """A test clip of VOCASET as FaceFormer keeps it, or a prediction of it."""
-    from elocute.corpus.importers.published_splits import VOCASET_TEST
-
-    subject = VOCASET_TEST[0]
-    face = np.random.default_rng(0).uniform(-0.1, 0.1, (5023, 3))
-    frames = np.repeat(face.astype(np.float32)[None], 8, axis=0)
-    folder = place / "vertices_npy" if truth else place
-    folder.mkdir(parents=True)
-    condition = "" if truth else f"_condition_{subject}"
-    np.save(folder / f"{subject}_sentence21{condition}.npy", frames.reshape(8, -1))
-    if truth:
-        (place / "templates.pkl").write_bytes(pickle.dumps({subject: face}))
-
-
-def _make_vocaset(place: Path, name: str, request: pytest.FixtureRequest) -> None:
-    from elocute.corpus.importers import published_splits
-
-    python2: Any = request.getfixturevalue("python2")
-    if name == "VOCASET":
-        people = (
-            published_splits.VOCASET_TRAIN[0],
-            published_splits.VOCASET_TRAIN[1],
-            published_splits.VOCASET_VALIDATION[0],
-            published_splits.VOCASET_TEST[0],
-        )
-        request.getfixturevalue("sources").write_vocaset(place, python2, people)
-    else:
-        from tests.support.flame_layout import flame_layout
-
-        place.write_bytes(python2.dumps(flame_layout().entries))
-
-
-def _make_flame_corpus(place: Path, flame: Path) -> None:
-    """Two sentences of one subject on FLAME's mesh, a few frames each."""
-    from elocute.audio.waveform import Waveform
-    from elocute.corpus.clip import Clip
-    from elocute.corpus.corpus_writing import corpus_writer
-    from elocute.head.flame import flame_vertices, load_flame
-
-    model = load_flame(flame)
-    with corpus_writer(
-        place, {"ada": model.template.astype(np.float32)}, fps=60, topology="flame"
-    ) as writer:
-        for sentence in ("one", "two"):
-            pose = np.zeros((3, 15))
-            pose[:, 6] = [0, 0.1, 0.2]
-            frames = flame_vertices(model, expression=[0.5, -1], pose=pose).astype(np.float32)
-            sound = Waveform(np.zeros(800, np.float32), 16000)
-            writer.add(Clip("ada", sentence, "", sound, frames))
+def give(
+    tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest, run: Callable
+) -> Callable:
+    """give("talk.npz") makes that file once."""
+    return file_maker(tmp_path_factory.mktemp("documented"), request, run)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from elocute.alignment.config import (
+from elocute.alignment.settings import (
     AlignConfig,
     CcaSoftConfig,
     CtwConfig,
@@ -21,8 +21,8 @@ from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.capture.settings import BatchSettings, Scanner
 from elocute.errors import InputError, ModelError
 from elocute.settings import check_settings, described, setting, settings_of, settings_table
-from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.voca.config import VocaTrainConfig
+from elocute.training.crnn.settings import CrnnTrainConfig
+from elocute.training.voca.settings import VocaTrainConfig
 
 EVERY = [
     AlignConfig,

@@ -55,8 +55,8 @@ def test_two_recordings_are_aligned_and_drawn(
 def test_a_method_that_learns_says_how_far_it_is(words: Path) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
     from elocute.alignment import speech_view
-    from elocute.alignment.config import CcaSoftConfig, DcawConfig, DctwConfig
     from elocute.alignment.methods import align
+    from elocute.alignment.settings import CcaSoftConfig, DcawConfig, DctwConfig
     from elocute.audio.read import read_audio
 
     views = [speech_view(read_audio(words / "first" / f"{name}.wav")) for name in "ab"]

@@ -96,8 +96,8 @@ def test_what_is_broken_is_named_and_the_rest_trains(
 ) -> None:
     import shutil
 
-    from elocute.training.crnn.config import CrnnTrainConfig
     from elocute.training.crnn.run import train_crnn
+    from elocute.training.crnn.settings import CrnnTrainConfig
 
     shutil.copytree(speech_shards.folder, tmp_path / "s")
     path = sorted((tmp_path / "s").glob("*.parquet"))[-1]

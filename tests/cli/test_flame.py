@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("scipy", reason="needs the extra `capture`")
 
 from elocute.head.flame import flame_vertices, load_flame
-from elocute.head.flame_solver import load_flame_parameters
+from elocute.head.flame_parameters import load_flame_parameters
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion
 from tests.support.commands import one_line, run_here

@@ -18,13 +18,12 @@ import pytest
 
 from elocute.corpus.topologies import BIWI, FLAME, published_indices
 from elocute.errors import CorpusError
-from elocute.evaluation.benchmark import (
+from elocute.evaluation.benchmark import benchmark_scores, score_predictions
+from elocute.evaluation.benchmark_files import (
     BENCHMARKS,
     Truth,
-    benchmark_scores,
     find_predictions,
     open_benchmark_truth,
-    score_predictions,
 )
 from elocute.evaluation.vertex_regions import published_region
 from tests.support.commands import refused, succeeds

@@ -14,14 +14,14 @@ pytest.importorskip("pyarrow")
 
 from elocute.corpus.shards import Shards, open_shards, shard_writer
 from elocute.errors import CorpusError, InputError
-from elocute.evaluation.wild_experiments import score_carried
 from elocute.evaluation.wild_parts import (
     exact_parameters,
     experiment_clips,
     read_held_out,
 )
-from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.evaluation.wild_scores import score_carried
 from elocute.training.crnn.feature_cache import FeatureCache, cache_features
+from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import training_clips
 from tests.support.commands import succeeds
 

@@ -7,12 +7,12 @@ import pytest
 
 from elocute.errors import HeadError
 from elocute.head.flame import flame_vertices, load_flame
-from elocute.head.flame_solver import (
+from elocute.head.flame_parameters import (
     FlameParameters,
     load_flame_parameters,
     save_flame_parameters,
-    solve_flame,
 )
+from elocute.head.flame_solver import solve_flame
 from tests.support.flame_layout import flame_layout
 
 FRAMES = 3

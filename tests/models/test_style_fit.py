@@ -15,14 +15,15 @@ from elocute.encoders.registry import resolve_encoder
 from elocute.errors import ModelError
 from elocute.evaluation.model_predictions import recorded_motion
 from elocute.head.builtin import load_builtin_head
-from elocute.models import style_fit
+from elocute.models import style_targets
 from elocute.models.feature_extraction import extract_features
 from elocute.models.model_shapes import basis_of
 from elocute.models.protocol import FrameSpan, SpeechFeatures
 from elocute.models.registry import open_model
 from elocute.models.style_errors import StyleErrors
-from elocute.models.style_fit import ObservedMotion, finished_weights, fit_style, search
+from elocute.models.style_fit import fit_style, search
 from elocute.models.style_mixes import MixedStyle, read_mix, write_mix
+from elocute.models.style_targets import ObservedMotion, finished_weights
 from elocute.models.voca import VocaModel
 from elocute.motion import vertex_motion
 from elocute.motion.vertex_motion import VertexMotion
@@ -120,7 +121,7 @@ def test_only_the_beginning_of_a_long_take_is_looked_at(
     model: VocaModel, take: ObservedMotion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = fit_style(model, [ObservedMotion(take.speech, take.motion.cut(60))])
-    monkeypatch.setattr(style_fit, "SECONDS_MOST", 1.0)
+    monkeypatch.setattr(style_targets, "SECONDS_MOST", 1.0)
     assert fit_style(model, [take]) == first
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="needs the extra `train`")
+pytest.importorskip("torch", reason="needs the extra `train`")
 
-from elocute.networks.voca import SharedVoca, Voca, VocaConfig  # noqa: E402
+import torch
+
+from elocute.networks.voca import SharedVoca, Voca, VocaConfig
 
 PAPER = VocaConfig(features=29, styles=8, outputs=5023 * 3)
 

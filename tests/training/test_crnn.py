@@ -9,39 +9,42 @@ from typing import Any
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+pytest.importorskip("torch", reason="needs the extra `train`")
 
-from elocute.animation import animate  # noqa: E402
-from elocute.audio.mel_with_deltas import mel_columns  # noqa: E402
-from elocute.audio.read import read_audio  # noqa: E402
-from elocute.audio.waveform import Waveform  # noqa: E402
-from elocute.errors import CorpusError, ModelError  # noqa: E402
-from elocute.evaluation.concordance import score_concordance  # noqa: E402
-from elocute.models.crnn import CrnnModel  # noqa: E402
-from elocute.models.crnn_network import (  # noqa: E402
+import torch
+
+from elocute.animation import animate
+from elocute.audio.mel_with_deltas import mel_columns
+from elocute.audio.read import read_audio
+from elocute.audio.sound_level import samples_level
+from elocute.audio.waveform import Waveform
+from elocute.errors import CorpusError, ModelError
+from elocute.evaluation.concordance import score_concordance
+from elocute.files.work_folder import MODEL
+from elocute.models.crnn import CrnnModel
+from elocute.models.crnn_network import (
     JOINS,
     CrnnNetwork,
     CrnnStream,
-    samples_level,
     stream_weights,
 )
-from elocute.models.model_shapes import as_builtin, speech_names, to_shapes  # noqa: E402
-from elocute.models.registry import open_model  # noqa: E402
-from elocute.models.voca import VocaModel  # noqa: E402
-from elocute.motion.motion import Motion  # noqa: E402
-from elocute.networks.crnn import SharedCrnn  # noqa: E402
-from elocute.training.crnn.batches import predict_batch, random_batch, random_segment, whole_batch  # noqa: E402
-from elocute.training.crnn.config import CrnnTrainConfig  # noqa: E402
-from elocute.training.crnn.feature_cache import cache_features  # noqa: E402
-from elocute.training.crnn.fit import audible_bands, fit  # noqa: E402
-from elocute.training.crnn.loss import (  # noqa: E402
+from elocute.models.model_shapes import as_builtin, speech_names, to_shapes
+from elocute.models.registry import open_model
+from elocute.models.voca import VocaModel
+from elocute.motion.motion import Motion
+from elocute.networks.crnn import SharedCrnn
+from elocute.training.crnn.batches import predict_batch, random_batch, random_segment, whole_batch
+from elocute.training.crnn.feature_cache import cache_features
+from elocute.training.crnn.fit import audible_bands, fit
+from elocute.training.crnn.loss import (
     concordance,
     concordance_loss,
     explained_shares,
     tempered_weights,
 )
-from elocute.training.crnn.run import MODEL, train_crnn  # noqa: E402
-from elocute.training.crnn.training_data import select_training_data  # noqa: E402
+from elocute.training.crnn.run import train_crnn
+from elocute.training.crnn.settings import CrnnTrainConfig
+from elocute.training.crnn.training_data import select_training_data
 
 FPS = 30.0
 SHORT = CrnnTrainConfig(epochs=2, batch_clips=8, augment=0.5, highest_hz=8000)

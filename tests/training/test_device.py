@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="needs the extra `train`")
+pytest.importorskip("torch", reason="needs the extra `train`")
 
-from elocute.errors import ModelError  # noqa: E402
-from elocute.training.device import available_devices, resolve_device  # noqa: E402
+import torch
+
+from elocute.errors import ModelError
+from elocute.training.device import available_devices, resolve_device
 
 
 def test_names_lead_to_devices_that_are_there() -> None:

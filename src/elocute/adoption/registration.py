@@ -8,7 +8,6 @@ with the lines held to the end: a face's features matter more here than its surf
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.head.normals import vertex_normals
 from elocute.numerics.rigid_alignment import nearest_rotation
+from elocute.numerics.sparse_factor import factor_of
 
 BENDS_M = (0.03, 0.02, 0.012, 0.008, 0.006, 0.005)
 """Lengths over which displacements may bend, step by step."""
@@ -170,15 +170,3 @@ def _bent(face: Face, bend_m: float, weights: Float64Array, side: Float64Array) 
     smooth = bend_m**4 * template.bend_matrix + STRETCH_M**2 * template.stretch_matrix
     matrix = smooth + diags(weights + ANCHOR * template.skin_areas)
     return factor_of(matrix.tocsc()).solve(side)
-
-
-def factor_of(matrix: Any) -> Any:
-    """Of a sparse, positive definite matrix."""
-    from scipy.sparse.linalg import splu
-
-    return splu(
-        matrix,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )

@@ -16,7 +16,9 @@ from elocute.lazy_loading import lazy
 if TYPE_CHECKING:
     from elocute.alignment.aligner import Aligner
     from elocute.alignment.alignment import Alignment
-    from elocute.alignment.config import (
+    from elocute.alignment.forced_alignment import SpokenWord, segment_words
+    from elocute.alignment.methods import METHODS, align, fit_aligner
+    from elocute.alignment.settings import (
         AlignConfig,
         CcaSoftConfig,
         CtwConfig,
@@ -25,8 +27,6 @@ if TYPE_CHECKING:
         DtwConfig,
         SoftDtwConfig,
     )
-    from elocute.alignment.forced_alignment import SpokenWord, segment_words
-    from elocute.alignment.methods import METHODS, align, fit_aligner
     from elocute.alignment.sound_views import speech_view
     from elocute.alignment.word_times import TimedWord, TimedWords, read_words, write_words
 
@@ -56,7 +56,9 @@ __getattr__, __dir__ = lazy(
     {
         "aligner": ("Aligner",),
         "alignment": ("Alignment",),
-        "config": (
+        "forced_alignment": ("SpokenWord", "segment_words"),
+        "methods": ("METHODS", "align", "fit_aligner"),
+        "settings": (
             "AlignConfig",
             "CcaSoftConfig",
             "CtwConfig",
@@ -65,8 +67,6 @@ __getattr__, __dir__ = lazy(
             "DtwConfig",
             "SoftDtwConfig",
         ),
-        "forced_alignment": ("SpokenWord", "segment_words"),
-        "methods": ("METHODS", "align", "fit_aligner"),
         "sound_views": ("speech_view",),
         "word_times": ("TimedWord", "TimedWords", "read_words", "write_words"),
     },

@@ -23,8 +23,8 @@ from elocute.alignment.alignment import (
     check_views,
 )
 from elocute.alignment.cca import LinearProjection, overall_correlation
-from elocute.alignment.config import AlignConfig, DtwConfig, DtwPathConfig, SoftDtwConfig
 from elocute.alignment.dtw import CostMatrix, dtw, squared_distances
+from elocute.alignment.settings import AlignConfig, DtwConfig, DtwPathConfig, SoftDtwConfig
 from elocute.alignment.soft_dtw import soft_dtw, soft_path
 from elocute.alignment.warping_paths import attention_path, expected_path, merge_paths
 from elocute.array_types import Float32Array

@@ -19,7 +19,6 @@ from torch import Tensor
 
 from elocute.alignment.aligner import Aligner, ViewFeatures, mean_squared_differences
 from elocute.alignment.alignment import Views, WarpingPath
-from elocute.alignment.config import CcaSoftConfig
 from elocute.alignment.ctw import is_shared
 from elocute.alignment.deep_fitting import (
     ClipTensors,
@@ -32,6 +31,7 @@ from elocute.alignment.deep_fitting import (
     on_one_thread,
 )
 from elocute.alignment.dtw import CostMatrix
+from elocute.alignment.settings import CcaSoftConfig
 from elocute.array_types import Float32Array
 from elocute.networks.dcaw import DcawNetwork, frame_mask, monotonic_attention, soft_attention
 

@@ -9,7 +9,6 @@ import torch
 
 from elocute.alignment.aligner import Aligner
 from elocute.alignment.alignment import Views
-from elocute.alignment.config import DctwConfig
 from elocute.alignment.ctw import is_shared
 from elocute.alignment.deep_fitting import (
     ClipTensors,
@@ -21,6 +20,7 @@ from elocute.alignment.deep_fitting import (
     network_aligner,
     on_one_thread,
 )
+from elocute.alignment.settings import DctwConfig
 
 
 @on_one_thread

@@ -21,9 +21,9 @@ from elocute.alignment.aligner import (
 )
 from elocute.alignment.alignment import Views, WarpingPath
 from elocute.alignment.cca import LinearProjection
-from elocute.alignment.config import CtwConfig, DeepConfig
 from elocute.alignment.correlation_objective import RIDGE, whiten_pair
 from elocute.alignment.ctw import canonical_along_paths, fit_projections
+from elocute.alignment.settings import CtwConfig, DeepConfig
 from elocute.array_types import Float32Array
 from elocute.networks.dcaw import DcawNetwork, EncoderConfig
 

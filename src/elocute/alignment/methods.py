@@ -9,7 +9,8 @@ from typing import Any
 
 from elocute.alignment.aligner import Aligner, dtw_aligner, soft_dtw_aligner
 from elocute.alignment.alignment import Alignment, Views, check_views
-from elocute.alignment.config import (
+from elocute.alignment.ctw import fit_ctw
+from elocute.alignment.settings import (
     AlignConfig,
     CcaSoftConfig,
     CtwConfig,
@@ -18,7 +19,6 @@ from elocute.alignment.config import (
     DtwConfig,
     SoftDtwConfig,
 )
-from elocute.alignment.ctw import fit_ctw
 from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError, needs_extra
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli.format_options import FormatSettings
 from elocute.cli.outputs import write_motion
-from elocute.cli.pipes import PIPE, STDOUT
+from elocute.cli.pipes import PIPE
 from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
 
@@ -26,14 +26,6 @@ def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) 
     """What an output of a spoken text is made from, in one line: the same for the same take."""
     told = json.dumps([" ".join(text.split()), asdict(voice), settings], default=str)
     return f"the text {text[:40]!r} ({hashlib.sha256(told.encode()).hexdigest()[:12]})"
-
-
-def take_targets(outputs: list[Path], formats: list[str]) -> list[Path]:
-    """Outputs with a suffix, which standard output has not."""
-    return [
-        Path(f"{STDOUT}.{formats[0].lstrip('.')}") if target == PIPE else target
-        for target in outputs
-    ]
 
 
 def plan_take(

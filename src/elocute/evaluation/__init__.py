@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.evaluation.benchmark import (
-        BenchmarkScore,
+    from elocute.evaluation.benchmark import BenchmarkScore, benchmark_scores, score_predictions
+    from elocute.evaluation.benchmark_files import (
         benchmark_named,
-        benchmark_scores,
         find_predictions,
         frames_apart,
         open_benchmark_truth,
-        score_predictions,
     )
     from elocute.evaluation.confidence_intervals import ConfidenceInterval, mean_interval
     from elocute.evaluation.corpus_scores import (
@@ -98,14 +96,12 @@ __all__ = [
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "benchmark": (
-            "BenchmarkScore",
+        "benchmark": ("BenchmarkScore", "benchmark_scores", "score_predictions"),
+        "benchmark_files": (
             "benchmark_named",
-            "benchmark_scores",
             "find_predictions",
             "frames_apart",
             "open_benchmark_truth",
-            "score_predictions",
         ),
         "confidence_intervals": ("ConfidenceInterval", "mean_interval"),
         "corpus_scores": (

@@ -20,8 +20,8 @@ from elocute.corpus.shards import Shards
 from elocute.corpus.word_clip import SENTENCE
 from elocute.errors import CorpusError, InputError
 from elocute.files.json_records import read_record
-from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache, at_rate
+from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import training_clips
 
 TRAININGS = ("speaker", "word", "mse")

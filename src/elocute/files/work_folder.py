@@ -11,7 +11,8 @@ from elocute.errors import OutputError
 from elocute.files.atomic import check_output
 
 CHECKPOINT = "checkpoint.safetensors"
-TRAINED = ("log.csv", "model.onnx")
+MODEL = "model.onnx"
+TRAINED = ("log.csv", MODEL)
 """What a training writes, after its checkpoint."""
 
 

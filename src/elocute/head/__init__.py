@@ -9,12 +9,12 @@ from elocute.lazy_loading import lazy
 if TYPE_CHECKING:
     from elocute.head.builtin import load_builtin_head
     from elocute.head.flame import FlameModel, flame_vertices, load_flame
-    from elocute.head.flame_solver import (
+    from elocute.head.flame_parameters import (
         FlameParameters,
         load_flame_parameters,
         save_flame_parameters,
-        solve_flame,
     )
+    from elocute.head.flame_solver import solve_flame
     from elocute.head.identity import (
         identity_names,
         resolve_identity,
@@ -51,12 +51,12 @@ __getattr__, __dir__ = lazy(
     {
         "builtin": ("load_builtin_head",),
         "flame": ("FlameModel", "flame_vertices", "load_flame"),
-        "flame_solver": (
+        "flame_parameters": (
             "FlameParameters",
             "load_flame_parameters",
             "save_flame_parameters",
-            "solve_flame",
         ),
+        "flame_solver": ("solve_flame",),
         "identity": ("identity_names", "resolve_identity", "sample_identities", "sample_identity"),
         "mesh": ("head_from_arrays", "read_mesh"),
         "model": ("HeadModel",),

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,16 +18,18 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.files.array_file import ArrayFile
-from elocute.files.array_reading import read_npz
-from elocute.files.array_writing import write_npz
 from elocute.head.flame import JOINT_NAMES, FlameModel, flame_vertices
-from elocute.head.skinning import blended, chained
+from elocute.head.flame_parameters import FlameParameters
+from elocute.head.flame_slopes import FrameState, PosedPart, scale_of
 from elocute.numerics.quaternions import from_matrices, to_axis_angle
 from elocute.numerics.rigid_alignment import rigid_alignment
-from elocute.numerics.rotation_vectors import to_matrices
-from elocute.one_line_repr import one_line
 
 Vertices = ArrayLike | ArrayFile
+Unknowns = TypeVar("Unknowns")
+Attempt = Callable[[float], tuple[Unknowns, float]]
+"""Takes how far a step is damped; gives what it leads to, and the cost there."""
+_Shaped = tuple[Float64Array, list[FrameState]]
+"""Shape, and the frames that are solved with it."""
 
 REGULARISATION = 1e-6
 SHAPE_FRAMES = 5
@@ -40,110 +42,6 @@ TURN_COST = 1e-6
 TILT = 1e-6  # radians by which slopes of the pose are told
 CONVERGED = 1e-7
 FLOOR_MM2 = 1e-13
-FILE_MAX_BYTES = 2_000_000_000
-FILE_KEYS = ("shape", "expression", "pose", "translation", "fps")
-
-
-@dataclass(frozen=True, eq=False)
-class FlameParameters:
-    """A moving face as FLAME's equations take it: `flame_vertices(model, shape, …)`.
-
-    Parameters
-    ----------
-    shape : (identity,) float64
-        Standard deviations; the same for all frames.
-    expression : (frame, expression) float64
-        Standard deviations.
-    pose : (frame, 3 · joint) float64
-        Rotation vectors in radians: root, neck, jaw, left eye, right eye.
-    translation : (frame, 3) float64
-        Metres.
-    fps : float
-        Frames per second.
-    """
-
-    shape: Float64Array
-    expression: Float64Array
-    pose: Float64Array
-    translation: Float64Array
-    fps: float = 60.0
-
-    __repr__ = one_line
-
-    def vertices(self, model: FlameModel) -> Float64Array:
-        """The face by FLAME's equations.
-
-        Parameters
-        ----------
-        model : FlameModel
-            The model that these are parameters of.
-
-        Returns
-        -------
-        (frame, vertex, 3) float64
-            Metres.
-
-        Raises
-        ------
-        HeadError
-            For a model of other sizes.
-        """
-        return flame_vertices(model, self.shape, self.expression, self.pose, self.translation)
-
-
-def save_flame_parameters(path: str | Path, parameters: FlameParameters) -> None:
-    """Write parameters as .npz: `shape`, `expression`, `pose`, `translation` and `fps`.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; one of that name is replaced.
-    parameters : FlameParameters
-        What to write.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written.
-    """
-    arrays = {name: np.asarray(getattr(parameters, name), np.float64) for name in FILE_KEYS}
-    write_npz(path, arrays)
-
-
-def load_flame_parameters(path: str | Path) -> FlameParameters:
-    """Read parameters that `save_flame_parameters` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-        The .npz file.
-
-    Returns
-    -------
-    FlameParameters
-
-    Raises
-    ------
-    HeadError
-        For a file that is missing, damaged or something else.
-    """
-    allowed = f"FLAME parameters (.npz of {', '.join(FILE_KEYS)})"
-    stored = read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=HeadError)
-    axes = {"shape": 1, "expression": 2, "pose": 2, "translation": 2, "fps": 0}
-    for name, count in axes.items():
-        values = stored.get(name)
-        if (
-            values is None
-            or values.dtype.kind != "f"
-            or values.ndim != count
-            or not np.isfinite(values).all()
-        ):
-            raise HeadError.about(path, found=f"no usable {name}", allowed=allowed)
-    frames = {len(stored[name]) for name in ("expression", "pose", "translation")}
-    if len(frames) != 1 or not float(stored["fps"]) > 0:
-        raise HeadError.about(path, found="parts that do not fit each other", allowed=allowed)
-    parts = {name: stored[name].astype(np.float64) for name in FILE_KEYS[:-1]}
-    return FlameParameters(**parts, fps=float(stored["fps"]))
 
 
 def solve_flame(
@@ -203,7 +101,7 @@ def solve_flame(
     problem = _Problem(model, turning, not zero_pose, regularisation)
     shape = _solve_shape(problem, given, neutral)
     known = replace(problem, shape=shape)
-    states: list[_State] = []
+    states: list[FrameState] = []
     for frame in range(len(given)):
         target = _frame(given, frame)
         starts = [known.start(target), *states[-1:]]
@@ -221,64 +119,6 @@ def solve_flame(
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
-    """One frame's unknowns."""
-
-    expression: Float64Array
-    pose: Float64Array
-    translation: Float64Array
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """FLAME on some of its vertices, its joints still from all of them."""
-
-    base: Float64Array  # (vertex, 3) m, with the shape
-    centres: Float64Array  # (joint, 3) m, with the shape
-    expression: Float64Array  # (expression, vertex, 3)
-    expression_centres: Float64Array  # (expression, joint, 3)
-    pose: Float64Array  # (vertex, 3, 9 · (joint - 1))
-    weights: Float64Array  # (vertex, joint)
-    parents: tuple[int, ...]
-    chosen: NDArray[np.intp]
-
-    def points(self, state: _State) -> Float64Array:
-        """(vertex, 3) m."""
-        return self.posed(*self.shaped(state), state.pose) + state.translation
-
-    def shaped(self, state: _State) -> tuple[Float64Array, Float64Array]:
-        """Vertices (vertex, 3) and joints (joint, 3) m before anything turns."""
-        return (
-            self.base + np.tensordot(state.expression, self.expression, 1),
-            self.centres + np.tensordot(state.expression, self.expression_centres, 1),
-        )
-
-    def posed(
-        self, shaped: Float64Array, centres: Float64Array, pose: Float64Array
-    ) -> Float64Array:
-        """(vertex, 3) m of `shaped` in a pose (3 · joint,), correctives included."""
-        local = to_matrices(pose.reshape(-1, 3))
-        bent = shaped + self.pose @ (local[1:] - np.eye(3)).ravel()
-        turned = blended(bent, *chained(local, centres, self.parents), self.weights)
-        return np.asarray(turned, np.float64)
-
-    def along(self, state: _State, basis: Float64Array, centres: Float64Array) -> Float64Array:
-        """(component, vertex, 3): exact slopes of components of shape or expression."""
-        if not len(basis):
-            return basis
-        local = to_matrices(state.pose.reshape(-1, 3))
-        turns = np.broadcast_to(local, (len(basis), *local.shape))
-        # All components turn alike; only the joints that they move differ.
-        world, shifts = chained(turns, centres, self.parents)
-        mixed = np.tensordot(self.weights, world[0], 1)
-        moved = self.weights @ shifts
-        for a in range(3):
-            for b in range(3):
-                moved[..., a] += mixed[:, a, b] * basis[..., b]
-        return np.asarray(moved, np.float64)
-
-
-@dataclass(frozen=True, eq=False)
 class _Problem:
     """What all frames share."""
 
@@ -292,12 +132,12 @@ class _Problem:
     def identities(self) -> int:
         return self.model.identity_basis.shape[2]
 
-    def part(self, shape: Float64Array, chosen: NDArray[np.intp] | None = None) -> _Part:
+    def part(self, shape: Float64Array, chosen: NDArray[np.intp] | None = None) -> PosedPart:
         model = self.model
         chosen = np.arange(model.vertex_count) if chosen is None else chosen
         shaped = model.template + model.identity_basis @ shape
         expression = np.moveaxis(model.expression_basis, 2, 0)
-        return _Part(
+        return PosedPart(
             shaped[chosen],
             model.joint_regressor @ shaped,
             np.ascontiguousarray(expression[:, chosen]),
@@ -314,7 +154,7 @@ class _Problem:
         count = self.model.vertex_count
         return np.sort(np.random.default_rng(0).permutation(count)[:DRAFT])
 
-    def start(self, target: Float64Array) -> _State:
+    def start(self, target: Float64Array) -> FrameState:
         """A face at rest, laid over the target where it may be anywhere."""
         pose = np.zeros((len(JOINT_NAMES), 3))
         shift = np.zeros(3)
@@ -325,9 +165,9 @@ class _Problem:
             pose[0] = to_axis_angle(from_matrices(rotation))
             pivot = self.model.joint_regressor[0] @ rest
             shift = moved + rotation @ pivot - pivot
-        return _State(np.zeros(self.model.expression_basis.shape[2]), pose.ravel(), shift)
+        return FrameState(np.zeros(self.model.expression_basis.shape[2]), pose.ravel(), shift)
 
-    def solved(self, target: Float64Array, starts: list[_State]) -> _State:
+    def solved(self, target: Float64Array, starts: list[FrameState]) -> FrameState:
         """The best state for a known shape."""
         assert self.shape is not None
         part = self._drafted
@@ -337,30 +177,30 @@ class _Problem:
         return self._refined(self._whole, target, state, LAST_STEPS)
 
     @cached_property
-    def _drafted(self) -> _Part:
+    def _drafted(self) -> PosedPart:
         assert self.shape is not None
         return self.part(self.shape, self.draft)
 
     @cached_property
-    def _whole(self) -> _Part:
+    def _whole(self) -> PosedPart:
         assert self.shape is not None
         return self.part(self.shape)
 
-    def _residual(self, part: _Part, state: _State, target: Float64Array) -> Float64Array:
+    def _residual(self, part: PosedPart, state: FrameState, target: Float64Array) -> Float64Array:
         return (target - part.points(state)) * scale_of(part)
 
-    def _cost(self, part: _Part, state: _State, target: Float64Array) -> float:
+    def _cost(self, part: PosedPart, state: FrameState, target: Float64Array) -> float:
         left = self._residual(part, state, target)
         return float((left * left).sum() + self._penalty(state))
 
-    def _penalty(self, state: _State) -> float:
+    def _penalty(self, state: FrameState) -> float:
         turns = state.pose.reshape(-1, 3)[[1, 3, 4]]
         return float(
             self.regularisation * state.expression @ state.expression
             + TURN_COST * np.square(turns).sum()
         )
 
-    def pose_slopes(self, part: _Part, state: _State) -> Float64Array:
+    def pose_slopes(self, part: PosedPart, state: FrameState) -> Float64Array:
         """(unknown, vertex, 3) m: turns of the joints, then the translation."""
         shaped = part.shaped(state)
         rest = part.posed(*shaped, state.pose)
@@ -374,13 +214,13 @@ class _Problem:
             slopes += [np.broadcast_to(unit, rest.shape) for unit in np.eye(3)]
         return np.array(slopes)
 
-    def slopes(self, part: _Part, state: _State) -> Float64Array:
+    def slopes(self, part: PosedPart, state: FrameState) -> Float64Array:
         """(unknown, vertex · 3), scaled: expression, turns, translation."""
         own = part.along(state, part.expression, part.expression_centres)
         every = np.concatenate([own, self.pose_slopes(part, state)])
         return every.reshape(len(every), -1) * scale_of(part)
 
-    def ridge(self, state: _State) -> tuple[Float64Array, Float64Array]:
+    def ridge(self, state: FrameState) -> tuple[Float64Array, Float64Array]:
         """Costs (unknown,) of what `slopes` lists, and the values (unknown,) they count for."""
         cost = np.zeros(len(JOINT_NAMES))
         cost[[1, 3, 4]] = TURN_COST
@@ -393,41 +233,57 @@ class _Problem:
             np.concatenate([state.expression, values, shift]),
         )
 
-    def stepped(self, state: _State, step: Float64Array) -> _State:
+    def stepped(self, state: FrameState, step: Float64Array) -> FrameState:
         count, turned = len(state.expression), 3 * len(self.turning)
         pose = state.pose.reshape(-1, 3).copy()
         pose[self.turning] += step[count : count + turned].reshape(-1, 3)
         shift = step[count + turned :] if self.moving else 0
-        return _State(state.expression + step[:count], pose.ravel(), state.translation + shift)
+        return FrameState(state.expression + step[:count], pose.ravel(), state.translation + shift)
 
-    def _refined(self, part: _Part, target: Float64Array, state: _State, steps: int) -> _State:
+    def _refined(
+        self, part: PosedPart, target: Float64Array, state: FrameState, steps: int
+    ) -> FrameState:
         """Levenberg-Marquardt on all of a frame's unknowns."""
-        damping, cost = 1e-9, self._cost(part, state, target)
-        for _ in range(steps):
+
+        def prepare(state: FrameState) -> Attempt[FrameState]:
             slopes = self.slopes(part, state)
             costs, values = self.ridge(state)
             normal = slopes @ slopes.T + np.diag(costs)
             side = slopes @ self._residual(part, state, target).ravel() - costs * values
-            while True:
+
+            def attempt(damping: float) -> tuple[FrameState, float]:
                 damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
                 step = np.asarray(np.linalg.solve(damped, side), np.float64)
                 tried = self.stepped(state, step)
-                found = self._cost(part, tried, target)
-                if found < cost or damping > 1e4:
-                    break
-                damping *= 10
-            gained = cost - found
-            if gained <= 0:
-                break
-            state, cost, damping = tried, found, max(damping / 10, 1e-12)
-            if gained < CONVERGED * cost or cost < FLOOR_MM2:
-                break
-        return state
+                return tried, self._cost(part, tried, target)
+
+            return attempt
+
+        return _descended(state, self._cost(part, state, target), prepare, steps)
 
 
-def scale_of(part: _Part) -> float:
-    """Metres to mm over the root of the vertex count, so that sums of squares are means."""
-    return 1000 / float(np.sqrt(len(part.base)))
+def _descended(
+    state: Unknowns,
+    cost: float,
+    prepare: Callable[[Unknowns], Attempt[Unknowns]],
+    steps: int,
+) -> Unknowns:
+    """Levenberg-Marquardt: each step is damped as far as it must be for the cost to fall."""
+    damping = 1e-9
+    for _ in range(steps):
+        attempt = prepare(state)
+        while True:
+            tried, found = attempt(damping)
+            if found < cost or damping > 1e4:
+                break
+            damping *= 10
+        gained = cost - found
+        if gained <= 0:
+            break
+        state, cost, damping = tried, found, max(damping / 10, 1e-12)
+        if gained < CONVERGED * cost or cost < FLOOR_MM2:
+            break
+    return state
 
 
 def _solve_shape(
@@ -454,27 +310,23 @@ def _solve_shape(
     centres = np.einsum("jv,kva->kja", problem.model.joint_regressor, identity)
     draft = problem.draft
     few = [target[draft] for target in targets]
-    some = np.ascontiguousarray(identity[:, draft])
-    damping, best = 1e-9, _shape_cost(problem, shape, states, few)
-    for _ in range(STEPS):
-        part = problem.part(shape, draft)
-        while True:
-            tried = _shape_step(problem, part, shape, states, few, (some, centres), damping)
-            cost = _shape_cost(problem, *tried, few)
-            if cost < best or damping > 1e4:
-                break
-            damping *= 10
-        gained = best - cost
-        if gained <= 0:
-            break
-        (shape, states), best, damping = tried, cost, max(damping / 10, 1e-12)
-        if gained < CONVERGED * best or best < FLOOR_MM2:
-            break
+    slopes = (np.ascontiguousarray(identity[:, draft]), centres)
+
+    def prepare(known: _Shaped) -> Attempt[_Shaped]:
+        part = problem.part(known[0], draft)
+
+        def attempt(damping: float) -> tuple[_Shaped, float]:
+            tried = _shape_step(problem, part, *known, few, slopes, damping)
+            return tried, _shape_cost(problem, *tried, few)
+
+        return attempt
+
+    shape, _ = _descended((shape, states), _shape_cost(problem, shape, states, few), prepare, STEPS)
     return shape
 
 
 def _shape_cost(
-    problem: _Problem, shape: Float64Array, states: list[_State], targets: list[Float64Array]
+    problem: _Problem, shape: Float64Array, states: list[FrameState], targets: list[Float64Array]
 ) -> float:
     part = problem.part(shape, problem.draft)
     costs = [
@@ -485,13 +337,13 @@ def _shape_cost(
 
 def _shape_step(
     problem: _Problem,
-    part: _Part,
+    part: PosedPart,
     shape: Float64Array,
-    states: list[_State],
+    states: list[FrameState],
     targets: list[Float64Array],
     identity: tuple[Float64Array, Float64Array],
     damping: float,
-) -> tuple[Float64Array, list[_State]]:
+) -> tuple[Float64Array, list[FrameState]]:
     """One damped step on shape and frames, each frame's unknowns eliminated (Schur)."""
     count, scale = len(shape), scale_of(part)
     normal = np.zeros((count, count))

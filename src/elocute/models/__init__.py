@@ -11,8 +11,9 @@ if TYPE_CHECKING:
     from elocute.models.protocol import FrameSpan, SpeechFeatures, SpeechModel
     from elocute.models.registry import model_names, open_model
     from elocute.models.streaming import Frame, Stream, stream
-    from elocute.models.style_fit import ObservedMotion, StyleFit, fit_style
+    from elocute.models.style_fit import StyleFit, fit_style
     from elocute.models.style_mixes import read_mix, write_mix
+    from elocute.models.style_targets import ObservedMotion
 
 __all__ = [
     "Frame",
@@ -37,7 +38,8 @@ __getattr__, __dir__ = lazy(
         "protocol": ("FrameSpan", "SpeechFeatures", "SpeechModel"),
         "registry": ("model_names", "open_model"),
         "streaming": ("Frame", "Stream", "stream"),
-        "style_fit": ("ObservedMotion", "StyleFit", "fit_style"),
+        "style_fit": ("StyleFit", "fit_style"),
+        "style_targets": ("ObservedMotion",),
         "style_mixes": ("read_mix", "write_mix"),
     },
 )

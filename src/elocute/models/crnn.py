@@ -17,6 +17,7 @@ from elocute.array_types import Float32Array
 from elocute.articulation.driver import LOOKAHEAD_S
 from elocute.articulation.style import Style
 from elocute.audio.mel_with_deltas import HOP, RATE
+from elocute.audio.sound_level import sound_level
 from elocute.audio.waveform import Waveform
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
@@ -26,7 +27,6 @@ from elocute.models.crnn_network import (
     WINDOW_COLUMNS,
     CrnnNetwork,
     CrnnStream,
-    sound_level,
 )
 from elocute.models.feature_extraction import RESAMPLING_S, PhonePosteriorStream, phone_lookahead_s
 from elocute.models.finishing import finished_curves
@@ -126,7 +126,7 @@ class CrnnModel:
 
     def sound_level(self, sound: Waveform) -> SoundLevel:
         """Mean and peak of the sound at the network's own rate."""
-        return sound_level(sound)
+        return sound_level(sound, RATE)
 
     def weights(self, speech: SpeechFeatures, style: None, span: FrameSpan) -> Float32Array:
         """(frame, component) on `basis`."""

@@ -26,11 +26,11 @@ from elocute.audio.mel_with_deltas import (
     HOP,
     MARGIN,
     RATE,
-    SILENT_PEAK,
     WINDOW,
     column_starts,
     log_mel_at,
 )
+from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import Waveform
 from elocute.errors import ModelError
 from elocute.models.feature_extraction import ResamplingStream
@@ -157,18 +157,6 @@ class CrnnNetwork:
     ) -> list[Float32Array]:
         given = {"columns": columns, "starts": starts, "hidden": state[0], "cell": state[1]}
         return run_session(self.session, self.path, names, given)
-
-
-def samples_level(samples: Float32Array) -> tuple[float, float]:
-    """Mean and peak of a sound, as `mel_deltas` takes them; the peak of silence is infinite."""
-    mean = np.float32(samples.mean(dtype=np.float64))
-    peak = float(np.abs(samples - mean).max())
-    return float(mean), peak if peak > SILENT_PEAK else float("inf")
-
-
-def sound_level(sound: Waveform) -> tuple[float, float]:
-    """Mean and peak of a whole sound at the network's rate."""
-    return samples_level(sound.resample(RATE).samples)
 
 
 def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") -> Float32Array:

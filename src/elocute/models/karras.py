@@ -24,9 +24,9 @@ from elocute.audio.autocorrelation import (
     rows_in,
 )
 from elocute.audio.features import Features
+from elocute.audio.sound_level import sound_level
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import ModelError
-from elocute.models.crnn_network import samples_level
 from elocute.models.feature_extraction import (
     RESAMPLING_S,
     PhonePosteriorStream,
@@ -91,7 +91,7 @@ class KarrasModel(VocaModel):
 
     def sound_level(self, sound: Waveform) -> SoundLevel:
         """Mean and peak of the sound at 16 kHz."""
-        return samples_level(sound.resample(SPEECH_RATE).samples)
+        return sound_level(sound, SPEECH_RATE)
 
     def _weights_of_each(
         self, speech: SpeechFeatures, style: MixedStyle, span: FrameSpan

@@ -8,7 +8,7 @@ undershoots.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,10 +16,13 @@ import numpy as np
 
 from elocute.array_types import Float64Array
 from elocute.errors import ModelError
+from elocute.models.protocol import FrameSpan, SpeechModel
+from elocute.models.style_targets import ObservedMotion, directions_of, finished_weights, target_of
 
 GAIN_LEAST, GAIN_MOST = 0.25, 4.0
 MOVES_LEAST = 1e-6  # of a weight's mean square: one that hardly moves has no gain
 FLOOR = 2e-3  # of the mean variance: directions of no error would decide alone
+WEAKEST = 1e-6  # of the strongest shape: weaker ones are told apart by nothing
 DIGITS = 6
 
 
@@ -95,6 +98,40 @@ class StyleErrors:
         variances, axes = np.linalg.eigh(errors)
         floor = FLOOR * max(float(variances.mean()), 1e-12)
         return axes / np.sqrt(np.maximum(variances, 0) + floor)
+
+
+def measure_style_errors(
+    model: SpeechModel, takes: Iterable[tuple[str, ObservedMotion]]
+) -> StyleErrors:
+    """How a model errs where it speaks in the style of a recording.
+
+    Parameters
+    ----------
+    model : SpeechModel
+        With styles.
+    takes : iterable of (str, ObservedMotion)
+        Styles and recordings in them, as the model learned them.
+
+    Returns
+    -------
+    StyleErrors
+
+    Raises
+    ------
+    ModelError
+        For an unknown style, no recording, and motions of another topology.
+    """
+    directions, shapes = directions_of(model)
+    to_weights = np.linalg.pinv(shapes, rcond=WEAKEST)
+
+    def pairs() -> Iterator[tuple[Float64Array, Float64Array]]:
+        for style, take in takes:
+            target = target_of(model, take, directions)
+            span = FrameSpan.whole(len(target.places), model.fps)
+            given = finished_weights(model, target.speech, model.style(style), span)
+            yield target.places @ to_weights, given.astype(np.float64)
+
+    return errors_of(pairs())
 
 
 def errors_of(pairs: Iterable[tuple[Float64Array, Float64Array]]) -> StyleErrors:

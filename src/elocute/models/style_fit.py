@@ -19,29 +19,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from elocute.array_types import Float32Array, Float64Array
-from elocute.audio.features import Features
+from elocute.array_types import Float64Array
 from elocute.errors import ModelError
-from elocute.head.builtin import load_builtin_head
-from elocute.models.model_shapes import basis_of
-from elocute.models.protocol import FrameSpan, SpeechFeatures, SpeechModel
-from elocute.models.style_errors import StyleErrors, errors_of
+from elocute.models.protocol import FrameSpan, SpeechModel
+from elocute.models.style_errors import StyleErrors
 from elocute.models.style_mixes import MixedStyle
-from elocute.motion.vertex_motion import MM, VertexMotion
-from elocute.numerics.resampling import frame_places, frames_in, read_rows
+from elocute.models.style_targets import (
+    ObservedMotion,
+    Target,
+    directions_of,
+    finished_weights,
+    target_of,
+)
 
-SECONDS_LEAST, SECONDS_MOST = 0.5, 60.0
+SECONDS_LEAST = 0.5
 STEPS = (0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625)
 POWER = 0.25  # of variances in the loss: 1 is the sum of squares, towards 0 the determinant
-BEYOND_S = 1.0  # of sound after the last frame: more than any model looks ahead
 SHARE_LEAST = 0.005  # smaller shares are left out of the mix
 GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
-WEAKEST = 1e-6  # of the strongest shape: weaker ones are told apart by nothing
 EXTRA = 0.1  # of what the model is known to err by: each further style must explain more than that
 # The same for a vector as far from the middle of all styles as each of them is.
 RIDGE = 0.05
@@ -91,41 +91,6 @@ class StyleFit:
             "seconds": self.seconds,
             **({"vector_error_mm": self.vector_error_mm} if self.vector is not None else {}),
         }
-
-
-@dataclass(frozen=True, eq=False)
-class ObservedMotion:
-    """A piece of motion over its own neutral face, and the features of its speech.
-
-    Parameters
-    ----------
-    speech : SpeechFeatures
-        As the model needs them.
-    motion : VertexMotion
-        In the model's topology.
-    """
-
-    speech: SpeechFeatures
-    motion: VertexMotion
-
-
-@dataclass(frozen=True, eq=False)
-class _Target:
-    """A take in orthonormal coordinates of what the model can do: distances are those of vertices.
-
-    Parameters
-    ----------
-    speech : SpeechFeatures
-        As far as these frames need them.
-    places : (frame, direction) float64
-        Millimetres, at the model's frame rate.
-    beyond : float
-        What no weights reach, mm², summed over frames and vertices.
-    """
-
-    speech: SpeechFeatures
-    places: Float64Array
-    beyond: float
 
 
 def fit_style(
@@ -201,41 +166,6 @@ def fit_style(
     )
 
 
-def measure_style_errors(
-    model: SpeechModel, takes: Iterable[tuple[str, ObservedMotion]]
-) -> StyleErrors:
-    """How a model errs where it speaks in the style of a recording.
-
-    Parameters
-    ----------
-    model : SpeechModel
-        With styles.
-    takes : iterable of (str, ObservedMotion)
-        Styles and recordings in them, as the model learned them.
-
-    Returns
-    -------
-    StyleErrors
-
-    Raises
-    ------
-    ModelError
-        For an unknown style, no recording, and motions of another topology.
-    """
-    basis = basis_of(model.components, model.basis).astype(np.float64)
-    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
-    to_weights = np.linalg.pinv(MM * triangle.T, rcond=WEAKEST)
-
-    def pairs() -> Iterator[tuple[Float64Array, Float64Array]]:
-        for style, take in takes:
-            target = _target(model, take, directions)
-            span = FrameSpan.whole(len(target.places), model.fps)
-            given = finished_weights(model, target.speech, model.style(style), span)
-            yield target.places @ to_weights, given.astype(np.float64)
-
-    return errors_of(pairs())
-
-
 def search(
     loss: Callable[[Float64Array], float],
     start: Float64Array,
@@ -275,7 +205,7 @@ class _Problem:
     """The loss over all takes; shapes (component, direction) are the model's, in mm."""
 
     def __init__(
-        self, model: SpeechModel, shapes: Float64Array, targets: Sequence[_Target], vertices: int
+        self, model: SpeechModel, shapes: Float64Array, targets: Sequence[Target], vertices: int
     ) -> None:
         self.model, self.shapes, self.targets = model, shapes, targets
         frames = sum(len(target.places) for target in targets)
@@ -372,37 +302,10 @@ class _Problem:
     def _style(self, mix: Float64Array) -> Any:
         return self.model.mix(dict(zip(self.model.styles, mix.tolist(), strict=True)))
 
-    def _weights(self, target: _Target, style: Any) -> Float64Array:
+    def _weights(self, target: Target, style: Any) -> Float64Array:
         """(frame, component) as the model moves, finished where it moves the built-in head."""
         span = FrameSpan.whole(len(target.places), self.model.fps)
         return finished_weights(self.model, target.speech, style, span).astype(np.float64)
-
-
-def finished_weights(
-    model: SpeechModel, speech: SpeechFeatures, style: Any, span: FrameSpan
-) -> Float32Array:
-    """What a model does with a face, without blinks.
-
-    Parameters
-    ----------
-    model : SpeechModel
-        The model.
-    speech : SpeechFeatures
-        Features, with phones where contacts are made from them.
-    style
-        What its `style` or `mix` gave.
-    span : FrameSpan
-        The frames.
-
-    Returns
-    -------
-    (frame, component) float32
-        Weights on `basis_of(model.components, model.basis)`.
-    """
-    if model.basis is not None or not model.makes_contacts:
-        return model.weights(speech, style, span)
-    names = model.components or load_builtin_head().expression_names
-    return model.curves(speech, style, span, blinks=False).select(names).values
 
 
 def _at_input(vector: Float64Array) -> MixedStyle:
@@ -418,10 +321,9 @@ def _steps(vector: Float64Array, step: float) -> list[Float64Array]:
 
 def _problem(model: SpeechModel, takes: Sequence[ObservedMotion]) -> _Problem:
     """The loss over these takes. Raises ModelError where they are too short together."""
-    basis = basis_of(model.components, model.basis).astype(np.float64)
-    directions, triangle = np.linalg.qr(basis.reshape(len(basis), -1).T)
-    targets = [_target(model, take, directions) for take in takes]
-    problem = _Problem(model, MM * triangle.T, targets, basis.shape[1])
+    directions, shapes = directions_of(model)
+    targets = [target_of(model, take, directions) for take in takes]
+    problem = _Problem(model, shapes, targets, len(directions) // 3)
     if problem.seconds < SECONDS_LEAST:
         raise ModelError.about(
             "motion",
@@ -429,54 +331,3 @@ def _problem(model: SpeechModel, takes: Sequence[ObservedMotion]) -> _Problem:
             allowed=f"{SECONDS_LEAST} s or more",
         )
     return problem
-
-
-def _target(model: SpeechModel, take: ObservedMotion, directions: Float64Array) -> _Target:
-    """A take at the model's frame rate, as far as it has both sound and motion.
-
-    directions (3 · vertex, direction) is orthonormal.
-    """
-    if take.motion.vertex_count * 3 != len(directions):
-        raise ModelError.about(
-            "motion",
-            found=f"{take.motion.vertex_count} vertices",
-            allowed=f"{len(directions) // 3}, the topology that {model.name} moves",
-        )
-    fps, features = model.fps, take.speech.features
-    motion, speech_s = _at_rate(take.motion, fps), len(features.values) / features.rate
-    frames = min(motion.frame_count, round(speech_s * fps), round(SECONDS_MOST * fps))
-    places, beyond = _projected(motion.cut(frames), directions)
-    end_s = frames / fps + BEYOND_S
-    phones = None if take.speech.phones is None else _until(take.speech.phones, end_s)
-    return _Target(SpeechFeatures(_until(features, end_s), phones), places, beyond)
-
-
-def _projected(motion: VertexMotion, directions: Float64Array) -> tuple[Float64Array, float]:
-    """(frame, direction) mm of a motion, and mm² of it that lie beyond these directions."""
-    if motion.basis is not None:
-        shapes = MM * np.asarray(motion.basis, np.float64).reshape(len(motion.basis), -1)
-        weights = np.asarray(motion.values, np.float64)
-        places = weights @ (shapes @ directions)
-        whole = float(np.einsum("fi,ij,fj->", weights, shapes @ shapes.T, weights, optimize=True))
-        return places, max(whole - float(np.square(places).sum()), 0.0)
-    rest, found, beyond = np.asarray(motion.template, np.float64) * MM, [], 0.0
-    for block in motion.blocks():
-        moved = (block - rest).reshape(len(block), -1)
-        found.append(moved @ directions)
-        beyond += float(np.square(moved - found[-1] @ directions.T).sum())
-    return np.concatenate(found), beyond
-
-
-def _until(features: Features, end_s: float) -> Features:
-    """The rows of the first seconds."""
-    return replace(features, values=features.values[: math.ceil(end_s * features.rate)])
-
-
-def _at_rate(motion: VertexMotion, fps: float) -> VertexMotion:
-    """The first SECONDS_MOST of it, linear between frames."""
-    motion = motion.cut(math.ceil(SECONDS_MOST * motion.fps) + 1)
-    if motion.fps == fps:
-        return motion
-    count = frames_in(motion.frame_count / motion.fps, fps)
-    values = read_rows(np.asarray(motion.values), frame_places(0, count, motion.fps, fps))
-    return VertexMotion(values, motion.template, fps, motion.basis)

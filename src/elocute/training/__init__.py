@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.training.crnn.config import CrnnTrainConfig
     from elocute.training.crnn.run import train_crnn
+    from elocute.training.crnn.settings import CrnnTrainConfig
     from elocute.training.device import available_devices, resolve_device
-    from elocute.training.karras.config import KarrasTrainConfig
     from elocute.training.karras.run import train_karras
-    from elocute.training.voca.config import VocaTrainConfig
+    from elocute.training.karras.settings import KarrasTrainConfig
     from elocute.training.voca.run import train_voca
+    from elocute.training.voca.settings import VocaTrainConfig
 
 __all__ = [
     "CrnnTrainConfig",
@@ -31,12 +31,12 @@ __all__ = [
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "crnn.config": ("CrnnTrainConfig",),
+        "crnn.settings": ("CrnnTrainConfig",),
         "crnn.run": ("train_crnn",),
         "device": ("available_devices", "resolve_device"),
-        "karras.config": ("KarrasTrainConfig",),
+        "karras.settings": ("KarrasTrainConfig",),
         "karras.run": ("train_karras",),
-        "voca.config": ("VocaTrainConfig",),
+        "voca.settings": ("VocaTrainConfig",),
         "voca.run": ("train_voca",),
     },
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Container
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,8 @@ from elocute.errors import ModelError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import as_record, finite_number, parse_json
 from elocute.files.safetensors_header import read_tensor_header
+from elocute.files.work_folder import CHECKPOINT
 
-CHECKPOINT = "checkpoint.safetensors"
 FILE_MAX_BYTES = 4_000_000_000
 
 
@@ -134,13 +135,23 @@ def restore_training(
     path: Path,
     network: torch.nn.Module,
     optimiser: torch.optim.Optimizer,
-    tensors: dict[str, Tensor],
-) -> None:
-    """The inverse of `network_tensors`. Raises ModelError where a shape differs."""
+    record: dict[str, Any],
+    *,
+    source: str = "corpus",
+    free: Container[str] = ("epochs",),
+) -> tuple[list[dict[str, float]], dict[str, Tensor]]:
+    """The inverse of `network_tensors`: the log and all tensors of a checkpoint, taken up.
+
+    record: what the training at hand would write beside its log. source: what it learns from.
+    free: settings that may differ. Raises ModelError where another one does, or a shape.
+    """
+    tensors, stored = load_checkpoint(path)
+    _check_same_training(path, stored, json.loads(json.dumps(record)), source, free)
     state = tensors_of(tensors, "network")
     check_state(path, network, state)
     network.load_state_dict(state)
     restore_optimiser(path, optimiser, tensors)
+    return stored_log(path, stored), tensors
 
 
 def tensors_of(tensors: dict[str, Tensor], part: str) -> dict[str, Tensor]:
@@ -149,21 +160,22 @@ def tensors_of(tensors: dict[str, Tensor], part: str) -> dict[str, Tensor]:
     return {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}
 
 
-def other_settings(
-    path: Path, stored: Any, config: dict[str, object], data: str, allowed: str
-) -> ModelError:
-    """The error for a checkpoint of another training: names the settings that differ.
-
-    stored: the settings in the checkpoint. data: what differs where no setting does.
-    """
-    known = stored if isinstance(stored, dict) else {}
-    differing = [name for name, value in config.items() if known.get(name) != value] or [data]
-    return ModelError.about(
-        path,
-        found=f"a training with other {', '.join(differing)}",
-        allowed=f"the same settings and {allowed}",
-        remedy="choose another output folder",
-    )
+def _check_same_training(
+    path: Path, stored: dict[str, Any], record: dict[str, Any], source: str, free: Container[str]
+) -> None:
+    """Raise ModelError for a checkpoint of another training: names what differs."""
+    found, config = stored.get("config"), record["config"]
+    known = found if isinstance(found, dict) else {}
+    settings = [name for name in {**config, **known} if name not in free]
+    differing = [name for name in settings if known.get(name) != config.get(name)]
+    differing += [name for name in record if name != "config" and stored.get(name) != record[name]]
+    if differing:
+        raise ModelError.about(
+            path,
+            found=f"a training with other {', '.join(differing)}",
+            allowed=f"the same settings and {source}",
+            remedy="choose another output folder",
+        )
 
 
 def check_state(path: Path, network: torch.nn.Module, state: dict[str, Tensor]) -> None:

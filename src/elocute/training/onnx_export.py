@@ -6,6 +6,7 @@ import io
 import json
 import warnings
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from elocute.corpus.corpus_store import Corpus
 from elocute.files.atomic import write_atomically
 
 OPSET = 17
@@ -57,6 +59,25 @@ def export_network(
     _attach_record(model, record)
     with write_atomically(path) as draft:
         draft.write_bytes(model.SerializeToString())
+
+
+def corpus_record(
+    config: Any, styles: tuple[str, ...], features: int, corpus: Corpus, own_basis: bool, note: str
+) -> dict[str, Any]:
+    """What the record of every network trained on a corpus ends with.
+
+    config: settings of its training. features: numbers in a row of what it hears. own_basis:
+    whether it weighs shapes of its own, not the corpus's.
+    """
+    return {
+        "styles": styles,
+        "features": features,
+        "components": () if own_basis else corpus.components,
+        "topology": corpus.topology,
+        "vertices": corpus.vertex_count,
+        "config": asdict(config),
+        "note": note,
+    }
 
 
 def add_to_record(path: str | Path, **entries: Any) -> None:

@@ -22,6 +22,7 @@ from elocute.capture.registration.correspondences import (
     robust_weights,
 )
 from elocute.capture.registration.template import Template
+from elocute.numerics.sparse_factor import factor_of
 
 NOISE_M = 2e-4
 
@@ -116,20 +117,5 @@ def _change(
     smooth = smooth + diags(stage.anchor * template.skin_areas)
     weighted = spread.T @ diags(weights)
     target = matched.gap[rows, None] * matched.normals[rows]
-    return _solve_symmetric(
-        (weighted @ spread + smooth).tocsc(), weighted @ target - smooth @ offsets
-    )
-
-
-def _solve_symmetric(matrix: Any, side: Float64Array) -> Float64Array:
-    """x of matrix · x = side, for a sparse, positive definite matrix."""
-    from scipy.sparse.linalg import splu
-
-    # No pivoting is needed, and the order of a symmetric matrix fills in least.
-    factor = splu(
-        matrix,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return factor.solve(side)
+    factor = factor_of((weighted @ spread + smooth).tocsc())
+    return factor.solve(weighted @ target - smooth @ offsets)

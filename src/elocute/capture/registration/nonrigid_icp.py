@@ -27,6 +27,7 @@ from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.normals import vertex_normals
 from elocute.numerics.rigid_alignment import rigid_alignment
+from elocute.numerics.sparse_factor import factor_of
 
 CONVERGED = 5e-2  # share of the first residual at which conjugate gradients stop
 ACCEPTED = 0.3  # share at which a solution may be used where that takes too long
@@ -230,19 +231,8 @@ class NonrigidIcp:
             found = _conjugate(matrix, side, guess, self.factors[alpha])
             if found is not None:
                 return found.reshape(-1, 4, 3)
-        self.factors[alpha] = _factor(matrix.tocsc())
+        self.factors[alpha] = factor_of(matrix.tocsc())
         return self.factors[alpha].solve(side).reshape(-1, 4, 3)
-
-
-def _factor(matrix: Any) -> Any:
-    from scipy.sparse.linalg import splu
-
-    return splu(
-        matrix,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
 
 
 def _conjugate(

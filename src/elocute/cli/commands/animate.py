@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,18 +18,25 @@ from elocute.cli.format_options import (
     FormatSettings,
     check_format_settings,
     options_of_formats,
-    settings_for_format,
 )
 from elocute.cli.known_speech_options import KnownSpeechOptions
-from elocute.cli.outputs import nothing_to_do, plan_motion, write_motion
-from elocute.cli.pipes import PIPE, STDIN, STDOUT, check_pipes, piped_sound, stdin_source, to_stdout
-from elocute.cli.progress import counted, progress_bar
+from elocute.cli.outputs import nothing_to_do, plan_motion
+from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source
+from elocute.cli.progress import counted
 from elocute.cli.settings_options import option
-from elocute.errors import ElocuteError, InputError, OutputError, printable
+from elocute.cli.takes import (
+    TakeOutputs,
+    TakeSettings,
+    make_outputs,
+    named_inputs,
+    named_target,
+    options_of_takes,
+)
+from elocute.errors import ElocuteError, InputError, OutputError
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.animation import Animation
+    pass
 
 SOUND_SUFFIXES = (
     ".wav",
@@ -61,14 +67,7 @@ def animate_command(
         help="Format to write (npz, glb, csv, …) where the output is a folder or - (standard "
         "output). Can be repeated.",
     ),
-    fps: float = options.Fps,
-    identity: str = options.Identity,
-    head: str = options.Head,
-    style: str = options.StyleName,
-    strength: float = options.Strength,
-    model: str = options.Model,
-    contacts: str = options.Contacts,
-    mix: str = options.Mix,
+    settings: TakeSettings = options_of_takes(),
     channel: int | None = typer.Option(
         None, help="Use this channel, counted from 0, instead of the mix of all channels."
     ),
@@ -104,54 +103,35 @@ def animate_command(
     takes, single = _takes(speech, recursive)
     known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
     known.check(single)
-    plan = OutputPlan([head, identity, style, model, *known.files])
+    plan = OutputPlan([*named_inputs(settings), *known.files])
     jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
     check_format_settings(
-        (_named(t, format) for _, targets in jobs for t in targets), format_settings
+        (named_target(t, format) for _, targets in jobs for t in targets), format_settings
     )
     for file, targets in jobs:
         source = stdin_source() if file == PIPE else file
         for target in targets:
             if target != PIPE:
                 plan_motion(plan, target, source, sound=file, format_settings=format_settings)
-    settings: dict[str, Any] = {
-        "fps": fps,
-        "identity": identity,
-        "head": head,
-        "style": style,
-        "strength": strength,
-        "model": model,
-        "contacts": contacts,
-        "mix": mix,
-        "channel": channel,
-        **known.read(takes[0].file),
-    }
+    settings = {**settings, "channel": channel, **known.read(takes[0].file)}
     if nothing_to_do(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
-    failures = _animate_all(jobs, _Run(settings, plan, format_settings, format, as_json), single)
+    outputs = TakeOutputs(plan, format, format_settings, as_json)
+    failures = _animate_all(jobs, settings, outputs, single)
     if failures:
         print(f"elocute: {failures} of {len(jobs)} failed", file=sys.stderr)
         raise typer.Exit(1)
 
 
-@dataclass(frozen=True)
-class _Run:
-    """What all recordings of a command share."""
-
-    settings: dict[str, Any]
-    plan: OutputPlan
-    format_settings: FormatSettings
-    formats: list[str]
-    as_json: bool
-
-
-def _animate_all(jobs: list[tuple[Path, list[Path]]], run: _Run, single: bool) -> int:
+def _animate_all(
+    jobs: list[tuple[Path, list[Path]]], settings: TakeSettings, outputs: TakeOutputs, single: bool
+) -> int:
     """Animate each recording; how many failed. Raises what a single one raises."""
     failures = 0
     with counted(len(jobs)) as one_done:
         for file, targets in jobs:
             try:
-                record = _animate_one(file, targets, run)
+                record = _animate_one(file, targets, settings, outputs)
             except ElocuteError as error:
                 if single:
                     raise
@@ -160,64 +140,28 @@ def _animate_all(jobs: list[tuple[Path, list[Path]]], run: _Run, single: bool) -
                 print(f"elocute: {told}", file=sys.stderr)
                 record = {"input": str(file), "error": told}
             one_done()
-            if run.as_json:
+            if outputs.as_json:
                 print(json.dumps(record), flush=True)
     return failures
 
 
-def _animate_one(file: Path, targets: list[Path], run: _Run) -> dict[str, Any]:
+def _animate_one(
+    file: Path, targets: list[Path], settings: TakeSettings, outputs: TakeOutputs
+) -> dict[str, Any]:
     """Animate a recording and write its outputs; a record of both."""
     from elocute.animation import animate
 
-    wanted = run.plan.wanted(targets)
+    wanted = outputs.plan.wanted(targets)
     kept = [str(target) for target in targets if target not in wanted]
+    record: dict[str, Any] = {"input": str(file), "outputs": [str(target) for target in wanted]}
+    if kept or not wanted:
+        record["kept"] = kept
     if not wanted:
-        return {"input": str(file), "outputs": [], "kept": kept}
-    quiet = run.as_json or PIPE in targets
-    started = time.perf_counter()
-    with progress_bar(f"animating {STDIN if file == PIPE else file.name}", quiet) as progress:
-        heard = piped_sound() if file == PIPE else file
-        animation = animate(heard, progress=progress, **run.settings)
-    for note in animation.notes:
-        print(f"elocute: {printable(f'{file}: {in_flags(note)}')}", file=sys.stderr)
-    animated = time.perf_counter()
-    with counted(len(targets), "outputs written") as one_written:
-        for target in wanted:
-            with progress_bar(f"writing {target.name}", quiet) as progress:
-                _write(animation, target, run, progress)
-            if not quiet:
-                print(printable(target))
-            one_written()
-    motion = animation.motion
-    return {
-        "input": str(file),
-        "outputs": [str(target) for target in wanted],
-        **({"kept": kept} if kept else {}),
-        "frames": motion.frame_count,
-        "fps": motion.fps,
-        "duration_s": round(motion.duration_s, 4),
-        "animate_s": round(animated - started, 4),
-        "write_s": round(time.perf_counter() - animated, 4),
-    }
-
-
-def _write(
-    animation: Animation, target: Path, run: _Run, progress: Callable[[float], None]
-) -> None:
-    """Write one output; standard output has no place beside it for the sound, so it goes inside."""
-    if target != PIPE:
-        write_motion(
-            run.plan,
-            animation.motion,
-            target,
-            sound=animation.sound,
-            progress=progress,
-            format_settings=run.format_settings,
-        )
-        return
-    with to_stdout(run.formats[0]) as place:
-        extra = settings_for_format(place, {**run.format_settings, "embed_audio": True})
-        animation.write(place, progress=progress, **extra)
+        return record
+    heard = piped_sound() if file == PIPE else file
+    label = f"animating {STDIN if file == PIPE else file.name}"
+    make = partial(animate, heard, **settings)
+    return record | make_outputs(make, wanted, outputs, label=label, about=f"{file}: ")
 
 
 @dataclass(frozen=True)
@@ -292,11 +236,6 @@ def _outputs(
                 remedy="use -o FOLDER --format glb",
             )
     return targets
-
-
-def _named(target: Path, formats: list[str]) -> Path:
-    """A target with a suffix, which standard output has not."""
-    return Path(f"{STDOUT}.{formats[0].lstrip('.')}") if target == PIPE else target
 
 
 def _is_folder(output: Path, formats: list[str], single: bool) -> bool:

@@ -13,7 +13,8 @@ from elocute.cli.progress import progress_bar
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
-    from elocute.evaluation.benchmark import Benchmark, BenchmarkScore, SequenceScore
+    from elocute.evaluation.benchmark import BenchmarkScore, SequenceScore
+    from elocute.evaluation.benchmark_files import Benchmark
     from elocute.evaluation.vertex_regions import VertexRegion
 
 COLUMNS = (
@@ -68,13 +69,12 @@ def benchmark_command(
     """
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
-    from elocute.evaluation.benchmark import (
+    from elocute.evaluation.benchmark import benchmark_scores, score_predictions
+    from elocute.evaluation.benchmark_files import (
         benchmark_named,
-        benchmark_scores,
         find_predictions,
         frames_apart,
         open_benchmark_truth,
-        score_predictions,
     )
 
     benchmark = benchmark_named(dataset)

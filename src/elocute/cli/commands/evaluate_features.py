@@ -102,11 +102,11 @@ def _train(
     """Encoder to its model; all settings are checked before the first hour is spent."""
     from elocute.cli.progress import EpochLines
     from elocute.encoders.registry import resolve_encoder
-    from elocute.files.work_folder import no_empty_folder, prepare_trainings
+    from elocute.files.work_folder import MODEL, no_empty_folder, prepare_trainings
 
     with needs_extra("training", "train"):
-        from elocute.training.voca.config import VocaTrainConfig
-        from elocute.training.voca.run import MODEL, train_voca
+        from elocute.training.voca.run import train_voca
+        from elocute.training.voca.settings import VocaTrainConfig
     configs = {name: VocaTrainConfig(epochs=epochs, encoder=name) for name in encoders}
     for name in encoders:
         resolve_encoder(name)

@@ -14,8 +14,7 @@ from elocute.cli.json_reports import write_json_report
 from elocute.cli.name_lists import read_names
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
-from elocute.training.crnn.config import PRESETS as CRNN_PRESETS
-from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.training.crnn.settings import CrnnTrainConfig
 
 if TYPE_CHECKING:
     from elocute.evaluation.concordance import ConcordanceScore
@@ -53,7 +52,7 @@ def wild_command(
         "speaker,word,mse", help="Trainings to run, separated by commas."
     ),
     config: CrnnTrainConfig = options_of(
-        CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CRNN_PRESETS
+        CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CrnnTrainConfig.presets
     ),
     resume: bool = typer.Option(False, help="Resume the trainings in the output folder."),
     tables: list[Path] | None = options.Table,

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
-import time
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import typer
 
@@ -18,13 +17,20 @@ from elocute.cli.format_options import (
     FormatSettings,
     check_format_settings,
     options_of_formats,
-    settings_for_format,
 )
-from elocute.cli.outputs import nothing_to_do, write_motion
-from elocute.cli.pipes import PIPE, STDIN, check_pipes, to_stdout
+from elocute.cli.outputs import nothing_to_do
+from elocute.cli.pipes import PIPE, STDIN, check_pipes
 from elocute.cli.progress import counted, progress_bar, resumable
 from elocute.cli.settings_options import options_of
-from elocute.cli.spoken_takes import TableRun, make_take, plan_take, spoken_source, take_targets
+from elocute.cli.spoken_takes import TableRun, make_take, plan_take, spoken_source
+from elocute.cli.takes import (
+    TakeOutputs,
+    TakeSettings,
+    make_outputs,
+    named_inputs,
+    named_target,
+    options_of_takes,
+)
 from elocute.errors import InputError, OutputError, printable
 from elocute.files.output_plan import OutputPlan
 
@@ -47,14 +53,7 @@ def say_command(
         "(standard output). Can be repeated.",
     ),
     voice: VoiceSettings = options_of(VoiceSettings, flags={"words_per_minute": "--rate"}),
-    fps: float = options.Fps,
-    identity: str = options.Identity,
-    head: str = options.Head,
-    style: str = options.StyleName,
-    strength: float = options.Strength,
-    model: str = options.Model,
-    contacts: str = options.Contacts,
-    mix: str = options.Mix,
+    settings: TakeSettings = options_of_takes(),
     jobs: int = typer.Option(1, help="Number of processes for a table; 0 takes all processors."),
     format_settings: FormatSettings = options_of_formats(),
     overwrite: bool = options.Overwrite,
@@ -67,16 +66,6 @@ def say_command(
     of takes; run again, it makes those that are missing.
     """
     check_pipes([], output, format, as_json)
-    settings: dict[str, Any] = {
-        "fps": fps,
-        "identity": identity,
-        "head": head,
-        "style": style,
-        "strength": strength,
-        "model": model,
-        "contacts": contacts,
-        "mix": mix,
-    }
     check_jobs(jobs)
     if table is not None:
         if text is not None or file is not None:
@@ -94,52 +83,25 @@ def say_command(
         _say_table(table, run, voice, jobs, as_json)
         return
     said = _text(text, file)
-    plan = OutputPlan([head, identity, style, model, *([file] if file else [])])
+    plan = OutputPlan([*named_inputs(settings), *([file] if file else [])])
     source = spoken_source(said, voice, settings)
-    check_format_settings(take_targets(output, format), format_settings)
+    check_format_settings((named_target(t, format) for t in output), format_settings)
     for target in output:
         if target != PIPE:
             plan_take(plan, target, source, sound=None, format_settings=format_settings)
     if nothing_to_do(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
-    quiet = as_json or PIPE in output
-    started = time.perf_counter()
-    with progress_bar("speaking", quiet) as progress:
-        from elocute.speaking import say
+    from elocute.speaking import say
 
-        animation = say(said, **asdict(voice), **settings, progress=progress)
-    for note in animation.notes:
-        print(f"elocute: {printable(in_flags(note))}", file=sys.stderr)
-    animated = time.perf_counter()
     wanted = plan.wanted(output)
-    for target in wanted:
-        with progress_bar(f"writing {target.name}", quiet) as progress:
-            if target == PIPE:
-                with to_stdout(format[0]) as place:
-                    extra = settings_for_format(place, {**format_settings, "embed_audio": True})
-                    animation.write(place, progress=progress, **extra)
-            else:
-                write_motion(
-                    plan,
-                    animation.motion,
-                    target,
-                    sound=animation.sound,
-                    progress=progress,
-                    format_settings=format_settings,
-                )
-        if not quiet:
-            print(printable(target))
+    made = make_outputs(
+        partial(say, said, **asdict(voice), **settings),
+        wanted,
+        TakeOutputs(plan, format, format_settings, as_json),
+        label="speaking",
+    )
     if as_json:
-        motion = animation.motion
-        record = {
-            "outputs": [str(target) for target in wanted],
-            "frames": motion.frame_count,
-            "fps": motion.fps,
-            "duration_s": round(motion.duration_s, 4),
-            "animate_s": round(animated - started, 4),
-            "write_s": round(time.perf_counter() - animated, 4),
-        }
-        print(json.dumps(record))
+        print(json.dumps({"outputs": [str(target) for target in wanted], **made}))
 
 
 def check_jobs(jobs: int) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from elocute.files.array_file import ArrayFile
     from elocute.head.flame import FlameModel
-    from elocute.head.flame_solver import FlameParameters
+    from elocute.head.flame_parameters import FlameParameters
 
     Solved = tuple[FlameParameters, NDArray[np.float64]]
 
@@ -127,7 +127,7 @@ def _solved(
 
 
 def _write(target: Path, source: Path, solved: Solved, as_json: bool) -> None:
-    from elocute.head.flame_solver import save_flame_parameters
+    from elocute.head.flame_parameters import save_flame_parameters
 
     parameters, residual_mm = solved
     save_flame_parameters(target, parameters)

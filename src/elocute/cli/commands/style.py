@@ -17,7 +17,8 @@ from elocute.errors import InputError
 if TYPE_CHECKING:
     from elocute.audio.waveform import Waveform
     from elocute.models.protocol import SpeechModel
-    from elocute.models.style_fit import ObservedMotion, StyleFit
+    from elocute.models.style_fit import StyleFit
+    from elocute.models.style_targets import ObservedMotion
     from elocute.motion.motion import Motion
 
 VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".m4v")
@@ -122,7 +123,7 @@ def _of_motion(path: Path, sound: Path, model: SpeechModel) -> ObservedMotion:
 def _observed(motion: Motion, sound: Waveform, model: SpeechModel) -> ObservedMotion:
     """Joint rotations are left out, as measures do: a nod is no style."""
     from elocute.models.feature_extraction import extract_features
-    from elocute.models.style_fit import ObservedMotion
+    from elocute.models.style_targets import ObservedMotion
     from elocute.motion.vertex_motion import VertexMotion
 
     head = motion.head
@@ -134,7 +135,7 @@ def _of_clip(path: Path, model: SpeechModel) -> ObservedMotion:
     from elocute.corpus.corpus_store import open_corpus
     from elocute.evaluation.model_predictions import recorded_motion
     from elocute.models.feature_extraction import extract_features
-    from elocute.models.style_fit import ObservedMotion
+    from elocute.models.style_targets import ObservedMotion
 
     if not (path.parent / "corpus.json").is_file():
         raise InputError.about(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,17 +14,17 @@ from elocute.cli.command_group import CommandGroup
 from elocute.cli.progress import EpochLines
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
-from elocute.files.work_folder import no_empty_folder, prepare_training
-from elocute.training.crnn.config import PRESETS as CRNN_PRESETS
-from elocute.training.crnn.config import CrnnTrainConfig
-from elocute.training.karras.config import PRESETS as KARRAS_PRESETS
-from elocute.training.karras.config import KarrasTrainConfig
-from elocute.training.voca.config import PRESETS, VocaTrainConfig
+from elocute.files.work_folder import MODEL, no_empty_folder, prepare_training
+from elocute.training.crnn.settings import CrnnTrainConfig
+from elocute.training.karras.settings import KarrasTrainConfig
+from elocute.training.voca.settings import VocaTrainConfig
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
+    from elocute.training.karras.fit import TrainedKarras
+    from elocute.training.settings import TrainingSettings
+    from elocute.training.voca.fit import TrainedVoca
 
-MODEL = "model.onnx"
 app = CommandGroup("Train models on a corpus.")
 
 Output = typer.Option(..., "-o", "--output", help="Output folder for checkpoint, log and model.")
@@ -45,7 +46,7 @@ def voca_command(
             "velocity_weight": "--velocity",
             "reduced": "--reduced/--full-decoder",
         },
-        presets=PRESETS,
+        presets=VocaTrainConfig.presets,
     ),
     device: str = Device,
     resume: bool = Resume,
@@ -59,15 +60,8 @@ def voca_command(
 
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):
-        from elocute.training.device import resolve_device
         from elocute.training.voca.run import train_voca
-    resolve_device(device)
-    with no_empty_folder(output), EpochLines(as_json) as report:
-        prepare_training(output, resume)
-        trained = train_voca(
-            opened, config, output, split, resume=resume, report=report, device=device
-        )
-    _show_trained(opened, split, output, trained.styles, trained.log, as_json)
+    _train_on_corpus(train_voca, opened, split, config, output, device, resume, as_json)
 
 
 @app.command("karras")
@@ -82,7 +76,7 @@ def karras_command(
             "noise": "--noise/--no-noise",
             "reduced": "--reduced/--full-decoder",
         },
-        presets=KARRAS_PRESETS,
+        presets=KarrasTrainConfig.presets,
     ),
     device: str = Device,
     resume: bool = Resume,
@@ -97,15 +91,8 @@ def karras_command(
 
     opened = open_corpus(corpus)
     with needs_extra("training", "train"):
-        from elocute.training.device import resolve_device
         from elocute.training.karras.run import train_karras
-    resolve_device(device)
-    with no_empty_folder(output), EpochLines(as_json) as report:
-        prepare_training(output, resume)
-        trained = train_karras(
-            opened, config, output, split, resume=resume, report=report, device=device
-        )
-    _show_trained(opened, split, output, trained.styles, trained.log, as_json)
+    _train_on_corpus(train_karras, opened, split, config, output, device, resume, as_json)
 
 
 @app.command("crnn")
@@ -116,7 +103,7 @@ def crnn_command(
     ),
     output: Path = Output,
     config: CrnnTrainConfig = options_of(
-        CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CRNN_PRESETS
+        CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CrnnTrainConfig.presets
     ),
     device: str = Device,
     resume: bool = Resume,
@@ -159,19 +146,26 @@ def report_left_out(broken: list[tuple[str, str]], clips: int) -> None:
         raise typer.Exit(1)
 
 
-def _show_trained(
+def _train_on_corpus(
+    train: Callable[..., TrainedVoca | TrainedKarras],
     corpus: Corpus,
     split: str,
+    config: TrainingSettings,
     output: Path,
-    styles: tuple[str, ...],
-    log: list[dict[str, float]],
+    device: str,
+    resume: bool,
     as_json: bool,
 ) -> None:
-    """Where the new model is; with JSON, what it can do too."""
-    model = output / MODEL
-    sample = _sample(corpus, split, output)
-    record = {"model": str(model), "styles": styles, "sample": sample, **(log[-1] if log else {})}
-    print(json.dumps(record) if as_json else model)
+    """Train, and say where the new model is; with JSON, what it can do too."""
+    from elocute.training.device import resolve_device
+
+    resolve_device(device)
+    with no_empty_folder(output), EpochLines(as_json) as report:
+        prepare_training(output, resume)
+        trained = train(corpus, config, output, split, resume=resume, report=report, device=device)
+    model, sample = output / MODEL, _sample(corpus, split, output)
+    record = {"model": str(model), "styles": trained.styles, "sample": sample}
+    print(json.dumps({**record, **(trained.log[-1] if trained.log else {})}) if as_json else model)
 
 
 def _sample(corpus: Corpus, split: str, folder: Path) -> str | None:

@@ -12,8 +12,8 @@ from torch import Tensor
 from elocute.audio.mel_with_deltas import CONTEXT, HOP, MARGIN, RATE
 from elocute.networks.crnn import SharedCrnn
 from elocute.training.crnn.augment import degrade, interpolate_rows, random_tempo
-from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
+from elocute.training.crnn.settings import CrnnTrainConfig
 
 SPAN = 2 * (CONTEXT + MARGIN) + 1  # columns that one frame needs
 

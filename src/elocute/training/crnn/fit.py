@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,32 +10,29 @@ from typing import Any
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from elocute.audio.mel_with_deltas import BANDS, RATE
 from elocute.networks.crnn import Crnn, CrnnConfig, SharedCrnn
 from elocute.numerics.mel import hz_to_mel
 from elocute.training.checkpoint import (
-    CHECKPOINT,
     check_state,
-    load_checkpoint,
     network_tensors,
-    other_settings,
     restore_training,
-    save_checkpoint,
-    stored_log,
     tensors_of,
 )
 from elocute.training.crnn.batches import predict_batch, random_batch, whole_batch
-from elocute.training.crnn.config import BETAS, CrnnTrainConfig
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
 from elocute.training.crnn.loss import LOSSES, concordance, tempered_weights
+from elocute.training.crnn.settings import BETAS, CrnnTrainConfig
 from elocute.training.crnn.training_data import (
     CrnnTrainingData,
     channel_statistics,
     split_into_batches,
 )
 from elocute.training.device import resolve_device
-from elocute.training.training_log import Report, TrainingLog, check_loss
+from elocute.training.epochs import Row, checkpoint_to_resume, run_epochs
+from elocute.training.training_log import Report, check_loss
 
 LOG_FIELDS = (
     "epoch",
@@ -104,33 +100,37 @@ def fit(
     """
     network = new_network(data, config).to(resolve_device(device))
     optimiser = torch.optim.Adam(network.parameters(), config.learning_rate, BETAS)
-    checkpoint = folder / CHECKPOINT
-    log: list[dict[str, float]] = []
-    best = {name: value.clone() for name, value in network.state_dict().items()}
-    if resume and checkpoint.exists():
-        log, best = _restore(checkpoint, network, optimiser, data, config)
-    logger = TrainingLog(folder, LOG_FIELDS, len(log))
-    for epoch in range(len(log), config.epochs):
-        begun = time.perf_counter()
+    log, best = list[Row](), _weights(network)
+    if checkpoint := checkpoint_to_resume(folder, resume):
+        log, best = restore_crnn(checkpoint, network, optimiser, data, config)
+
+    def epoch(number: int) -> Row:
+        nonlocal best
         for group in optimiser.param_groups:
-            group["lr"] = rate_of(config, epoch)
-        row = {
-            "epoch": epoch + 1.0,
-            "train_loss": _epoch(network, optimiser, data, config, epoch),
-        }
+            group["lr"] = rate_of(config, number)
+        row = {"train_loss": _epoch(network, optimiser, data, config, number)}
         row |= validate(network, data, config)
         reached = [r["validation_loss"] for r in log]
         row["best"] = float(not reached or not row["validation_loss"] >= min(reached))
         if row["best"]:
-            best = {name: value.clone() for name, value in network.state_dict().items()}
-        row["seconds"] = time.perf_counter() - begun
-        log.append(row)
-        tensors = network_tensors(network, optimiser)
-        tensors |= {f"best.{name}": value for name, value in best.items()}
-        save_checkpoint(checkpoint, tensors, _record(data, config, log))
-        logger.add(log)
-        if report:
-            report((epoch + 1) / config.epochs, _line(row))
+            best = _weights(network)
+        return row
+
+    def state() -> dict[str, Tensor]:
+        kept = {f"best.{name}": value for name, value in best.items()}
+        return network_tensors(network, optimiser) | kept
+
+    run_epochs(
+        log,
+        config.epochs,
+        epoch,
+        state,
+        folder=folder,
+        fields=LOG_FIELDS,
+        record=_record(data, config),
+        describe=_describe,
+        report=report,
+    )
     plain = Crnn(network.config)
     plain.load_state_dict({name: value.cpu() for name, value in best.items()})
     return TrainedCrnn(plain.eval(), config, log)
@@ -227,41 +227,37 @@ def predict_clips(
     return predicted, true
 
 
-def _record(
-    data: CrnnTrainingData, config: CrnnTrainConfig, log: list[dict[str, float]]
-) -> dict[str, Any]:
-    return {
-        "kind": "crnn",
-        "config": asdict(config),
-        "log": log,
-        "clips": [len(data.train), len(data.validation)],
-    }
+def _weights(network: Crnn) -> dict[str, Tensor]:
+    """A copy that further steps leave alone."""
+    return {name: value.clone() for name, value in network.state_dict().items()}
 
 
-def _restore(
+def _record(data: CrnnTrainingData, config: CrnnTrainConfig) -> dict[str, Any]:
+    """What a checkpoint tells of its training, beside the log."""
+    clips = [len(data.train), len(data.validation)]
+    return {"kind": "crnn", "config": asdict(config), "clips": clips}
+
+
+def restore_crnn(
     path: Path,
     network: Crnn,
     optimiser: torch.optim.Optimizer,
     data: CrnnTrainingData,
     config: CrnnTrainConfig,
-) -> tuple[list[dict[str, float]], dict[str, torch.Tensor]]:
-    tensors, record = load_checkpoint(path)
-    wanted = _record(data, config, [])
-    stored = {**record, "log": []}
+) -> tuple[list[Row], dict[str, Tensor]]:
+    """The log of a checkpoint and the best weights so far; the training is taken up from it."""
     # More epochs may follow where the rate does not depend on how many there are.
-    if config.last_rate == 1.0 and isinstance(stored.get("config"), dict):
-        stored["config"] = {**stored["config"], "epochs": config.epochs}
-    if stored != wanted:
-        raise other_settings(path, stored.get("config"), asdict(config), "clips", "shards")
-    restore_training(path, network, optimiser, tensors)
+    free = ("epochs",) if config.last_rate == 1.0 else ()
+    log, tensors = restore_training(
+        path, network, optimiser, _record(data, config), source="shards", free=free
+    )
     best = tensors_of(tensors, "best")
     check_state(path, network, best)
-    return stored_log(path, record), best
+    return log, best
 
 
-def _line(row: dict[str, float]) -> str:
+def _describe(row: Row) -> str:
     return (
-        f"epoch {row['epoch']:.0f}: loss {row['train_loss']:.4f}, validation concordance "
-        f"{row['validation_mean']:.3f} mean, {row['validation_weighted']:.3f} weighted "
-        f"({row['seconds']:.1f} s)"
+        f"loss {row['train_loss']:.4f}, validation concordance "
+        f"{row['validation_mean']:.3f} mean, {row['validation_weighted']:.3f} weighted"
     )

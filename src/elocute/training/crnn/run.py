@@ -5,16 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from elocute.corpus.shards import Shards
-from elocute.training.checkpoint import check_checkpoint
-from elocute.training.crnn.config import CrnnTrainConfig
+from elocute.files.work_folder import MODEL
 from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.feature_cache import cache_features
 from elocute.training.crnn.fit import TrainedCrnn, fit
+from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import select_training_data, training_clips
-from elocute.training.device import resolve_device
+from elocute.training.epochs import open_folder
 from elocute.training.training_log import Report
-
-MODEL = "model.onnx"
 
 
 def train_crnn(
@@ -62,11 +60,7 @@ def train_crnn(
     OutputError
         Where a file cannot be written.
     """
-    folder = Path(folder)
-    folder.mkdir(exist_ok=True)
-    resolve_device(device)  # before the shards are encoded
-    if resume:
-        check_checkpoint(folder)
+    folder = open_folder(folder, device, resume=resume)
 
     def encoding(share: float) -> None:
         if report:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from elocute.array_types import Float32Array
 from elocute.audio.mel_with_deltas import slopes
 from elocute.errors import CorpusError
-from elocute.training.crnn.config import CrnnTrainConfig
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
 from elocute.training.crnn.loss import explained_shares
+from elocute.training.crnn.settings import CrnnTrainConfig
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -13,9 +11,9 @@ from torch.nn import functional
 from elocute.audio.autocorrelation import COEFFICIENTS, ROW_RATE, WINDOW_ROWS
 from elocute.corpus.corpus_store import Corpus
 from elocute.networks.karras import SharedKarras
+from elocute.training.decoder import Embedding, decoder_basis, decoder_to_weights
 from elocute.training.karras.fit import TrainedKarras
-from elocute.training.onnx_export import export_network
-from elocute.training.voca.export import decoder_basis, decoder_to_weights
+from elocute.training.onnx_export import corpus_record, export_network
 
 ROWS = 100  # of the example that is traced; any number runs
 
@@ -29,17 +27,6 @@ class _Weights(nn.Module):
 
     def forward(self, features: Tensor, style: Tensor) -> Tensor:
         return functional.linear(self.shared.embed(features, style), self.weight, self.bias)
-
-
-class _Embedding(nn.Module):
-    """Rows of sound and a style to weights of the decoder's columns; the last is one."""
-
-    def __init__(self, shared: SharedKarras) -> None:
-        super().__init__()
-        self.shared = shared
-
-    def forward(self, features: Tensor, style: Tensor) -> Tensor:
-        return functional.pad(self.shared.embed(features, style), (0, 1), value=1.0)
 
 
 def export_karras(trained: TrainedKarras, corpus: Corpus, path: str | Path, note: str = "") -> None:
@@ -70,7 +57,7 @@ def export_karras(trained: TrainedKarras, corpus: Corpus, path: str | Path, note
     if space is not None and space.to_weights is not None:
         network = _Weights(shared, decoder_to_weights(decoder, torch.from_numpy(space.to_weights)))
     else:
-        network = _Embedding(shared)
+        network = Embedding(shared)
         constants = {"basis": decoder_basis(decoder, space).numpy()}
     export_network(
         network,
@@ -81,25 +68,15 @@ def export_karras(trained: TrainedKarras, corpus: Corpus, path: str | Path, note
         ["weights"],
         {"features": {0: "row"}, "weights": {0: "window"}},
         path,
-        record=_record(trained, corpus, () if constants else corpus.components, note),
+        record={
+            "kind": "karras",
+            "version": 1,
+            "encoder": "autocorrelation",
+            "fps": ROW_RATE,
+            "window": WINDOW_ROWS,
+            **corpus_record(
+                trained.config, trained.styles, COEFFICIENTS, corpus, "basis" in constants, note
+            ),
+        },
         constants=constants,
     )
-
-
-def _record(
-    trained: TrainedKarras, corpus: Corpus, components: tuple[str, ...], note: str
-) -> dict[str, Any]:
-    return {
-        "kind": "karras",
-        "version": 1,
-        "encoder": "autocorrelation",
-        "fps": ROW_RATE,
-        "window": WINDOW_ROWS,
-        "styles": trained.styles,
-        "features": COEFFICIENTS,
-        "components": components,
-        "topology": corpus.topology,
-        "vertices": corpus.vertex_count,
-        "config": asdict(trained.config),
-        "note": note,
-    }

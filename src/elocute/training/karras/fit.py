@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,18 +13,12 @@ from torch import Tensor, nn
 from elocute.audio.autocorrelation import COEFFICIENTS, WINDOW_ROWS
 from elocute.networks.karras import Karras, KarrasConfig, Noise, SharedKarras
 from elocute.one_line_repr import one_line
-from elocute.training.checkpoint import (
-    CHECKPOINT,
-    load_checkpoint,
-    network_tensors,
-    other_settings,
-    restore_training,
-    save_checkpoint,
-    stored_log,
-)
+from elocute.training.checkpoint import network_tensors, restore_training
+from elocute.training.decoder import principal_components
 from elocute.training.device import resolve_device
-from elocute.training.karras.config import KarrasTrainConfig
+from elocute.training.epochs import Row, checkpoint_to_resume, run_epochs
 from elocute.training.karras.loss import TERMS, Balance, loss_terms
+from elocute.training.karras.settings import KarrasTrainConfig
 from elocute.training.karras.training_data import (
     KarrasFrames,
     KarrasTrainingData,
@@ -34,9 +27,8 @@ from elocute.training.karras.training_data import (
     draw_runs,
     read_between,
 )
-from elocute.training.training_log import Report, TrainingLog, check_loss
-from elocute.training.voca.fit import principal_components
-from elocute.training.voca.target_space import MotionSpace
+from elocute.training.target_space import MotionSpace
+from elocute.training.training_log import Report, check_loss
 
 LOG_FIELDS = (
     "epoch",
@@ -129,27 +121,28 @@ def fit(
     optimiser = torch.optim.Adam(
         [{"params": weights}, {"params": [learned.emotions]}], config.learning_rate, BETAS
     )
-    checkpoint = folder / CHECKPOINT if folder else None
-    log: list[dict[str, float]] = []
-    if resume and checkpoint and checkpoint.exists():
-        log = _restore(checkpoint, learned, optimiser, data, config)
+    record, log = checkpoint_record(data, config), list[Row]()
+    if checkpoint := checkpoint_to_resume(folder, resume):
+        log, _ = restore_training(checkpoint, learned, optimiser, record)
     train = data.train.to(place)
-    logger = TrainingLog(folder, LOG_FIELDS, len(log)) if folder else None
-    for epoch in range(len(log), config.epochs):
-        begun = time.perf_counter()
-        terms = _epoch(learned, optimiser, train, data.vertices, config, epoch)
-        row = {"epoch": epoch + 1.0, **{f"train_{t}": v for t, v in terms.items()}}
-        row |= validate(learned.network, style_emotions(learned.emotions, data), data)
-        row["seconds"] = time.perf_counter() - begun
-        log.append(row)
-        if checkpoint:
-            save_checkpoint(
-                checkpoint, network_tensors(learned, optimiser), _record(data, config, log)
-            )
-        if logger:
-            logger.add(log)
-        if report:
-            report((epoch + 1) / config.epochs, _line(row))
+
+    def epoch(number: int) -> Row:
+        terms = _epoch(learned, optimiser, train, data.vertices, config, number)
+        emotions = style_emotions(learned.emotions, data)
+        losses = {f"train_{term}": value for term, value in terms.items()}
+        return {**losses, **validate(learned.network, emotions, data)}
+
+    run_epochs(
+        log,
+        config.epochs,
+        epoch,
+        lambda: network_tensors(learned, optimiser),
+        folder=folder,
+        fields=LOG_FIELDS,
+        record=record,
+        describe=_describe,
+        report=report,
+    )
     learned = learned.cpu().eval()
     emotions = learned.emotions.detach()
     named = torch.cat(
@@ -278,33 +271,11 @@ def _free(name: str, taken: tuple[str, ...]) -> str:
     return name if name not in taken else _free(f"mined_{name}", taken)
 
 
-def _record(
-    data: KarrasTrainingData, config: KarrasTrainConfig, log: list[dict[str, float]]
-) -> dict[str, Any]:
+def checkpoint_record(data: KarrasTrainingData, config: KarrasTrainConfig) -> dict[str, Any]:
+    """What a checkpoint tells of its training, beside the log."""
     clips = [clip.name for clip in data.train.clips]
-    return {"config": asdict(config), "styles": data.styles, "clips": clips, "log": log}
+    return {"config": asdict(config), "styles": data.styles, "clips": clips}
 
 
-def _restore(
-    path: Path,
-    learned: _Learned,
-    optimiser: torch.optim.Optimizer,
-    data: KarrasTrainingData,
-    config: KarrasTrainConfig,
-) -> list[dict[str, float]]:
-    tensors, record = load_checkpoint(path)
-    settings = record.get("config")
-    stored = {**(settings if isinstance(settings, dict) else {}), "epochs": config.epochs}
-    known = _record(data, config, [])
-    same = all(record.get(name) == list(known[name]) for name in ("styles", "clips"))
-    if stored != asdict(config) or not same:
-        raise other_settings(path, stored, asdict(config), "clips", "corpus")
-    restore_training(path, learned, optimiser, tensors)
-    return stored_log(path, record)
-
-
-def _line(row: dict[str, float]) -> str:
-    return (
-        f"epoch {row['epoch']:.0f}: train {3 * row['train_position']:.4f}, "
-        f"validation {row['validation_mm2']:.4f} mm² ({row['seconds']:.1f} s)"
-    )
+def _describe(row: Row) -> str:
+    return f"train {3 * row['train_position']:.4f}, validation {row['validation_mm2']:.4f} mm²"

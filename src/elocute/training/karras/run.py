@@ -5,15 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from elocute.corpus.corpus_store import Corpus
-from elocute.training.checkpoint import check_checkpoint
-from elocute.training.device import resolve_device
-from elocute.training.karras.config import KarrasTrainConfig
+from elocute.files.work_folder import MODEL
+from elocute.training.epochs import open_folder
 from elocute.training.karras.export import export_karras
 from elocute.training.karras.fit import TrainedKarras, fit
+from elocute.training.karras.settings import KarrasTrainConfig
 from elocute.training.karras.training_data import prepare
 from elocute.training.training_log import Report
-
-MODEL = "model.onnx"
 
 
 def train_karras(
@@ -61,11 +59,7 @@ def train_karras(
     OutputError
         Where a file cannot be written.
     """
-    folder = Path(folder)
-    folder.mkdir(exist_ok=True)
-    resolve_device(device)  # before the corpus is analysed
-    if resume:
-        check_checkpoint(folder)
+    folder = open_folder(folder, device, resume=resume)
     data = prepare(corpus, config, split, report)
     trained = fit(data, config, folder, resume=resume, report=report, device=device)
     export_karras(trained, corpus, folder / MODEL, note or corpus.note)

@@ -9,8 +9,9 @@ drawn anew in every epoch, which is the paper's random shift of up to half a fra
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import torch
@@ -25,18 +26,24 @@ from elocute.audio.autocorrelation import (
     autocorrelation,
     rows_in,
 )
+from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.corpus.corpus_store import Corpus
-from elocute.errors import CorpusError
-from elocute.models.crnn_network import samples_level
-from elocute.training.karras.config import KarrasTrainConfig
+from elocute.training.corpus_data import (
+    CorpusData,
+    Progress,
+    check_finite,
+    clip_sound,
+    clip_style,
+    clip_targets,
+    load_parts,
+)
+from elocute.training.karras.settings import KarrasTrainConfig
+from elocute.training.target_space import MotionSpace
 from elocute.training.training_log import Report
-from elocute.training.voca.target_space import MotionSpace, motion_space
-from elocute.training.voca.training_data import clip_sound, clip_targets, subjects_of
 
 FRAME_OUTPUTS = 4  # outputs from frame to frame
 BEFORE = WINDOW_ROWS // 2 - 1  # rows of a window up to the one before its middle, itself left out
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -162,15 +169,7 @@ def batches(runs: Runs, size: int) -> Iterator[Runs]:
         yield runs[slice(start, start + size)]
 
 
-@dataclass(frozen=True, eq=False)
-class KarrasTrainingData:
-    """What a training reads, as VocaTrainingData."""
-
-    train: KarrasFrames
-    validation: KarrasFrames | None
-    space: MotionSpace | None
-    styles: tuple[str, ...]
-    vertices: int
+KarrasTrainingData = CorpusData[KarrasFrames]
 
 
 def prepare(
@@ -202,26 +201,22 @@ def prepare(
         For a split that the corpus lacks, a clip whose sound does not fit its motion, or motion
         that is not finite.
     """
-    parts = corpus.split(split)
-    styles = subjects_of(corpus, parts.train)
-    space = motion_space(corpus, parts.train) if config.reduced else None
 
-    def progress(share: float) -> None:
-        if report:
-            report(0.0, f"analysing the corpus: {share:.0%}")
-
-    train = load_frames(corpus, parts.train, styles, config, space, progress)
-    validation = (
-        load_frames(corpus, parts.validation, styles, config, space) if parts.validation else None
+    return load_parts(
+        corpus,
+        split,
+        partial(load_frames, corpus, config),
+        reduced=config.reduced,
+        doing="analysing the corpus",
+        report=report,
     )
-    return KarrasTrainingData(train, validation, space, styles, corpus.vertex_count)
 
 
 def load_frames(
     corpus: Corpus,
+    config: KarrasTrainConfig,
     names: Sequence[str],
     styles: Sequence[str],
-    config: KarrasTrainConfig,
     space: MotionSpace | None,
     progress: Progress | None = None,
 ) -> KarrasFrames:
@@ -233,15 +228,11 @@ def load_frames(
     row = frame = vector = 0
     for index, name in enumerate(names):
         target = clip_targets(corpus, name, space)
-        if not np.isfinite(target).all():
-            raise CorpusError.about(
-                f"clip {name}", found="NaN or infinity", remedy="elocute corpus check"
-            )
+        check_finite(name, target)
         outputs = max(1, math.floor((len(target) - 1) / corpus.fps * ROW_RATE + 0.5))
         heard = windowed_rows(clip_sound(corpus, name), outputs)
         vectors = (outputs - 1) // FRAME_OUTPUTS // config.emotion_frames + 2
-        subject = corpus.entry(name).subject
-        style = styles.index(subject) if subject in styles else -1
+        style = clip_style(corpus, name, styles)
         clips.append(ClipPlace(name, row, outputs, frame, len(target), vector, vectors, style))
         rows.append(heard)
         targets.append(target)

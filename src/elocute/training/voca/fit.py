@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,19 +14,14 @@ from torch import Tensor
 
 from elocute.networks.voca import Voca, VocaConfig
 from elocute.one_line_repr import one_line
-from elocute.training.checkpoint import (
-    CHECKPOINT,
-    load_checkpoint,
-    network_tensors,
-    other_settings,
-    restore_training,
-    save_checkpoint,
-    stored_log,
-)
+from elocute.training.checkpoint import network_tensors, restore_training
+from elocute.training.decoder import principal_components
 from elocute.training.device import resolve_device
-from elocute.training.training_log import Report, TrainingLog, check_loss
-from elocute.training.voca.config import VocaTrainConfig
-from elocute.training.voca.target_space import MotionSpace
+from elocute.training.epochs import Row, checkpoint_to_resume, run_epochs
+from elocute.training.target_space import MotionSpace
+from elocute.training.training_log import Report, check_loss
+from elocute.training.voca.loss import pair_loss
+from elocute.training.voca.settings import VocaTrainConfig
 from elocute.training.voca.training_data import TrainingFrames, VocaTrainingData
 
 LOG_FIELDS: tuple[str, ...] = (
@@ -100,27 +94,28 @@ def fit(
     torch.manual_seed(config.seed)
     network = new_network(data, config)
     optimiser = torch.optim.Adam(network.parameters(), config.learning_rate)
-    checkpoint = folder / CHECKPOINT if folder else None
-    log: list[dict[str, float]] = []
-    if resume and checkpoint and checkpoint.exists():
-        log = _restore(checkpoint, network, optimiser, data, config)
+    record, log = checkpoint_record(data, config), list[Row]()
+    if checkpoint := checkpoint_to_resume(folder, resume):
+        log, _ = restore_training(checkpoint, network, optimiser, record)
     network, optimiser = fabric.setup(network, optimiser)
     train = data.train.to(fabric.device)
-    logger = TrainingLog(folder, LOG_FIELDS, len(log)) if folder and fabric.is_global_zero else None
-    for epoch in range(len(log), config.epochs):
-        started = time.perf_counter()
-        loss = _epoch(fabric, network, optimiser, train, config, epoch, data.vertices)
-        row = {"epoch": epoch + 1.0, "train_mm2": loss, **validate(network, data)}
-        row["seconds"] = time.perf_counter() - started
-        log.append(row)
-        if checkpoint and fabric.is_global_zero:
-            save_checkpoint(
-                checkpoint, network_tensors(network, optimiser), _record(data, config, log)
-            )
-        if logger:
-            logger.add(log)
-        if report and fabric.is_global_zero:
-            report((epoch + 1) / config.epochs, _line(row))
+
+    def epoch(number: int) -> Row:
+        loss = _epoch(fabric, network, optimiser, train, config, number, data.vertices)
+        return {"train_mm2": loss, **validate(network, data)}
+
+    first = fabric.is_global_zero
+    run_epochs(
+        log,
+        config.epochs,
+        epoch,
+        lambda: network_tensors(network, optimiser),
+        folder=folder if first else None,
+        fields=LOG_FIELDS,
+        record=record,
+        describe=_describe,
+        report=report if first else None,
+    )
     plain = new_network(data, config)
     plain.load_state_dict(
         {k.removeprefix("module."): v.cpu() for k, v in network.state_dict().items()}
@@ -158,29 +153,6 @@ def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
         network.start_as_released()
     network.start_decoder(principal_components(targets, count))
     return network
-
-
-def principal_components(targets: Tensor, count: int) -> Tensor:
-    """(count, output): directions of greatest variance, each as long as its standard deviation."""
-    centred = (targets - targets.mean(dim=0)).numpy().astype(np.float64)
-    if centred.shape[1] > 2 * count and centred.shape[1] > 1000:
-        _, values, vectors = torch.svd_lowrank(torch.from_numpy(centred).float(), count, niter=4)
-        return (vectors * values / math.sqrt(len(centred))).T.contiguous()
-    values, vectors = np.linalg.eigh(centred.T @ centred / len(centred))
-    order = np.argsort(values)[::-1][:count]
-    scaled = vectors[:, order] * np.sqrt(np.maximum(values[order], 0))
-    return torch.from_numpy(scaled.T.astype(np.float32))
-
-
-def pair_loss(predicted: Tensor, target: Tensor, config: VocaTrainConfig, vertices: int) -> Tensor:
-    """Position and velocity terms (section 5) of (2, pair, output): mm² a vertex.
-
-    The first row holds the frames before, the second the frames themselves.
-    """
-    error = predicted - target
-    position = error.square().sum(dim=-1).mean() / vertices
-    velocity = (error[1] - error[0]).square().sum(dim=-1).mean() / vertices
-    return config.position_weight * position + config.velocity_weight * velocity
 
 
 def _epoch(
@@ -256,30 +228,10 @@ def validate(network: Voca, data: VocaTrainingData) -> dict[str, float]:
     return {"validation_mm2": float(np.mean(losses)), "validation_best_style_mm2": min(losses)}
 
 
-def _record(
-    data: VocaTrainingData, config: VocaTrainConfig, log: list[dict[str, float]]
-) -> dict[str, Any]:
-    return {"config": asdict(config), "styles": data.styles, "fps": data.fps, "log": log}
+def checkpoint_record(data: VocaTrainingData, config: VocaTrainConfig) -> dict[str, Any]:
+    """What a checkpoint tells of its training, beside the log."""
+    return {"config": asdict(config), "styles": data.styles, "fps": data.fps}
 
 
-def _restore(
-    path: Path,
-    network: Voca,
-    optimiser: torch.optim.Optimizer,
-    data: VocaTrainingData,
-    config: VocaTrainConfig,
-) -> list[dict[str, float]]:
-    tensors, record = load_checkpoint(path)
-    settings = record.get("config")
-    stored = {**(settings if isinstance(settings, dict) else {}), "epochs": config.epochs}
-    if stored != asdict(config) or record.get("styles") != list(data.styles):
-        raise other_settings(path, stored, asdict(config), "styles", "corpus")
-    restore_training(path, network, optimiser, tensors)
-    return stored_log(path, record)
-
-
-def _line(row: dict[str, float]) -> str:
-    return (
-        f"epoch {row['epoch']:.0f}: train {row['train_mm2']:.4f}, "
-        f"validation {row['validation_mm2']:.4f} mm² ({row['seconds']:.1f} s)"
-    )
+def _describe(row: Row) -> str:
+    return f"train {row['train_mm2']:.4f}, validation {row['validation_mm2']:.4f} mm²"

@@ -6,16 +6,15 @@ from pathlib import Path
 
 from elocute.corpus.corpus_store import Corpus
 from elocute.encoders.registry import resolve_encoder
-from elocute.training.checkpoint import check_checkpoint
-from elocute.training.device import by_first_process, resolve_device
+from elocute.files.work_folder import MODEL
+from elocute.training.device import by_first_process
+from elocute.training.epochs import open_folder
 from elocute.training.training_log import Report
-from elocute.training.voca.config import VocaTrainConfig
 from elocute.training.voca.export import export_voca
 from elocute.training.voca.fit import TrainedVoca, fit
+from elocute.training.voca.settings import VocaTrainConfig
 from elocute.training.voca.style_errors import record_style_errors
 from elocute.training.voca.training_data import prepare
-
-MODEL = "model.onnx"
 
 
 def train_voca(
@@ -63,11 +62,7 @@ def train_voca(
     OutputError
         Where a file cannot be written.
     """
-    folder = Path(folder)
-    folder.mkdir(exist_ok=True)
-    resolve_device(device)  # before the corpus is encoded
-    if resume:
-        check_checkpoint(folder)
+    folder = open_folder(folder, device, resume=resume)
     data = prepare(corpus, config, resolve_encoder(config.encoder), split, report)
     trained = fit(data, config, folder, resume=resume, report=report, device=device)
 

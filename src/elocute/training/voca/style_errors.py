@@ -7,7 +7,8 @@ from pathlib import Path
 
 from elocute.corpus.corpus_store import Corpus
 from elocute.models.feature_extraction import extract_features
-from elocute.models.style_fit import ObservedMotion, measure_style_errors
+from elocute.models.style_errors import measure_style_errors
+from elocute.models.style_targets import ObservedMotion
 from elocute.models.voca import VocaModel
 from elocute.motion.vertex_motion import VertexMotion
 from elocute.training.onnx_export import add_to_record

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import torch
@@ -12,15 +13,21 @@ from torch import Tensor
 from elocute.audio.features import Features
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
-from elocute.errors import CorpusError
 from elocute.networks.voca import WINDOW
+from elocute.training.corpus_data import (
+    CorpusData,
+    Progress,
+    check_finite,
+    clip_sound,
+    clip_style,
+    clip_targets,
+    load_parts,
+)
+from elocute.training.target_space import MotionSpace
 from elocute.training.training_log import Report
-from elocute.training.voca.config import VocaTrainConfig
-from elocute.training.voca.target_space import MotionSpace, motion_space
+from elocute.training.voca.settings import VocaTrainConfig
 
 Encode = Callable[[Waveform], Features]
-Progress = Callable[[float], None]
-LENGTH_TOLERANCE_S = 0.25  # sound may end this much before its motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +66,9 @@ class TrainingFrames:
 
 def load_frames(
     corpus: Corpus,
+    encode: Encode,
     names: Sequence[str],
     styles: Sequence[str],
-    encode: Encode,
     space: MotionSpace | None,
     progress: Progress | None = None,
 ) -> TrainingFrames:
@@ -75,16 +82,12 @@ def load_frames(
     for index, name in enumerate(names):
         values = clip_features(corpus, name, encode)
         target = clip_targets(corpus, name, space)
-        if not (np.isfinite(values).all() and np.isfinite(target).all()):
-            raise CorpusError.about(
-                f"clip {name}", found="NaN or infinity", remedy="elocute corpus check"
-            )
-        count, subject = len(target), corpus.entry(name).subject
-        before = WINDOW // 2
+        check_finite(name, values, target)
+        count, before = len(target), WINDOW // 2
         features.append(np.pad(values, ((before, WINDOW - 1 - before), (0, 0))))
         targets.append(target)
         places.append(np.arange(place, place + count))
-        subjects.append(np.full(count, styles.index(subject) if subject in styles else -1))
+        subjects.append(np.full(count, clip_style(corpus, name, styles)))
         pairs.append(np.arange(frame + 1, frame + count))
         place, frame = place + count + WINDOW - 1, frame + count
         if progress:
@@ -93,20 +96,7 @@ def load_frames(
     return TrainingFrames(*(torch.from_numpy(part) for part in joined))
 
 
-@dataclass(frozen=True, eq=False)
-class VocaTrainingData:
-    """What a training reads: frames to train on and to validate on.
-
-    space is that of the targets, None where they are vertices in mm; styles are the subjects of
-    the training part; vertices is the number of vertices of the mesh.
-    """
-
-    train: TrainingFrames
-    validation: TrainingFrames | None
-    space: MotionSpace | None
-    styles: tuple[str, ...]
-    vertices: int
-    fps: float
+VocaTrainingData = CorpusData[TrainingFrames]
 
 
 def prepare(
@@ -141,25 +131,15 @@ def prepare(
         For a split that the corpus lacks, a clip whose sound does not fit its motion, or motion
         or features that are not finite.
     """
-    parts = corpus.split(split)
-    styles = subjects_of(corpus, parts.train)
-    space = motion_space(corpus, parts.train) if config.reduced else None
 
-    def progress(share: float) -> None:
-        if report:
-            report(0.0, f"encoding the corpus: {share:.0%}")
-
-    train = load_frames(corpus, parts.train, styles, encode, space, progress)
-    validation = (
-        load_frames(corpus, parts.validation, styles, encode, space) if parts.validation else None
+    return load_parts(
+        corpus,
+        split,
+        partial(load_frames, corpus, encode),
+        reduced=config.reduced,
+        doing="encoding the corpus",
+        report=report,
     )
-    return VocaTrainingData(train, validation, space, styles, corpus.vertex_count, corpus.fps)
-
-
-def subjects_of(corpus: Corpus, names: Sequence[str]) -> tuple[str, ...]:
-    """The subjects of some clips, in the corpus's order."""
-    speaking = {corpus.entry(name).subject for name in names}
-    return tuple(subject for subject in corpus.subjects if subject in speaking)
 
 
 def clip_features(corpus: Corpus, name: str, encode: Encode) -> np.ndarray:
@@ -171,28 +151,7 @@ def clip_features(corpus: Corpus, name: str, encode: Encode) -> np.ndarray:
     return fit_length(encode(sound).resample(corpus.fps).values, corpus.entry(name).frames)
 
 
-def clip_sound(corpus: Corpus, name: str) -> Waveform:
-    """The sound of a clip. Raises CorpusError where it is much shorter than the motion."""
-    count, sound = corpus.entry(name).frames, corpus.sound(name)
-    if count / corpus.fps - sound.duration_s > LENGTH_TOLERANCE_S:
-        raise CorpusError.about(
-            f"clip {name}",
-            found=f"{sound.duration_s:.2f} s of sound, {count / corpus.fps:.2f} s of motion",
-            allowed=f"at most {LENGTH_TOLERANCE_S} s less",
-            remedy="elocute corpus check",
-        )
-    return sound
-
-
 def fit_length(values: np.ndarray, count: int) -> np.ndarray:
     """(count, feature): cut, or the last row repeated."""
     missing = count - len(values)
     return np.pad(values, ((0, missing), (0, 0)), "edge") if missing > 0 else values[:count]
-
-
-def clip_targets(corpus: Corpus, name: str, space: MotionSpace | None) -> np.ndarray:
-    """(frame, output): coordinates in the space, or vertices in mm."""
-    if space is not None:
-        return space.coordinates(corpus, name)
-    moved = corpus.displacements(name)
-    return moved.reshape(len(moved), -1) * np.float32(1000)

@@ -20,7 +20,7 @@ def _flame(path: Path) -> None:
 
 
 def _flame_parameters(path: Path) -> None:
-    from elocute.head.flame_solver import load_flame_parameters
+    from elocute.head.flame_parameters import load_flame_parameters
 
     load_flame_parameters(path)
 
@@ -90,7 +90,7 @@ READERS: tuple[Reader, ...] = (
         seeds.flame_parameters,
         only(_flame_parameters),
         {"*.npz": "npz"},
-        ("elocute.head.flame_solver",),
+        ("elocute.head.flame_parameters",),
     ),
     Reader(
         "pickle",

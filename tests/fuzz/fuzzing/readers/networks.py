@@ -35,25 +35,27 @@ def _phone_encoder(path: Path) -> None:
 def _checkpoint(path: Path) -> None:
     import torch
 
-    from elocute.training.voca.config import VocaTrainConfig
-    from elocute.training.voca.fit import _restore
+    from elocute.training.checkpoint import restore_training
+    from elocute.training.voca.fit import checkpoint_record
+    from elocute.training.voca.settings import VocaTrainConfig
 
     network: Any = torch.nn.Linear(3, 2)
     optimiser = torch.optim.Adam(network.parameters())
     material: Any = SimpleNamespace(styles=("anna",), fps=60.0)
-    _restore(path, network, optimiser, material, VocaTrainConfig())
+    record = checkpoint_record(material, VocaTrainConfig())
+    restore_training(path, network, optimiser, record)
 
 
 def _crnn_checkpoint(path: Path) -> None:
     import torch
 
-    from elocute.training.crnn.config import CrnnTrainConfig
-    from elocute.training.crnn.fit import _restore
+    from elocute.training.crnn.fit import restore_crnn
+    from elocute.training.crnn.settings import CrnnTrainConfig
 
     network: Any = torch.nn.Linear(3, 2)
     optimiser = torch.optim.Adam(network.parameters())
     data: Any = SimpleNamespace(train=(0, 1), validation=(2,))
-    _restore(path, network, optimiser, data, CrnnTrainConfig())
+    restore_crnn(path, network, optimiser, data, CrnnTrainConfig())
 
 
 def _transformer(folder: Path, _out: Path) -> None:

@@ -35,7 +35,7 @@ def flame(folder: Path) -> None:
 
 
 def flame_parameters(folder: Path) -> None:
-    from elocute.head.flame_solver import FlameParameters, save_flame_parameters
+    from elocute.head.flame_parameters import FlameParameters, save_flame_parameters
 
     rng = np.random.default_rng(0)
     parts = rng.normal(size=3), rng.normal(size=(2, 4)), np.zeros((2, 15)), np.zeros((2, 3))

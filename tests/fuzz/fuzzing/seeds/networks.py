@@ -62,7 +62,7 @@ def checkpoints(folder: Path) -> None:
     import torch
 
     from elocute.training.checkpoint import network_tensors, save_checkpoint
-    from elocute.training.voca.config import VocaTrainConfig
+    from elocute.training.voca.settings import VocaTrainConfig
 
     torch.manual_seed(0)
     network = torch.nn.Linear(3, 2)
@@ -84,7 +84,7 @@ def crnn_checkpoints(folder: Path) -> None:
     import torch
 
     from elocute.training.checkpoint import network_tensors, save_checkpoint
-    from elocute.training.crnn.config import CrnnTrainConfig
+    from elocute.training.crnn.settings import CrnnTrainConfig
 
     torch.manual_seed(0)
     network = torch.nn.Linear(3, 2)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from elocute.errors import ModelError
-from elocute.one_line_repr import brief
-from elocute.settings import SEED_MAX, check_settings, described, setting
+from elocute.settings import SEED_MAX, described, setting
+from elocute.training.settings import TrainingSettings
 
 LOSSES = ("concordance", "mse")
 BETAS = (0.9, 0.99)
@@ -26,7 +24,7 @@ PRESETS: dict[str, dict[str, object]] = {
 
 @described
 @dataclass(frozen=True)
-class CrnnTrainConfig:
+class CrnnTrainConfig(TrainingSettings):
     """Settings of a training of the recurrent model; `preset("paper")` sets them as published.
 
     The defaults differ from the paper (In the wild 2019, sections 5 and 6) in five. Parameters
@@ -43,6 +41,8 @@ class CrnnTrainConfig:
     ModelError
         For a number outside its range.
     """
+
+    presets = PRESETS
 
     epochs: int = setting(50, low=1, high=100_000, help="Passes over the training part.")
     batch_clips: int = setting(50, low=1, high=4096, help="Clips in a batch.")
@@ -91,13 +91,3 @@ class CrnnTrainConfig:
         30.0, unit="frames/s", low=1.0, high=100.0, help="Frame rate of the model."
     )
     seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
-
-    def __post_init__(self) -> None:
-        check_settings(self, ModelError)
-
-    @classmethod
-    def preset(cls, name: str, **changes: Any) -> CrnnTrainConfig:
-        """The settings called `name` in PRESETS, with changes. Raises ModelError for another."""
-        if name not in PRESETS:
-            raise ModelError.about("`preset`", found=brief(name), allowed=", ".join(PRESETS))
-        return cls(**{**PRESETS[name], **changes})

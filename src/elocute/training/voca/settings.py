@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from elocute.errors import ModelError
-from elocute.one_line_repr import brief
-from elocute.settings import SEED_MAX, check_settings, described, setting
+from elocute.settings import SEED_MAX, described, setting
+from elocute.training.settings import TrainingSettings
 
 PRESETS: dict[str, dict[str, object]] = {
     "default": {},
@@ -19,7 +17,7 @@ encoder: `deepspeech:FILE` with the graph that the authors used, which nobody ma
 
 @described
 @dataclass(frozen=True)
-class VocaTrainConfig:
+class VocaTrainConfig(TrainingSettings):
     """Settings of a training of VOCA, by default those of the paper's section 5 but for three.
 
     The encoder is the one that ships, not DeepSpeech. The decoder is `reduced` to the span of the
@@ -33,6 +31,8 @@ class VocaTrainConfig:
     ModelError
         For a number outside its range.
     """
+
+    presets = PRESETS
 
     epochs: int = setting(50, low=1, high=100_000, help="Passes over the training part.")
     batch_pairs: int = setting(
@@ -68,13 +68,3 @@ class VocaTrainConfig:
         "phones",
         help="Speech encoder: phones, fbank, deepspeech:FILE.pb, wav2vec2:FOLDER and the like.",
     )
-
-    def __post_init__(self) -> None:
-        check_settings(self, ModelError)
-
-    @classmethod
-    def preset(cls, name: str, **changes: Any) -> VocaTrainConfig:
-        """The settings called `name` in PRESETS, with changes. Raises ModelError for another."""
-        if name not in PRESETS:
-            raise ModelError.about("`preset`", found=brief(name), allowed=", ".join(PRESETS))
-        return cls(**{**PRESETS[name], **changes})

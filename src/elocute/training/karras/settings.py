@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from elocute.errors import ModelError
-from elocute.one_line_repr import brief
-from elocute.settings import SEED_MAX, check_settings, described, setting
+from elocute.settings import SEED_MAX, described, setting
+from elocute.training.settings import TrainingSettings
 
 PRESETS: dict[str, dict[str, object]] = {
     "default": {},
@@ -26,7 +24,7 @@ anywhere, an emotion vector for every frame, every vertex an output."""
 
 @described
 @dataclass(frozen=True)
-class KarrasTrainConfig:
+class KarrasTrainConfig(TrainingSettings):
     """Settings of a training of Karras et al. 2017, section 4.
 
     `preset("paper")` is the published training; it takes days on a processor. The defaults differ
@@ -41,6 +39,8 @@ class KarrasTrainConfig:
     ModelError
         For a number outside its range.
     """
+
+    presets = PRESETS
 
     epochs: int = setting(8, low=1, high=100_000, help="Passes over the training part.")
     batch_runs: int = setting(4, low=1, high=65_536, help="Runs of frames in a batch.")
@@ -77,13 +77,3 @@ class KarrasTrainConfig:
     reduced: bool = setting(
         True, help="Decode into the span of the motion; vertex by vertex is far slower."
     )
-
-    def __post_init__(self) -> None:
-        check_settings(self, ModelError)
-
-    @classmethod
-    def preset(cls, name: str, **changes: Any) -> KarrasTrainConfig:
-        """The settings called `name` in PRESETS, with changes. Raises ModelError for another."""
-        if name not in PRESETS:
-            raise ModelError.about("`preset`", found=brief(name), allowed=", ".join(PRESETS))
-        return cls(**{**PRESETS[name], **changes})

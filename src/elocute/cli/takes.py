@@ -1,0 +1,124 @@
+"""What `animate` and `say` share: the settings of a take, and how its outputs are written."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from elocute.cli import options
+from elocute.cli.flags import in_flags
+from elocute.cli.format_options import FormatSettings, settings_for_format
+from elocute.cli.outputs import write_motion
+from elocute.cli.pipes import PIPE, STDOUT, to_stdout
+from elocute.cli.progress import counted, progress_bar
+from elocute.errors import printable
+from elocute.files.output_plan import OutputPlan
+
+if TYPE_CHECKING:
+    from elocute.animation import Animation
+
+TakeSettings = dict[str, Any]
+"""By name, as `animate` and `say` take them."""
+_OPTIONS: dict[str, tuple[type, Any]] = {
+    "fps": (float, options.Fps),
+    "identity": (str, options.Identity),
+    "head": (str, options.Head),
+    "style": (str, options.StyleName),
+    "strength": (float, options.Strength),
+    "model": (str, options.Model),
+    "contacts": (str, options.Contacts),
+    "mix": (str, options.Mix),
+}
+
+
+def options_of_takes() -> Any:
+    """The default of a parameter that stands for the settings of a take."""
+    return _TakeSettingsGroup()
+
+
+@dataclass(frozen=True)
+class _TakeSettingsGroup:
+    def options(self) -> dict[str, tuple[Any, Any]]:
+        return dict(_OPTIONS)
+
+    def build(self, given: dict[str, Any]) -> TakeSettings:
+        return dict(given)
+
+
+def named_inputs(settings: TakeSettings) -> list[Any]:
+    """Settings that may name files, which no output may replace."""
+    return [settings[name] for name in ("head", "identity", "style", "model")]
+
+
+def named_target(target: Path, formats: Sequence[str]) -> Path:
+    """A target with a suffix, which standard output has not."""
+    return Path(f"{STDOUT}.{formats[0].lstrip('.')}") if target == PIPE else target
+
+
+@dataclass(frozen=True)
+class TakeOutputs:
+    """Where the outputs of a command go, and what is told of them."""
+
+    plan: OutputPlan
+    formats: Sequence[str]
+    format_settings: FormatSettings
+    as_json: bool
+
+
+def make_outputs(
+    make: Callable[..., Animation],
+    targets: Sequence[Path],
+    outputs: TakeOutputs,
+    *,
+    label: str,
+    about: str = "",
+) -> dict[str, Any]:
+    """Make an animation, write it, and name each output; what took how long, for a record.
+
+    make: takes `progress`. label: what the bar says. about: begins the notes on it.
+    """
+    quiet = outputs.as_json or PIPE in targets
+    started = time.perf_counter()
+    with progress_bar(label, quiet) as progress:
+        animation = make(progress=progress)
+    for note in animation.notes:
+        print(f"elocute: {printable(about + in_flags(note))}", file=sys.stderr)
+    animated = time.perf_counter()
+    with counted(len(targets), "outputs written") as one_written:
+        for target in targets:
+            with progress_bar(f"writing {target.name}", quiet) as progress:
+                _write(animation, target, outputs, progress)
+            if not quiet:
+                print(printable(target))
+            one_written()
+    motion = animation.motion
+    return {
+        "frames": motion.frame_count,
+        "fps": motion.fps,
+        "duration_s": round(motion.duration_s, 4),
+        "animate_s": round(animated - started, 4),
+        "write_s": round(time.perf_counter() - animated, 4),
+    }
+
+
+def _write(
+    animation: Animation, target: Path, outputs: TakeOutputs, progress: Callable[[float], None]
+) -> None:
+    """Write one output; standard output has no place beside it for the sound, so it goes inside."""
+    if target != PIPE:
+        write_motion(
+            outputs.plan,
+            animation.motion,
+            target,
+            sound=animation.sound,
+            progress=progress,
+            format_settings=outputs.format_settings,
+        )
+        return
+    with to_stdout(outputs.formats[0]) as place:
+        extra = settings_for_format(place, {**outputs.format_settings, "embed_audio": True})
+        animation.write(place, progress=progress, **extra)

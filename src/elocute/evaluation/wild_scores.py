@@ -1,0 +1,372 @@
+"""What the experiments in the wild measure (Tzirakis et al. 2019, sections 6.3 and 6.4).
+
+A trained network on parts of the shards, under noise and on continuous speech; what was carried
+over; bases of shapes; a real talker.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from elocute.animation import animate
+from elocute.array_types import Float32Array
+from elocute.audio.noise import babble, white_noise, with_noise
+from elocute.audio.waveform import Waveform
+from elocute.capture.blendshapes.basis_comparison import (
+    BasisProjection,
+    ReconstructionErrors,
+    reconstruction_errors,
+    strongest_shapes,
+)
+from elocute.corpus.corpus_store import Corpus
+from elocute.corpus.shards import Shards
+from elocute.errors import AudioError, CorpusError
+from elocute.evaluation.concordance import ConcordanceScore, score_concordance
+from elocute.evaluation.tracked_mouth_scores import MeanMouthScore, evaluate_tracked_mouths
+from elocute.evaluation.wild_parts import (
+    ExperimentClips,
+)
+from elocute.head.builtin import load_builtin_head
+from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
+from elocute.motion.curves import ARKIT_NAMES
+from elocute.motion.mouth_measures import measure_mouth
+from elocute.networks.crnn import Crnn, SharedCrnn
+from elocute.training.crnn.feature_cache import (
+    CachedClip,
+    FeatureCache,
+    at_rate,
+    clip_features,
+)
+from elocute.training.crnn.fit import TrainedCrnn, predict_clips
+from elocute.training.crnn.loss import explained_shares
+
+EXACT = ", exact"  # ends the names of rows that are measured against exact parameters
+
+
+def variance_shares(shards: Shards) -> Float32Array:
+    """(parameter,) share of the variance that each parameter explains, as the loss weighs them."""
+    return explained_shares(torch.from_numpy(shards.basis.head.expression_basis)).numpy()
+
+
+def score_training(
+    trained: TrainedCrnn,
+    features: FeatureCache,
+    training: str,
+    clips: ExperimentClips,
+    known: Mapping[str, Float32Array],
+    shares: Float32Array,
+) -> dict[str, ConcordanceScore]:
+    """Concordance of a trained network on each part that it is measured on.
+
+    Parameters
+    ----------
+    trained : TrainedCrnn
+        The network.
+    features : FeatureCache
+        Clips of the shards.
+    training : str
+        Begins the names of the rows.
+    clips : ExperimentClips
+        What is measured on.
+    known : mapping of str to (frame, parameter) float32
+        Exact parameters by clip; parts without any have no row of them.
+    shares : (parameter,) float32
+        As for `score_concordance`.
+
+    Returns
+    -------
+    dict of str to ConcordanceScore
+        "speaker test" and "speaker test, exact", for example.
+    """
+    table = dict[str, ConcordanceScore]()
+    for part, rows in clips.measured.items():
+        predicted, true = predict_clips(trained.network, features, rows)
+        table[f"{training} {part}"] = score_concordance(predicted, true, shares)
+        pairs = _exact_pairs(rows, predicted, known)
+        if pairs:
+            table[f"{training} {part}{EXACT}"] = score_concordance(*pairs, shares)
+    return table
+
+
+def score_carried(
+    features: FeatureCache,
+    training: str,
+    clips: ExperimentClips,
+    known: Mapping[str, Float32Array],
+    shares: Float32Array,
+) -> dict[str, ConcordanceScore]:
+    """Concordance of parameters that were carried over with the exact ones.
+
+    Parameters
+    ----------
+    features : FeatureCache
+        Clips of the shards.
+    training : str
+        Whose clips these are.
+    clips : ExperimentClips
+        What is measured on.
+    known : mapping of str to (frame, parameter) float32
+        Exact parameters by clip.
+    shares : (parameter,) float32
+        As for `score_concordance`.
+
+    Returns
+    -------
+    dict of str to ConcordanceScore
+        "carried, speaker train" and the like, for parts that hold clips carried over.
+    """
+    table = dict[str, ConcordanceScore]()
+    for part, rows in {"train": clips.train, **clips.measured}.items():
+        carried = [row for row in rows if row.carried]
+        pairs = _exact_pairs(carried, [features.parameters(row) for row in carried], known)
+        if pairs:
+            table[f"carried, {training} {part}"] = score_concordance(*pairs, shares)
+    return table
+
+
+def _exact_pairs(
+    rows: Sequence[CachedClip], values: Sequence[Float32Array], known: Mapping[str, Float32Array]
+) -> tuple[list[Float32Array], list[Float32Array]] | None:
+    """Values of the clips whose exact parameters are known, and those; None for no such clip."""
+    found: list[Float32Array] = []
+    true: list[Float32Array] = []
+    for row, value in zip(rows, values, strict=True):
+        wanted = known.get(row.clip)
+        if wanted is None:
+            continue
+        count = min(len(value), len(wanted))
+        found.append(np.asarray(value[:count]))
+        true.append(wanted[:count])
+    return (found, true) if found else None
+
+
+def evenly(rows: Sequence[CachedClip], count: int) -> list[CachedClip]:
+    """At most so many clips, evenly spaced."""
+    places = np.linspace(0, len(rows) - 1, min(count, len(rows))).round().astype(int)
+    return [rows[place] for place in places]
+
+
+def score_noise(
+    network: Crnn,
+    shards: Shards,
+    features: FeatureCache,
+    rows: Sequence[CachedClip],
+    kind: str,
+    snr_db: float,
+    shares: Float32Array,
+) -> ConcordanceScore:
+    """Concordance on clips with noise under them.
+
+    Parameters
+    ----------
+    network : Crnn
+        A trained network.
+    shards : Shards
+        With the sounds.
+    features : FeatureCache
+        Clips of the shards.
+    rows : sequence of CachedClip
+        Clips of the test part to measure on.
+    kind : str
+        "white" or "babble".
+    snr_db : float
+        Level of the speech over the noise, dB.
+    shares : (parameter,) float32
+        As for `score_concordance`.
+
+    Returns
+    -------
+    ConcordanceScore
+        Over these clips.
+    """
+
+    def noisy(sound: Waveform) -> Waveform:
+        count = len(sound.samples)
+        under = white_noise(count, 0) if kind == "white" else babble(sound, 0)
+        try:
+            return with_noise(sound, under, -snr_db)
+        except AudioError:  # digital silence has no level to set noise against
+            return sound
+
+    wanted = {row.clip for row in rows}
+    predicted, true = [], []
+    shared = SharedCrnn(network)
+    for clip in shards.clips("test"):
+        if clip.clip not in wanted:
+            continue
+        values, first, targets = clip_features(shards, clip, features.fps, noisy)
+        row = CachedClip(
+            clip.clip,
+            clip.word,
+            clip.speaker,
+            clip.source,
+            "test",
+            0,
+            len(values),
+            0,
+            len(targets),
+            first,
+        )
+        with torch.no_grad():
+            starts = torch.from_numpy(features.starts(row))[None]
+            predicted.append(shared(torch.from_numpy(values)[None], starts)[0][0].numpy())
+        true.append(targets)
+    return score_concordance(predicted, true, shares)
+
+
+def score_sentences(
+    corpus: Corpus,
+    names: Sequence[str],
+    basis: Float32Array,
+    fps: float,
+    shares: Float32Array,
+    predict: Callable[[Waveform], Float32Array],
+) -> ConcordanceScore:
+    """Concordance on continuous speech, whose true motion is projected onto the basis.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        Continuous speech.
+    names : sequence of str
+        Its clips to measure.
+    basis : (parameter, vertex, 3) float32
+        What the parameters weigh, m.
+    fps : float
+        Frames per second of the prediction.
+    shares : (parameter,) float32
+        As for `score_concordance`.
+    predict : callable
+        Takes a Waveform and gives parameters (frame, parameter).
+
+    Returns
+    -------
+    ConcordanceScore
+        Over all clips.
+
+    Raises
+    ------
+    CorpusError
+        For another topology than the basis's.
+    """
+    flat = basis.reshape(len(basis), -1).astype(np.float64)
+    if flat.shape[1] != corpus.vertex_count * 3:
+        raise CorpusError.about(
+            corpus.folder,
+            found=f"{corpus.vertex_count} vertices",
+            allowed=f"{flat.shape[1] // 3}, as the basis has",
+        )
+    gram = flat @ flat.T
+    inverse = np.linalg.inv(gram + 1e-9 * np.trace(gram) / len(gram) * np.eye(len(gram)))
+    onto = (inverse @ flat).T
+    predicted, true = [], []
+    for name in names:
+        moved = corpus.displacements(name)
+        wanted = (moved.reshape(len(moved), -1) @ onto).astype(np.float32)
+        wanted = at_rate(wanted, corpus.fps, fps)
+        found = predict(corpus.sound(name))
+        count = min(len(found), len(wanted))
+        predicted.append(found[:count])
+        true.append(wanted[:count])
+    return score_concordance(predicted, true, shares)
+
+
+def compare_bases(
+    corpus: Corpus, names: Sequence[str], speech: Float32Array, arkit: Float32Array
+) -> list[ReconstructionErrors]:
+    """Mean distance that bases leave of clips (Tzirakis et al. 2019, section 6.3).
+
+    Parameters
+    ----------
+    corpus : Corpus
+        Continuous speech.
+    names : sequence of str
+        Its clips to measure.
+    speech : (component, vertex, 3) float32
+        Speech blendshapes, m.
+    arkit : (shape, vertex, 3) float32
+        ARKit's shapes, m.
+
+    Returns
+    -------
+    list of ReconstructionErrors
+        Of the speech blendshapes, of all ARKit shapes, and of as many ARKit shapes as there are
+        speech blendshapes, those that fit these clips best.
+    """
+    chosen = arkit[strongest_shapes(corpus, names, arkit, len(speech))]
+    bases = [
+        BasisProjection("speech", speech),
+        BasisProjection("arkit", arkit),
+        BasisProjection(f"arkit best {len(chosen)}", chosen),
+    ]
+    return reconstruction_errors(corpus, names, bases)
+
+
+def score_continuous_speech(
+    corpus: Corpus, names: Sequence[str], model: Path, shards: Shards
+) -> dict[str, ConcordanceScore]:
+    """Concordance of a stream that keeps its state, and in pieces of 15 frames as in the paper."""
+    opened, basis = CrnnNetwork(model), shards.basis.head.expression_basis
+    shares = variance_shares(shards)
+    return {
+        f"sentences {joins}": score_sentences(
+            corpus,
+            names,
+            basis,
+            opened.record.fps,
+            shares,
+            lambda sound, joins=joins: stream_weights(opened, sound, joins),
+        )
+        for joins in JOINS
+    }
+
+
+def compare_with_arkit(
+    corpus: Corpus, names: Sequence[str], shards: Shards
+) -> list[ReconstructionErrors]:
+    """`compare_bases` with ARKit's shapes of the built-in head; empty on another mesh."""
+    head = load_builtin_head()
+    if corpus.vertex_count != head.vertex_count:
+        return []
+    places = [head.expression_names.index(n) for n in ARKIT_NAMES if n in head.expression_names]
+    speech = shards.basis.head.expression_basis
+    return compare_bases(corpus, names, speech, head.expression_basis[places])
+
+
+def score_talker(
+    folder: Path, model: Path, names: list[str] | None = None, contacts: str = "auto"
+) -> dict[str, MeanMouthScore]:
+    """A real talker's mouth: the recurrent model beside VOCA and the rules.
+
+    Parameters
+    ----------
+    folder : Path
+        Tracked recordings, as for `evaluate_tracked_mouths`.
+    model : Path
+        The recurrent model (.onnx).
+    names : list of str, optional
+        Recordings to take; all by default.
+    contacts : str
+        As `animate` takes it.
+
+    Returns
+    -------
+    dict of str to MeanMouthScore
+        By model.
+    """
+    eye_mm = 1000 * load_builtin_head().eye_distance_m
+    found = {}
+    for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
+        found[name], _ = evaluate_tracked_mouths(
+            folder,
+            lambda sound, chosen=chosen: measure_mouth(
+                animate(sound, model=chosen, contacts=contacts).motion
+            ),
+            eye_mm,
+            names=names,
+        )
+    return found
