@@ -13,9 +13,9 @@ import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.life.canvas import Canvas, hill, joined, rise
-from elocute.life.prosody import BATCH
+from elocute.life.prosody import BATCH, ROW_RATE
 from elocute.life.prosody_events import Event, EventFinder, PhraseEnd, PhraseStart, Syllable
-from elocute.numerics.smoothing import smoothstep
+from elocute.motion.blink_timing import BLINK_S, lid_closure
 
 CHANNELS = (
     "nod",
@@ -43,22 +43,13 @@ ACCENT_DEG = (1.9, 1.1, 0.55)  # of a whole prominence
 SYLLABLE_DEG = 0.35  # of any syllable
 SETTLE_DEG = 0.9  # the nod that ends a phrase
 
-CLOSING, SHUT, OPENING = 7, 3, 17  # rows of a blink: fast down, slower up
-BLINK_ROWS = CLOSING + SHUT + OPENING
 REFRACTORY = 55  # rows from one blink to the next
 WAIT_ROWS = 150  # of silence at the beginning, before the face comes alive without a voice
 REDRAW_ROWS = 64
 SPEAKING_MEAN, SILENT_MEAN = 290.0, 520.0  # rows between blinks that nothing calls for
 
 
-def blink_course() -> Float64Array:
-    """(row,) lid closure of one blink: 0 open, 1 shut."""
-    closing = smoothstep(np.arange(1, CLOSING + 1) / (CLOSING + 1))
-    opening = (1 - np.arange(1, OPENING + 1) / (OPENING + 1)) ** 2
-    return joined([closing, np.ones(SHUT), opening * (3 - 2 * opening)])
-
-
-_BLINK = blink_course()
+_BLINK = lid_closure(np.arange(round(BLINK_S * ROW_RATE)) / ROW_RATE)
 _BREATH = joined([rise(45), 1 - rise(80)])
 _BROW_UP = joined([rise(16), np.ones(10), 1 - rise(34)])
 

@@ -158,7 +158,9 @@ def _mixed(shares: Mapping[str, float]) -> Mood:
     def scaled(aspect: str) -> float:
         return 1 + sum(share * (getattr(mood, aspect) - 1) for mood, share in parts)
 
-    nod, turn, tilt = (sum(share * mood.pose_deg[axis] for mood, share in parts) for axis in range(3))
+    nod, turn, tilt = (
+        sum(share * mood.pose_deg[axis] for mood, share in parts) for axis in range(3)
+    )
     return Mood(
         {name: sum(share * mood.curves.get(name, 0.0) for mood, share in parts) for name in names},
         (nod, turn, tilt),

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.audio.waveform import SPEECH_RATE
@@ -103,7 +104,7 @@ def prosody_rows(samples: Float64Array) -> Float64Array:
     return np.stack([level, pitch, voicing], axis=1)
 
 
-def _vertex(values: Float64Array, rows: Float64Array, best: Float64Array) -> Float64Array:
+def _vertex(values: Float64Array, rows: NDArray[np.intp], best: NDArray[np.intp]) -> Float64Array:
     """(row,) where the parabola through a peak (at column best + 1) is highest, from the peak."""
     before, at, after = (values[rows, best + step] for step in range(3))
     bend = np.minimum(before - 2 * at + after, -1e-9)

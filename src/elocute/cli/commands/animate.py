@@ -69,6 +69,8 @@ def animate_command(
     model: str = options.Model,
     contacts: str = options.Contacts,
     mix: str = options.Mix,
+    life: str = options.Life,
+    mood: str = options.Mood,
     channel: int | None = typer.Option(
         None, help="Use this channel, counted from 0, instead of the mix of all channels."
     ),
@@ -123,6 +125,8 @@ def animate_command(
         "model": model,
         "contacts": contacts,
         "mix": mix,
+        "life": life,
+        "mood": mood,
         "channel": channel,
         **known.read(takes[0].file),
     }

@@ -55,6 +55,8 @@ def say_command(
     model: str = options.Model,
     contacts: str = options.Contacts,
     mix: str = options.Mix,
+    life: str = options.Life,
+    mood: str = options.Mood,
     jobs: int = typer.Option(1, help="Number of processes for a table; 0 takes all processors."),
     format_settings: FormatSettings = options_of_formats(),
     overwrite: bool = options.Overwrite,
@@ -76,6 +78,8 @@ def say_command(
         "model": model,
         "contacts": contacts,
         "mix": mix,
+        "life": life,
+        "mood": mood,
     }
     check_jobs(jobs)
     if table is not None:
