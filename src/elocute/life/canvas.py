@@ -30,9 +30,9 @@ class Canvas:
 
     def pulse(self, channel: int, start: int, course: Float64Array, size: float) -> None:
         """Add a course (row,) times a size, from row `start` on; what lies before now is lost."""
-        begin = max(0, self._first - start)
-        row = start + begin - self._first
-        self._rows[row : row + len(course) - begin, channel] += size * course[begin:]
+        course = course[max(0, self._first - start) :]
+        row = max(0, start - self._first)
+        self._rows[row : row + len(course), channel] += size * course
 
     def step(self, channel: int, start: int, rise: Float64Array, target: float) -> None:
         """Go to a target along a rise (row,) from 0 to 1, and stay there."""

@@ -39,14 +39,14 @@ GOLDEN, PLASTIC = 0.6180339887498949, 0.7548776662466927  # step evenly through 
 
 # Degrees that a head turns about each axis; rates and sizes after docs/measurements/life.md.
 POSTURE_DEG = (1.15, 1.75, 0.75)  # standard deviation of the postures that it takes
-ACCENT_DEG = (1.9, 1.1, 0.55)  # of a whole prominence
-SYLLABLE_DEG = 0.35  # of any syllable
+ACCENT_DEG = (2.1, 1.3, 0.7)  # of a whole prominence
+SYLLABLE_DEG = 0.65  # of any syllable
 SETTLE_DEG = 0.9  # the nod that ends a phrase
 
 REFRACTORY = 55  # rows from one blink to the next
 WAIT_ROWS = 150  # of silence at the beginning, before the face comes alive without a voice
 REDRAW_ROWS = 64
-SPEAKING_MEAN, SILENT_MEAN = 290.0, 520.0  # rows between blinks that nothing calls for
+SPEAKING_MEAN, SILENT_MEAN = 180.0, 420.0  # rows between blinks that nothing calls for
 
 
 _BLINK = lid_closure(np.arange(round(BLINK_S * ROW_RATE)) / ROW_RATE)
@@ -111,14 +111,14 @@ class Director:
         """Nod with a syllable, more with an accent; raise the brows on some."""
         prominence, row, canvas = syllable.prominence, syllable.row, self._canvas
         size = SYLLABLE_DEG + (ACCENT_DEG[0] - SYLLABLE_DEG) * prominence**1.5
-        rows = round(26 + 26 * prominence + 8 * self._draw())
+        rows = round(17 + 21 * prominence + 6 * self._draw())
         # Up a little first, as one who strikes; some accents go up instead.
         sign = -0.7 if syllable.pitch > 1.5 and self._draw() < 0.45 else 1.0
-        canvas.pulse(NOD, row - rows // 2 - 14, hill(24), -0.3 * sign * size)
-        canvas.pulse(NOD, row - rows // 2 + 4, hill(rows), sign * size)
+        canvas.pulse(NOD, row - rows // 2 - 10, hill(18), -0.35 * sign * size)
+        canvas.pulse(NOD, row - rows // 2 + 3, hill(rows), sign * size)
         for channel, reach in ((TURN, ACCENT_DEG[1]), (TILT, ACCENT_DEG[2])):
-            sideways = reach * self._spread() * (0.2 + 0.8 * prominence)
-            wide = round(rows * (1.0 + 0.8 * self._draw()))
+            sideways = reach * self._spread() * (0.35 + 0.65 * prominence)
+            wide = round(rows * (0.9 + 0.6 * self._draw()))
             canvas.pulse(channel, row - wide // 2 + 2, hill(wide), sideways)
         self._raise_brows(syllable)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elocute.array_types import Float32Array, Float64Array
+from elocute.array_types import Float32Array, Float64Array, FloatArray
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
 from elocute.life.director import (
@@ -132,6 +132,7 @@ def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) ->
     Curves
         0 to 1; curves that were not there before come last.
     """
+    rows = rows.astype(np.float64)
     names = dict.fromkeys((*curves.names, *ARKIT_NAMES))
     table = curves.select(tuple(names)).values.astype(np.float64)
     face = dict(zip(names, table.T, strict=True))
@@ -173,7 +174,7 @@ def living_rotations(
     parts = [joint for joint in (_joint(head, "neck"), _joint(head, "head")) if joint is not None]
     shares = (NECK_SHARE, 1 - NECK_SHARE) if len(parts) == 2 else (1.0,)
     for joint, share in zip(parts, shares, strict=False):
-        turns[:, joint] = share * _head_deg(rows, life, mood)
+        turns[:, joint] = share * head_turns(rows, life, mood)
     eyes = []
     if "eyeLookInLeft" not in head.expression_names:
         eyes = [_joint(head, f"eye{side}") for side in SIDES]
@@ -194,17 +195,33 @@ def _joint(head: HeadModel, name: str) -> int | None:
         return None
 
 
-def _head_deg(rows: Float32Array, life: Life, mood: Mood) -> Float64Array:
-    """(frame, 3) nod, turn and tilt."""
+def head_turns(rows: FloatArray, life: Life, mood: Mood) -> Float64Array:
+    """How the head turns.
+
+    Parameters
+    ----------
+    rows : (frame, channel) float32
+        Life at the frames.
+    life : Life
+        How much of it.
+    mood : Mood
+        How the person feels.
+
+    Returns
+    -------
+    (frame, 3) float64
+        Degrees: nod (chin down), turn to the own left, tilt to the own right.
+    """
     turns = life.head * mood.head * rows[:, [NOD, TURN, TILT]].astype(np.float64)
     turns[:, 0] += life.breath * BREATH_NOD_DEG * rows[:, BREATH]
     return turns + np.array(mood.pose_deg)
 
 
-def _eyes_deg(rows: Float32Array, life: Life, mood: Mood) -> Float64Array:
+def _eyes_deg(rows: FloatArray, life: Life, mood: Mood) -> Float64Array:
     """(frame, 2) down and to the own left, in the head: what is looked at less the head's turn."""
     looked = rows[:, [LOOK_DOWN, LOOK_LEFT]].astype(np.float64)
-    return life.gaze * (looked - HELD * _head_deg(rows, life, mood)[:, :2])
+    eyes = life.gaze * (looked - HELD * head_turns(rows, life, mood)[:, :2])
+    return eyes + np.array([mood.look_down_deg, 0.0])
 
 
 def _over(below: Float64Array, above: Float64Array | float) -> Float64Array:
@@ -250,7 +267,7 @@ def _breathe(face: Columns, breath: Float64Array, resting: Float64Array) -> None
         face[f"noseSneer{side}"] = _over(face[f"noseSneer{side}"], 0.04 * breath * resting)
 
 
-def _raise_brows(face: Columns, rows: Float32Array, share: float, held_down: float) -> None:
+def _raise_brows(face: Columns, rows: Float64Array, share: float, held_down: float) -> None:
     raised = share * (1 - 0.6 * held_down)
     face["browInnerUp"] = _over(face["browInnerUp"], raised * rows[:, INNER])
     for side, channel in zip(SIDES, (BROW_L, BROW_R), strict=True):

@@ -24,6 +24,8 @@ class Mood:
         Weights of shapes at rest; names without a side are set on both.
     pose_deg : (float, float, float)
         How the head is held: nod (chin down), turn to the own left, tilt to the own right.
+    look_down_deg : float
+        How far below what they look at the eyes are kept.
     mouth, head, brows : float
         How far these move, as a share of what they do in no mood.
     blinks : float
@@ -32,6 +34,7 @@ class Mood:
 
     curves: Mapping[str, float] = field(default_factory=dict)
     pose_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    look_down_deg: float = 0.0
     mouth: float = 1.0
     head: float = 1.0
     brows: float = 1.0
@@ -42,10 +45,10 @@ MOODS: dict[str, Mood] = {
     "neutral": Mood(),
     "happy": Mood(
         {
-            "mouthSmile": 0.42,
+            "mouthSmile": 0.55,
             "mouthDimple": 0.10,
-            "cheekSquint": 0.34,
-            "eyeSquint": 0.20,
+            "cheekSquint": 0.42,
+            "eyeSquint": 0.22,
             "browInnerUp": 0.06,
             "browOuterUp": 0.10,
         },
@@ -56,15 +59,14 @@ MOODS: dict[str, Mood] = {
     ),
     "sad": Mood(
         {
-            "browInnerUp": 0.55,
-            "browDown": 0.12,
-            "mouthFrown": 0.38,
+            "browInnerUp": 0.85,
+            "mouthFrown": 0.45,
             "mouthShrugLower": 0.15,
-            "eyeBlink": 0.13,
-            "eyeLookDown": 0.14,
+            "eyeBlink": 0.14,
             "eyeSquint": 0.08,
         },
         pose_deg=(4.5, 0.0, -1.5),
+        look_down_deg=7.0,
         mouth=0.84,
         head=0.6,
         brows=0.6,
@@ -87,7 +89,7 @@ MOODS: dict[str, Mood] = {
         blinks=0.7,
     ),
     "surprised": Mood(
-        {"browInnerUp": 0.55, "browOuterUp": 0.60, "eyeWide": 0.50},
+        {"browInnerUp": 0.65, "browOuterUp": 0.65, "eyeWide": 0.50},
         pose_deg=(-2.5, 0.0, 0.0),
         mouth=1.08,
         brows=0.7,
@@ -164,6 +166,7 @@ def _mixed(shares: Mapping[str, float]) -> Mood:
     return Mood(
         {name: sum(share * mood.curves.get(name, 0.0) for mood, share in parts) for name in names},
         (nod, turn, tilt),
+        sum(share * mood.look_down_deg for mood, share in parts),
         *(scaled(aspect) for aspect in ("mouth", "head", "brows", "blinks")),
     )
 

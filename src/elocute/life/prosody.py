@@ -52,7 +52,7 @@ class ProsodyStream:
 
     def push(self, samples: Float32Array) -> Iterator[Float64Array]:
         """Take sound at 16 kHz; give the batches (row, 3) that are certain now."""
-        self._samples = np.concatenate([self._samples, samples])
+        self._samples = np.concatenate([self._samples, samples.astype(np.float64)])
         reach = (BATCH - 1) * HOP + WINDOW
         first = 0
         while first + reach <= len(self._samples):
