@@ -157,7 +157,7 @@ class Director:
     def _end(self, end: PhraseEnd) -> None:
         """Settle, look back, and blink more often than not."""
         self._canvas.pulse(NOD, end.row - 20, hill(75), SETTLE_DEG * self._draw())
-        if self._draw() < 0.6:
+        if self._draw() < 0.6 * self._blink_rate:
             self._blink(end.row + round(14 * self._draw()) - 4)
         if self._draw() < 0.6:
             self._look(end.row + 5, 0.8)
