@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +29,7 @@ from elocute.life.stream import LifeStream
 
 Floats = NDArray[np.float64]
 
+EXAMPLE = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
 RATE = 16000
 BANDS_HZ = ((0.0, 0.5), (0.5, 2.0), (2.0, 5.0), (5.0, 8.0))
 SHORT_S = 1.2  # the length of the shortest clips
@@ -74,6 +76,18 @@ def main() -> None:
             ours += made
         print(row(f"{source.name}, people", people, source.window_s))
         print(row(f"{source.name}, ours", ours, source.window_s), flush=True)
+    sound = read_audio(EXAMPLE)
+    whole, live = (cost(sound, block) for block in (len(sound.samples), sound.sample_rate // 100))
+    print(f"\nProcessor time: {whole:.4f} s per second of sound, {live:.4f} in blocks of 10 ms")
+
+
+def cost(sound: Waveform, block: int) -> float:
+    """Processor seconds per second of sound."""
+    stream, started = LifeStream(sound.sample_rate, Life()), time.process_time()
+    for at in range(0, len(sound.samples), block):
+        stream.push(sound.samples[at : at + block])
+    stream.flush()
+    return (time.process_time() - started) / sound.duration_s
 
 
 def train_sources(data: Path) -> list[Source]:

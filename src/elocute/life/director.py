@@ -38,7 +38,7 @@ LOOKAHEAD_ROWS = 80
 GOLDEN, PLASTIC = 0.6180339887498949, 0.7548776662466927  # step evenly through 0…1
 
 # Degrees that a head turns about each axis; rates and sizes after docs/measurements/life.md.
-POSTURE_DEG = (1.15, 1.75, 0.75)  # standard deviation of the postures that it takes
+POSTURE_DEG = (1.4, 2.1, 0.95)  # standard deviation of the postures that it takes
 ACCENT_DEG = (2.1, 1.3, 0.7)  # of a whole prominence
 SYLLABLE_DEG = 0.65  # of any syllable
 SETTLE_DEG = 0.9  # the nod that ends a phrase
@@ -174,7 +174,7 @@ class Director:
         if now >= self._next_posture:
             speaking = self._finder.speaking
             self._take_posture(now, 1.0 if speaking else 0.55)
-            self._next_posture = now + round((110 if speaking else 190) * (0.6 + self._draw()))
+            self._next_posture = now + round((95 if speaking else 190) * (0.6 + self._draw()))
         if now >= self._next_look:
             self._glance(now)
         if now >= self._next_blink:
