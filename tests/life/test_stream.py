@@ -38,7 +38,8 @@ def blink_times(rows):
 def voice(hz, seconds=1.0):
     """A buzz with the harmonics of a voice."""
     times = np.arange(round(seconds * RATE)) / RATE
-    return sum(np.sin(2 * np.pi * hz * k * times) / k for k in range(1, 9)).astype(np.float32) / 8
+    waves = [np.sin(2 * np.pi * hz * k * times) / k for k in range(1, 9)]
+    return np.sum(waves, axis=0).astype(np.float32) / 8
 
 
 @pytest.mark.parametrize("hz", [85.0, 120.0, 210.0, 380.0])

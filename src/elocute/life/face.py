@@ -132,7 +132,7 @@ def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) ->
     Curves
         0 to 1; curves that were not there before come last.
     """
-    rows = rows.astype(np.float64)
+    lived = rows.astype(np.float64)
     names = dict.fromkeys((*curves.names, *ARKIT_NAMES))
     table = curves.select(tuple(names)).values.astype(np.float64)
     face = dict(zip(names, table.T, strict=True))
@@ -140,10 +140,10 @@ def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) ->
     resting = _resting(face)
     _follow_mouth(face, life.cheeks)
     _feel(face, mood.curves, spoken)
-    _breathe(face, life.breath * rows[:, BREATH], resting)
-    _raise_brows(face, rows, life.brows * mood.brows, mood.curves.get("browDown", 0.0))
+    _breathe(face, life.breath * lived[:, BREATH], resting)
+    _raise_brows(face, lived, life.brows * mood.brows, mood.curves.get("browDown", 0.0))
     _look(face, _eyes_deg(rows, life, mood))
-    _blink(face, rows[:, BLINK])
+    _blink(face, lived[:, BLINK])
     values = np.clip(np.stack(list(face.values()), axis=1), 0, 1)
     return Curves(values.astype(np.float32), tuple(face), curves.fps)
 
