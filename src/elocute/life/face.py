@@ -46,7 +46,8 @@ BREATH_JAW = 0.035  # weight of jawOpen: lips part by about a millimetre
 BREATH_NOD_DEG = -0.7  # the head rises a little
 MOVING = 0.08  # weight of a mouth shape from which on a mouth does not rest
 ROUND_KEEPS = 0.3  # share of a smile that a fully rounded mouth keeps
-# Shapes of a mood that an open jaw takes back.
+SPOKEN = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthLabiodental")
+# Shapes of a mood that an open jaw takes back, and a lip at the teeth.
 CLOSED_ONLY = ("mouthPress", "mouthShrugLower")
 
 Columns = dict[str, Float64Array]
@@ -136,7 +137,7 @@ def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) ->
     names = dict.fromkeys((*curves.names, *ARKIT_NAMES))
     table = curves.select(tuple(names)).values.astype(np.float64)
     face = dict(zip(names, table.T, strict=True))
-    spoken = {name: face[name].copy() for name in ("jawOpen", "mouthPucker", "mouthFunnel")}
+    spoken = {name: face.get(name, np.zeros(len(rows))).copy() for name in SPOKEN}
     resting = _resting(face)
     _follow_mouth(face, life.cheeks)
     _feel(face, mood.curves, spoken)
@@ -255,7 +256,8 @@ def _feel(face: Columns, mood: Mapping[str, float], spoken: Columns) -> None:
         if name.startswith(("mouthSmile", "mouthDimple", "mouthFrown")):
             room -= (1 - ROUND_KEEPS) * np.clip(rounded / 0.5, 0, 1)
         elif name in CLOSED_ONLY:
-            room -= np.clip(spoken["jawOpen"] / 0.2, 0, 1)
+            held = spoken["jawOpen"] / 0.2 + spoken["mouthLabiodental"] / 0.5
+            room -= np.clip(held, 0, 1)
         for each in (name,) if name in face else (f"{name}{side}" for side in SIDES):
             face[each] = _over(face[each], weight * room)
 
