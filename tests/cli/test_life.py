@@ -47,3 +47,14 @@ def test_csv_and_json_hold_the_turns_of_the_head(alive, tmp_path, cli, refused):
     record["rotations"][3][0] = [1, 1, 0, 0]
     (tmp_path / "bad.json").write_text(json.dumps(record))
     refused("render", tmp_path / "bad.json", "-o", tmp_path / "x.npz", says="quaternion")
+
+
+def test_lines_of_a_table_have_moods_of_their_own(speech_wav, tmp_path, cli):
+    (tmp_path / "one.flac").write_bytes(speech_wav.read_bytes())
+    rows = ["id,audio,life,mood", "glad,one.flac,,happy:0.6", "still,one.flac,0,"]
+    (tmp_path / "lines.csv").write_text("\n".join(rows) + "\n")
+    cli("say", "--table", tmp_path / "lines.csv", "-o", tmp_path / "takes", "--fps", "30")
+    glad, still = (elocute.load_motion(tmp_path / "takes" / f"{n}.npz") for n in ("glad", "still"))
+    wanted = animate(speech_wav, fps=30, mood="happy:0.6").motion
+    assert np.array_equal(glad.weights, wanted.weights)
+    assert still.rotations is None
