@@ -152,9 +152,9 @@ def synthetic(texts: Sequence[str]) -> dict[str, dict[str, Tally]]:
             pad = np.zeros(round(PAD_S * 16000), np.float32)
             sound = Waveform(np.concatenate([pad, samples, pad]).astype(np.float32), 16000)
             phones = [(start + PAD_S, end + PAD_S, phone) for start, end, phone in phones]
-            exact = closed_frames(animate(sound, phones=phones, fps=FPS))
+            exact = closed_frames(animate(sound, phones=phones, fps=FPS, life=0))
             for name, said in (("sound alone", None), ("with the text", text)):
-                made = closed_frames(animate(sound, text=said, fps=FPS))
+                made = closed_frames(animate(sound, text=said, fps=FPS, life=0))
                 score(tallies[name], made, exact, phones)
     return found
 
@@ -198,10 +198,10 @@ def talker(folder: Path) -> None:
         text = " ".join(word for _, _, word in mouth.words if word not in ("sil", "sp", ""))
         for with_text in (False, True):
             try:
-                animation = animate(mouth.sound, text=text if with_text else None, fps=FPS)
+                animation = animate(mouth.sound, text=text if with_text else None, fps=FPS, life=0)
             except ValueError:
                 refused += 1
-                animation = animate(mouth.sound, fps=FPS)
+                animation = animate(mouth.sound, fps=FPS, life=0)
             measured = measure_mouth(animation.motion)
             scores[with_text].append(score_mouth(mouth, measured, eye_mm))
             opening = measured["opening_mm"] / eye_mm

@@ -185,11 +185,11 @@ def score(
     def takes() -> Iterator[SpokenTake]:
         label, model, contacts = way
         for sound, phones, arpabet in speech:
-            exact = animate(sound, phones=arpabet, fps=FPS).motion
+            exact = animate(sound, phones=arpabet, fps=FPS, life=0).motion
             moved = (
                 exact
                 if label == "exact"
-                else animate(sound, model=model, contacts=contacts, fps=FPS).motion
+                else animate(sound, model=model, contacts=contacts, fps=FPS, life=0).motion
             )
             yield SpokenTake(moved, phones, exact)
 

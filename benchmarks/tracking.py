@@ -55,7 +55,7 @@ def frames(count: int, scanner: Scanner, face: str, start: int) -> Iterator[Take
     while number < count:
         style = STYLES[number // 500 % len(STYLES)]
         if face == "rich":
-            motion = take_from_sound(read_audio(speech), fps=FPS, identity="7", style=style)
+            motion = take_from_sound(read_audio(speech), fps=FPS, identity="7", style=style, life=0)
         else:
             motion = animate(speech, fps=FPS, identity="7", style=style).motion
         stage = ScanSimulator(motion, scanner)

@@ -48,7 +48,7 @@ def build(folder: Path) -> Corpus:
         for style in STYLES:
             for part in range(PARTS):
                 sound = elocute.Waveform(speech.samples[part * size : (part + 1) * size], 16000)
-                weights = elocute.animate(sound, style=style).motion.weights
+                weights = elocute.animate(sound, style=style, life=0).motion.weights
                 writer.add(Clip(style, f"part{part}", "", sound, weights))
         names = [entry.name for entry in writer.entries]
         writer.splits["default"] = Split(

@@ -196,7 +196,9 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
             for index, subject in enumerate(subjects):
                 for part in range(3):
                     piece = speech.samples[part * 16000 : part * 16000 + 24000]
-                    animation = elocute.animate(Waveform(piece, 16000), fps=fps, style=subject)
+                    animation = elocute.animate(
+                        Waveform(piece, 16000), fps=fps, style=subject, life=0
+                    )
                     weights = animation.motion.weights
                     frames: Any = weights
                     if vertices:

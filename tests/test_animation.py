@@ -8,15 +8,12 @@ import soundfile
 
 import elocute
 from elocute.animation import animate
-from elocute.articulation.style import Style
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
 from elocute.models.feature_extraction import extract_features
 from elocute.models.registry import open_model
 from elocute.motion.mouth_measures import measure_mouth
-
-QUIET = Style(blink_per_min=0)
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +22,7 @@ def sound(speech_wav):
 
 
 def opening(waveform, **options):
-    return measure_mouth(animate(waveform, style=QUIET, **options).motion)["opening_mm"]
+    return measure_mouth(animate(waveform, life=0, **options).motion)["opening_mm"]
 
 
 def test_one_call_does_it_all(speech_wav, tmp_path):
@@ -146,6 +143,9 @@ def test_known_phone_times_replace_the_encoder():
         ({"style": "operatic"}, "style"),
         ({"strength": -1}, "strength"),
         ({"model": "magic"}, "model"),
+        ({"life": 2}, "life"),
+        ({"life": "ears=1"}, "life"),
+        ({"mood": "grumpy"}, "mood"),
     ],
 )
 def test_what_cannot_be_is_refused(sound, options, says):

@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,17 +25,14 @@ KINDS = ("rich", "rig")
 
 
 def rig_weights(phones: Phones, duration_s: float, style: str, fps: float) -> np.ndarray:
-    """(frame, component) weights of the built-in head for phones with known times.
-
-    Nobody blinks, as blinks cannot be heard.
-    """
+    """(frame, component) weights of the built-in head for phones with known times."""
     head = load_builtin_head()
     curves = articulate(
         posteriors_from_phones(phones, duration_s, LABEL_RATE),
         LABEL_RATE,
         frame_count=max(1, round(duration_s * fps)),
         fps=fps,
-        style=replace(STYLES[style], blink_per_min=0.0),
+        style=STYLES[style],
     )
     return curves.select(head.expression_names).values
 

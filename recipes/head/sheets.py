@@ -12,12 +12,15 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from elocute.animation import animate
 from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.export.render import Camera, open_renderer, portrait
 from elocute.head import HeadModel, load_builtin_head
 from elocute.head.identity import identity_names, resolve_identity
+from elocute.life import MOODS
 
 QUALITY = 82
+EXAMPLE = Path(__file__).parents[2] / "src/elocute/assets/example.flac"
 FIELD_DEG = 18.0
 
 
@@ -103,6 +106,23 @@ def identities_sheet(head: HeadModel, path: Path) -> None:
     sheet(rows, labels, 4, path)
 
 
+MOOD_MOMENTS_S = (0.5, 2.5, 5.0, 6.3)
+
+
+def moods_sheet(path: Path) -> None:
+    """Each mood at moments of the shipped example: at rest, in open and in closed mouths."""
+    rows: list[list[Image.Image]] = [[] for _ in MOOD_MOMENTS_S]
+    for mood in MOODS:
+        motion = animate(EXAMPLE, fps=30, mood=mood).motion
+        frames = [round(moment * motion.fps) for moment in MOOD_MOMENTS_S]
+        faces = [motion.vertices(frame, frame + 1)[0] for frame in frames]
+        for row, picture in zip(
+            rows, drawn(motion.head, faces, (150, 180), camera(motion.head, 0.27, 0.0)), strict=True
+        ):
+            row.append(picture)
+    sheet(rows, list(MOODS), 2, path)
+
+
 # The picture at the top of the README: who, seen from where, doing what.
 HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
     ("mean", "front", {}),
@@ -136,6 +156,7 @@ def main() -> None:
     shapes_sheet(head, folder / "head_shapes.jpg")
     visemes_sheet(head, folder / "visemes.jpg")
     identities_sheet(head, folder / "head_identities.jpg")
+    moods_sheet(folder / "moods.jpg")
 
 
 if __name__ == "__main__":

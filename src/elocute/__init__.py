@@ -47,6 +47,9 @@ if TYPE_CHECKING:
         head as head,
     )
     from elocute import (
+        life as life,
+    )
+    from elocute import (
         models as models,
     )
     from elocute import (
@@ -129,6 +132,7 @@ __getattr__, __dir__ = lazy(
         "evaluation",
         "export",
         "head",
+        "life",
         "models",
         "motion",
         "propagation",

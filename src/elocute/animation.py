@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,10 @@ from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.known_speech import known_speech
+from elocute.life.face import LivingFace, rows_of_frames
+from elocute.life.moods import Mood, resolve_mood
+from elocute.life.settings import Life, resolve_life
+from elocute.life.stream import LifeStream
 from elocute.models.feature_extraction import (
     PhoneTimes,
     Progress,
@@ -40,7 +44,7 @@ from elocute.models.feature_extraction import (
 )
 from elocute.models.protocol import FrameSpan
 from elocute.models.registry import DEFAULT_MODEL, open_model
-from elocute.models.streaming import check_animation_settings
+from elocute.models.streaming import check_animation_settings, strength_in_mood
 from elocute.models.style_mixes import checked_style
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
@@ -138,6 +142,8 @@ def animate(
     language: str = "en-us",
     contacts: str = "auto",
     mix: str = "output",
+    life: float | str | Life = 1.0,
+    mood: str | Mood = "neutral",
     progress: Progress | None = None,
 ) -> Animation:
     """Animate a head with speech.
@@ -177,11 +183,18 @@ def animate(
     contacts : str
         "auto" lays lip contacts (p, b, m; f, v) and rests over the model's output by rule, where it
         moves the built-in head; "off" leaves the bare output: of a network what it computes, of the
-        rules what coarticulation and style make of the phones. Blinks come either way.
+        rules what coarticulation and style make of the phones.
     mix : str
         Where a trained model mixes styles. "output" is the published mix, the convex combination
         of what each style alone gives, before contacts and rests; "input" mixes what the network
         is told of styles. The rules mix the numbers of their styles either way.
+    life : float, str or Life
+        How much moves beside the mouth, 0 to 1: head, brows, blinks, gaze, breath, cheeks; or
+        parts of it by name: "0.6", "head=0.5,blinks=0". It is made from the sound, so the same
+        sound gives the same motion. Joints turn where the head has any.
+    mood : str or Mood
+        How the person feels: "neutral", "happy", "sad", "angry", "surprised", "tender", with an
+        intensity or without ("happy:0.6").
     progress : callable, optional
         Called with the share of the sound that is done, 0 to 1.
 
@@ -200,23 +213,56 @@ def animate(
     check_animation_settings(fps, strength)
     finished, outputs = lays_contacts(contacts), mixes_outputs(mix)
     check_kind("progress", progress, (Callable, type(None)), "a function or None")
+    alive, feeling = resolve_life(life), resolve_mood(mood)
     known = known_speech(phones, text, language)
     sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved = chosen.style(checked_style(style), outputs=outputs)
     rig = chosen.rig(_rig(head, identity, own_shapes=not chosen.makes_contacts))
+    face = LivingFace(rig, alive, feeling)
     with _sound_blocks(sound, channel) as blocks:
+        listener = _Listener(face.stream(blocks.sample_rate))
         features, duration_s = extract_features(
-            chosen, blocks, contacts=finished, phones=known.phones, progress=progress
+            chosen,
+            listener.heard(blocks) if alive.any else blocks,
+            contacts=finished,
+            phones=known.phones,
+            progress=progress,
         )
     span = FrameSpan.whole(frames_in(duration_s, fps), fps)
-    curves = chosen.curves(features, resolved, span, strength, contacts=finished)
-    motion = motion_from_curves(rig, curves)
+    moved = strength_in_mood(strength, feeling)
+    curves = chosen.curves(features, resolved, span, moved, contacts=finished)
+    rows = rows_of_frames(listener.rows(), 0, 0, span.count, fps)
+    curves = face.curves(curves, rows)
+    motion = replace(motion_from_curves(rig, curves), rotations=face.rotations(rows))
     if known.phones is not None and features.features.encoder != "phones":
         known.tell(
             f"{chosen.name} takes {features.features.encoder}: phones move its contacts alone"
         )
     return Animation(motion, curves, sound, tuple(known.notes))
+
+
+class _Listener:
+    """A stream of life that hears the blocks of a sound as they pass."""
+
+    def __init__(self, stream: LifeStream) -> None:
+        self._stream = stream
+        self._rows: list[NDArray[np.float32]] = []
+
+    def heard(self, sound: SoundBlocks) -> SoundBlocks:
+        """The same blocks, which are heard where they are taken."""
+        return SoundBlocks(sound.sample_rate, self._passing(sound.blocks))
+
+    def _passing(
+        self, blocks: Iterable[tuple[NDArray[np.float32], float]]
+    ) -> Iterator[tuple[NDArray[np.float32], float]]:
+        for block, share in blocks:
+            self._rows.append(self._stream.push(block))
+            yield block, share
+
+    def rows(self) -> NDArray[np.float32]:
+        """(row, channel) of all that was heard; one still row where it was nothing."""
+        return np.concatenate([*self._rows, self._stream.flush()])
 
 
 def _rig(head: str | Path, identity: str | int | Path, *, own_shapes: bool) -> HeadModel:

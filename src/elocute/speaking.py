@@ -8,6 +8,8 @@ from elocute.animation import Animation, animate
 from elocute.articulation.style import Style
 from elocute.audio.espeak import speak
 from elocute.audio.voice_settings import VoiceSettings
+from elocute.life.moods import Mood
+from elocute.life.settings import Life
 from elocute.models.feature_extraction import Progress
 from elocute.models.registry import DEFAULT_MODEL
 
@@ -27,6 +29,8 @@ def say(
     model: str | Path = DEFAULT_MODEL,
     contacts: str = "auto",
     mix: str = "output",
+    life: float | str | Life = 1.0,
+    mood: str | Mood = "neutral",
     progress: Progress | None = None,
 ) -> Animation:
     """Speak a text and animate a head with it.
@@ -45,7 +49,7 @@ def say(
         How fast, 80 to 450.
     pitch : int
         Of the voice, 0 to 99.
-    fps, identity, head, style, strength, model, contacts, mix, progress
+    fps, identity, head, style, strength, model, contacts, mix, life, mood, progress
         As `animate` takes them.
 
     Returns
@@ -72,5 +76,7 @@ def say(
         model=model,
         contacts=contacts,
         mix=mix,
+        life=life,
+        mood=mood,
         progress=progress,
     )

@@ -11,10 +11,8 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.motion.curves import motion_from_curves
 
-QUIET = Style(blink_per_min=0)
 
-
-def say(*phones, each_s=0.1, rest_s=0.6, style=QUIET, **options):
+def say(*phones, each_s=0.1, rest_s=0.6, style=None, **options):
     """Curves of phones of equal length with rests around them, and the time each begins."""
     times = [(rest_s + i * each_s, rest_s + (i + 1) * each_s, p) for i, p in enumerate(phones)]
     posteriors = posteriors_from_phones(times, 2 * rest_s + len(phones) * each_s)
@@ -73,7 +71,7 @@ def test_a_diphthong_travels_from_its_first_to_its_second_vowel():
 
 
 def test_silence_is_closed_and_exactly_still():
-    curves = articulate(posteriors_from_phones([], 2.0), 50, style=QUIET)
+    curves = articulate(posteriors_from_phones([], 2.0), 50)
     assert np.abs(curves.values).max() == 0
 
 
@@ -94,21 +92,21 @@ def test_nothing_moves_faster_than_a_face_can():
 
 def test_a_clip_that_starts_and_ends_in_speech_has_no_pop():
     posteriors = posteriors_from_phones([(0, 0.5, "AA"), (0.5, 1.0, "IY")], 1.0)
-    curves = articulate(posteriors, 50, style=QUIET)
+    curves = articulate(posteriors, 50)
     assert np.abs(np.diff(curves.values, axis=0)).max() < 0.15
 
 
 def test_frames_follow_the_sound_at_any_rate():
     posteriors = posteriors_from_phones([(0.5, 0.8, "AA")], 1.5)
-    slow = articulate(posteriors, 50, fps=25, style=QUIET)
-    fast = articulate(posteriors, 50, fps=100, style=QUIET)
+    slow = articulate(posteriors, 50, fps=25)
+    fast = articulate(posteriors, 50, fps=100)
     assert len(slow.values) == 38 and len(fast.values) == 150
     assert np.allclose(slow.values[:37], fast.values[: 37 * 4 : 4], atol=1e-5)
 
 
 def test_a_blip_of_noise_does_not_wake_the_mouth():
     posteriors = posteriors_from_phones([(1.0, 1.04, "AA")], 2.0)
-    assert np.abs(articulate(posteriors, 50, style=QUIET).values).max() == 0
+    assert np.abs(articulate(posteriors, 50).values).max() == 0
 
 
 def test_styles_differ_where_they_say():
@@ -127,15 +125,8 @@ def test_strength_scales_motion_but_not_closure():
 
 
 def test_asymmetry_leans():
-    curves, _ = say("EH", "EH", style=Style(asymmetry=0.6, blink_per_min=0))
+    curves, _ = say("EH", "EH", style=Style(asymmetry=0.6))
     assert curves["mouthLowerDownRight"].max() > curves["mouthLowerDownLeft"].max()
-
-
-def test_blinks_come_and_go():
-    curves = articulate(posteriors_from_phones([], 30.0), 50)
-    lid = curves["eyeBlinkLeft"]
-    assert lid.max() > 0.95 and lid[0] == lid[-1] == 0
-    assert 2 <= (np.diff((lid > 0.5).astype(int)) == 1).sum() <= 12
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,9 @@ def test_the_shaded_region_is_what_mixes_reach(cli: Cli, words: Path, mix: str) 
     chosen: dict[str, Any] = {"model": "voca", "contacts": "off", "mix": mix}
 
     def opening(style: str) -> np.ndarray:
-        return measure_mouth(elocute.animate(words, style=style, **chosen).motion)["opening_mm"]
+        return measure_mouth(elocute.animate(words, style=style, life=0, **chosen).motion)[
+            "opening_mm"
+        ]
 
     alone = np.stack([opening(style) for style in styles])
     mixed = np.stack([opening(text) for text in sample_mixes(styles, 24)])

@@ -37,7 +37,7 @@ def takes(speech_wav) -> dict[str, Clip]:
             f"own{style}",
             "",
             sound,
-            elocute.animate(sound, fps=FPS, style=style).motion.weights,
+            elocute.animate(sound, fps=FPS, style=style, life=0).motion.weights,
         )
         for style in ("plain", "broad", "tense")
     }

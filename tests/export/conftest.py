@@ -10,7 +10,7 @@ from elocute.animation import Animation, animate
 @pytest.fixture(scope="session")
 def take(speech_wav) -> Animation:
     """The shipped example, animated at 30 fps."""
-    return animate(speech_wav, fps=30)
+    return animate(speech_wav, fps=30, life=0)
 
 
 @pytest.fixture(scope="session")

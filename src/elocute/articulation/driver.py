@@ -31,7 +31,6 @@ from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import InputError
-from elocute.motion.blink_timing import blink_curve
 from elocute.motion.curves import Curves
 from elocute.numerics.input_checks import check_kind, real_number
 from elocute.one_line_repr import brief
@@ -74,7 +73,6 @@ def articulate(
     strength: float = 1.0,
     first_frame: int = 0,
     first_row: int = 0,
-    total_frames: int | None = None,
     contacts: bool = True,
 ) -> Curves:
     """Curves of a face that says the phones in `log_posteriors`.
@@ -93,9 +91,9 @@ def articulate(
         How the person articulates; plain by default.
     strength : float
         How far the mouth moves, 0 to 2; it does not change whether the lips close.
-    first_frame, first_row, total_frames : int
+    first_frame, first_row : int
         For a stretch of a longer take: its first frame, with rows from HISTORY_S before it to
-        LOOKAHEAD_S after it, and the frames of the whole take.
+        LOOKAHEAD_S after it.
     contacts : bool
         Whether lips close on p, b and m, meet the teeth on f and v, and rest in pauses by rule;
         otherwise there is only what coarticulation and style make of the phones.
@@ -133,11 +131,11 @@ def articulate(
     )
     curves = dict(zip(curve_names(), np.ascontiguousarray(values.T), strict=True))
     _apply_style(curves, style, strength)
-    position = _TakePosition(first_frame, first_row, total_frames)
+    position = _TakePosition(first_frame, first_row)
     if contacts:
         _lay_contacts(curves, posteriors, rate, fps, style, position)
     _lean(curves, style.asymmetry)
-    return _with_blinks(curves, fps, style, position)
+    return _limited(curves, fps)
 
 
 def make_contacts(
@@ -148,9 +146,8 @@ def make_contacts(
     *,
     first_frame: int = 0,
     first_row: int = 0,
-    total_frames: int | None = None,
 ) -> Curves:
-    """Add the driver's rests, contacts and blinks to the curves of another model.
+    """Add the driver's rests and contacts to the curves of another model.
 
     Regression averages over what it is unsure of, so the lips of a trained model nearly meet where
     they should; after this they do.
@@ -159,7 +156,7 @@ def make_contacts(
     ----------
     curves : Curves
         Of the built-in head.
-    log_posteriors, rate, style, first_frame, first_row, total_frames
+    log_posteriors, rate, style, first_frame, first_row
         As `articulate` takes them.
 
     Returns
@@ -167,35 +164,10 @@ def make_contacts(
     Curves
     """
     posteriors = np.exp(log_posteriors).astype(np.float32)
-    position, style = _TakePosition(first_frame, first_row, total_frames), style or Style()
+    position, style = _TakePosition(first_frame, first_row), style or Style()
     columns = _columns(curves)
     _lay_contacts(columns, posteriors, rate, curves.fps, style, position)
-    return _with_blinks(columns, curves.fps, style, position)
-
-
-def add_blinks(
-    curves: Curves,
-    style: Style | None = None,
-    *,
-    first_frame: int = 0,
-    total_frames: int | None = None,
-) -> Curves:
-    """The curves of another model as they are, with the driver's blinks: no contacts, no rests.
-
-    Parameters
-    ----------
-    curves : Curves
-        Of the built-in head.
-    style, first_frame, total_frames
-        As `articulate` takes them.
-
-    Returns
-    -------
-    Curves
-        With the same names as those of `make_contacts`.
-    """
-    position = _TakePosition(first_frame, 0, total_frames)
-    return _with_blinks(_columns(curves), curves.fps, style or Style(), position)
+    return _limited(columns, curves.fps)
 
 
 def _columns(curves: Curves) -> dict[str, FloatArray]:
@@ -207,11 +179,10 @@ def _columns(curves: Curves) -> dict[str, FloatArray]:
 
 @dataclass(frozen=True)
 class _TakePosition:
-    """Where a stretch of frames and its rows of posteriors lie in the whole take."""
+    """Where a stretch of frames and its rows of posteriors lie in a take."""
 
     first_frame: int
     first_row: int
-    total_frames: int | None
 
 
 def _lay_contacts(
@@ -233,17 +204,7 @@ def _lay_contacts(
     _close_lips(curves, _contact(posteriors, BILABIALS, rate, times_s, style) * speech)
 
 
-def _with_blinks(
-    curves: dict[str, FloatArray], fps: float, style: Style, position: _TakePosition
-) -> Curves:
-    blink = blink_curve(
-        len(curves["jawOpen"]),
-        fps,
-        style.blink_per_min,
-        first_frame=position.first_frame,
-        total_frames=position.total_frames,
-    )
-    curves["eyeBlinkLeft"] = curves["eyeBlinkRight"] = blink
+def _limited(curves: dict[str, FloatArray], fps: float) -> Curves:
     table = np.stack(list(curves.values()), axis=1)
     return Curves(np.clip(table, 0, 1), tuple(curves), fps)
 

@@ -49,9 +49,6 @@ class Style:
     hold_s: float = setting(
         0.06, unit="s", low=0.0, high=HOLD_MAX_S, help="Least time that a closure is held."
     )
-    blink_per_min: float = setting(
-        12.0, unit="per minute", low=0.0, high=60.0, help="Blinks; 0 for none."
-    )
 
     def __post_init__(self) -> None:
         check_settings(self, about="style")

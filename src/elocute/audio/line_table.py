@@ -16,7 +16,7 @@ BYTES_MAX = 50_000_000
 LINES_MAX = 100_000
 COLUMNS = (
     *("id", "text", "audio", "language", "voice", "rate", "pitch"),
-    *("style", "identity", "strength"),
+    *("style", "identity", "strength", "life", "mood"),
 )
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 # Names that Windows keeps for devices, whatever follows their first dot.
@@ -41,6 +41,8 @@ class Line:
         "" for what the command says.
     strength : float or None
         None for what the command says.
+    life, mood : str
+        "" for what the command says.
     """
 
     name: str
@@ -50,6 +52,8 @@ class Line:
     style: str
     identity: str
     strength: float | None
+    life: str
+    mood: str
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,8 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     ----------
     path : str or Path
         A CSV in UTF-8 whose first row names its columns: `id`, `text` or `audio` or both, and any
-        of `language`, `voice`, `rate`, `pitch`, `style`, `identity` and `strength`.
+        of `language`, `voice`, `rate`, `pitch`, `style`, `identity`,
+        `strength`, `life` and `mood`.
     voice : VoiceSettings
         What an empty cell means.
 
@@ -171,6 +176,8 @@ def _checked(cells: dict[str, str], voice: VoiceSettings) -> Line:
         cells["style"],
         cells["identity"],
         _number(cells["strength"], "strength"),
+        cells["life"],
+        cells["mood"],
     )
 
 

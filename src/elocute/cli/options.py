@@ -27,6 +27,18 @@ Identity = typer.Option(
 StyleName = typer.Option(
     "plain", "--style", help="Speaking style: a name, a mix (calm:0.7,broad:0.3), or a .json file."
 )
+Life = typer.Option(
+    "1",
+    "--life",
+    help="How much moves beside the mouth, made from the sound: 0 to 1, or parts of it (head, "
+    "brows, blinks, gaze, breath, cheeks), as in 0.6 or head=0.5,blinks=0.",
+)
+Mood = typer.Option(
+    "neutral",
+    "--mood",
+    help="How the person feels: neutral, happy, sad, angry, surprised or tender, with an "
+    "intensity or without (happy:0.6).",
+)
 Mix = option(AnimationSettings, "mix")
 Model = typer.Option(
     "articulation",

@@ -65,7 +65,8 @@ class TableRun:
 
     def settings_of(self, line: Line) -> dict[str, Any]:
         """Those of the command, but for what the line says."""
-        own = {"style": line.style, "identity": line.identity, "strength": line.strength}
+        names = ("style", "identity", "strength", "life", "mood")
+        own = {name: getattr(line, name) for name in names}
         return {**self.settings, **{n: v for n, v in own.items() if v not in ("", None)}}
 
 

@@ -32,6 +32,8 @@ _OPTIONS: dict[str, tuple[type, Any]] = {
     "model": (str, options.Model),
     "contacts": (str, options.Contacts),
     "mix": (str, options.Mix),
+    "life": (str, options.Life),
+    "mood": (str, options.Mood),
 }
 
 

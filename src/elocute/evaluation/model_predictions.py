@@ -22,7 +22,7 @@ def clip_predictor(
 ) -> Callable[[str, str], VertexMotion]:
     """Make a function that predicts the motion of a corpus's clips.
 
-    There are no blinks, since they cannot be heard. Weights of shapes of the built-in head are
+    Weights of shapes of the built-in head are
     within 0 to 1, as `animate` gives them.
 
     Parameters
@@ -69,7 +69,7 @@ def clip_predictor(
         span = FrameSpan.whole(entry.frames, corpus.fps)
         chosen = model.style(style, outputs=outputs)
         if shown:
-            curves = model.curves(features(name), chosen, span, blinks=False, contacts=contacts)
+            curves = model.curves(features(name), chosen, span, contacts=contacts)
             weights = curves.select(names).values
         else:
             weights = model.weights(features(name), chosen, span)

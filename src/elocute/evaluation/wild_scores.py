@@ -364,7 +364,7 @@ def score_talker(
         found[name], _ = evaluate_tracked_mouths(
             folder,
             lambda sound, chosen=chosen: measure_mouth(
-                animate(sound, model=chosen, contacts=contacts).motion
+                animate(sound, model=chosen, contacts=contacts, life=0).motion
             ),
             eye_mm,
             names=names,

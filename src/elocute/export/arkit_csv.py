@@ -16,6 +16,7 @@ from elocute.files.atomic import write_atomically
 from elocute.files.reading import open_regular
 from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion
 from elocute.motion.motion import Motion
+from elocute.numerics.quaternions import multiply, no_turn, to_axis_angle
 
 POSE_COLUMNS = (
     "HeadYaw",
@@ -81,17 +82,46 @@ def write_csv(
 ) -> None:
     """Timecode, BlendShapeCount and 61 columns, as Unreal, Blender and Maya importers take them.
 
-    Rotations are left out (zero pose). Raises OutputError, and MotionError for other shapes.
+    Yaw, pitch and roll of the head are turns to its own left, of the chin down and to its own
+    right, in half turns (degrees / 180, as Unreal has them); eyes turn by curves alone. Raises
+    OutputError, and MotionError for other shapes.
     """
     curves = arkit_curves(motion)
     names = [name[0].upper() + name[1:] for name in ARKIT_NAMES]
-    zeros = ["0"] * len(POSE_COLUMNS)
+    poses = head_poses(motion)
+    still = ["0"] * len(POSE_COLUMNS)
     with write_atomically(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["Timecode", "BlendShapeCount", *names, *POSE_COLUMNS])
         for frame, values in enumerate(curves.values):
             shown = [f"{value:.6f}" for value in values]
-            rows.writerow([timecode(frame, curves.fps), "61", *shown, *zeros])
+            pose = still
+            if poses is not None:
+                pose = [*(f"{turn:.6f}" for turn in poses[frame]), *still[3:]]
+            rows.writerow([timecode(frame, curves.fps), "61", *shown, *pose])
+
+
+def head_poses(motion: Motion) -> NDArray[np.float64] | None:
+    """How far the head is turned, neck and head together.
+
+    Parameters
+    ----------
+    motion : Motion
+        Any.
+
+    Returns
+    -------
+    (frame, 3) float64 or None
+        Yaw, pitch and roll in half turns; None where no joint turns.
+    """
+    if motion.rotations is None:
+        return None
+    names = motion.head.joint_names
+    whole = no_turn(motion.frame_count).astype(np.float64)
+    for name in ("neck", "head"):
+        if name in names:
+            whole = multiply(whole, motion.rotations[:, names.index(name)])
+    return to_axis_angle(whole)[:, [1, 0, 2]] / np.pi
 
 
 def timecode(frame: int, fps: float) -> str:

@@ -3,7 +3,9 @@
     {"format": "elocute curves", "version": 1, "fps": 60.0,
      "names": ["eyeBlinkLeft", …], "frames": [[0, 0.25, …], …]}
 
-`frames` holds a row for each frame, at frame / fps seconds, with a number for each name.
+`frames` holds a row for each frame, at frame / fps seconds, with a number for each name. Where the
+head turns, `joints` names its joints and `rotations` holds, for each frame, a quaternion w, x, y, z
+for each of them.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.errors import MotionError
 from elocute.files.atomic import write_atomically
@@ -32,15 +35,25 @@ def write_json(
 ) -> None:
     """Write the weights of a motion, to six decimals, one frame a line.
 
-    Rotations are left out (zero pose). Raises OutputError.
+    Raises OutputError.
     """
     facts = {"format": FORMAT, "version": VERSION, "fps": motion.fps, "names": list(motion.names)}
     with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
         file.write(f'{json.dumps(facts)[:-1]}, "frames": [\n')
         for frame, weights in enumerate(motion.weights):
-            row = ", ".join(f"{weight:.6f}".rstrip("0").rstrip(".") for weight in weights)
-            file.write(f",\n[{row}]" if frame else f"[{row}]")
+            file.write(f",\n{_numbers(weights)}" if frame else _numbers(weights))
+        if motion.rotations is not None:
+            file.write(
+                f'\n], "joints": {json.dumps(list(motion.head.joint_names))}, "rotations": [\n'
+            )
+            for frame, turns in enumerate(motion.rotations):
+                row = f"[{', '.join(map(_numbers, turns))}]"
+                file.write(f",\n{row}" if frame else row)
         file.write("\n]}\n")
+
+
+def _numbers(values: NDArray[np.float32]) -> str:
+    return f"[{', '.join(f'{value:.6f}'.rstrip('0').rstrip('.') for value in values)}]"
 
 
 def read_json_curves(path: str | Path) -> Curves:
@@ -60,10 +73,7 @@ def read_json_curves(path: str | Path) -> Curves:
     MotionError
         Saying what is wrong with the file, and in which frame.
     """
-    record = read_record(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
-    if record.get("format") != FORMAT or record.get("version") != VERSION:
-        told = f"format {brief(record.get('format'))}, version {brief(record.get('version'))}"
-        raise MotionError.about(path, found=told[:120], allowed=ALLOWED)
+    record = _record(path)
     fps, names, frames = finite_number(record.get("fps")), record.get("names"), record.get("frames")
     if fps is None or not 0 < fps <= FPS_MAX:
         raise MotionError.about(
@@ -72,6 +82,56 @@ def read_json_curves(path: str | Path) -> Curves:
     if not (isinstance(names, list) and 0 < len(names) <= NAMES_MAX and _are_texts(names)):
         raise MotionError.about(path, found="no list of texts in names", allowed=ALLOWED)
     return Curves(_values(path, frames, len(names)), tuple(names), fps)
+
+
+def read_json_rotations(path: str | Path, joints: tuple[str, ...]) -> NDArray[np.float32] | None:
+    """Read the turns of a head's joints that were written as .json.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    joints : tuple of str
+        The joints of the head that shall turn.
+
+    Returns
+    -------
+    (frame, joint, 4) float32 or None
+        Unit quaternions wxyz; None where the file has none.
+
+    Raises
+    ------
+    MotionError
+        For other joints, and for anything but a unit quaternion for each in each frame.
+    """
+    record = _record(path)
+    if "rotations" not in record:
+        return None
+    if record.get("joints") != list(joints):
+        found = brief(record.get("joints"))
+        raise MotionError.about(f"{path} joints", found=found, allowed=", ".join(joints))
+    frames = record["rotations"]
+    flat = [_flat(each) for each in frames] if isinstance(frames, list) else frames
+    turns = _values(f"{path} rotations", flat, 4 * len(joints)).reshape(-1, len(joints), 4)
+    if (np.abs(np.linalg.norm(turns, axis=2) - 1) > 1e-3).any():
+        raise MotionError.about(
+            f"{path} rotations", found="a quaternion of another length", allowed="length 1"
+        )
+    return turns
+
+
+def _flat(turns: Any) -> list[Any]:
+    """The numbers of quaternions one after another; of anything else something else."""
+    parts = turns if isinstance(turns, list) else [turns]
+    return [number for part in parts for number in (part if isinstance(part, list) else [None])]
+
+
+def _record(path: str | Path) -> dict[str, Any]:
+    record = read_record(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
+    if record.get("format") != FORMAT or record.get("version") != VERSION:
+        told = f"format {brief(record.get('format'))}, version {brief(record.get('version'))}"
+        raise MotionError.about(path, found=told[:120], allowed=ALLOWED)
+    return record
 
 
 def _are_texts(names: list[Any]) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from elocute.array_types import Float32Array
 from elocute.articulation.driver import LOOKAHEAD_S, articulate
@@ -64,8 +63,8 @@ class ArticulationModel:
         """None: its front end normalises by a running mean."""
 
     def weights(self, speech: SpeechFeatures, style: Style, span: FrameSpan) -> Float32Array:
-        """(frame, component) of every shape of the built-in head, with contacts, no blinks."""
-        return self.curves(speech, style, span, blinks=False).select(self.components).values
+        """(frame, component) of every shape of the built-in head, with contacts."""
+        return self.curves(speech, style, span).select(self.components).values
 
     def curves(
         self,
@@ -74,16 +73,14 @@ class ArticulationModel:
         span: FrameSpan,
         strength: float = 1.0,
         *,
-        blinks: bool = True,
         contacts: bool = True,
     ) -> Curves:
-        """Curves 0…1 of every shape that speech uses, and blinks.
+        """Curves 0…1 of every shape that speech uses.
 
         Without contacts: coarticulated shapes in their style; nothing closes the lips on p, b and
         m, holds the lower lip at the teeth on f and v, or shuts the mouth in a pause.
         """
-        chosen = style if blinks else replace(style, blink_per_min=0.0)
-        return _articulated(speech.features, chosen, span, strength, contacts)
+        return _articulated(speech.features, style, span, strength, contacts)
 
     def rig(self, head: HeadModel) -> HeadModel:
         return head
@@ -101,6 +98,5 @@ def _articulated(
         strength=strength,
         first_frame=span.first,
         first_row=phones.first,
-        total_frames=span.total,
         contacts=contacts,
     )

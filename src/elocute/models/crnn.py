@@ -141,7 +141,6 @@ class CrnnModel:
         span: FrameSpan,
         strength: float = 1.0,
         *,
-        blinks: bool = True,
         contacts: bool = True,
     ) -> Curves:
         """Curves 0…1 of the built-in head, or weights of its own shapes."""
@@ -152,7 +151,7 @@ class CrnnModel:
         built = replace(rows.features, values=as_builtin(rows.features.values, self.basis))
         values = self.weights(SpeechFeatures(built), style, span)
         bare = Curves(np.clip(values * strength, 0, 1), speech_names(), span.fps)
-        return finished_curves(bare, speech.phones if contacts else None, span, blinks=blinks)
+        return finished_curves(bare, speech.phones if contacts else None, span)
 
     def rig(self, head: HeadModel) -> HeadModel:
         """Raises ModelError for a head of another topology than it was trained in."""

@@ -30,10 +30,10 @@ from elocute.audio.mel_with_deltas import (
     column_starts,
     log_mel_at,
 )
+from elocute.audio.resampling_stream import ResamplingStream
 from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import Waveform
 from elocute.errors import ModelError
-from elocute.models.feature_extraction import ResamplingStream
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 
 SHIPPED = "crnn"

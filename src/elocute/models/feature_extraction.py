@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import known_posteriors
 from elocute.audio.features import Features
 from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.resampling_stream import RESAMPLING_S, ResamplingStream
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.encoders.protocol import FEATURE_RATE, Encoder
@@ -27,26 +27,6 @@ PhoneTimes = list[tuple[float, float, str]]
 PhoneRefiner = Callable[[Float32Array, float], Float32Array]
 """Takes the encoder's log-posteriors (row, 40) of a whole sound and its duration in s; gives better
 ones."""
-RESAMPLING_S = 0.06
-"""Resampling delays sound by no more than this."""
-
-
-class ResamplingStream:
-    """Samples at another rate, block by block; the same however the sound is cut."""
-
-    def __init__(self, sample_rate: int, wanted: int) -> None:
-        self._resampler: Any = None
-        if sample_rate != wanted:
-            import soxr
-
-            self._resampler = soxr.ResampleStream(sample_rate, wanted, 1, dtype="float32")
-
-    def push(self, samples: Float32Array, *, last: bool = False) -> Float32Array:
-        """The resampled samples that are ready; with `last`, all that remain."""
-        samples = np.ascontiguousarray(samples, np.float32)
-        if self._resampler is None:
-            return samples
-        return self._resampler.resample_chunk(samples, last=last)
 
 
 class PhonePosteriorStream:

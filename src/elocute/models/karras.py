@@ -24,13 +24,13 @@ from elocute.audio.autocorrelation import (
     rows_in,
 )
 from elocute.audio.features import Features
+from elocute.audio.resampling_stream import ResamplingStream
 from elocute.audio.sound_level import sound_level
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import ModelError
 from elocute.models.feature_extraction import (
     RESAMPLING_S,
     PhonePosteriorStream,
-    ResamplingStream,
     phone_lookahead_s,
 )
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures

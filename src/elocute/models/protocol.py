@@ -31,14 +31,11 @@ class FrameSpan:
         The first frame, and how many.
     fps : float
         Frames per second.
-    total : int, optional
-        How many frames the whole take has.
     """
 
     first: int
     count: int
     fps: float
-    total: int | None = None
 
     @classmethod
     def whole(cls, count: int, fps: float) -> FrameSpan:
@@ -55,7 +52,7 @@ class FrameSpan:
         -------
         FrameSpan
         """
-        return cls(0, count, fps, count)
+        return cls(0, count, fps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,7 +246,7 @@ class SpeechModel(Protocol):
         ...
 
     def weights(self, speech: SpeechFeatures, style: Any, span: FrameSpan) -> Float32Array:
-        """The network's own answer: no blinks, no strength, nothing clipped.
+        """The network's own answer: no strength, nothing clipped.
 
         The rules answer with contacts and rests, in which their styles differ as well.
 
@@ -280,14 +277,13 @@ class SpeechModel(Protocol):
         span: FrameSpan,
         strength: float = 1.0,
         *,
-        blinks: bool = True,
         contacts: bool = True,
     ) -> Curves:
-        """What moves a face: curves of the built-in head with contacts, rests and blinks made, or
+        """What moves a face: curves of the built-in head with contacts and rests made, or
         weights of the model's own shapes.
 
         Without contacts they are the model's bare output, as far as curves of the built-in head
-        can hold it: within 0 to 1, and with blinks where these are wanted.
+        can hold it: within 0 to 1.
 
         Parameters
         ----------
@@ -295,8 +291,6 @@ class SpeechModel(Protocol):
             As `weights` takes them.
         strength : float
             How far the mouth moves, 0 to 2.
-        blinks : bool
-            Whether the built-in head blinks.
         contacts : bool
             Whether contacts and rests are laid over by rule, where the model makes any.
 

@@ -21,6 +21,12 @@ from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import check_rate, check_samples
 from elocute.errors import AudioError, InputError
+from elocute.life.director import CHANNELS
+from elocute.life.face import LivingFace, rows_of_frames
+from elocute.life.moods import Mood, resolve_mood
+from elocute.life.prosody import ROW_RATE
+from elocute.life.settings import Life, resolve_life
+from elocute.life.stream import LifeStream
 from elocute.models.protocol import (
     FeatureStream,
     FrameSpan,
@@ -37,7 +43,6 @@ from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
 from elocute.settings import setting_of
 
-BEYOND_S = 1.0  # frames that a live take has at least after the last one given out
 INT16_SCALE = 1 / 32768
 
 
@@ -54,7 +59,7 @@ class Frame:
     values : (curve,) float32
         Their values: 0 to 1 on the built-in head.
     rotations : (joint, 4) float32
-        Quaternions wxyz of the head's joints; at rest, as no model turns joints yet.
+        Quaternions wxyz of the head's joints.
     """
 
     time_s: float
@@ -165,7 +170,7 @@ class CurveStream:
             buffer.push(block)
         certain_s = min(buffer.known_s for buffer in self._buffers) - self.model.decoder_lookahead_s
         count = math.floor(certain_s * self.fps) + 1 - self._frames
-        return self._answer(count, None) if count > 0 else None
+        return self._answer(count) if count > 0 else None
 
     def flush(self) -> Curves | None:
         """End the sound.
@@ -184,16 +189,14 @@ class CurveStream:
         if any(buffer.known_s < 0 for buffer in self._buffers):
             return None  # a sample or two is too short to encode
         total = frames_in(self._samples / self.sample_rate, self.fps)
-        return self._answer(total - self._frames, total) if total > self._frames else None
+        return self._answer(total - self._frames) if total > self._frames else None
 
     @property
     def _buffers(self) -> list[_FeatureBuffer]:
         return [self._features] if self._phones is None else [self._features, self._phones]
 
-    def _answer(self, count: int, total: int | None) -> Curves:
-        if total is None:
-            total = self._frames + count + math.ceil(BEYOND_S * self.fps)
-        span = FrameSpan(self._frames, count, self.fps, total)
+    def _answer(self, count: int) -> Curves:
+        span = FrameSpan(self._frames, count, self.fps)
         phones = None if self._phones is None else self._phones.features
         speech = SpeechFeatures(self._features.features, phones)
         curves = self.model.curves(
@@ -242,16 +245,30 @@ class _FeatureBuffer:
 
 
 class Stream:
-    """Live animation, as `elocute.stream` opens it: blocks of sound in, `Frame`s out."""
+    """Live animation, as `elocute.stream` opens it: blocks of sound in, `Frame`s out.
 
-    def __init__(self, curves: CurveStream, names: tuple[str, ...], joints: int) -> None:
-        self._curves, self._names = curves, names
-        self._rest = no_turn(joints)
+    Parameters
+    ----------
+    curves : CurveStream
+        The mouth.
+    face : LivingFace, optional
+        What is laid over it, on the built-in head.
+    """
+
+    def __init__(self, curves: CurveStream, face: LivingFace | None) -> None:
+        self._curves, self._face = curves, face
+        self._given, self._ended = 0, False
+        self._waiting: list[Curves] = []
+        self._life: LifeStream | None = None
+        self._rows, self._first_row = np.zeros((1, len(CHANNELS)), np.float32), 0
+        if face is not None and face.life.any:
+            self._life, self._rows = face.stream(curves.sample_rate), self._rows[:0]
 
     @property
     def lookahead_s(self) -> float:
         """How much sound after its own time a frame waits for, s."""
-        return self._curves.lookahead_s
+        waits = [self._curves.lookahead_s]
+        return max(waits if self._life is None else [*waits, self._life.lookahead_s])
 
     def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Iterator[Frame]:
         """Take a block of sound; it counts as pushed at once.
@@ -271,8 +288,13 @@ class Stream:
         AudioError
             For anything else, and after `flush`.
         """
-        first = self._curves.frames_given
-        return self._frames(self._curves.push(samples), first)
+        self._take(self._curves.push(samples))
+        if self._life is None:
+            return self._frames(self._curves.frames_given)
+        block = checked_block(samples, self._curves.sample_rate, 0)
+        self._rows = np.concatenate([self._rows, self._life.push(block)])
+        lively = (self._first_row + len(self._rows) - 1) * self._curves.fps / self._life.rate
+        return self._frames(min(self._curves.frames_given, math.floor(lively)))
 
     def flush(self) -> Iterator[Frame]:
         """End the sound.
@@ -282,20 +304,44 @@ class Stream:
         iterator of Frame
             The remaining frames.
         """
-        first = self._curves.frames_given
-        return self._frames(self._curves.flush(), first)
+        self._take(self._curves.flush())
+        if self._life is not None and not self._ended:
+            self._rows = np.concatenate([self._rows, self._life.flush()])
+        self._ended = True
+        return self._frames(self._curves.frames_given)
 
-    def _frames(self, curves: Curves | None, first: int) -> Iterator[Frame]:
-        if curves is None:
+    def _take(self, curves: Curves | None) -> None:
+        if curves is not None:
+            self._waiting.append(curves)
+
+    def _frames(self, until: int) -> Iterator[Frame]:
+        """The frames up to `until` that were not given yet."""
+        first, count = self._given, until - self._given
+        if count <= 0:
             return iter(())
-        names = self._names or curves.names
-        rows = curves.select(names).values
+        fps, names = self._curves.fps, self._waiting[0].names
+        values = np.concatenate([each.values for each in self._waiting])
+        self._waiting = [Curves(values[count:], names, fps)]
+        self._given = until
+        curves, rotations = Curves(values[:count], names, fps), no_turn(count, 0)
+        if self._face is not None:
+            rows = rows_of_frames(self._rows, self._first_row, first, count, fps)
+            head = self._face.head
+            curves = self._face.curves(curves, rows).select(head.expression_names)
+            turned = self._face.rotations(rows)
+            rotations = no_turn(count, len(head.joint_names)) if turned is None else turned
+            self._forget_before(math.floor(until * ROW_RATE / fps))
         return iter(
             [
-                Frame((first + place) / self._curves.fps, names, row, self._rest)
-                for place, row in enumerate(rows)
+                Frame((first + place) / fps, curves.names, row, turns)
+                for place, (row, turns) in enumerate(zip(curves.values, rotations, strict=True))
             ]
         )
+
+    def _forget_before(self, row: int) -> None:
+        drop = min(row - self._first_row, len(self._rows) - 1)
+        if drop > 0 and self._life is not None:
+            self._rows, self._first_row = self._rows[drop:], self._first_row + drop
 
     def __repr__(self) -> str:
         given = self._curves.frames_given
@@ -312,6 +358,8 @@ def stream(
     level: SoundLevel | None = None,
     contacts: str = "auto",
     mix: str = "output",
+    life: float | str | Life = 1.0,
+    mood: str | Mood = "neutral",
 ) -> Stream:
     """Animate speech while it comes in.
 
@@ -336,6 +384,10 @@ def stream(
         "auto" lays lip contacts and rests over by rule, "off" leaves the model's bare output.
     mix : str
         Where a trained model mixes styles, "output" or "input", as `animate` takes it.
+    life : float, str or Life
+        How much moves beside the mouth, as `animate` takes it.
+    mood : str or Mood
+        How the person feels, as `animate` takes it.
 
     Returns
     -------
@@ -360,19 +412,21 @@ def stream(
     """
     from elocute.head.builtin import load_builtin_head
 
-    opened, head = open_model(model), load_builtin_head()
+    alive, feeling = resolve_life(life), resolve_mood(mood)
+    check_animation_settings(fps, strength)
+    opened = open_model(model)
     curves = CurveStream(
         opened,
         rate,
         fps=fps,
         style=style,
-        strength=strength,
+        strength=strength_in_mood(strength, feeling),
         level=level,
         contacts=contacts,
         mix=mix,
     )
-    names = head.expression_names if opened.makes_contacts else ()
-    return Stream(curves, names, len(head.joint_names) if opened.makes_contacts else 0)
+    face = LivingFace(load_builtin_head(), alive, feeling) if opened.makes_contacts else None
+    return Stream(curves, face)
 
 
 def _check_level(level: SoundLevel | None) -> None:
@@ -407,6 +461,11 @@ def check_animation_settings(fps: object, strength: object) -> None:
         known, number = setting_of(AnimationSettings, name), real_number(value)
         if number is None or not known.holds(number):
             raise InputError.about(f"`{name}`", found=brief(value), allowed=known.allowed)
+
+
+def strength_in_mood(strength: float, mood: Mood) -> float:
+    """How far the mouth moves in a mood, within what is allowed."""
+    return min(strength * mood.mouth, setting_of(AnimationSettings, "strength").high or math.inf)
 
 
 def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Float32Array:

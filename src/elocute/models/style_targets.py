@@ -90,7 +90,7 @@ def finished_weights(
     if model.basis is not None or not model.makes_contacts:
         return model.weights(speech, style, span)
     names = model.components or load_builtin_head().expression_names
-    return model.curves(speech, style, span, blinks=False).select(names).values
+    return model.curves(speech, style, span).select(names).values
 
 
 def target_of(model: SpeechModel, take: ObservedMotion, directions: Float64Array) -> Target:

@@ -283,7 +283,6 @@ class VocaModel:
         span: FrameSpan,
         strength: float = 1.0,
         *,
-        blinks: bool = True,
         contacts: bool = True,
     ) -> Curves:
         """Curves 0…1 of the built-in head, or weights of its own shapes."""
@@ -294,7 +293,7 @@ class VocaModel:
         values = _mixed(np.clip(each, 0, 1), style)
         bare = Curves(values, self.record.components, span.fps)
         phones = speech.phones or speech.features if contacts else None
-        return finished_curves(bare, phones, span, blinks=blinks)
+        return finished_curves(bare, phones, span)
 
     def rig(self, head: HeadModel) -> HeadModel:
         """Raises ModelError for a head of another topology than it was trained in."""

@@ -255,7 +255,7 @@ def simulate_command(
             seed=scanner.seed,
         )
     else:
-        motion = animate(speech, fps=fps, identity=identity).motion
+        motion = animate(speech, fps=fps, identity=identity, life=0).motion
         if seconds is not None:
             motion = cut(motion, 0.0, min(seconds, motion.duration_s))
     metadata = SequenceMetadata(subject=f"sim{scanner.seed}", sentence="speech")

@@ -62,7 +62,7 @@ def real_command(
 
     def predict(sound: Path, contacts: str) -> Curves:
         settings = {"style": style, "strength": strength, "model": model, "mix": mix}
-        return measure_mouth(animate(sound, contacts=contacts, **settings).motion)
+        return measure_mouth(animate(sound, contacts=contacts, life=0, **settings).motion)
 
     found = {}
     for each in shown:

@@ -52,7 +52,9 @@ def styles_command(
     names = opened.styles or ("plain",)
 
     def moved(style: str) -> Motion:
-        take = animate(speech, model=model, style=style, fps=FPS, contacts=contacts, mix=mix)
+        take = animate(
+            speech, model=model, style=style, fps=FPS, contacts=contacts, mix=mix, life=0
+        )
         return take.motion
 
     curves = style_openings(names, moved)
@@ -156,7 +158,7 @@ def _takes(
     return [
         (
             f"{Path(model).name}, contacts {way}",
-            animate(sound, model=model, style=style, contacts=way, fps=FPS).motion,
+            animate(sound, model=model, style=style, contacts=way, fps=FPS, life=0).motion,
             closures,
         )
         for way in contacts_shown(contacts)

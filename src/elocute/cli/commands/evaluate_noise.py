@@ -178,7 +178,7 @@ def _opening(model: str, style: str, contacts: str) -> Opening:
     from elocute.motion.mouth_measures import measure_mouth
 
     def opening(sound: Waveform) -> Float64Array:
-        motion = animate(sound, model=model, style=style, contacts=contacts, fps=FPS).motion
+        motion = animate(sound, model=model, style=style, contacts=contacts, fps=FPS, life=0).motion
         return measure_mouth(motion)["opening_mm"].astype(np.float64)
 
     return opening

@@ -60,11 +60,15 @@ def render_command(
 
 def _load(path: Path) -> Motion:
     """A motion; curves move the built-in head. Raises MotionError."""
-    from elocute.export.curves_json import read_json_curves
+    from dataclasses import replace
+
+    from elocute.export.curves_json import read_json_curves, read_json_rotations
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.curves import motion_from_curves
     from elocute.motion.store import load_motion
 
     if path.suffix.lower() != ".json":
         return load_motion(path)
-    return motion_from_curves(load_builtin_head(), read_json_curves(path))
+    head = load_builtin_head()
+    turns = read_json_rotations(path, head.joint_names)
+    return replace(motion_from_curves(head, read_json_curves(path)), rotations=turns)

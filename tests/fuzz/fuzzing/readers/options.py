@@ -19,6 +19,18 @@ def _style_text(given: str) -> None:
     resolve_style(given)
 
 
+def _life_text(given: str) -> None:
+    from elocute.life import resolve_life
+
+    resolve_life(given)
+
+
+def _mood_text(given: str) -> None:
+    from elocute.life import resolve_mood
+
+    resolve_mood(given)
+
+
 def _identity_text(given: str) -> None:
     from elocute.head.identity import resolve_identity
 
@@ -63,6 +75,8 @@ READERS: tuple[Reader, ...] = (
         for name, read, modules in (
             ("size", _size, ("elocute.cli.options",)),
             ("mix", _style_text, ("elocute.articulation.style",)),
+            ("life", _life_text, ("elocute.life.settings",)),
+            ("mood", _mood_text, ("elocute.life.moods",)),
             ("identity", _identity_text, ("elocute.head.identity",)),
             ("keyframes", _keyframes, ("elocute.cli.keyframes",)),
             ("numbers", _numbers, ("elocute.cli.keyframes",)),

@@ -194,6 +194,8 @@ def lrw(folder: Path) -> None:
 OPTIONS = {
     "size": ("800", "1280x720", "4k"),
     "mix": ("calm:0.7,broad:0.3", "plain"),
+    "life": ("0.6", "0,head=1", "brows=0.5,blinks=0"),
+    "mood": ("happy:0.6", "sad:0.5,tender:0.3"),
     "identity": ("mean", "17"),
     "keyframes": ("0:0,0,0; 1.5:0,20,0",),
     "numbers": ("1,2.5,-3",),

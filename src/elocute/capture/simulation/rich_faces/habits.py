@@ -207,8 +207,7 @@ def speak(
     """
     posteriors = _led(np.exp(log_posteriors), rate, habits.leads_s)
     moved = np.log(np.maximum(posteriors, 1e-6)).astype(np.float32)
-    quiet = replace(habits.style, blink_per_min=0.0)  # blinks cannot be heard
-    plain = articulate(moved, rate, frame_count=frame_count, fps=fps, style=quiet)
+    plain = articulate(moved, rate, frame_count=frame_count, fps=fps, style=habits.style)
     names = habit_names()
     values = plain.select(names).values.astype(np.float64)
     times = np.arange(frame_count) / fps
@@ -222,7 +221,7 @@ def speak(
     for name, most in WIDEST.items():
         values[:, names.index(name)] = _limited(values[:, names.index(name)], most)
     curves = Curves(values.astype(np.float32), names, fps)
-    return make_contacts(curves, moved, rate, quiet)
+    return make_contacts(curves, moved, rate, habits.style)
 
 
 def _limited(values: Float64Array, most: float) -> Float64Array:

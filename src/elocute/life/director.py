@@ -1,0 +1,221 @@
+"""What a living head does about what it says: events of speech in, rows of motion out.
+
+Every event draws a course into the rows ahead: a nod on an accent, a brow, a blink where a phrase
+ends. What people leave to chance (when to blink, where to look) is drawn from the sound itself, so
+the same sound always gives the same motion and other sounds another.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from elocute.array_types import Float32Array, Float64Array
+from elocute.life.canvas import Canvas, hill, joined, rise
+from elocute.life.prosody import BATCH, ROW_RATE
+from elocute.life.prosody_events import Event, EventFinder, PhraseEnd, PhraseStart, Syllable
+from elocute.motion.blink_timing import BLINK_S, lid_closure
+
+CHANNELS = (
+    "nod",
+    "turn",
+    "tilt",
+    "look_down",
+    "look_left",
+    "blink",
+    "brow_inner",
+    "brow_left",
+    "brow_right",
+    "brow_down",
+    "breath",
+)
+(NOD, TURN, TILT, LOOK_DOWN, LOOK_LEFT, BLINK, INNER, BROW_L, BROW_R, DOWN, BREATH) = range(
+    len(CHANNELS)
+)
+LOOKAHEAD_ROWS = 80
+"""A row is certain once so many more were heard."""
+GOLDEN, PLASTIC = 0.6180339887498949, 0.7548776662466927  # step evenly through 0…1
+
+# Degrees that a head turns about each axis; rates and sizes after docs/measurements/life.md.
+POSTURE_DEG = (1.4, 2.1, 0.95)  # standard deviation of the postures that it takes
+ACCENT_DEG = (2.1, 1.3, 0.7)  # of a whole prominence
+SYLLABLE_DEG = 0.65  # of any syllable
+SETTLE_DEG = 0.9  # the nod that ends a phrase
+
+REFRACTORY = 55  # rows from one blink to the next
+WAIT_ROWS = 150  # of silence at the beginning, before the face comes alive without a voice
+REDRAW_ROWS = 64
+SPEAKING_MEAN, SILENT_MEAN = 180.0, 420.0  # rows between blinks that nothing calls for
+
+
+_BLINK = lid_closure(np.arange(round(BLINK_S * ROW_RATE)) / ROW_RATE)
+_BREATH = joined([rise(45), 1 - rise(80)])
+_BROW_UP = joined([rise(16), np.ones(10), 1 - rise(34)])
+
+
+class Director:
+    """Rows of prosody in, rows of motion (row, channel) out, `LOOKAHEAD_ROWS` later.
+
+    Parameters
+    ----------
+    blinks : float
+        Share of the blinks that are made, 0 to 1.
+    blink_rate : float
+        How often lids close, 1 as people do on average.
+    """
+
+    def __init__(self, blinks: float = 1.0, blink_rate: float = 1.0) -> None:
+        self._finder = EventFinder()
+        self._canvas = Canvas(len(CHANNELS), LOOKAHEAD_ROWS + BATCH)
+        self._blinks, self._blink_rate = blinks, blink_rate
+        self._draws = 0
+        self._last_blink = self._last_brow = -1_000
+        self._next_blink = self._next_posture = self._next_look = -1
+        self._given = 0
+
+    def push(self, rows: Float64Array) -> Float32Array:
+        """Take a batch (row, 3) of prosody; give the rows that are certain now, perhaps none."""
+        for event in self._finder.push(rows):
+            # A draw depends on its place in an event, not on all draws before: where another
+            # recording of the same voice has an event more, all others stay as they are.
+            self._draws = event.row // REDRAW_ROWS
+            self._answer(event)
+        self._draws = 100 + self._finder.row // REDRAW_ROWS
+        self._pass_time()
+        certain = self._finder.row + 1 - LOOKAHEAD_ROWS - self._given
+        if certain <= 0:
+            return np.zeros((0, len(CHANNELS)), np.float32)
+        self._given += certain
+        return self._canvas.take(certain)
+
+    def _draw(self) -> float:
+        """0 to 1, made of the sound of late and, for silence, of how long it has lasted."""
+        self._draws += 1
+        factor = 1 + self._draws * PLASTIC % 1
+        return (self._finder.content * factor + self._draws * GOLDEN) % 1.0
+
+    def _spread(self) -> float:
+        """A draw around 0 with a standard deviation of 1, never beyond 3."""
+        return 2 * (self._draw() + self._draw() + self._draw() - 1.5)
+
+    def _answer(self, event: Event) -> None:
+        if isinstance(event, Syllable):
+            self._stress(event)
+        elif isinstance(event, PhraseStart):
+            self._begin(event)
+        else:
+            self._end(event)
+
+    def _stress(self, syllable: Syllable) -> None:
+        """Nod with a syllable, more with an accent; raise the brows on some."""
+        prominence, row, canvas = syllable.prominence, syllable.row, self._canvas
+        size = SYLLABLE_DEG + (ACCENT_DEG[0] - SYLLABLE_DEG) * prominence**1.5
+        rows = round(17 + 21 * prominence + 6 * self._draw())
+        # Up a little first, as one who strikes; some accents go up instead.
+        sign = -0.7 if syllable.pitch > 1.5 and self._draw() < 0.45 else 1.0
+        canvas.pulse(NOD, row - rows // 2 - 10, hill(18), -0.35 * sign * size)
+        canvas.pulse(NOD, row - rows // 2 + 3, hill(rows), sign * size)
+        for channel, reach in ((TURN, ACCENT_DEG[1]), (TILT, ACCENT_DEG[2])):
+            sideways = reach * self._spread() * (0.35 + 0.65 * prominence)
+            wide = round(rows * (0.9 + 0.6 * self._draw()))
+            canvas.pulse(channel, row - wide // 2 + 2, hill(wide), sideways)
+        self._raise_brows(syllable)
+
+    def _raise_brows(self, syllable: Syllable) -> None:
+        rested = syllable.row - self._last_brow
+        wanted = 0.3 + 0.5 * min(1.0, max(0.0, syllable.pitch) / 4)
+        if rested < 70 or syllable.prominence < 0.5 or self._draw() > wanted:
+            return
+        size = (0.12 + 0.3 * self._draw()) * (0.4 + 0.6 * syllable.prominence)
+        start = syllable.row - 18
+        if syllable.pitch < 0.3 and self._draw() < 0.5:
+            self._canvas.pulse(DOWN, start, _BROW_UP, 0.8 * size)
+        else:
+            self._lift(start, size)
+        self._last_brow = syllable.row
+
+    def _lift(self, start: int, size: float) -> None:
+        lean = 0.35 * (2 * self._draw() - 1)
+        self._canvas.pulse(INNER, start, _BROW_UP, size * (0.7 + 0.3 * self._draw()))
+        self._canvas.pulse(BROW_L, start, _BROW_UP, 0.8 * size * (1 + lean))
+        self._canvas.pulse(BROW_R, start, _BROW_UP, 0.8 * size * (1 - lean))
+
+    def _begin(self, start: PhraseStart) -> None:
+        """Breathe, take another posture, and look away now and then."""
+        row = start.row
+        if start.pause > 35:
+            depth = min(1.0, start.pause / 150) * (0.6 + 0.4 * self._draw())
+            self._canvas.pulse(BREATH, row - 50, _BREATH, depth)
+        self._take_posture(row - 20, 1.0)
+        if self._draw() < 0.4:
+            self._look(row - 12, 5.0)
+        if self._draw() < 0.35 and row - self._last_brow > 60:
+            self._lift(row - 20, 0.12 + 0.15 * self._draw())
+            self._last_brow = row
+
+    def _end(self, end: PhraseEnd) -> None:
+        """Settle, look back, and blink more often than not."""
+        self._canvas.pulse(NOD, end.row - 20, hill(75), SETTLE_DEG * self._draw())
+        if self._draw() < 0.6 * self._blink_rate:
+            self._blink(end.row + round(14 * self._draw()) - 4)
+        if self._draw() < 0.6:
+            self._look(end.row + 5, 0.8)
+
+    def _pass_time(self) -> None:
+        """What comes by itself: postures, glances and blinks, at times drawn before."""
+        now = self._finder.row - 25
+        if self._next_blink < 0:
+            # Nothing is drawn before there is a voice to draw from, or a long silence.
+            if not self._finder.speaking and now < WAIT_ROWS:
+                return
+            self._next_blink = now + round(200 * self._draw())
+            self._next_posture, self._next_look = now + 60, now + round(90 * self._draw())
+        if now >= self._next_posture:
+            speaking = self._finder.speaking
+            self._take_posture(now, 1.0 if speaking else 0.55)
+            self._next_posture = now + round((95 if speaking else 190) * (0.6 + self._draw()))
+        if now >= self._next_look:
+            self._glance(now)
+        if now >= self._next_blink:
+            self._blink(now)
+
+    def _take_posture(self, row: int, size: float) -> None:
+        """Go to a posture around the middle, so that the head never drifts away."""
+        rows = round(60 + 60 * self._draw())
+        turn = self._spread()
+        tilt = 0.85 * self._spread() + 0.4 * turn
+        for channel, reach, drawn in zip(
+            (NOD, TURN, TILT), POSTURE_DEG, (self._spread(), turn, tilt), strict=True
+        ):
+            self._canvas.step(channel, row, rise(rows), size * reach * drawn)
+
+    def _glance(self, row: int) -> None:
+        """The eyes rest on something for a while, then jump; mostly back to the middle."""
+        self._look(row, 1.2 if self._draw() < 0.75 else 4.5)
+        fixation = 35 - 90 * math.log(1 - 0.96 * self._draw())
+        self._next_look = row + round(fixation)
+
+    def _look(self, row: int, reach: float) -> None:
+        down, left = 0.6 * reach * self._spread(), reach * self._spread()
+        jump = math.hypot(
+            down - self._canvas.level[LOOK_DOWN], left - self._canvas.level[LOOK_LEFT]
+        )
+        course = rise(max(2, round(2 + 0.25 * jump)))  # a saccade: 20 ms and 2.5 ms a degree
+        self._canvas.step(LOOK_DOWN, row, course, down)
+        self._canvas.step(LOOK_LEFT, row, course, left)
+        if jump > 7 and self._draw() < 0.5:
+            self._blink(row - 3)
+
+    def _blink(self, row: int) -> None:
+        """Close the lids, unless they just did; then draw when to do it without a reason."""
+        mean = (SPEAKING_MEAN if self._finder.speaking else SILENT_MEAN) / self._blink_rate
+        wait = -mean / 2 * (math.log(1 - 0.97 * self._draw()) + math.log(1 - 0.97 * self._draw()))
+        partial, made = self._draw(), self._draw() < self._blinks
+        if row - self._last_blink < REFRACTORY:
+            return
+        self._last_blink, self._next_blink = row, row + round(REFRACTORY + wait)
+        if made:
+            depth = 1.0 if partial > 0.18 else 0.5 + 2.2 * partial
+            self._canvas.pulse(BLINK, row, _BLINK, depth)
+            self._canvas.pulse(LOOK_DOWN, row, _BLINK, depth)

@@ -1,0 +1,296 @@
+"""Life on a face: rows of motion laid over the curves of a mouth, and as turns of joints.
+
+What is laid over leaves the lips as they are where they meet: of the mouth's own shapes only a
+breath parts them, and only where the mouth rests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from elocute.array_types import Float32Array, Float64Array, FloatArray
+from elocute.errors import MotionError
+from elocute.head.model import HeadModel
+from elocute.life.director import (
+    BLINK,
+    BREATH,
+    BROW_L,
+    BROW_R,
+    DOWN,
+    INNER,
+    LOOK_DOWN,
+    LOOK_LEFT,
+    NOD,
+    TILT,
+    TURN,
+)
+from elocute.life.moods import NEUTRAL, Mood
+from elocute.life.prosody import ROW_RATE
+from elocute.life.settings import Life
+from elocute.life.stream import LifeStream
+from elocute.motion.curves import ARKIT_NAMES, Curves
+from elocute.motion.edits.pose import joint_index
+from elocute.numerics.quaternions import from_axis_angle, no_turn
+from elocute.numerics.resampling import frame_places, read_rows
+
+SIDES = ("Left", "Right")
+NECK_SHARE = 0.4
+"""Of a turn of the head; the rest is the head's joint's."""
+HELD = 0.85  # share of a head turn that the eyes take back, so that they rest on what they look at
+REACH_DEG = {"Up": 21.0, "Down": 27.0, "In": 32.0, "Out": 32.0}
+"""How far the built-in head's eyeLook shapes turn the eyes at weight one."""
+BREATH_JAW = 0.035  # weight of jawOpen: lips part by about a millimetre
+BREATH_NOD_DEG = -0.7  # the head rises a little
+MOVING = 0.08  # weight of a mouth shape from which on a mouth does not rest
+ROUND_KEEPS = 0.3  # share of a smile that a fully rounded mouth keeps
+SPOKEN = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthLabiodental")
+# Shapes of a mood that an open jaw takes back, and a lip at the teeth.
+CLOSED_ONLY = ("mouthPress", "mouthShrugLower")
+
+Columns = dict[str, Float64Array]
+
+
+@dataclass(frozen=True, eq=False)
+class LivingFace:
+    """A head, and how it lives.
+
+    Parameters
+    ----------
+    head : HeadModel
+        The head.
+    life : Life
+        How much moves beside the mouth.
+    mood : Mood
+        How the person feels.
+    """
+
+    head: HeadModel
+    life: Life
+    mood: Mood
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing is laid over."""
+        return not self.life.any and self.mood == NEUTRAL
+
+    def stream(self, sample_rate: int) -> LifeStream:
+        """A stream of its life for one sound."""
+        return LifeStream(sample_rate, self.life, self.mood)
+
+    def curves(self, curves: Curves, rows: Float32Array) -> Curves:
+        """`living_curves`, where the head has the shapes and anything is laid over."""
+        if self.still or "eyeBlinkLeft" not in self.head.expression_names:
+            return curves
+        return living_curves(curves, rows, self.life, self.mood)
+
+    def rotations(self, rows: Float32Array) -> Float32Array | None:
+        """`living_rotations`, where anything is laid over."""
+        return None if self.still else living_rotations(self.head, rows, self.life, self.mood)
+
+
+def rows_of_frames(
+    rows: Float32Array, first_row: int, first_frame: int, count: int, fps: float
+) -> Float32Array:
+    """Life at frames.
+
+    Parameters
+    ----------
+    rows : (row, channel) float32
+        Of a `LifeStream`.
+    first_row : int
+        The number of the first of them.
+    first_frame, count : int
+        The frames wanted.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    (frame, channel) float32
+    """
+    return read_rows(rows, frame_places(first_frame, count, ROW_RATE, fps) - first_row)
+
+
+def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) -> Curves:
+    """A mouth's curves with the rest of the face.
+
+    Parameters
+    ----------
+    curves : Curves
+        Of the built-in head: what a speech model gives.
+    rows : (frame, channel) float32
+        Life at its frames.
+    life : Life
+        How much of it.
+    mood : Mood
+        How the person feels.
+
+    Returns
+    -------
+    Curves
+        0 to 1; curves that were not there before come last.
+    """
+    lived = rows.astype(np.float64)
+    names = dict.fromkeys((*curves.names, *ARKIT_NAMES))
+    table = curves.select(tuple(names)).values.astype(np.float64)
+    face = dict(zip(names, table.T, strict=True))
+    spoken = {name: face.get(name, np.zeros(len(rows))).copy() for name in SPOKEN}
+    resting = _resting(face)
+    _follow_mouth(face, life.cheeks)
+    _feel(face, mood.curves, spoken)
+    _breathe(face, life.breath * lived[:, BREATH], resting)
+    _raise_brows(face, lived, life.brows * mood.brows, mood.curves.get("browDown", 0.0))
+    _look(face, _eyes_deg(rows, life, mood))
+    _blink(face, lived[:, BLINK])
+    values = np.clip(np.stack(list(face.values()), axis=1), 0, 1)
+    return Curves(values.astype(np.float32), tuple(face), curves.fps)
+
+
+def living_rotations(
+    head: HeadModel, rows: Float32Array, life: Life, mood: Mood
+) -> Float32Array | None:
+    """How life turns the joints of a head.
+
+    Parameters
+    ----------
+    head : HeadModel
+        With joints called neck and head, or one of them; eyes turn by joints on a head that has
+        them and no eyeLook shapes.
+    rows : (frame, channel) float32
+        Life at the frames.
+    life : Life
+        How much of it.
+    mood : Mood
+        How the person feels.
+
+    Returns
+    -------
+    (frame, joint, 4) float32 or None
+        Quaternions wxyz; None for a head without such joints.
+    """
+    turns = np.zeros((len(rows), len(head.joint_names), 3))
+    parts = [joint for joint in (_joint(head, "neck"), _joint(head, "head")) if joint is not None]
+    shares = (NECK_SHARE, 1 - NECK_SHARE) if len(parts) == 2 else (1.0,)
+    for joint, share in zip(parts, shares, strict=False):
+        turns[:, joint] = share * head_turns(rows, life, mood)
+    eyes = []
+    if "eyeLookInLeft" not in head.expression_names:
+        eyes = [_joint(head, f"eye{side}") for side in SIDES]
+    for joint in eyes:
+        if joint is not None:
+            turns[:, joint, :2] = _eyes_deg(rows, life, mood)
+    if not turns.any():
+        return None
+    rotations = no_turn(*turns.shape[:2])
+    rotations[:] = from_axis_angle(np.radians(turns))
+    return rotations
+
+
+def _joint(head: HeadModel, name: str) -> int | None:
+    try:
+        return joint_index(head, name)
+    except MotionError:
+        return None
+
+
+def head_turns(rows: FloatArray, life: Life, mood: Mood) -> Float64Array:
+    """How the head turns.
+
+    Parameters
+    ----------
+    rows : (frame, channel) float32
+        Life at the frames.
+    life : Life
+        How much of it.
+    mood : Mood
+        How the person feels.
+
+    Returns
+    -------
+    (frame, 3) float64
+        Degrees: nod (chin down), turn to the own left, tilt to the own right.
+    """
+    turns = life.head * mood.head * rows[:, [NOD, TURN, TILT]].astype(np.float64)
+    turns[:, 0] += life.breath * BREATH_NOD_DEG * rows[:, BREATH]
+    return turns + np.array(mood.pose_deg)
+
+
+def _eyes_deg(rows: FloatArray, life: Life, mood: Mood) -> Float64Array:
+    """(frame, 2) down and to the own left, in the head: what is looked at less the head's turn."""
+    looked = rows[:, [LOOK_DOWN, LOOK_LEFT]].astype(np.float64)
+    eyes = life.gaze * (looked - HELD * head_turns(rows, life, mood)[:, :2])
+    return eyes + np.array([mood.look_down_deg, 0.0])
+
+
+def _over(below: Float64Array, above: Float64Array | float) -> Float64Array:
+    """Two weights of one shape together, which never exceed one."""
+    return 1 - (1 - below) * (1 - above)
+
+
+def _resting(face: Columns) -> Float64Array:
+    """(frame,) 1 where the mouth does nothing, 0 where it speaks."""
+    mouth = [name for name in face if name.startswith(("mouth", "jaw", "tongue"))]
+    most = np.max([face[name] for name in mouth], axis=0)
+    return np.clip(1 - most / MOVING, 0, 1)
+
+
+def _follow_mouth(face: Columns, share: float) -> None:
+    """Cheeks and lids that a smile, a wide vowel or a raised lip takes along."""
+    for side in SIDES:
+        smile = face[f"mouthSmile{side}"] + 0.5 * face[f"mouthStretch{side}"]
+        raised = face[f"mouthUpperUp{side}"]
+        cheek = share * np.clip(0.55 * smile + 0.25 * raised, 0, 0.6)
+        lids = share * np.clip(0.25 * smile + 0.10 * face["jawOpen"], 0, 0.3)
+        face[f"cheekSquint{side}"] = _over(face[f"cheekSquint{side}"], cheek)
+        face[f"eyeSquint{side}"] = _over(face[f"eyeSquint{side}"], lids)
+
+
+def _feel(face: Columns, mood: Mapping[str, float], spoken: Columns) -> None:
+    """Lay a mood's shapes over, as far as what is said leaves room for them."""
+    rounded = np.maximum(spoken["mouthPucker"], spoken["mouthFunnel"])
+    for name, weight in mood.items():
+        room = np.ones_like(rounded)
+        if name.startswith(("mouthSmile", "mouthDimple", "mouthFrown")):
+            room -= (1 - ROUND_KEEPS) * np.clip(rounded / 0.5, 0, 1)
+        elif name in CLOSED_ONLY:
+            held = spoken["jawOpen"] / 0.2 + spoken["mouthLabiodental"] / 0.5
+            room -= np.clip(held, 0, 1)
+        for each in (name,) if name in face else (f"{name}{side}" for side in SIDES):
+            face[each] = _over(face[each], weight * room)
+
+
+def _breathe(face: Columns, breath: Float64Array, resting: Float64Array) -> None:
+    """Part resting lips a little, flare the nostrils."""
+    face["jawOpen"] = face["jawOpen"] + BREATH_JAW * breath * resting
+    for side in SIDES:
+        face[f"noseSneer{side}"] = _over(face[f"noseSneer{side}"], 0.04 * breath * resting)
+
+
+def _raise_brows(face: Columns, rows: Float64Array, share: float, held_down: float) -> None:
+    raised = share * (1 - 0.6 * held_down)
+    face["browInnerUp"] = _over(face["browInnerUp"], raised * rows[:, INNER])
+    for side, channel in zip(SIDES, (BROW_L, BROW_R), strict=True):
+        face[f"browOuterUp{side}"] = _over(face[f"browOuterUp{side}"], raised * rows[:, channel])
+        face[f"browDown{side}"] = _over(face[f"browDown{side}"], share * rows[:, DOWN])
+
+
+def _look(face: Columns, eyes_deg: Float64Array) -> None:
+    """Turn the eyes by the shapes for it, which take the lids along."""
+    down, left = eyes_deg.T
+    for side, outwards in zip(SIDES, (left, -left), strict=True):
+        ways = {"Up": -down, "Down": down, "In": -outwards, "Out": outwards}
+        for way, degrees in ways.items():
+            name = f"eyeLook{way}{side}"
+            face[name] = _over(face[name], np.clip(degrees / REACH_DEG[way], 0, 1))
+
+
+def _blink(face: Columns, closure: Float64Array) -> None:
+    """Shut the lids; whatever else moves them gives way, so that they meet and go no further."""
+    closure = np.clip(closure, 0, 1)
+    for side in SIDES:
+        for name in ("eyeSquint", "eyeWide", "eyeLookUp", "eyeLookDown"):
+            face[f"{name}{side}"] = face[f"{name}{side}"] * (1 - closure)
+        face[f"eyeBlink{side}"] = _over(face[f"eyeBlink{side}"], closure)

@@ -1,0 +1,178 @@
+"""Moods: what a feeling makes of a face at rest and of how it moves.
+
+After the facial action units of Ekman's emotions (FACS): happy 6 + 12, sad 1 + 4 + 15, angry
+4 + 5 + 7 + 23, surprised 1 + 2 + 5. Only shapes that keep lips together are used of the mouth, so
+that p, b and m stay sealed whatever the mood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from elocute.errors import InputError
+from elocute.one_line_repr import brief
+
+
+@dataclass(frozen=True)
+class Mood:
+    """What a mood adds to a face and how it changes its motion, at full intensity.
+
+    Parameters
+    ----------
+    curves : mapping of str to float
+        Weights of shapes at rest; names without a side are set on both.
+    pose_deg : (float, float, float)
+        How the head is held: nod (chin down), turn to the own left, tilt to the own right.
+    look_down_deg : float
+        How far below what they look at the eyes are kept.
+    mouth, head, brows : float
+        How far these move, as a share of what they do in no mood.
+    blinks : float
+        How often lids close, likewise.
+    """
+
+    curves: Mapping[str, float] = field(default_factory=dict)
+    pose_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    look_down_deg: float = 0.0
+    mouth: float = 1.0
+    head: float = 1.0
+    brows: float = 1.0
+    blinks: float = 1.0
+
+
+MOODS: dict[str, Mood] = {
+    "neutral": Mood(),
+    "happy": Mood(
+        {
+            "mouthSmile": 0.55,
+            "mouthDimple": 0.10,
+            "cheekSquint": 0.42,
+            "eyeSquint": 0.22,
+            "browInnerUp": 0.06,
+            "browOuterUp": 0.10,
+        },
+        pose_deg=(-1.5, 0.0, 1.0),
+        mouth=1.06,
+        head=1.2,
+        brows=1.15,
+    ),
+    "sad": Mood(
+        {
+            "browInnerUp": 0.85,
+            "mouthFrown": 0.45,
+            "mouthShrugLower": 0.15,
+            "eyeBlink": 0.14,
+            "eyeSquint": 0.08,
+        },
+        pose_deg=(4.5, 0.0, -1.5),
+        look_down_deg=7.0,
+        mouth=0.84,
+        head=0.6,
+        brows=0.6,
+        blinks=0.8,
+    ),
+    "angry": Mood(
+        {
+            "browDown": 0.75,
+            "noseSneer": 0.22,
+            "eyeSquint": 0.30,
+            "eyeWide": 0.15,
+            "mouthPress": 0.12,
+            "mouthFrown": 0.16,
+            "jawForward": 0.06,
+        },
+        pose_deg=(3.0, 0.0, 0.0),
+        mouth=1.1,
+        head=1.25,
+        brows=0.5,
+        blinks=0.7,
+    ),
+    "surprised": Mood(
+        {"browInnerUp": 0.65, "browOuterUp": 0.65, "eyeWide": 0.50},
+        pose_deg=(-2.5, 0.0, 0.0),
+        mouth=1.08,
+        brows=0.7,
+        blinks=0.75,
+    ),
+    "tender": Mood(
+        {
+            "mouthSmile": 0.22,
+            "mouthDimple": 0.06,
+            "cheekSquint": 0.16,
+            "eyeSquint": 0.10,
+            "browInnerUp": 0.24,
+            "eyeBlink": 0.08,
+        },
+        pose_deg=(1.5, 0.0, 4.0),
+        mouth=0.9,
+        head=0.75,
+        brows=0.8,
+        blinks=0.9,
+    ),
+}
+NEUTRAL = MOODS["neutral"]
+ALLOWED = f"{', '.join(MOODS)}, with an intensity from 0 to 1 or without, as in happy:0.6"
+
+
+def resolve_mood(given: str | Mood) -> Mood:
+    """The Mood that a caller names.
+
+    Parameters
+    ----------
+    given : str or Mood
+        A name of MOODS ("happy"), one with an intensity from 0 to 1 ("happy:0.6"), several whose
+        intensities sum to one at most ("sad:0.5,tender:0.4"), or a Mood, which is returned as it
+        is.
+
+    Returns
+    -------
+    Mood
+
+    Raises
+    ------
+    InputError
+        Naming what is allowed.
+    """
+    if isinstance(given, Mood):
+        return given
+    if not isinstance(given, str):
+        raise InputError.about("`mood`", found=brief(given), allowed=ALLOWED)
+    shares: dict[str, float] = {}
+    for part in given.split(","):
+        name, colon, number = part.strip().partition(":")
+        share = _number(number) if colon else 1.0
+        if name not in MOODS or not 0 <= share <= 1 or name in shares:
+            raise InputError.about("`mood`", found=brief(part.strip()), allowed=ALLOWED)
+        shares[name] = share
+    if sum(shares.values()) > 1 + 1e-9:
+        raise InputError.about(
+            "`mood`", found=f"{given[:60]!r}", allowed="intensities that sum to 1 at most"
+        )
+    return _mixed(shares)
+
+
+def _mixed(shares: Mapping[str, float]) -> Mood:
+    """The moods of these intensities together; what is left of one is neutral."""
+    parts = [(MOODS[name], share) for name, share in shares.items()]
+    names = dict.fromkeys(name for mood, _ in parts for name in mood.curves)
+
+    def scaled(aspect: str) -> float:
+        return 1 + sum(share * (getattr(mood, aspect) - 1) for mood, share in parts)
+
+    nod, turn, tilt = (
+        sum(share * mood.pose_deg[axis] for mood, share in parts) for axis in range(3)
+    )
+    return Mood(
+        {name: sum(share * mood.curves.get(name, 0.0) for mood, share in parts) for name in names},
+        (nod, turn, tilt),
+        sum(share * mood.look_down_deg for mood, share in parts),
+        *(scaled(aspect) for aspect in ("mouth", "head", "brows", "blinks")),
+    )
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return -1.0

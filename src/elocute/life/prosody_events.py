@@ -1,0 +1,162 @@
+"""Events of speech: syllables with their prominence, and where phrases begin and end.
+
+All levels are relative to the loudest of late, all pitches to the voice's own mean, so a voice
+recorded louder or softer has the same events.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+from elocute.array_types import Float64Array
+from elocute.life.canvas import hill
+from elocute.life.prosody import BATCH, LEVEL, PITCH, SILENT_ROW, VOICING
+
+RANGE_DB = 30.0  # below the loudest of late: from there on a level counts as nothing
+VOICED_DB = 20.0  # voiced rows further below it are no speech: echoes, breathing, a far voice
+DECAY_DB = 0.015  # that the loudest of late sinks in each row: 1.5 dB/s
+SMOOTH = 7  # rows to both sides of a smoothed strength
+AHEAD = 8  # rows after its own that the loudness of a row is judged by
+PEAK = 8  # rows to both sides in which a syllable is the strongest
+ONSET_ROWS, ONSET_WITHIN = 5, 14  # voiced rows that begin a phrase
+PAUSE = 28  # rows without voice that end one
+STRENGTH_LEAST = 0.3
+MEAN_LEAST = 0.003  # share of a row in the mean pitch: some three seconds of voice
+JUMP = 5.0  # semitones from row to row that no voice makes: a mistaken octave
+EVENT_ROWS = AHEAD + SMOOTH + max(PEAK, ONSET_WITHIN)
+"""A syllable or a beginning is told this many rows after its own."""
+
+
+@dataclass(frozen=True)
+class Syllable:
+    """A syllable's nucleus.
+
+    Parameters
+    ----------
+    row : int
+        Where it is strongest.
+    prominence : float
+        0 to 1: how far it stands out in strength and pitch.
+    pitch : float
+        Semitones above the voice's mean of late.
+    """
+
+    row: int
+    prominence: float
+    pitch: float
+
+
+@dataclass(frozen=True)
+class PhraseStart:
+    """The first voiced row of a phrase, and how many rows nobody spoke before it."""
+
+    row: int
+    pause: int
+
+
+@dataclass(frozen=True)
+class PhraseEnd:
+    """The last voiced row of a phrase, and how many rows it had."""
+
+    row: int
+    length: int
+
+
+Event = Syllable | PhraseStart | PhraseEnd
+
+
+class EventFinder:
+    """Rows of prosody in, events out; state of bounded size."""
+
+    def __init__(self) -> None:
+        self.row = -1
+        """The newest row."""
+        self.content = 0.0
+        """A number that the sound of the last second or two makes: draws come from it."""
+        self._loudest = SILENT_ROW[LEVEL]
+        self._levels: deque[float] = deque([SILENT_ROW[LEVEL]] * (AHEAD + 1), AHEAD + 1)
+        self._voiced: deque[float] = deque([0.0] * (AHEAD + 1), AHEAD + 1)
+        self._pitches: deque[float] = deque([0.0] * (AHEAD + 1), AHEAD + 1)
+        self._raw: deque[float] = deque([0.0] * (2 * SMOOTH + 1), 2 * SMOOTH + 1)
+        self._smooth: deque[float] = deque([0.0] * (2 * PEAK + 1), 2 * PEAK + 1)
+        self._tune: deque[float] = deque([0.0] * (2 * PEAK + SMOOTH + 1), 2 * PEAK + SMOOTH + 1)
+        self._weights = (hill(2 * SMOOTH + 1) / hill(2 * SMOOTH + 1).sum()).tolist()
+        self._usual, self._spread = 0.5, 0.15  # strength of syllables of late
+        self._mean_pitch = self._pitch = self._melody = self._heard = 0.0
+        self._odd = self._voiced_rows = 0
+        self._recent: deque[bool] = deque([False] * ONSET_WITHIN, ONSET_WITHIN)
+        self._last_voiced, self._began = -1_000, -1
+        self.speaking = False
+
+    def push(self, rows: Float64Array) -> list[Event]:
+        """Take a batch (row, 3) of prosody; give what can be told now, in its order."""
+        assert len(rows) == BATCH
+        found: list[Event] = []
+        for row in rows.tolist():
+            self.row += 1
+            self._hear(row)
+            found += self._phrases()
+            found += self._syllables()
+        return found
+
+    def _hear(self, row: list[float]) -> None:
+        level = row[LEVEL]
+        self._loudest = max(level, self._loudest - DECAY_DB)
+        self._levels.append(level)
+        self._voiced.append(row[VOICING])
+        self._pitches.append(row[PITCH])
+        below, voiced = min(0.0, self._levels[0] - self._loudest), self._voiced[0]
+        self._raw.append(max(0.0, 1 + below / RANGE_DB) * (0.25 + 0.75 * voiced))
+        spoken = voiced > 0.5 and below > -VOICED_DB
+        self._recent.append(spoken)
+        self._smooth.append(sum(map(float.__mul__, self._raw, self._weights)))
+        if spoken and self.speaking:
+            self._follow(self._pitches[0])
+        self._tune.append(self._pitch)
+        # Leaky sums of the voice alone: what was said of late, whatever noise is behind it.
+        share = voiced * max(0.0, 1 + below / VOICED_DB)
+        self._heard = 0.985 * self._heard + share
+        self._melody = 0.97 * self._melody + share * self._pitch / 4
+        self.content = 0.4 * self._heard + 0.3 * self._melody
+
+    def _follow(self, pitch: float) -> None:
+        """Track the pitch in semitones above its mean of late; it holds where there is no voice."""
+        self._voiced_rows += 1
+        if self._voiced_rows == 1:
+            self._mean_pitch = pitch
+        relative = pitch - self._mean_pitch
+        if abs(relative - self._pitch) > JUMP and self._odd < 6:
+            self._odd += 1
+            return
+        self._odd = 0
+        self._mean_pitch += max(MEAN_LEAST, 2 / (self._voiced_rows + 1)) * relative
+        relative = max(-12.0, min(12.0, pitch - self._mean_pitch))
+        self._pitch += 0.35 * (relative - self._pitch)
+
+    def _phrases(self) -> list[Event]:
+        row = self.row - AHEAD  # of the newest entry in `_recent`
+        if not self.speaking and sum(self._recent) >= ONSET_ROWS:
+            first = row - ONSET_WITHIN + 1 + list(self._recent).index(True)
+            pause, self._began, self.speaking = first - self._last_voiced, first, True
+            self._last_voiced = row
+            return [PhraseStart(first, pause)]
+        if self.speaking and self._recent[-1]:
+            self._last_voiced = row
+        if self.speaking and row - self._last_voiced >= PAUSE:
+            self.speaking = False
+            return [PhraseEnd(self._last_voiced, self._last_voiced - self._began)]
+        return []
+
+    def _syllables(self) -> list[Event]:
+        strengths = self._smooth
+        middle = strengths[PEAK]
+        if middle < STRENGTH_LEAST or middle < max(strengths) or strengths[PEAK - 1] == middle:
+            return []
+        row = self.row - AHEAD - SMOOTH - PEAK
+        pitch = max(list(self._tune)[:-SMOOTH])
+        louder = (middle - self._usual) / self._spread
+        self._spread += 0.1 * (max(0.08, abs(middle - self._usual)) - self._spread)
+        self._usual += 0.15 * (middle - self._usual)
+        prominence = 0.4 + 0.22 * louder + 0.09 * pitch
+        return [Syllable(row, max(0.0, min(1.0, prominence)), pitch)]

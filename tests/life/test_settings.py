@@ -1,0 +1,58 @@
+"""How much of life, and which mood: what callers may say."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+import pytest
+
+from elocute.errors import InputError
+from elocute.life import MOODS, Life, Mood, resolve_life, resolve_mood
+
+
+def test_a_number_is_meant_for_every_part():
+    assert resolve_life("0.6") == resolve_life(0.6) == Life(*[0.6] * 6)
+    assert resolve_life(1) == Life() and resolve_life("1").any
+    assert not resolve_life("0").any
+
+
+def test_parts_by_name_leave_the_others_as_they_are():
+    assert resolve_life("head=0.5,blinks=0") == Life(head=0.5, blinks=0.0)
+    assert resolve_life("0,head=1") == Life(1.0, 0, 0, 0, 0, 0)
+    assert resolve_life(Life(gaze=0.2)).gaze == 0.2
+
+
+@pytest.mark.parametrize(
+    "wrong", ["", "ears=1", "head", "head=2", "head=x", "1,1", -1, 2, None, []]
+)
+def test_what_is_no_life_is_refused_in_a_line(wrong):
+    with pytest.raises(InputError, match=r"life.*allowed: 0 to 1.*head, brows") as told:
+        resolve_life(wrong)
+    assert "\n" not in str(told.value)
+
+
+def test_a_part_out_of_range_is_refused():
+    with pytest.raises(InputError, match="brows"):
+        Life(brows=1.5)
+
+
+def test_a_mood_has_an_intensity():
+    half, whole = resolve_mood("happy:0.5"), resolve_mood("happy")
+    assert half.curves["mouthSmile"] == pytest.approx(whole.curves["mouthSmile"] / 2)
+    assert half.head - 1 == pytest.approx((whole.head - 1) / 2)
+    assert asdict(resolve_mood("sad")) == asdict(MOODS["sad"])
+
+
+def test_moods_mix():
+    mixed = resolve_mood("sad:0.5,tender:0.5")
+    assert mixed.curves["browInnerUp"] == pytest.approx(
+        (MOODS["sad"].curves["browInnerUp"] + MOODS["tender"].curves["browInnerUp"]) / 2
+    )
+    assert resolve_mood(Mood(head=0.5)).head == 0.5
+
+
+@pytest.mark.parametrize("wrong", ["grumpy", "happy:2", "happy:x", "happy,sad", "", 3, "sad,sad"])
+def test_what_is_no_mood_is_refused_in_a_line(wrong):
+    with pytest.raises(InputError, match=r"mood.*allowed") as told:
+        resolve_mood(wrong)
+    assert "\n" not in str(told.value)
