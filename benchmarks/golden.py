@@ -22,6 +22,7 @@ FORMATS = (".npz", ".csv", ".glb")
 TAKES: dict[str, dict[str, object]] = {
     "articulation": {},
     "articulation, broad, a seed, 30 fps": {"style": "broad", "identity": "7", "fps": 30.0},
+    "articulation, without life": {"life": 0},
     "voca": {"model": "voca"},
     "crnn": {"model": "crnn", "identity": "hana"},
 }

@@ -55,9 +55,9 @@ def frames(count: int, scanner: Scanner, face: str, start: int) -> Iterator[Take
     while number < count:
         style = STYLES[number // 500 % len(STYLES)]
         if face == "rich":
-            motion = take_from_sound(read_audio(speech), fps=FPS, identity="7", style=style, life=0)
+            motion = take_from_sound(read_audio(speech), fps=FPS, identity="7", style=style)
         else:
-            motion = animate(speech, fps=FPS, identity="7", style=style).motion
+            motion = animate(speech, fps=FPS, identity="7", style=style, life=0).motion
         stage = ScanSimulator(motion, scanner)
         for frame in range(start, min(stage.motion.frame_count, start + count - number)):
             taken = stage.frame(frame)

@@ -62,7 +62,7 @@ class Animation:
     motion : Motion
         Weights on the head's shapes, frame by frame.
     curves : Curves
-        The named curves that the model gave.
+        The named curves: what the model gave, with life and mood laid over.
     sound : Path or Waveform
         The sound that was animated.
     notes : tuple of str
