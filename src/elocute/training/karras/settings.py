@@ -42,7 +42,7 @@ class KarrasTrainConfig(TrainingSettings):
 
     presets = PRESETS
 
-    epochs: int = setting(8, low=1, high=100_000, help="Passes over the training part.")
+    epochs: int = setting(30, low=1, high=100_000, help="Passes over the training part.")
     batch_runs: int = setting(4, low=1, high=65_536, help="Runs of frames in a batch.")
     run_frames: int = setting(
         16, low=2, high=1024, help="Neighbouring frames in a run, 32 ms apart; 2 as published."
