@@ -26,7 +26,7 @@ def main() -> None:
 
     given.output.mkdir(parents=True, exist_ok=True)
     # A head speaks before a scanner in software. The first frame shows the resting face.
-    take = elocute.animate(CLIP, fps=30, identity="esi")
+    take = elocute.animate(CLIP, fps=30, identity="esi", life=0)
     frames = round(given.seconds * take.motion.fps)
     motion = replace(take.motion, weights=take.motion.weights[:frames])
     metadata = SequenceMetadata(subject="esi", sentence="hello", neutral=0)

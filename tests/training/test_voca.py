@@ -140,7 +140,7 @@ def test_a_model_of_vertices_carries_its_own_basis(
     data = prepare(corpus, CONFIG, resolve_encoder("fbank"))
     trained = fit(data, CONFIG)
     export_voca(trained, corpus, tmp_path / "model.onnx")
-    animation = elocute.animate(speech_wav, model=tmp_path / "model.onnx", fps=30)
+    animation = elocute.animate(speech_wav, model=tmp_path / "model.onnx", fps=30, life=0)
     motion = animation.motion
     assert motion.names[-1] == "vocaMean"
     features = resolve_encoder("fbank")(elocute.read_audio(speech_wav)).resample(30.0)
