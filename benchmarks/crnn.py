@@ -1,6 +1,7 @@
 """How much faster the recurrent network is when windows share what they can.
 
     python -m benchmarks.crnn [--seconds 5] [--model FILE.onnx]
+    python -m benchmarks.crnn --columns 4300
 
 One thread, the same run, the same 41 x 128 x 3 windows of the shipped example. "Window by window"
 is the network of the paper asked for one window at a time (in torch, and in onnxruntime), "all
@@ -9,6 +10,9 @@ first convolution over time once. The largest difference of any output is printe
 
 The network acts on 1230 columns a second window by window, and on 100 when they are shared, so
 12.3 times is all that sharing itself can give; what is more comes from long runs instead of short.
+
+--columns times what a training step computes of so many columns, forward and backward: all at
+once, and in blocks that stay in the cache. A batch of 50 words has about 4300.
 """
 
 from __future__ import annotations
@@ -27,11 +31,11 @@ import numpy as np
 import onnxruntime
 import torch
 
-from elocute.audio.mel_with_deltas import mel_columns
+from elocute.audio.mel_with_deltas import BANDS, mel_columns
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.models.crnn_network import CrnnNetwork, stream_weights
-from elocute.networks.crnn import COLUMNS, Crnn, SharedCrnn, with_slopes
+from elocute.networks.crnn import BLOCK, COLUMNS, Crnn, SharedCrnn, with_slopes
 from elocute.training.crnn.export import StreamingCrnn
 from elocute.training.onnx_export import OPSET
 
@@ -88,15 +92,39 @@ def session(module: torch.nn.Module, given: tuple, names: list[str], free: dict,
     return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
 
 
+def time_columns(count: int, times: int) -> None:
+    """Print how long convolutions over frequency take forward and backward, in both forms."""
+    network, values = Crnn(), torch.randn(1, count, BANDS, 3)
+
+    def stepped(form: Callable[[torch.Tensor], torch.Tensor]) -> np.ndarray:
+        network.zero_grad()
+        out = form(values)
+        out.square().sum().backward()
+        return out.detach().numpy()
+
+    whole, expected = timed(lambda: stepped(network.columns), times)
+    blocks, found = timed(lambda: stepped(network.columns_in_blocks), times)
+    print(
+        f"{count} columns, forward and backward: {whole * 1000:.0f} ms at once, "
+        f"{blocks * 1000:.0f} ms in blocks of {BLOCK}: {whole / blocks:.1f} x, "
+        f"largest difference {np.abs(found - expected).max():.1e}"
+    )
+
+
 @torch.no_grad()
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--times", type=int, default=3)
     parser.add_argument("--model", type=Path, help="also time a whole recording with this model")
+    parser.add_argument("--columns", type=int, help="time these of a training step, nothing else")
     choice = parser.parse_args()
     torch.set_num_threads(1)
     torch.manual_seed(0)
+    if choice.columns:
+        with torch.enable_grad():
+            time_columns(choice.columns, choice.times)
+        return
     whole = read_audio(EXAMPLE)
     sound = Waveform(whole.samples[: round(choice.seconds * whole.sample_rate)], whole.sample_rate)
     heard = mel_columns(sound)

@@ -1,5 +1,6 @@
 """Who says the words: captured speakers, and others, whose takes differ in tempo and pitch."""
 
+# ruff: noqa: SIM905 - voices read better as text
 from __future__ import annotations
 
 import random
@@ -17,6 +18,17 @@ LEAST, MOST = 0.12, 2.0  # s that a word may last
 CAPTURED = tuple(s for s in SUBJECTS if s.style in ("plain", "calm", "crisp", "pouting"))
 CAPTURED_TEST = "pouting"
 SENTENCES = next(s for s in SUBJECTS if s.style == "drawl")  # nobody else has this voice
+# Variants of espeak-ng that no other part has, one accent after another.
+ACCENTS = ("en-us", "en", "en-gb-x-rp", "en-gb-scotland", "en-029", "en-gb-x-gbclan")
+VARIANTS = (
+    "Alex Andrea Gene Gene2 Henrique Hugo Jacky Lee Marco Mario anika benjamin boris caleb david "
+    "edward f1 f2 grandma grandpa gustave iven2 iven3 iven4 m1 m2 m4 m5 m6 marcelo max michel "
+    "miguel norbert pablo paul pedro quincy robert sandro steph3 travis zac edward2 linda"
+).split()
+MORE = tuple(
+    ("espeak", f"{ACCENTS[place % len(ACCENTS)]}+{variant}")
+    for place, variant in enumerate(VARIANTS)
+)
 # Voices that no captured speaker has; whole speakers in each part.
 TRAIN = (
     ("flite", "awb"),
@@ -34,6 +46,7 @@ TRAIN = (
     ("espeak", "en-gb-scotland+f4"),
     ("espeak", "en-029+john"),
     ("espeak", "en-gb-x-gbclan+m7"),
+    *MORE,
 )
 VALIDATION = (
     ("espeak", "en-us+michael"),

@@ -10,6 +10,9 @@ from typing import Any
 
 import pytest
 
+from tests.support.commands import run_python
+
+ROOT = Path(__file__).parents[2]
 pytest.importorskip("torch")
 
 
@@ -89,6 +92,11 @@ def test_the_experiments_small(
     again = json.loads(cli(*given, "--trainings", "speaker,mse", "--resume").stdout)
     assert (tmp_path / "w" / "speaker" / "checkpoint.safetensors").stat().st_mtime_ns == stamp
     assert again["concordance"] == first["concordance"]
+    model = tmp_path / "w" / "speaker" / "model.onnx"
+    compared = ("benchmarks.crnn_speech", corpus.folder, folders[0], "--subject", "broad")
+    told = run_python("-m", *compared, "--models", model, check=True, cwd=ROOT).stdout
+    row = first["concordance"]["sentences state"]
+    assert f" {row['mean']['value']:.3f} [" in told and f"] {row['weighted']['value']:.3f} " in told
 
 
 def test_what_is_broken_is_named_and_the_rest_trains(

@@ -17,7 +17,7 @@ from elocute.audio.mel_with_deltas import (
     mel_deltas,
 )
 from elocute.audio.read import read_audio
-from elocute.networks.crnn import COLUMNS, Crnn, CrnnConfig, SharedCrnn, with_slopes
+from elocute.networks.crnn import BLOCK, COLUMNS, Crnn, CrnnConfig, SharedCrnn, with_slopes
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +55,20 @@ def test_initialisation_is_he_and_glorot() -> None:
     bound = (6 / 256) ** 0.5
     assert float(recurrent["weight_hh_l0"].detach().abs().max()) == pytest.approx(bound, rel=0.01)
     assert fresh.output.out_features == 5
+
+
+@pytest.mark.parametrize("columns", [1, BLOCK, 2 * BLOCK + 37])
+def test_blocks_of_columns_give_the_same_values_and_gradients(network: Crnn, columns: int) -> None:
+    torch.manual_seed(columns)
+    values, outer = torch.randn(1, columns, BANDS, 3), torch.randn(1, columns, 64)
+    first = dict(network.named_parameters())["frequency.0.weight"]
+    found = []
+    for form in (network.columns, network.columns_in_blocks):
+        out = form(values)
+        found.append((out.detach(), *torch.autograd.grad((out * outer).sum(), [first])))
+    for whole, blocks in zip(*found, strict=True):
+        assert whole.std() > 1e-3
+        torch.testing.assert_close(blocks, whole, rtol=1e-4, atol=1e-4 * float(whole.abs().max()))
 
 
 @pytest.mark.parametrize("fps", [30.0, 25.0, 29.97, 60.0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -17,8 +18,9 @@ import soundfile
 
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import Shards, open_shards
-from tests.support.commands import one_line, python, run_here
+from tests.support.commands import one_line, python, run_here, run_python
 
+ROOT = Path(__file__).parents[2]
 WORDS = ("one", "three", "two", "zero")
 
 
@@ -103,6 +105,15 @@ def test_carried_motion_is_that_of_the_word(wild: Path, whole: Path):
         if c.speaker != c.source
     ]
     assert np.mean(right) > 0.8
+
+
+def test_carried_motion_is_compared_with_a_held_out_participants_own(wild: Path, whole: Path):
+    asked = ("benchmarks.carried_participant", wild, whole, "--method", "dtw")
+    told = run_python("-m", *asked, check=True, cwd=ROOT).stdout
+    found = re.fullmatch(r"dtw, 4 words: mean of \d+ (\S+) .*, weighted (\S+), c1 … .*\n", told)
+    assert found, told
+    assert -1 < float(found[1]) < 1 and 0.2 < float(found[2]) < 1
+    assert [p.name for p in wild.glob("recordings/*/test/pouting*")] == []
 
 
 def test_other_readers_read_them(whole: Path):

@@ -20,6 +20,7 @@ from elocute.audio.mel_with_deltas import BANDS, CONTEXT, MARGIN
 
 COLUMNS = 2 * CONTEXT + 1  # 41
 CHANNELS, FILTERS, HIDDEN = 3, 64, 128
+BLOCK = 128  # columns whose convolutions stay in a processor's cache
 FREQUENCY_LAYERS = 6  # 128 → 63 → 31 → 15 → 7 → 3 → 1
 TIME_PADDING = (1, 1, 1, 1, 0)  # 41 → 21 → 11 → 6 → 3 → 1
 State = tuple[Tensor, Tensor]
@@ -85,6 +86,10 @@ class Crnn(nn.Module):
             x = functional.relu(layer(x))
         return x.squeeze(3).transpose(1, 2)
 
+    def columns_in_blocks(self, values: Tensor) -> Tensor:
+        """The same block by block: on a processor training is more than twice as fast."""
+        return torch.cat([self.columns(block) for block in values.split(BLOCK, 1)], 1)
+
     def windows(self, columns: Tensor) -> Tensor:
         """(window, 41, 64) to (window, 64)."""
         return self.after_first(functional.relu(self.time[0](columns.transpose(1, 2))))
@@ -128,7 +133,11 @@ class SharedCrnn(nn.Module):
 
     def embed_columns(self, values: Tensor, starts: Tensor) -> Tensor:
         """The same of (batch, column, 128, 3) with the derivatives made."""
-        x = self._first(self.crnn.columns(values), starts)
+        return self.embed_windows(self.crnn.columns(values), starts)
+
+    def embed_windows(self, columns: Tensor, starts: Tensor) -> Tensor:
+        """The same of (batch, column, 64) that `Crnn.columns` gave: convolutions over time."""
+        x = self._first(columns, starts)
         batch, frames = starts.shape
         return self.crnn.after_first(x.flatten(0, 1)).reshape(batch, frames, FILTERS)
 

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from elocute.audio.mel_with_deltas import CONTEXT, HOP, MARGIN, RATE
-from elocute.networks.crnn import SharedCrnn
+from elocute.networks.crnn import SharedCrnn, with_slopes
 from elocute.training.crnn.augment import degrade, interpolate_rows, random_tempo
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
 from elocute.training.crnn.settings import CrnnTrainConfig
@@ -48,7 +48,8 @@ class ClipBatch:
 
 def predict_batch(network: SharedCrnn, batch: ClipBatch) -> Tensor:
     """(clip, frame, parameter); the LSTM begins anew with every clip."""
-    embedded = network.embed(batch.static[None], batch.starts[None])[0]
+    columns = network.crnn.columns_in_blocks(with_slopes(batch.static[None]))
+    embedded = network.embed_windows(columns, batch.starts[None])[0]
     return network.crnn.head(embedded[batch.places])[0]
 
 
