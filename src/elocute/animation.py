@@ -212,10 +212,8 @@ def animate(
     span = FrameSpan.whole(frames_in(duration_s, fps), fps)
     curves = chosen.curves(features, resolved, span, strength, contacts=finished)
     motion = motion_from_curves(rig, curves)
-    if known.phones is not None and features.features.encoder != "phones":
-        known.tell(
-            f"{chosen.name} takes {features.features.encoder}: phones move its contacts alone"
-        )
+    if known.phones is not None and chosen.encoder != "phones":
+        known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
     return Animation(motion, curves, sound, tuple(known.notes))
 
 

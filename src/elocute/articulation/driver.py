@@ -51,6 +51,8 @@ PARTING = (
     "mouthShrugUpper",
 )
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
+ONE_SIDED_SMILE = 0.45  # of a whole unit of asymmetry, on the side that it favours
+CHEEK_OF_SMILE = 0.6  # how much a smile lifts the cheek
 ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
 
 FRAME_S = 0.04  # two rows of posteriors: what averages and edges add
@@ -136,6 +138,7 @@ def articulate(
     position = _TakePosition(first_frame, first_row, total_frames)
     if contacts:
         _lay_contacts(curves, posteriors, rate, fps, style, position)
+    _pose(curves, style)
     _lean(curves, style.asymmetry)
     return _with_blinks(curves, fps, style, position)
 
@@ -196,6 +199,38 @@ def add_blinks(
     """
     position = _TakePosition(first_frame, 0, total_frames)
     return _with_blinks(_columns(curves), curves.fps, style or Style(), position)
+
+
+def finish_decoded(
+    curves: Curves,
+    seals: FloatArray,
+    teeth: FloatArray,
+    style: Style,
+    *,
+    first_frame: int = 0,
+    total_frames: int | None = None,
+) -> Curves:
+    """Lay contacts that are known over curves, then what a style adds to any mouth, and blinks.
+
+    Parameters
+    ----------
+    curves : Curves
+        Of the built-in head.
+    seals, teeth : (frame,)
+        How far the lips are shut, and the lower lip is at the upper teeth, 0 to 1.
+    style, first_frame, total_frames
+        As `articulate` takes them.
+
+    Returns
+    -------
+    Curves
+    """
+    columns = _columns(curves)
+    _meet_teeth(columns, teeth)
+    _close_lips(columns, seals)
+    _pose(columns, style)
+    _lean(columns, style.asymmetry)
+    return _with_blinks(columns, curves.fps, style, _TakePosition(first_frame, 0, total_frames))
 
 
 def _columns(curves: Curves) -> dict[str, FloatArray]:
@@ -358,6 +393,17 @@ def _close_lips(curves: dict[str, FloatArray], gate: FloatArray) -> None:
 def _replace(curves: dict[str, FloatArray], shape: dict[str, float], gate: FloatArray) -> None:
     for name in curves:
         curves[name] = curves[name] * (1 - gate) + gate * shape.get(name, 0.0)
+
+
+def _pose(curves: dict[str, FloatArray], style: Style) -> None:
+    """What a face wears all the time: a smile, on both sides or one."""
+    for side, favoured in (("Left", -style.asymmetry), ("Right", style.asymmetry)):
+        smile = style.smile + ONE_SIDED_SMILE * max(0.0, favoured)
+        if not smile:
+            continue
+        name = f"mouthSmile{side}"
+        curves[name] = np.clip(curves[name] + smile, 0, 1)
+        curves[f"cheekSquint{side}"] = np.full_like(curves[name], CHEEK_OF_SMILE * smile)
 
 
 def _lean(curves: dict[str, FloatArray], asymmetry: float) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import known_posteriors
 from elocute.audio.features import Features
+from elocute.audio.loudness_and_bands import ROW_RATE, LoudnessAndBands
 from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phone_encoder import builtin_encoder
@@ -69,6 +70,23 @@ class PhonePosteriorStream:
     def flush(self) -> Float32Array:
         rest = self._stream.push(self._resampled.push(np.zeros(0, np.float32), last=True))
         return np.concatenate([rest, self._stream.flush()])
+
+
+class LoudnessStream:
+    """Loudness and bands of the voice at 50 Hz, as `LoudnessAndBands` gives them."""
+
+    name, rate = "loudness", ROW_RATE
+
+    def __init__(self, sample_rate: int) -> None:
+        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
+        self._rows = LoudnessAndBands()
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        return self._rows.push(self._resampled.push(samples))
+
+    def flush(self) -> Float32Array:
+        rest = self._rows.push(self._resampled.push(np.zeros(0, np.float32), last=True))
+        return np.concatenate([rest, self._rows.flush()])
 
 
 class KnownPhoneStream:

@@ -1,0 +1,65 @@
+"""Whether what sounds like phones is a voice, as far as the posteriors of phones tell.
+
+A voice changes its phones ten times a second and more, and the ear is sure of some of them. Barks,
+horns and sirens are heard as many phones at once, of which none is likely; chords as a vowel that
+hardly changes. A vowel that is held, in a song or a shout, changes little too, but the ear is sure
+of it. Whatever is close by counts: half a second on both sides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.array_types import FloatArray
+from elocute.audio.phones_and_visemes import SILENCE
+from elocute.numerics.smoothing import smoothstep
+
+WINDOW_S = 0.5
+LIKELIEST = (0.25, 0.32)  # mean posterior of the likeliest phone, given speech: noise, voice
+CHANGES_PER_S = (6.8, 9.3)  # half the sum of differences between rows
+HELD = (0.50, 0.60)  # the likeliest phone of a vowel that is held
+LEAST_SPEECH = 0.02
+LEAST_ROWS = 3.0  # of speech that a judgement needs
+
+
+def voice_share(posteriors: FloatArray, rate: float) -> NDArray[np.float64]:
+    """How surely somebody speaks, or sings, where there is any sound.
+
+    Parameters
+    ----------
+    posteriors : (row, 40)
+        Of phones.
+    rate : float
+        Rows per second.
+
+    Returns
+    -------
+    (row,) float64
+        1 for a voice and for silence, 0 for noise.
+    """
+    speech = np.maximum(1 - posteriors[:, SILENCE].astype(np.float64), 0)
+    phones = np.delete(posteriors, SILENCE, axis=1)
+    likeliest = phones.max(axis=1, initial=0.0) / np.maximum(speech, 1e-6)
+    changes = np.abs(np.diff(posteriors, axis=0, prepend=posteriors[:1])).sum(axis=1) / 2 * rate
+    heard = _windowed(speech, rate)
+    sure = _windowed(likeliest * speech, rate) / np.maximum(heard, 1e-6)
+    moving = changes * np.minimum(1, speech / LEAST_SPEECH)
+    pace = _windowed(moving, rate) / np.maximum(heard, 1e-6)
+    voiced = _rising(sure, LIKELIEST) * np.maximum(
+        _rising(pace, CHANGES_PER_S), _rising(sure, HELD)
+    )
+    judged = np.clip(heard / LEAST_ROWS, 0, 1)
+    return 1 - judged * (1 - voiced)
+
+
+def _windowed(values: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    """(row,) sums over a window about each row."""
+    half = round(WINDOW_S * rate)
+    sums = np.concatenate([[0.0], np.cumsum(np.pad(values, half))])
+    return np.maximum(sums[2 * half + 1 :] - sums[: -2 * half - 1], 0)
+
+
+def _rising(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray[np.float64]:
+    low, high = limits
+    return smoothstep(np.clip((values - low) / (high - low), 0, 1))
