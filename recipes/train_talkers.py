@@ -26,7 +26,7 @@ from elocute.motion.mouth_measures import MEASURES
 from elocute.networks.talkers import MeanOfTalkerNets, TalkerNet
 from elocute.training.onnx_export import export_network
 from recipes.talkers.clips import Clip, read_clips, standardise
-from recipes.talkers.fit import FitSettings, fit
+from recipes.talkers.fit import GUARD, FitSettings, fit
 from recipes.talkers.selection import (
     Calibration,
     calibrate,
@@ -47,10 +47,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("data", type=Path)
     parser.add_argument("folder", type=Path, help="for features; what is there is not made again")
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--epochs", type=int, default=FitSettings.epochs)
     parser.add_argument("--channels", type=int, default=FitSettings.channels)
-    parser.add_argument("--held-out", action="store_true", help="stop before training on everybody")
+    parser.add_argument(
+        "--held-out",
+        action="store_true",
+        help="stop before training on everybody; with -o, write what was judged",
+    )
     parser.add_argument("--names", type=Path, help="write the names of held-out clips there")
     parser.add_argument("-o", "--output", type=Path, default=ASSET)
     choice = parser.parse_args()
@@ -60,8 +64,10 @@ def main() -> None:
     measuring = (choice.data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
     grid = choice.data / "grid_s1" / "clips"
     sentences = read_clips(grid, choice.folder / "grid", leave_out=measuring)
-    calibration = held_out(words, sentences, settings, choice.names)
+    calibration, judged = held_out(words, sentences, settings, choice)
     if choice.held_out:
+        if choice.output != ASSET:
+            write_model(judged, calibration, choice.output)
         return
     speech = standardise([*words, *sentences])
     networks = [
@@ -72,21 +78,22 @@ def main() -> None:
 
 
 def held_out(
-    words: list[Clip], sentences: list[Clip], settings: FitSettings, names: Path | None
-) -> Calibration:
+    words: list[Clip], sentences: list[Clip], settings: FitSettings, choice: argparse.Namespace
+) -> tuple[Calibration, list[TalkerNet]]:
     """Train on some, tell how it does on the others, and how far people move beyond it."""
     (learned, other), (read, unread) = split_talkers(words), split_sentences(sentences)
-    if names is not None:
-        names.write_text("".join(f"{clip.name}\n" for clip in other), encoding="utf-8")
+    if choice.names is not None:
+        choice.names.write_text("".join(f"{clip.name}\n" for clip in other), encoding="utf-8")
     speech = standardise([*words, *sentences])
-    network = fit(learned, read, speech, 1, settings, print)
+    seeds = range(1, 1 + choice.seeds) if choice.held_out else (1,)
+    networks = [fit(learned, read, speech, seed, settings, print) for seed in seeds]
     for title, clips in (("talkers", other), ("sentences", unread)):
-        found = correlations([network], clips)
+        found = correlations(networks, clips)
         print(f"held-out {title}: {json.dumps({k: round(v, 3) for k, v in found.items()})}")
     eyes_mm = 1000 * load_builtin_head().eye_distance_m
-    found = calibrate([network], [*other, *unread], speech, middle_of_rules_mm(words), eyes_mm)
+    found = calibrate(networks, [*other, *unread], speech, middle_of_rules_mm(words), eyes_mm)
     print(json.dumps(found.record()))
-    return found
+    return found, networks
 
 
 def middle_of_rules_mm(clips: list[Clip]) -> Float64Array:
@@ -102,7 +109,7 @@ def write_model(networks: list[TalkerNet], calibration: Calibration, path: Path)
     inputs = networks[0].config.inputs
     record = {"kind": "talkers", "inputs": inputs, **calibration.record(), "note": NOTE}
     export_network(
-        MeanOfTalkerNets(networks),
+        MeanOfTalkerNets(networks, GUARD),
         {"inputs": torch.zeros(1, TRACE_ROWS, inputs)},
         ["mouth"],
         {"inputs": {1: "row"}, "mouth": {1: "row"}},

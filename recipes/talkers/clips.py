@@ -11,7 +11,7 @@ import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.articulation.contacts_and_rest import SPEECH_AT_LEAST_S, runs
-from elocute.audio.loudness_and_bands import LoudnessAndBands
+from elocute.audio.loudness import Loudness
 from elocute.audio.phones_and_visemes import SILENCE
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
@@ -109,10 +109,10 @@ def _inputs(path: Path, cache: Path) -> Float32Array:
         return np.load(kept)
     samples = read_audio(_sound(path), sample_rate=SPEECH_RATE).samples
     phones = builtin_encoder().encode(samples)
-    rows = LoudnessAndBands()
-    sound = np.concatenate([rows.push(samples), rows.flush()])[: len(phones)]
+    rows = Loudness()
+    loudness = np.concatenate([rows.push(samples), rows.flush()])[: len(phones)]
     measures = rule_measures(rule_curves(phones, 0, 0, len(phones)))
-    given = talker_inputs(phones, sound, measures)
+    given = talker_inputs(phones, loudness, measures)
     speaking = speech_of(np.exp(phones[:, SILENCE]))
     table = np.concatenate([speaking[:, None], given], axis=1).astype(np.float32)
     np.save(kept, table)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.motion.mouth_measures import MEASURES, TRACKED_RESTING
+from elocute.motion.mouth_measures import MEASURES
 from elocute.networks.talkers import TalkerNet
 from recipes.talkers.clips import Clip, TalkerSpeech, by_talker
 from recipes.talkers.fit import fit_at, told_by
@@ -17,7 +17,7 @@ EVERY, FIRST = 4, 3  # of the talkers by number of clips, those held out
 SENTENCES_EVERY = 10  # of the sentences, sorted by name
 LAGS_S = tuple(round(lag, 2) for lag in np.arange(-0.08, 0.081, 0.02))
 QUANTILES = (2, 10, 25, 50, 75, 90, 98, 99.5)
-GAIN_MOST = 2.0
+GAIN_MOST = 1.3
 
 
 def split_talkers(clips: Sequence[Clip]) -> tuple[list[Clip], list[Clip]]:
@@ -97,7 +97,7 @@ def calibrate(
     gain = np.minimum(theirs[:, :-1].std(axis=0) / mine[:, :-1].std(axis=0), GAIN_MOST)
     centre = mine[:, :-1].mean(axis=0)
     middle = middle_of_rules_mm - gain * deviation * centre
-    opening_mm = (mean[0] - TRACKED_RESTING) * eye_distance_mm
+    opening_mm = mean[0] * eye_distance_mm
     knots = np.percentile(mine[:, 0], QUANTILES)
     values = opening_mm + deviation[0] * np.percentile(theirs[:, 0], QUANTILES)
     return Calibration(middle, gain * deviation, np.stack([knots, np.maximum.accumulate(values)]))

@@ -158,11 +158,12 @@ def animate(
         "builtin", a FLAME model (.pkl), or a head or mesh file in the topology that the model
         moves.
     style : str or Style
-        A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" also a Style.
+        A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" and "talkers" also
+        a Style.
     strength : float
         How far the mouth moves, 0 to 2; 1 is as the model has it.
     model : str or Path
-        "articulation", "voca", "crnn", or a trained model (.onnx).
+        "articulation", "talkers", "voca", "crnn", or a trained model (.onnx).
     channel : int, optional
         The channel to take, from 0; all of them are averaged otherwise.
     phones : list of (float, float, str) or SpeechTimes, optional

@@ -63,7 +63,7 @@ def test_a_flash_of_evidence_is_no_seal():
 def test_lips_wait_for_a_first_p_and_do_not_pop_between_two():
     (seal,) = contacts(heard("SIL", "SIL", "P", "AA"))
     assert seal.start_s < 0.1
-    quick = heard("AA", "P", "AH", "B", "AA", each_s=0.06)
+    quick = heard("AA", "AA", "P", "AH", "B", "AA", "AA", each_s=0.05)
     assert len(contacts(quick)) == 1
     apart = contacts(heard("AA", "P", "AA", "AA", "AA", "B", "AA"))
     assert len(apart) == 2 and apart[1].start_s - apart[0].end_s > BETWEEN_S

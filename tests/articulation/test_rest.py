@@ -20,12 +20,12 @@ def silence(*stretches):
 def test_a_short_pause_is_speech_and_a_long_one_is_rest():
     assert rest_share(silence(1, 0.36, 1), RATE).max() == 0
     middle = rest_share(silence(1, 2.0, 1), RATE)[50:150]
-    assert middle.max() == 1 and middle[0] < 0.01 and middle[-1] < 0.01
+    assert middle.max() == 1 and middle[0] < 0.05 and middle[-1] < 0.05
 
 
 def test_the_longer_the_pause_the_deeper_the_rest():
     depths = [rest_share(silence(1, pause, 1), RATE).max() for pause in (0.45, 0.6, 0.8, 1.2)]
-    assert 0 < depths[0] < 0.3 and sorted(depths) == depths and depths[-1] == 1
+    assert 0 < depths[0] < 0.5 and sorted(depths) == depths and depths[-1] == 1
 
 
 def test_a_clip_cut_within_speech_does_not_rest_at_its_ends():

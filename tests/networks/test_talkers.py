@@ -41,3 +41,6 @@ def test_a_mean_of_networks_is_the_mean_of_what_they_say() -> None:
     given, networks = torch.randn(1, 20, 12), [lively(1), lively(2)]
     both = (networks[0](given) + networks[1](given)) / 2
     assert torch.allclose(MeanOfTalkerNets(networks)(given), both, atol=1e-6)
+    guarded = MeanOfTalkerNets(networks, 0.25)(given)
+    assert torch.allclose(guarded[..., 0], both[..., 0] + 0.25 * given[..., 3], atol=1e-6)
+    assert torch.allclose(guarded[..., 1:], both[..., 1:], atol=1e-6)

@@ -22,15 +22,16 @@ POOLS = (("P", "B", "M"), ("F", "V"))
 SEALED, AT_TEETH = 0, 1  # their states
 LEAST_ROWS = 2  # a phone lasts so long at least
 SWITCH_NATS = 3.0  # what a change of phones costs
-MISSING_NATS = (1.0, 0.5)  # how much worse a contact that is missed is than one too many
-EVIDENCE_ROWS = (1.3, 1.0)  # what rows of a contact must weigh, each up to 1
+MISSING_NATS = (0.4, 0.5)  # how much worse a contact that is missed is than one too many
+EVIDENCE_ROWS = (1.2, 1.0)  # what rows of a contact must weigh, each up to 1
 BLOCK, BEFORE, AFTER = 16, 30, 20  # rows that are decided together, and rows that have a say
 UNLIKELY = 1e-6
 BESIDE = 2  # rows beside a contact whose evidence counts too
 HOLD_S, LONGEST_S = 0.04, 0.12  # of a seal in running speech
 HELD_S = 0.22  # a longer m is hummed, and sealed as long
-BETWEEN_S = 0.06  # lips do not part for less than this between two seals
-CLOSING_S, OPENING_S = 0.055, 0.05
+BETWEEN_S = 0.07  # lips do not part for less than this between two seals
+CLOSING_S, OPENING_S = 0.045, 0.045
+CORE = 0.5  # of the greatest evidence: where it falls below, a contact has ended
 REACH_S = (BLOCK + AFTER) / 50.0 + HELD_S
 """Posteriors are looked at no further ahead of a moment than this."""
 
@@ -148,11 +149,13 @@ def decoded_contacts(
     for start, stop in runs(states == kind):
         if evidence[max(0, start - BESIDE) : stop + BESIDE].sum() < EVIDENCE_ROWS[kind]:
             continue
+        core = np.flatnonzero(evidence[start:stop] >= CORE * evidence[start:stop].max())
+        start, stop = start + int(core[0]), start + int(core[-1]) + 1
         waiting = start
         while waiting > max(0, start - back) and silence[waiting - 1] > 0.5:
             waiting -= 1
         contact = _shaped(waiting / rate, start / rate, (stop - 1) / rate)
-        if found and contact.start_s - found[-1].end_s < BETWEEN_S + CLOSING_S + OPENING_S:
+        if found and contact.start_s - found[-1].end_s < BETWEEN_S:
             contact = Contact(found.pop().start_s, contact.end_s)
         found.append(contact)
     return found

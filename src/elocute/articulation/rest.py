@@ -15,8 +15,8 @@ from elocute.articulation.contacts_and_rest import SPEECH_AT_LEAST_S, runs
 from elocute.numerics.smoothing import smoothstep
 
 PAUSE_S = 0.40  # a shorter pause is speech; so is one at the edge of a take cut within speech
-SETTLE_S = 0.45  # from the last sound until the mouth rests
-WAKE_S = 0.50  # from rest until the next sound
+SETTLE_S = 0.25  # from the last sound until the mouth rests
+WAKE_S = 0.60  # from rest until the next sound
 REACH_S = WAKE_S + PAUSE_S + SPEECH_AT_LEAST_S
 
 

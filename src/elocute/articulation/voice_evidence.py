@@ -17,9 +17,8 @@ from elocute.numerics.smoothing import smoothstep
 
 WINDOW_S = 0.5
 LIKELIEST = (0.25, 0.32)  # mean posterior of the likeliest phone, given speech: noise, voice
-CHANGES_PER_S = (6.8, 9.3)  # half the sum of differences between rows
-HELD = (0.50, 0.60)  # the likeliest phone of a vowel that is held
-LEAST_SPEECH = 0.02
+CHANGES_PER_S = (6.0, 7.4)  # half the sum of differences between rows
+HELD = (0.60, 0.70)  # the likeliest phone of a vowel that is held
 LEAST_ROWS = 3.0  # of speech that a judgement needs
 
 
@@ -41,11 +40,13 @@ def voice_share(posteriors: FloatArray, rate: float) -> NDArray[np.float64]:
     speech = np.maximum(1 - posteriors[:, SILENCE].astype(np.float64), 0)
     phones = np.delete(posteriors, SILENCE, axis=1)
     likeliest = phones.max(axis=1, initial=0.0) / np.maximum(speech, 1e-6)
-    changes = np.abs(np.diff(posteriors, axis=0, prepend=posteriors[:1])).sum(axis=1) / 2 * rate
+    given = phones / np.maximum(speech, 1e-6)[:, None]
+    changes = np.abs(np.diff(given, axis=0, prepend=given[:1])).sum(axis=1) / 2
+    # From one phone to another: that a sound begins or ends is no change.
+    both = np.minimum(speech, np.concatenate([speech[:1], speech[:-1]]))
     heard = _windowed(speech, rate)
     sure = _windowed(likeliest * speech, rate) / np.maximum(heard, 1e-6)
-    moving = changes * np.minimum(1, speech / LEAST_SPEECH)
-    pace = _windowed(moving, rate) / np.maximum(heard, 1e-6)
+    pace = _windowed(changes * both, rate) * rate / np.maximum(heard, 1e-6)
     voiced = _rising(sure, LIKELIEST) * np.maximum(
         _rising(pace, CHANGES_PER_S), _rising(sure, HELD)
     )

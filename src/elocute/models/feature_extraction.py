@@ -15,7 +15,7 @@ import numpy as np
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import known_posteriors
 from elocute.audio.features import Features
-from elocute.audio.loudness_and_bands import ROW_RATE, LoudnessAndBands
+from elocute.audio.loudness import ROW_RATE, Loudness
 from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phone_encoder import builtin_encoder
@@ -73,13 +73,13 @@ class PhonePosteriorStream:
 
 
 class LoudnessStream:
-    """Loudness and bands of the voice at 50 Hz, as `LoudnessAndBands` gives them."""
+    """Loudness of the voice at 50 Hz (row, 2), as `Loudness` gives it."""
 
     name, rate = "loudness", ROW_RATE
 
     def __init__(self, sample_rate: int) -> None:
         self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
-        self._rows = LoudnessAndBands()
+        self._rows = Loudness()
 
     def push(self, samples: Float32Array) -> Float32Array:
         return self._rows.push(self._resampled.push(samples))

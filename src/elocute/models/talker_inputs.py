@@ -1,4 +1,4 @@
-"""What the model of many talkers is given: phones, loudness, bands, and the mouth of the rules.
+"""What the model of many talkers is given: phones, loudness, and the mouth of the rules.
 
 Training and inference share it. Phones are given that somebody speaks, so that a pause is no
 evidence instead of a far point; whatever depends on level is relative to the voice's own.
@@ -14,7 +14,6 @@ from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
-from elocute.motion.mouth_measures import MEASURES
 from elocute.motion.mouth_response import builtin_response
 
 SPEECH_FLOOR = 0.15
@@ -23,11 +22,9 @@ LEVEL_DB = 20.0  # one unit of level
 LEVEL_LEAST, LEVEL_MOST = -2.0, 0.5
 RULES_MIDDLE_MM = np.array([3.0, 53.0, 0.5, 4.0], np.float32)
 RULES_UNIT_MM = np.array([3.0, 3.0, 2.0, 4.0], np.float32)
-BAND_UNIT = 2.0
 PHONE_COLUMNS = len(PHONES) - 1
 SILENCE_COLUMN, LEVEL_COLUMN = PHONE_COLUMNS, PHONE_COLUMNS + 1
 RULES_COLUMN = LEVEL_COLUMN + 1
-BANDS_COLUMN = RULES_COLUMN + len(MEASURES)
 PLAIN = Style(blink_per_min=0.0)
 
 
@@ -84,7 +81,7 @@ def relative_level(loudness: FloatArray, loudest: FloatArray) -> Float32Array:
     Parameters
     ----------
     loudness, loudest : (row,)
-        dB, the first two columns of `LoudnessAndBands`.
+        dB, the columns of `Loudness`.
 
     Returns
     -------
@@ -98,7 +95,7 @@ def relative_level(loudness: FloatArray, loudest: FloatArray) -> Float32Array:
 
 
 def talker_inputs(
-    log_posteriors: FloatArray, sound: FloatArray, measures: FloatArray
+    log_posteriors: FloatArray, loudness: FloatArray, measures: FloatArray
 ) -> Float32Array:
     """The rows that the network is given.
 
@@ -106,8 +103,8 @@ def talker_inputs(
     ----------
     log_posteriors : (row, 40)
         Of phones.
-    sound : (row, 2 + band)
-        As `LoudnessAndBands` gives them; rows after those wanted may follow, for the level.
+    loudness : (row, 2)
+        As `Loudness` gives it; rows after those wanted may follow, for the level.
     measures : (wanted, measure)
         As `rule_measures` gives them, of the first rows.
 
@@ -119,7 +116,6 @@ def talker_inputs(
     posteriors = np.exp(log_posteriors[:count])
     silence = posteriors[:, SILENCE, None]
     phones = np.delete(posteriors, SILENCE, axis=1) / (1 - silence + SPEECH_FLOOR)
-    level = relative_level(sound[:, 0], sound[:, 1])[:count, None]
+    level = relative_level(loudness[:, 0], loudness[:, 1])[:count, None]
     rules = (measures - RULES_MIDDLE_MM) / RULES_UNIT_MM
-    bands = sound[:count, 2:] / BAND_UNIT
-    return np.concatenate([phones, silence, level, rules, bands], axis=1).astype(np.float32)
+    return np.concatenate([phones, silence, level, rules], axis=1).astype(np.float32)

@@ -73,13 +73,13 @@ FREEDOM = {
     "mouthUpperUpLeft": 0.22,
     "mouthUpperUpRight": 0.22,
     "mouthPucker": 0.16,
-    "mouthFunnel": 0.08,
+    "mouthFunnel": 0.16,
     "mouthStretchLeft": 0.35,
     "mouthStretchRight": 0.35,
     "mouthSmileLeft": 0.14,
     "mouthSmileRight": 0.14,
 }
-TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 0.5, "jaw_mm": 1.2}
+TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
 ROUNDED = ("mouthPucker", "mouthFunnel")
@@ -337,12 +337,14 @@ def _mouth_curves(
     gains[[OPENING, JAW]] = style.amplitude
     gains[WIDTH] = style.spread
     lips_mm = np.maximum(
-        gains[OPENING] * strength * moved[:, OPENING], PARTED_MM * min(1.0, strength)
+        gains[OPENING] * strength * moved[:, OPENING],
+        (PARTED_MM - response.rest[OPENING]) * min(1.0, strength),
     )
     wanted = response.rest + (speech * strength)[:, None] * gains * moved
-    wanted[:, OPENING] = (
-        response.rest[OPENING] + speech * lips_mm + rest * strength * max(0.0, style.parted_mm)
-    )
+    parted_mm = strength * style.parted_mm
+    if parted_mm:
+        parted_mm -= response.rest[OPENING]
+    wanted[:, OPENING] = response.rest[OPENING] + speech * lips_mm + rest * parted_mm
     base = rules * (speech * strength)[:, None].astype(np.float32)
     for name in ROUNDED:
         base[:, names.index(name)] *= style.rounding

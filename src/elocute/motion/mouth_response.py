@@ -16,7 +16,7 @@ from elocute.motion.mouth_measures import MEASURES, measure_mouth
 
 OPEN = 0.2  # of jawOpen: lips apart, where the measures are straight lines
 STEP = 0.05
-ROUNDS = 5  # of correcting and limiting
+ROUNDS = 4  # of correcting and limiting
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def corrected_curves(
 ) -> Float32Array:
     """Change curves as little as possible, so that the mouth measures what is wanted.
 
-    Least squares, alternating with the limits 0 and 1.
+    Least squares within the limits 0 and 1.
 
     Parameters
     ----------
@@ -130,9 +130,15 @@ def corrected_curves(
     effects = response.effects[:, used]
     variance = np.array([freedom.get(name, 0.0) for name in response.names]) ** 2
     noise = np.diag([tolerance_mm[name] ** 2 for name in tolerance_mm])
-    gain = np.linalg.solve(effects.T @ (variance[:, None] * effects) + noise, effects.T * variance)
-    current = values.astype(np.float64)
+    start = values.astype(np.float64)
+    current, free = start, np.broadcast_to(variance, start.shape)
     for _ in range(ROUNDS):
-        left = wanted_mm[:, used] - response.measures(current)[:, used]
-        current = np.clip(current + left @ gain, 0, 1)
+        # What has met a limit stays there, and the others take its part.
+        held = np.where(free > 0, start, current)
+        left = wanted_mm[:, used] - response.measures(held)[:, used]
+        inner = np.einsum("cm,fc,cn->fmn", effects, free, effects) + noise
+        shares = np.linalg.solve(inner, left[..., None])[..., 0]
+        found = held + free * (shares @ effects.T)
+        current = np.clip(found, 0, 1)
+        free = np.where(current == found, free, 0.0)
     return current.astype(np.float32)

@@ -1,13 +1,13 @@
-"""Loudness and bands of a voice: the same however the sound is cut, and in the units they say."""
+"""Loudness of a voice: the same however the sound is cut, and in the unit that it says."""
 
 import numpy as np
 import pytest
 
-from elocute.audio.loudness_and_bands import COLUMNS, FLOOR_DB, LoudnessAndBands
+from elocute.audio.loudness import COLUMNS, FLOOR_DB, Loudness
 
 
 def rows_of(samples, block=None):
-    rows = LoudnessAndBands()
+    rows = Loudness()
     block = block or max(1, len(samples))
     pieces = [rows.push(samples[at : at + block]) for at in range(0, len(samples), block)]
     return np.concatenate([*pieces, rows.flush()])
