@@ -18,7 +18,7 @@ from elocute.motion.mouth_measures import measure_mouth
 
 LIPS_CLOSE_S = {"me": 1.69, "p": 5.46, "m": 6.34, "blue": 8.18}  # as recipes/example.py says
 RATE = 16000
-CUT = round(4.45 * RATE)  # within a word
+CUT = round(2.9 * RATE)  # within a word
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 A voice changes its phones ten times a second and more, and the ear is sure of some of them. Barks,
 horns and sirens are heard as many phones at once, of which none is likely; chords as a vowel that
 hardly changes. A vowel that is held, in a song or a shout, changes little too, but the ear is sure
-of it. Whatever is close by counts: half a second on both sides.
+of it; so may a syllable alone. Whatever is close by counts: half a second on both sides.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from elocute.audio.phones_and_visemes import SILENCE
 from elocute.numerics.smoothing import smoothstep
 
 WINDOW_S = 0.5
-LIKELIEST = (0.25, 0.32)  # mean posterior of the likeliest phone, given speech: noise, voice
+LIKELIEST = (0.20, 0.25)  # mean posterior of the likeliest phone, given speech: noise, voice
 CHANGES_PER_S = (6.0, 7.4)  # half the sum of differences between rows
 HELD = (0.60, 0.70)  # the likeliest phone of a vowel that is held
+LONG_S = (0.36, 0.48)  # of sound nearby, from which it has to change: a syllable need not
 LEAST_ROWS = 3.0  # of speech that a judgement needs
 
 
@@ -47,9 +48,8 @@ def voice_share(posteriors: FloatArray, rate: float) -> NDArray[np.float64]:
     heard = _windowed(speech, rate)
     sure = _windowed(likeliest * speech, rate) / np.maximum(heard, 1e-6)
     pace = _windowed(changes * both, rate) * rate / np.maximum(heard, 1e-6)
-    voiced = _rising(sure, LIKELIEST) * np.maximum(
-        _rising(pace, CHANGES_PER_S), _rising(sure, HELD)
-    )
+    changing = np.maximum(_rising(pace, CHANGES_PER_S), _rising(sure, HELD))
+    voiced = _rising(sure, LIKELIEST) * (1 - _rising(heard / rate, LONG_S) * (1 - changing))
     judged = np.clip(heard / LEAST_ROWS, 0, 1)
     return 1 - judged * (1 - voiced)
 
