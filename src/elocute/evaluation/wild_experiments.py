@@ -27,7 +27,7 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.shards import Shards
 from elocute.errors import AudioError, CorpusError, InputError
 from elocute.evaluation.concordance import ConcordanceScore, score_concordance
-from elocute.evaluation.tracked_mouth_scores import MeanMouthScore, evaluate_tracked_mouths
+from elocute.evaluation.tracked_mouth_scores import GroupScore, evaluate_tracked_mouths
 from elocute.evaluation.wild_parts import (
     TRAININGS,
     ExperimentClips,
@@ -81,7 +81,7 @@ class WildStudy:
         carried over against these, and so how good a network's lessons were.
     bases : list of ReconstructionErrors
         What speech blendshapes and ARKit's shapes leave of the sentences, mm.
-    talker : dict of str to MeanMouthScore
+    talker : dict of str to GroupScore
         A real talker: the recurrent model beside VOCA and the rules.
     missing : tuple of (str, str)
         Clips whose sound could not be read, with the reason.
@@ -89,7 +89,7 @@ class WildStudy:
 
     concordance: dict[str, ConcordanceScore]
     bases: list[ReconstructionErrors]
-    talker: dict[str, MeanMouthScore]
+    talker: dict[str, GroupScore]
     missing: tuple[tuple[str, str], ...]
 
     __repr__ = one_line
@@ -592,7 +592,7 @@ def compare_with_arkit(
 
 def score_talker(
     folder: Path, model: Path, names: list[str] | None = None, contacts: str = "auto"
-) -> dict[str, MeanMouthScore]:
+) -> dict[str, GroupScore]:
     """A real talker's mouth: the recurrent model beside VOCA and the rules.
 
     Parameters
@@ -608,13 +608,13 @@ def score_talker(
 
     Returns
     -------
-    dict of str to MeanMouthScore
+    dict of str to GroupScore
         By model.
     """
     eye_mm = 1000 * load_builtin_head().eye_distance_m
     found = {}
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
-        found[name], _ = evaluate_tracked_mouths(
+        report = evaluate_tracked_mouths(
             folder,
             lambda sound, chosen=chosen: measure_mouth(
                 animate(sound, model=chosen, contacts=contacts).motion
@@ -622,4 +622,5 @@ def score_talker(
             eye_mm,
             names=names,
         )
+        found[name] = report.summary
     return found
