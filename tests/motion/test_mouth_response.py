@@ -9,7 +9,7 @@ from elocute.motion.mouth_measures import MEASURES, measure_mouth
 from elocute.motion.mouth_response import builtin_response, corrected_curves
 
 NAMES = ("jawOpen", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthPucker", "mouthSmileLeft")
-FREE = dict.fromkeys(NAMES, 0.3)
+FREE: dict[str, float] = dict.fromkeys(NAMES, 0.3)
 
 
 def measured(values):
