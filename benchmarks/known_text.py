@@ -36,12 +36,13 @@ from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.errors import AlignmentError
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.evaluation.tracked_mouth_scores import (
-    MouthScore,
-    TrackedMouth,
-    mean_mouth_score,
-    read_tracked_mouth,
-    score_mouth,
+    ALL,
+    MeasuredMouth,
+    group_score,
+    heard_speech,
+    measure_tracked_mouth,
 )
+from elocute.evaluation.tracked_mouths import TrackedMouth, read_tracked_mouth
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.mouth_measures import TRACKED_CLOSED, measure_mouth
 from recipes.encoder.synthesise import FESTIVAL_VOICES, FLITE_VOICES, Espeak, Phones, utterance
@@ -190,11 +191,12 @@ def talker(folder: Path) -> None:
     tuned = set((folder / "dev.txt").read_text().split())
     paths = [p for p in sorted((folder / "clips").glob("*.npz")) if p.stem not in tuned][::EVERY]
     eye_mm = 1000 * load_builtin_head().eye_distance_m
-    scores: dict[bool, list[MouthScore]] = {False: [], True: []}
+    scores: dict[bool, list[MeasuredMouth]] = {False: [], True: []}
     delays: dict[bool, list[float | None]] = {False: [], True: []}
     refused = 0
     for path in paths:
         mouth = read_tracked_mouth(path)
+        speaking = heard_speech(mouth.sound)
         text = " ".join(word for _, _, word in mouth.words if word not in ("sil", "sp", ""))
         for with_text in (False, True):
             try:
@@ -203,12 +205,13 @@ def talker(folder: Path) -> None:
                 refused += 1
                 animation = animate(mouth.sound, fps=FPS, life=0)
             measured = measure_mouth(animation.motion)
-            scores[with_text].append(score_mouth(mouth, measured, eye_mm))
+            found = measure_tracked_mouth(mouth, measured, eye_mm, speaking)
+            scores[with_text].append(found)
             opening = measured["opening_mm"] / eye_mm
             delays[with_text] += releases(mouth, opening, animation.motion.duration_s)
     print(f"{len(paths)} clips of a real talker; {refused} texts refused")
     for with_text, name in ((False, "sound alone"), (True, "with the text")):
-        mean, met = mean_mouth_score(scores[with_text]), delays[with_text]
+        mean, met = group_score(ALL, scores[with_text]), delays[with_text]
         late = np.array([each for each in met if each is not None]) * FPS
         off = np.abs(late - np.median(late))
         print(
@@ -218,7 +221,7 @@ def talker(folder: Path) -> None:
             f" {np.median(late):+.2f} frames late, within {off.mean():.2f} (90 %:"
             f" {np.percentile(off, 90):.2f})"
         )
-    real = mean_mouth_score(scores[True])
+    real = group_score(ALL, scores[True])
     print(f"himself: closures {real.real_closure_recall:.3f}, false {real.real_false_closure:.3f}")
 
 

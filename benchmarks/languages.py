@@ -37,6 +37,7 @@ NATURAL_CLIPS = 40
 WAYS = (
     ("exact", "articulation", "auto"),
     ("rules", "articulation", "auto"),
+    ("talkers", "talkers", "auto"),
     ("voca", "voca", "off"),
     ("voca", "voca", "auto"),
     ("crnn", "crnn", "off"),

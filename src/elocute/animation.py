@@ -164,11 +164,12 @@ def animate(
         "builtin", a FLAME model (.pkl), or a head or mesh file in the topology that the model
         moves.
     style : str or Style
-        A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" also a Style.
+        A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" and "talkers" also
+        a Style.
     strength : float
         How far the mouth moves, 0 to 2; 1 is as the model has it.
     model : str or Path
-        "articulation", "voca", "crnn", or a trained model (.onnx).
+        "articulation", "talkers", "voca", "crnn", or a trained model (.onnx).
     channel : int, optional
         The channel to take, from 0; all of them are averaged otherwise.
     phones : list of (float, float, str) or SpeechTimes, optional
@@ -235,10 +236,8 @@ def animate(
     rows = rows_of_frames(listener.rows(), 0, 0, span.count, fps)
     curves = face.curves(curves, rows)
     motion = replace(motion_from_curves(rig, curves), rotations=face.rotations(rows))
-    if known.phones is not None and features.features.encoder != "phones":
-        known.tell(
-            f"{chosen.name} takes {features.features.encoder}: phones move its contacts alone"
-        )
+    if known.phones is not None and chosen.encoder != "phones":
+        known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
     return Animation(motion, curves, sound, tuple(known.notes))
 
 

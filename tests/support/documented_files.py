@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 import shutil
 from collections.abc import Callable
@@ -137,6 +138,8 @@ def file_maker(
         elif name == "parameters.npz":
             solve = "solve", one("flame_talk.npz"), "--flame", one("generic_model.pkl")
             run(*solve, "-o", place)
+        elif name == "tracked":
+            _make_tracked(place)
         elif name == "flame_corpus":
             _make_flame_corpus(place, one("generic_model.pkl"))
         else:
@@ -151,6 +154,22 @@ def file_maker(
         return made[name]
 
     return one
+
+
+def _make_tracked(place: Path) -> None:
+    """Two talkers whose mouths follow the loudness of what they say."""
+    (place / "clips").mkdir(parents=True)
+    samples, rate = speech()
+    times = np.arange(round(len(samples) / rate * 25)) / 25
+    loud = [np.abs(samples[round(t * rate) : round((t + 0.04) * rate)]).mean() for t in times]
+    opening = np.array(loud) / max(loud) * 0.1
+    fields = {"t": times, "valid": np.ones(len(times)), "inner_opening_mean": opening}
+    records = []
+    for name, talker in (("one", "ann"), ("two", "bob")):
+        soundfile.write(place / "clips" / f"{name}.wav", samples, rate)
+        np.savez(place / "clips" / f"{name}.npz", lip_width=0.6 - opening, words="[]", **fields)
+        records.append({"id": name, "speaker": talker, "language": "en", "offset_s": 0.0})
+    (place / "manifest.json").write_text(json.dumps({"clips": records}))
 
 
 def _make_benchmark(place: Path, *, truth: bool) -> None:

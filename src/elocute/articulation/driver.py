@@ -50,6 +50,8 @@ PARTING = (
     "mouthShrugUpper",
 )
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
+ONE_SIDED_SMILE = 0.45  # of a whole unit of asymmetry, on the side that it favours
+CHEEK_OF_SMILE = 0.6  # how much a smile lifts the cheek
 ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
 
 FRAME_S = 0.04  # two rows of posteriors: what averages and edges add
@@ -134,6 +136,7 @@ def articulate(
     position = _TakePosition(first_frame, first_row)
     if contacts:
         _lay_contacts(curves, posteriors, rate, fps, style, position)
+    _pose(curves, style)
     _lean(curves, style.asymmetry)
     return _limited(curves, fps)
 
@@ -167,6 +170,35 @@ def make_contacts(
     position, style = _TakePosition(first_frame, first_row), style or Style()
     columns = _columns(curves)
     _lay_contacts(columns, posteriors, rate, curves.fps, style, position)
+    return _limited(columns, curves.fps)
+
+
+def finish_decoded(
+    curves: Curves,
+    seals: FloatArray,
+    teeth: FloatArray,
+    style: Style,
+) -> Curves:
+    """Lay contacts that are known over curves, then what a style adds to any mouth.
+
+    Parameters
+    ----------
+    curves : Curves
+        Of the built-in head.
+    seals, teeth : (frame,)
+        How far the lips are shut, and the lower lip is at the upper teeth, 0 to 1.
+    style : Style
+        How the person articulates.
+
+    Returns
+    -------
+    Curves
+    """
+    columns = _columns(curves)
+    _meet_teeth(columns, teeth)
+    _close_lips(columns, seals)
+    _pose(columns, style)
+    _lean(columns, style.asymmetry)
     return _limited(columns, curves.fps)
 
 
@@ -319,6 +351,17 @@ def _close_lips(curves: dict[str, FloatArray], gate: FloatArray) -> None:
 def _replace(curves: dict[str, FloatArray], shape: dict[str, float], gate: FloatArray) -> None:
     for name in curves:
         curves[name] = curves[name] * (1 - gate) + gate * shape.get(name, 0.0)
+
+
+def _pose(curves: dict[str, FloatArray], style: Style) -> None:
+    """What a face wears all the time: a smile, on both sides or one."""
+    for side, favoured in (("Left", -style.asymmetry), ("Right", style.asymmetry)):
+        smile = style.smile + ONE_SIDED_SMILE * max(0.0, favoured)
+        if not smile:
+            continue
+        name = f"mouthSmile{side}"
+        curves[name] = np.clip(curves[name] + smile, 0, 1)
+        curves[f"cheekSquint{side}"] = np.full_like(curves[name], CHEEK_OF_SMILE * smile)
 
 
 def _lean(curves: dict[str, FloatArray], asymmetry: float) -> None:

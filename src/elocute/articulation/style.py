@@ -34,6 +34,12 @@ class Style:
     asymmetry: float = setting(
         0.0, low=-1.0, high=1.0, help="More on the left (below 0) or right side of the mouth."
     )
+    smile: float = setting(
+        0.0, low=0.0, high=1.0, help="A smile that the face wears, in speech and at rest."
+    )
+    parted_mm: float = setting(
+        0.0, unit="mm", low=0.0, high=5.0, help="How far the lips are parted at rest."
+    )
     anticipation_s: float = setting(
         0.040, unit="s", low=0.01, high=0.3, help="How early a sound is seen before it is heard."
     )
@@ -63,12 +69,12 @@ STYLES: dict[str, Style] = {
     ),
     "crisp": Style(amplitude=1.05, anticipation_s=0.028, carry_s=0.024, hold_s=0.08),
     "rounded": Style(amplitude=0.95, rounding=1.35, spread=0.7),
-    "smiling": Style(spread=1.5, rounding=0.85, upper_lip=1.25),
+    "smiling": Style(smile=0.5, spread=1.3, rounding=0.85, upper_lip=1.25),
     "wry": Style(amplitude=0.9, asymmetry=0.45),
     "tense": Style(
         amplitude=0.7, rounding=0.7, spread=1.4, anticipation_s=0.03, carry_s=0.025, hold_s=0.09
     ),
-    "drawl": Style(amplitude=0.9, upper_lip=0.4, anticipation_s=0.1, carry_s=0.11),
+    "drawl": Style(parted_mm=1.5, amplitude=0.9, upper_lip=0.4, anticipation_s=0.1, carry_s=0.11),
     "pouting": Style(amplitude=0.8, rounding=1.6, spread=0.4),
     "lopsided": Style(amplitude=1.1, upper_lip=1.3, asymmetry=-0.6),
 }

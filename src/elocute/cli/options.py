@@ -43,7 +43,7 @@ Mix = option(AnimationSettings, "mix")
 Model = typer.Option(
     "articulation",
     "--model",
-    help="Speech model: articulation (the rules), voca, crnn, or a trained model (.onnx).",
+    help="Speech model: articulation (the rules), talkers, voca, crnn, or a trained model (.onnx).",
 )
 Head = typer.Option(
     "builtin",

@@ -42,7 +42,12 @@ if TYPE_CHECKING:
         mouth_class,
         phone_mouth_score,
     )
-    from elocute.evaluation.tracked_mouth_scores import evaluate_tracked_mouths
+    from elocute.evaluation.tracked_mouth_scores import (
+        GroupScore,
+        MouthScore,
+        TrackedMouthReport,
+        evaluate_tracked_mouths,
+    )
     from elocute.evaluation.vertex_regions import (
         VertexRegion,
         builtin_region,
@@ -56,12 +61,15 @@ __all__ = [
     "ConfidenceInterval",
     "ContactCount",
     "FaceScore",
+    "GroupScore",
     "LipContact",
     "MetricConfig",
+    "MouthScore",
     "NoiseScore",
     "PhoneMouthScore",
     "SpokenTake",
     "SubjectScore",
+    "TrackedMouthReport",
     "VertexRegion",
     "WildStudy",
     "benchmark_named",
@@ -129,7 +137,12 @@ __getattr__, __dir__ = lazy(
             "mouth_class",
             "phone_mouth_score",
         ),
-        "tracked_mouth_scores": ("evaluate_tracked_mouths",),
+        "tracked_mouth_scores": (
+            "GroupScore",
+            "MouthScore",
+            "TrackedMouthReport",
+            "evaluate_tracked_mouths",
+        ),
         "vertex_regions": (
             "VertexRegion",
             "builtin_region",

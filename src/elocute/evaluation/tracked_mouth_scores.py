@@ -1,13 +1,13 @@
-"""A predicted mouth against a real talker's, tracked in video.
+"""A predicted mouth against real talkers', tracked in video.
 
-A folder holds `NAME.ogg` (or another sound) and `NAME.npz` with `t` (s), `inner_opening_mean`
-and `lip_width` (in units of the outer eye-corner distance), `valid` and `words`, a JSON text of
-[start s, end s, word]. The predictor is a plain callable, so any model can be measured.
+`tracked_mouths` reads the recordings. The predictor is a plain callable, so any model can be
+measured. Correlations are of each clip; amplitudes, shares of time and jerks of all frames of a
+group together: of a talker, a language, or everybody.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,58 +15,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
-from elocute.corpus.importers.grid import FIELDS_MAX_BYTES
-from elocute.errors import InputError
-from elocute.files.array_reading import read_npz
-from elocute.files.json_records import parse_json
+from elocute.articulation.contacts_and_rest import REST_AFTER_S, runs
+from elocute.audio.phones_and_visemes import SILENCE
+from elocute.audio.read import read_audio
+from elocute.audio.waveform import SPEECH_RATE
+from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.protocol import FEATURE_RATE
+from elocute.evaluation.lip_closures import CLOSED_MM, short_runs
+from elocute.evaluation.phone_mouth_scores import WIDE_TOLERANCE_S, mouth_class
+from elocute.evaluation.tracked_mouths import (
+    TrackedClip,
+    TrackedMouth,
+    find_tracked_mouths,
+    read_tracked_mouth,
+)
 from elocute.motion.curves import Curves
-from elocute.motion.mouth_measures import TRACKED_CLOSED
+from elocute.motion.mouth_measures import TRACKED_CLOSED, TRACKED_RESTING
 from elocute.numerics.correlation import pearson
-from elocute.one_line_repr import one_line
 
 MouthPredictor = Callable[[Path], Curves]
 """Sound file to `opening_mm, width_mm, …` as `measure_mouth` gives them."""
+SpeechFinder = Callable[[Path], NDArray[np.bool_]]
+"""Sound file to (row,) whether somebody speaks, at FEATURE_RATE."""
 
-SOUNDS = (".ogg", ".wav", ".flac", ".mp3", ".m4a", ".opus")
 LAG_MAX_S = 0.120
 LAG_STEP_S = 0.020
+LAGS_S = np.arange(-round(LAG_MAX_S / LAG_STEP_S), round(LAG_MAX_S / LAG_STEP_S) + 1) * LAG_STEP_S
 # Around a word's start. With this window the tracked talker himself closes at 0.99 of his b/p
 # words and 0.46 of the others.
 CLOSURE_WINDOW_S = 0.080
-TRACKED_FIELDS = ("t", "inner_opening_mean", "lip_width", "valid")
-FIELDS = frozenset((*TRACKED_FIELDS, "words"))
-
-
-@dataclass(frozen=True, eq=False)
-class TrackedMouth:
-    """The mouth of one tracked recording.
-
-    Attributes
-    ----------
-    name : str
-        Of the recording.
-    sound : Path
-        The sound beside it.
-    times_s : (frame,) float64
-        Time of each frame, s.
-    opening, width : (frame,) float64
-        Gap between the inner lips and width of the mouth, in units of the outer eye-corner
-        distance.
-    valid : (frame,) bool
-        Whether the mouth was seen.
-    words : list of (float, float, str)
-        Start in s, end in s and word.
-    """
-
-    name: str
-    sound: Path
-    times_s: Float64Array
-    opening: Float64Array
-    width: Float64Array
-    valid: NDArray[np.bool_]
-    words: list[tuple[float, float, str]]
-
-    __repr__ = one_line
+MEASURED = ("opening", "width", "protrusion")
+MEDIAN, LARGE = 50, 99  # percentiles that stand for usual and for large movements
+ALL = "all"
+JERK_UNIT = 1000.0  # mm/s³ in m/s³
 
 
 @dataclass(frozen=True)
@@ -75,12 +56,14 @@ class MouthScore:
 
     Attributes
     ----------
-    name : str
+    name, talker, language : str
         Of the recording.
-    opening_r, width_r : float
-        Pearson's correlation at no lag.
-    opening_best_r, width_best_r : float
-        The highest correlation within ±`LAG_MAX_S`.
+    opening_r, width_r, protrusion_r : float
+        Pearson's correlation at no lag; NaN of what was not tracked.
+    opening_synced_r, width_synced_r, protrusion_synced_r : float
+        The same with the recording's own offset between sound and picture taken out.
+    opening_best_r, width_best_r, protrusion_best_r : float
+        The highest correlation within ±`LAG_MAX_S` of that.
     opening_lag_s : float
         The lag of that of the opening, s; positive where the prediction is late.
     closures_met, closures : int
@@ -89,129 +72,199 @@ class MouthScore:
         The same of other words, but for those with m.
     real_closures_met, real_false_met : int
         As `closures_met` and `false_met`, of the recorded mouth.
+    seals_right, seals_false, seals_missed : int or None
+        Short closures of the predicted lips at a p, b or m and elsewhere, and stretches of p, b, m
+        without; None where no phones are known.
     """
 
     name: str
+    talker: str
+    language: str
     opening_r: float
+    opening_synced_r: float
     opening_best_r: float
     opening_lag_s: float
     width_r: float
+    width_synced_r: float
     width_best_r: float
+    protrusion_r: float
+    protrusion_synced_r: float
+    protrusion_best_r: float
     closures_met: int
     closures: int
     false_met: int
     others: int
     real_closures_met: int
     real_false_met: int
+    seals_right: int | None
+    seals_false: int | None
+    seals_missed: int | None
 
 
 @dataclass(frozen=True)
-class MeanMouthScore:
-    """Means over recordings, with closures pooled over words.
+class GroupScore:
+    """Recordings of a talker, of a language, or all of them.
 
     Attributes
     ----------
+    group : str
+        `all`, `language NAME` or `talker NAME`.
     takes : int
         Number of recordings.
-    opening_r, opening_best_r, width_r, width_best_r : float
-        Mean correlations.
+    seconds : float
+        Of valid frames.
+    opening_r, opening_synced_r, opening_best_r, width_…, protrusion_… : float
+        Means over recordings of what `MouthScore` has.
     opening_lag_s : float
         Median lag, s.
+    opening_common_r : float
+        The best mean correlation of the opening at one lag for all clips of a talker, mean over
+        talkers: on clips of a second, a lag for each clip flatters.
     closure_recall, real_closure_recall : float
         Share of words with b or p at which the predicted, or the recorded, mouth closes; higher is
         better.
     false_closure, real_false_closure : float
         The same of other words; lower is better.
+    seals_right, seals_false, seals_missed : int or None
+        Sums of what `MouthScore` has.
+    amplitude_p50, amplitude_p99 : float
+        Percentiles of the predicted opening in speech, as multiples of the recorded ones.
+    shut, real_shut : float
+        Share of frames in speech in which the lips touch.
+    zero : float
+        Share of frames in speech in which the predicted opening is exactly zero.
+    jerk_p50, real_jerk_p50, jerk_p99, real_jerk_p99 : float
+        Percentiles of the third difference of the opening in speech, at the frame rate of the
+        recording, m/s³. Of the recorded mouth, noise of tracking is part of it.
+    pause_opening_mm, real_pause_opening_mm : float
+        Mean opening in pauses of `REST_AFTER_S` and more, mm.
+    pause_shut, real_pause_shut : float
+        Share of frames in pauses in which the lips touch.
     """
 
+    group: str
     takes: int
+    seconds: float
     opening_r: float
+    opening_synced_r: float
     opening_best_r: float
+    opening_common_r: float
     opening_lag_s: float
     width_r: float
+    width_synced_r: float
     width_best_r: float
+    protrusion_r: float
+    protrusion_synced_r: float
+    protrusion_best_r: float
     closure_recall: float
     false_closure: float
     real_closure_recall: float
     real_false_closure: float
+    seals_right: int | None
+    seals_false: int | None
+    seals_missed: int | None
+    amplitude_p50: float
+    amplitude_p99: float
+    shut: float
+    real_shut: float
+    zero: float
+    jerk_p50: float
+    real_jerk_p50: float
+    jerk_p99: float
+    real_jerk_p99: float
+    pause_opening_mm: float
+    real_pause_opening_mm: float
+    pause_shut: float
+    real_pause_shut: float
 
 
-def find_tracked_mouths(folder: str | Path, names: list[str] | None = None) -> list[Path]:
-    """Find the recordings of a folder.
+@dataclass(frozen=True, eq=False)
+class MeasuredMouth:
+    """A predicted and a recorded mouth at the same moments.
+
+    Attributes
+    ----------
+    score : MouthScore
+        Of the recording.
+    lag_rs : (lag,) float64
+        Correlation of the opening at `LAGS_S`.
+    predicted_mm, recorded_mm : (frame,) float64
+        Openings, mm.
+    shut, real_shut : (frame,) bool
+        Whether the lips touch.
+    speaking : (frame,) bool
+        Whether the frame belongs to speech, short pauses included.
+    jerk, real_jerk : (frame,) float64
+        In m/s³, of speech alone.
+    seconds : float
+        Of valid frames.
+    """
+
+    score: MouthScore
+    lag_rs: Float64Array
+    predicted_mm: Float64Array
+    recorded_mm: Float64Array
+    shut: NDArray[np.bool_]
+    real_shut: NDArray[np.bool_]
+    speaking: NDArray[np.bool_]
+    jerk: Float64Array
+    real_jerk: Float64Array
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedMouthReport:
+    """What `evaluate_tracked_mouths` finds.
+
+    Attributes
+    ----------
+    groups : list of GroupScore
+        Everybody; then each language and each talker, where there are several talkers.
+    clips : list of MouthScore
+        One for each recording.
+    """
+
+    groups: list[GroupScore]
+    clips: list[MouthScore]
+
+    @property
+    def summary(self) -> GroupScore:
+        """Of all recordings."""
+        return self.groups[0]
+
+
+def heard_speech(sound: Path) -> NDArray[np.bool_]:
+    """Where somebody speaks, as the phone encoder hears it.
 
     Parameters
     ----------
-    folder : str or Path
-        The folder.
-    names : list of str, optional
-        Recordings to take; all by default.
+    sound : Path
+        A sound file.
 
     Returns
     -------
-    list of Path
-        Their `.npz` files, sorted, or in the order of `names`.
+    (row,) bool
+        At FEATURE_RATE. Pauses shorter than `REST_AFTER_S` belong to the speech around them.
 
     Raises
     ------
-    InputError
-        Where there is none, or one is missing.
+    AudioError
+        For a file that cannot be read.
     """
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise InputError.about(folder, found="no folder", allowed="a folder of NAME.npz and sound")
-    if names is None:
-        paths = sorted(folder.glob("*.npz"))
-    else:
-        paths = [folder / f"{Path(name).name}.npz" for name in names]
-    missing = [path for path in paths if not path.is_file()]
-    if missing or not paths:
-        found = f"{missing[0].name} is missing" if missing else "no .npz file"
-        raise InputError.about(folder, found=found, allowed="NAME.npz with NAME.ogg beside it")
-    return paths
+    samples = read_audio(sound, sample_rate=SPEECH_RATE).samples
+    speaking = np.exp(builtin_encoder().encode(samples)[:, SILENCE]) < 0.5
+    for start, stop in runs(~speaking):
+        if start > 0 and stop < len(speaking) and (stop - start) / FEATURE_RATE < REST_AFTER_S:
+            speaking[start:stop] = True
+    return speaking
 
 
-def read_tracked_mouth(path: Path) -> TrackedMouth:
-    """Read one recording.
-
-    Parameters
-    ----------
-    path : Path
-        Its `.npz`.
-
-    Returns
-    -------
-    TrackedMouth
-        The recorded mouth.
-
-    Raises
-    ------
-    InputError
-        For a missing field or sound, too few valid frames, or numbers that are not finite.
-    """
-    sound = next((s for s in (path.with_suffix(x) for x in SOUNDS) if s.is_file()), None)
-    if sound is None:
-        raise InputError.about(path, found="no sound beside it", allowed=" ".join(SOUNDS))
-    allowed = "a short recording with the fields of grid_s1"
-    fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=allowed, only=FIELDS)
-    try:
-        times_s, opening, width, valid = (
-            np.asarray(fields[name], float) for name in TRACKED_FIELDS
-        )
-        rows = parse_json(str(fields["words"]), path, allowed=allowed)
-        words = [(float(a), float(b), str(w)) for a, b, w in rows]
-    except (KeyError, ValueError, TypeError) as error:
-        raise InputError.about(
-            path, found=f"no tracked mouth in it ({str(error)[:120]})", allowed=allowed
-        ) from error
-    tracks, seen = (times_s, opening, width), valid > 0.5
-    if any(track.shape != valid.shape or track.ndim != 1 for track in tracks) or seen.sum() < 10:
-        raise InputError.about(path, found="too few valid frames", allowed="10 frames or more")
-    if not (np.isfinite(times_s).all() and all(np.isfinite(t[seen]).all() for t in tracks)):
-        raise InputError.about(path, found="NaN or infinity in it", allowed="finite numbers")
-    return TrackedMouth(path.stem, sound, times_s, opening, width, seen, words)
-
-
-def score_mouth(recorded: TrackedMouth, predicted: Curves, eye_distance_mm: float) -> MouthScore:
+def measure_tracked_mouth(
+    recorded: TrackedMouth,
+    predicted: Curves,
+    eye_distance_mm: float,
+    speaking: NDArray[np.bool_],
+) -> MeasuredMouth:
     """Compare a prediction with its recording.
 
     Parameters
@@ -219,87 +272,204 @@ def score_mouth(recorded: TrackedMouth, predicted: Curves, eye_distance_mm: floa
     recorded : TrackedMouth
         The recording.
     predicted : Curves
-        `opening_mm` and `width_mm`, as from `measure_mouth`.
+        `opening_mm` and `width_mm`, perhaps `protrusion_mm`, as from `measure_mouth`.
     eye_distance_mm : float
         Distance of the outer eye corners of the predicted head, mm.
+    speaking : (row,) bool
+        As `heard_speech` gives it.
 
     Returns
     -------
-    MouthScore
+    MeasuredMouth
         Of this recording.
     """
-    predicted_times = np.arange(len(predicted.values)) / predicted.fps
-    opening = predicted["opening_mm"].astype(float) / eye_distance_mm
-    width = predicted["width_mm"].astype(float) / eye_distance_mm
-    opening_r, opening_best, lag_s = _correlate(
-        recorded, recorded.opening, predicted_times, opening
-    )
-    width_r, width_best, _ = _correlate(recorded, recorded.width, predicted_times, width)
-    met = _closures(recorded.words, predicted_times, opening)
-    real = _closures(
-        recorded.words, recorded.times_s[recorded.valid], recorded.opening[recorded.valid]
-    )
-    return MouthScore(
+    times = np.arange(len(predicted.values)) / predicted.fps
+    tracks = {
+        name: predicted[f"{name}_mm"].astype(float) / eye_distance_mm
+        for name in MEASURED
+        if f"{name}_mm" in predicted.names
+    }
+    found = {
+        name: _correlate(recorded, getattr(recorded, name), times, tracks.get(name))
+        for name in MEASURED
+    }
+    opening, valid = tracks["opening"], recorded.valid
+    met = _closures(recorded.words, times, opening)
+    real = _closures(recorded.words, recorded.times_s[valid], recorded.opening[valid])
+    best = {name: int(np.argmax(rs)) for name, (_, rs) in found.items()}
+    middle = len(LAGS_S) // 2
+    seals = _seals(recorded, opening * eye_distance_mm, predicted.fps)
+    score = MouthScore(
         recorded.name,
-        opening_r,
-        opening_best,
-        lag_s,
-        width_r,
-        width_best,
-        *met,
+        recorded.talker,
+        recorded.language,
+        **{f"{name}_r": raw for name, (raw, _) in found.items()},
+        **{f"{name}_synced_r": float(rs[middle]) for name, (_, rs) in found.items()},
+        **{f"{name}_best_r": float(rs[best[name]]) for name, (_, rs) in found.items()},
+        opening_lag_s=float(LAGS_S[best["opening"]]),
+        **dict(zip(("closures_met", "closures", "false_met", "others"), met, strict=True)),
         real_closures_met=real[0],
         real_false_met=real[2],
+        **dict(zip(("seals_right", "seals_false", "seals_missed"), seals, strict=True)),
+    )
+    return _at_the_same_moments(
+        recorded, score, found["opening"][1], times, opening, eye_distance_mm, speaking
     )
 
 
-def mean_mouth_score(scores: list[MouthScore]) -> MeanMouthScore:
-    """Means over recordings, with closures pooled over words.
+def _at_the_same_moments(
+    recorded: TrackedMouth,
+    score: MouthScore,
+    lag_rs: Float64Array,
+    times: Float64Array,
+    opening: Float64Array,
+    eye_distance_mm: float,
+    speaking: NDArray[np.bool_],
+) -> MeasuredMouth:
+    moments = recorded.times_s - recorded.offset_s
+    predicted_mm = np.interp(moments, times, opening) * eye_distance_mm
+    recorded_mm = np.maximum(recorded.opening - TRACKED_RESTING, 0) * eye_distance_mm
+    row = np.clip(np.round(moments * FEATURE_RATE).astype(int), 0, max(len(speaking) - 1, 0))
+    inside = speaking[row] if len(speaking) else np.zeros(len(row), np.bool_)
+    valid = recorded.valid
+    fps = 1 / float(np.median(np.diff(recorded.times_s)))
+    return MeasuredMouth(
+        score,
+        lag_rs,
+        predicted_mm[valid],
+        recorded_mm[valid],
+        predicted_mm[valid] < CLOSED_MM,
+        recorded.opening[valid] < TRACKED_CLOSED,
+        inside[valid],
+        _jerk(predicted_mm, valid & inside, fps),
+        _jerk(recorded_mm, valid & inside, fps),
+        float(valid.sum() / fps),
+    )
+
+
+def group_score(group: str, mouths: Sequence[MeasuredMouth]) -> GroupScore:
+    """What recordings have in common.
 
     Parameters
     ----------
-    scores : list of MouthScore
+    group : str
+        What to call them.
+    mouths : sequence of MeasuredMouth
         One or more.
 
     Returns
     -------
-    MeanMouthScore
-        Of all recordings.
+    GroupScore
     """
+    scores = [mouth.score for mouth in mouths]
 
     def mean(field: str) -> float:
-        return float(np.nanmean([getattr(score, field) for score in scores]))
+        values = np.array([getattr(score, field) for score in scores], float)
+        return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
 
     def share(met: str, of: str) -> float:
         total = sum(getattr(score, of) for score in scores)
         return sum(getattr(score, met) for score in scores) / total if total else float("nan")
 
-    return MeanMouthScore(
+    def count(field: str) -> int | None:
+        known = [n for n in (getattr(score, field) for score in scores) if n is not None]
+        return sum(known) if known else None
+
+    speech, pause = _Pooled(mouths, speaking=True), _Pooled(mouths, speaking=False)
+    jerk, real_jerk = (
+        np.concatenate([getattr(mouth, name) for mouth in mouths]) for name in ("jerk", "real_jerk")
+    )
+    return GroupScore(
+        group=group,
         takes=len(scores),
-        opening_r=mean("opening_r"),
-        opening_best_r=mean("opening_best_r"),
+        seconds=sum(mouth.seconds for mouth in mouths),
+        **{f"{name}_{kind}": mean(f"{name}_{kind}") for name in MEASURED for kind in _CORRELATIONS},
+        opening_common_r=_common_r(mouths),
         opening_lag_s=float(np.median([score.opening_lag_s for score in scores])),
-        width_r=mean("width_r"),
-        width_best_r=mean("width_best_r"),
         closure_recall=share("closures_met", "closures"),
         false_closure=share("false_met", "others"),
         real_closure_recall=share("real_closures_met", "closures"),
         real_false_closure=share("real_false_met", "others"),
+        seals_right=count("seals_right"),
+        seals_false=count("seals_false"),
+        seals_missed=count("seals_missed"),
+        amplitude_p50=_ratio(speech.predicted_mm, speech.recorded_mm, MEDIAN),
+        amplitude_p99=_ratio(speech.predicted_mm, speech.recorded_mm, LARGE),
+        shut=_mean(speech.shut),
+        real_shut=_mean(speech.real_shut),
+        zero=_mean(speech.predicted_mm == 0),
+        jerk_p50=_percentile(jerk, MEDIAN),
+        real_jerk_p50=_percentile(real_jerk, MEDIAN),
+        jerk_p99=_percentile(jerk, LARGE),
+        real_jerk_p99=_percentile(real_jerk, LARGE),
+        pause_opening_mm=_mean(pause.predicted_mm),
+        real_pause_opening_mm=_mean(pause.recorded_mm),
+        pause_shut=_mean(pause.shut),
+        real_pause_shut=_mean(pause.real_shut),
     )
+
+
+_CORRELATIONS = ("r", "synced_r", "best_r")
+
+
+class _Pooled:
+    """The frames of several recordings, of speech or of pauses."""
+
+    def __init__(self, mouths: Sequence[MeasuredMouth], *, speaking: bool) -> None:
+        def pooled(name: str) -> NDArray:
+            kept = [getattr(mouth, name)[mouth.speaking == speaking] for mouth in mouths]
+            return np.concatenate(kept)
+
+        self.predicted_mm, self.recorded_mm = pooled("predicted_mm"), pooled("recorded_mm")
+        self.shut, self.real_shut = pooled("shut"), pooled("real_shut")
+
+
+def _common_r(mouths: Sequence[MeasuredMouth]) -> float:
+    talkers = dict.fromkeys(mouth.score.talker for mouth in mouths)
+    best = [
+        np.mean([mouth.lag_rs for mouth in mouths if mouth.score.talker == talker], axis=0).max()
+        for talker in talkers
+    ]
+    return float(np.mean(best))
+
+
+def _mean(values: NDArray) -> float:
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def _percentile(values: Float64Array, percent: int) -> float:
+    return float(np.percentile(values, percent)) if len(values) else float("nan")
+
+
+def _ratio(predicted: Float64Array, recorded: Float64Array, percent: int) -> float:
+    real = _percentile(recorded, percent)
+    return _percentile(predicted, percent) / real if real > 0 else float("nan")
+
+
+def _jerk(opening_mm: Float64Array, inside: NDArray[np.bool_], fps: float) -> Float64Array:
+    """(frame,) sizes of third differences between frames that are all inside."""
+    if len(opening_mm) < 4:
+        return np.zeros(0)
+    together = inside[3:] & inside[2:-1] & inside[1:-2] & inside[:-3]
+    return np.abs(np.diff(opening_mm, 3))[together] * fps**3 / JERK_UNIT
 
 
 def _correlate(
     recorded: TrackedMouth,
     tracked: Float64Array,
     predicted_times: Float64Array,
-    predicted: Float64Array,
-) -> tuple[float, float, float]:
-    """Pearson r at no lag, the best r within ±LAG_MAX_S, and its lag (s, positive: late)."""
-    times, real = recorded.times_s[recorded.valid], tracked[recorded.valid]
-    steps = round(LAG_MAX_S / LAG_STEP_S)
-    lags = np.arange(-steps, steps + 1) * LAG_STEP_S
-    rs = [pearson(real, np.interp(times + lag, predicted_times, predicted)) for lag in lags]
-    best = int(np.argmax(rs))
-    return rs[steps], rs[best], float(lags[best])
+    predicted: Float64Array | None,
+) -> tuple[float, Float64Array]:
+    """Pearson's r at no lag, and at each of LAGS_S with the recording's offset taken out."""
+    kept = recorded.valid & np.isfinite(tracked)
+    if predicted is None or not kept.any():
+        return float("nan"), np.full(len(LAGS_S), np.nan)
+    times, real = recorded.times_s[kept], tracked[kept]
+
+    def r(lag_s: float) -> float:
+        return pearson(real, np.interp(times + lag_s, predicted_times, predicted))
+
+    return r(0.0), np.array([r(lag - recorded.offset_s) for lag in LAGS_S])
 
 
 def _closures(
@@ -321,46 +491,78 @@ def _closures(
     return met, wanted, false, others
 
 
+def _seals(
+    recorded: TrackedMouth, opening_mm: Float64Array, fps: float
+) -> tuple[int, int, int] | tuple[None, None, None]:
+    """Short closures at a p, b or m, elsewhere, and such phones without one; None if unknown."""
+    if recorded.phones is None:
+        return None, None, None
+    wanted = [(a, b) for a, b, phone in recorded.phones if mouth_class(phone) == "bilabial"]
+    made = [(a / fps, b / fps) for a, b in short_runs(opening_mm < CLOSED_MM, fps)]
+
+    def meets(one: tuple[float, float], many: list[tuple[float, float]]) -> bool:
+        return any(
+            one[0] <= b + WIDE_TOLERANCE_S and a <= one[1] + WIDE_TOLERANCE_S for a, b in many
+        )
+
+    right = sum(meets(seal, wanted) for seal in made)
+    return right, len(made) - right, sum(not meets(phone, made) for phone in wanted)
+
+
 def evaluate_tracked_mouths(
     folder: str | Path,
     predict: MouthPredictor,
     eye_distance_mm: float,
     *,
     names: list[str] | None = None,
+    speech: SpeechFinder = heard_speech,
     progress: Callable[[float], None] | None = None,
-) -> tuple[MeanMouthScore, list[MouthScore]]:
-    """Measure a predictor on a folder of tracked recordings; this is `elocute evaluate real`.
+) -> TrackedMouthReport:
+    """Measure a predictor on tracked recordings; this is `elocute evaluate real`.
 
     Parameters
     ----------
     folder : str or Path
-        As the module describes it.
+        In either layout of `tracked_mouths`.
     predict : callable
         Takes a sound file and gives Curves of the mouth, as from `measure_mouth`.
     eye_distance_mm : float
         Distance of the outer eye corners of the predicted head, mm.
     names : list of str, optional
         Recordings to take; all by default.
+    speech : callable, optional
+        Takes a sound file and tells where somebody speaks; by default as the encoder hears it.
     progress : callable, optional
         Called with the share that is done, 0 to 1.
 
     Returns
     -------
-    summary : MeanMouthScore
-        Means over recordings.
-    scores : list of MouthScore
-        One for each recording.
+    TrackedMouthReport
+        Groups and single recordings.
 
     Raises
     ------
     InputError
         For a recording that is missing or cannot be used.
     """
-    paths = find_tracked_mouths(folder, names)
-    scores = []
-    for done, path in enumerate(paths, 1):
-        recorded = read_tracked_mouth(path)
-        scores.append(score_mouth(recorded, predict(recorded.sound), eye_distance_mm))
+    clips: list[TrackedClip] = find_tracked_mouths(folder, names)
+    mouths = []
+    for done, clip in enumerate(clips, 1):
+        recorded = read_tracked_mouth(clip)
+        predicted = predict(recorded.sound)
+        speaking = speech(recorded.sound)
+        mouths.append(measure_tracked_mouth(recorded, predicted, eye_distance_mm, speaking))
         if progress:
-            progress(done / len(paths))
-    return mean_mouth_score(scores), scores
+            progress(done / len(clips))
+    return TrackedMouthReport(_groups(mouths), [mouth.score for mouth in mouths])
+
+
+def _groups(mouths: list[MeasuredMouth]) -> list[GroupScore]:
+    groups = [group_score(ALL, mouths)]
+    if len({mouth.score.talker for mouth in mouths}) == 1:
+        return groups
+    for kind in ("language", "talker"):
+        for name in sorted({getattr(mouth.score, kind) for mouth in mouths} - {""}):
+            chosen = [mouth for mouth in mouths if getattr(mouth.score, kind) == name]
+            groups.append(group_score(f"{kind} {name}", chosen))
+    return groups

@@ -17,7 +17,7 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.shards import Shards
 from elocute.errors import CorpusError, InputError
 from elocute.evaluation.concordance import ConcordanceScore
-from elocute.evaluation.tracked_mouth_scores import MeanMouthScore
+from elocute.evaluation.tracked_mouth_scores import GroupScore
 from elocute.evaluation.wild_parts import (
     TRAININGS,
     ExperimentClips,
@@ -71,7 +71,7 @@ class WildStudy:
         carried over against these, and so how good a network's lessons were.
     bases : list of ReconstructionErrors
         What speech blendshapes and ARKit's shapes leave of the sentences, mm.
-    talker : dict of str to MeanMouthScore
+    talker : dict of str to GroupScore
         A real talker: the recurrent model beside VOCA and the rules.
     missing : tuple of (str, str)
         Clips whose sound could not be read, with the reason.
@@ -79,7 +79,7 @@ class WildStudy:
 
     concordance: dict[str, ConcordanceScore]
     bases: list[ReconstructionErrors]
-    talker: dict[str, MeanMouthScore]
+    talker: dict[str, GroupScore]
     missing: tuple[tuple[str, str], ...]
 
     __repr__ = one_line

@@ -26,7 +26,7 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.shards import Shards
 from elocute.errors import AudioError, CorpusError
 from elocute.evaluation.concordance import ConcordanceScore, score_concordance
-from elocute.evaluation.tracked_mouth_scores import MeanMouthScore, evaluate_tracked_mouths
+from elocute.evaluation.tracked_mouth_scores import GroupScore, evaluate_tracked_mouths
 from elocute.evaluation.wild_parts import (
     ExperimentClips,
 )
@@ -339,7 +339,7 @@ def compare_with_arkit(
 
 def score_talker(
     folder: Path, model: Path, names: list[str] | None = None, contacts: str = "auto"
-) -> dict[str, MeanMouthScore]:
+) -> dict[str, GroupScore]:
     """A real talker's mouth: the recurrent model beside VOCA and the rules.
 
     Parameters
@@ -355,13 +355,13 @@ def score_talker(
 
     Returns
     -------
-    dict of str to MeanMouthScore
+    dict of str to GroupScore
         By model.
     """
     eye_mm = 1000 * load_builtin_head().eye_distance_m
     found = {}
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
-        found[name], _ = evaluate_tracked_mouths(
+        report = evaluate_tracked_mouths(
             folder,
             lambda sound, chosen=chosen: measure_mouth(
                 animate(sound, model=chosen, contacts=contacts, life=0).motion
@@ -369,4 +369,5 @@ def score_talker(
             eye_mm,
             names=names,
         )
+        found[name] = report.summary
     return found

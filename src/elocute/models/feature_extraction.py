@@ -14,6 +14,7 @@ import numpy as np
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import known_posteriors
 from elocute.audio.features import Features
+from elocute.audio.loudness import ROW_RATE, Loudness
 from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.resampling_stream import RESAMPLING_S, ResamplingStream
 from elocute.audio.waveform import SPEECH_RATE, Waveform
@@ -49,6 +50,23 @@ class PhonePosteriorStream:
     def flush(self) -> Float32Array:
         rest = self._stream.push(self._resampled.push(np.zeros(0, np.float32), last=True))
         return np.concatenate([rest, self._stream.flush()])
+
+
+class LoudnessStream:
+    """Loudness of the voice at 50 Hz (row, 2), as `Loudness` gives it."""
+
+    name, rate = "loudness", ROW_RATE
+
+    def __init__(self, sample_rate: int) -> None:
+        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
+        self._rows = Loudness()
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        return self._rows.push(self._resampled.push(samples))
+
+    def flush(self) -> Float32Array:
+        rest = self._rows.push(self._resampled.push(np.zeros(0, np.float32), last=True))
+        return np.concatenate([rest, self._rows.flush()])
 
 
 class KnownPhoneStream:

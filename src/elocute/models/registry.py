@@ -7,23 +7,24 @@ from pathlib import Path
 
 from elocute.errors import ModelError
 from elocute.files.reading import path_of
-from elocute.models import articulation_model, crnn_network, karras, voca
+from elocute.models import articulation_model, crnn_network, karras, talkers, voca
 from elocute.models.articulation_model import ArticulationModel
 from elocute.models.crnn import CrnnModel
 from elocute.models.karras import KarrasModel
 from elocute.models.model_file import check_file, open_session, stored_record
 from elocute.models.protocol import SpeechModel
+from elocute.models.talkers import TalkersModel
 from elocute.models.voca import VocaModel
 from elocute.numerics.input_checks import check_kind
 
 DEFAULT_MODEL = articulation_model.NAME
-FILE_KINDS = {"crnn": CrnnModel, karras.KIND: KarrasModel}
+FILE_KINDS = {"crnn": CrnnModel, karras.KIND: KarrasModel, talkers.KIND: TalkersModel}
 """Models by the kind in their file; all others are VOCA's."""
 
 
 def model_names() -> tuple[str, ...]:
     """The names that `open_model` knows, besides files."""
-    return (articulation_model.NAME, voca.SHIPPED, crnn_network.SHIPPED)
+    return (articulation_model.NAME, talkers.SHIPPED, voca.SHIPPED, crnn_network.SHIPPED)
 
 
 def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
@@ -32,7 +33,7 @@ def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
     Parameters
     ----------
     model : str or Path
-        "articulation", "voca" or "crnn", or the file of a trained model (.onnx).
+        "articulation", "talkers", "voca" or "crnn", or the file of a trained model (.onnx).
 
     Returns
     -------
@@ -48,6 +49,8 @@ def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
         model = path_of(model, ModelError)
     if str(model) == articulation_model.NAME:
         return ArticulationModel()
+    if str(model) == talkers.SHIPPED:
+        return TalkersModel(model)
     if str(model) == voca.SHIPPED:
         return VocaModel(model)
     if str(model) == crnn_network.SHIPPED:

@@ -371,7 +371,7 @@ def stream(
     rate : int
         Sample rate of the sound, Hz.
     model : str or Path
-        "articulation", "voca", "crnn", or a trained model (.onnx).
+        "articulation", "talkers", "voca", "crnn", or a trained model (.onnx).
     fps : float
         Frames per second, 1 to 240.
     style : str or Style

@@ -32,7 +32,7 @@ FPS = 60.0
 Models = typer.Option(
     ["articulation"],
     "--model",
-    help="Speech model: articulation (the rules), voca, crnn, or a trained model (.onnx). "
+    help="Speech model: articulation (the rules), talkers, voca, crnn, or a trained model (.onnx). "
     "Can be repeated.",
 )
 

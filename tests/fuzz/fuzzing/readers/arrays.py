@@ -64,7 +64,7 @@ def _track(path: Path, _out: Path) -> None:
 
 
 def _take(path: Path, _out: Path) -> None:
-    from elocute.evaluation.tracked_mouth_scores import find_tracked_mouths, read_tracked_mouth
+    from elocute.evaluation.tracked_mouths import find_tracked_mouths, read_tracked_mouth
 
     for take in find_tracked_mouths(path):
         read_tracked_mouth(take)
@@ -93,7 +93,7 @@ READERS: tuple[Reader, ...] = (
         seeds.tracks,
         _take,
         {"*.npz": "npz"},
-        ("elocute.evaluation.tracked_mouth_scores",),
+        ("elocute.evaluation.tracked_mouths",),
     ),
     Reader(
         "features",

@@ -1,0 +1,195 @@
+"""Where lips meet, decoded over a phrase: Viterbi over phones that last, instead of a threshold.
+
+p, b and m look alike and are one state; so are f and v. Every other phone is a state of its own, so
+a contact has to win against what else the sound may be. The path is found in windows at fixed rows:
+a stretch of a take gives the same contacts as the whole of it. A contact must also weigh enough:
+the evidence for it, summed over its rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.array_types import FloatArray
+from elocute.articulation.contacts_and_rest import WAIT_S, contact_evidence, runs
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.numerics.smoothing import smoothstep
+
+POOLS = (("P", "B", "M"), ("F", "V"))
+SEALED, AT_TEETH = 0, 1  # their states
+LEAST_ROWS = 2  # a phone lasts so long at least
+SWITCH_NATS = 3.0  # what a change of phones costs
+MISSING_NATS = (0.8, 0.5)  # how much worse a contact that is missed is than one too many
+EVIDENCE_ROWS = (0.9, 1.0)  # what rows of a contact must weigh, each up to 1
+BLOCK, BEFORE, AFTER = 16, 30, 20  # rows that are decided together, and rows that have a say
+UNLIKELY = 1e-6
+BESIDE = 2  # rows beside a contact whose evidence counts too
+HOLD_S, LONGEST_S = 0.04, 0.12  # of a seal in running speech
+HELD_S = 0.22  # a longer m is hummed, and sealed as long
+BETWEEN_S = 0.07  # lips do not part for less than this between two seals
+CLOSING_S, OPENING_S = 0.045, 0.045
+CORE = 0.5  # of the greatest evidence: where it falls below, a contact has ended
+REACH_S = (BLOCK + AFTER) / 50.0 + HELD_S
+"""Posteriors are looked at no further ahead of a moment than this."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A stretch of contact.
+
+    Parameters
+    ----------
+    start_s, end_s : float
+        Its first and last moment, s.
+    """
+
+    start_s: float
+    end_s: float
+
+
+def contact_states(posteriors: FloatArray, first_row: int = 0) -> NDArray[np.int64]:
+    """What each row is: SEALED, AT_TEETH, or another number.
+
+    Parameters
+    ----------
+    posteriors : (row, 40)
+        Of phones.
+    first_row : int
+        Where the first lies in the take.
+
+    Returns
+    -------
+    (row,) int64
+    """
+    count = len(posteriors)
+    if not count:
+        return np.zeros(0, np.int64)
+    scores = _scores(posteriors)
+    begin = first_row // BLOCK
+    blocks = np.arange(begin, -(-(first_row + count) // BLOCK))
+    places = blocks[:, None] * BLOCK + np.arange(-BEFORE, BLOCK + AFTER) - first_row
+    known = (places >= 0) & (places < count)
+    path = _paths(np.where(known[..., None], scores[np.clip(places, 0, count - 1)], 0.0))
+    middle = slice(BEFORE, BEFORE + BLOCK)
+    states = np.full(count, len(PHONES), np.int64)
+    states[places[:, middle][known[:, middle]]] = path[:, middle][known[:, middle]]
+    return states
+
+
+def _scores(posteriors: FloatArray) -> NDArray[np.float32]:
+    """(row, state) log-posteriors, pooled contacts first."""
+    pooled = [posteriors[:, [PHONES.index(p) for p in pool]].sum(axis=1) for pool in POOLS]
+    single = [k for k, phone in enumerate(PHONES) if not any(phone in pool for pool in POOLS)]
+    table = np.concatenate([np.stack(pooled, axis=1), posteriors[:, single]], axis=1)
+    scores = np.log(np.maximum(table, UNLIKELY))
+    scores[:, : len(POOLS)] += MISSING_NATS
+    return scores.astype(np.float32)
+
+
+def _paths(scores: NDArray[np.float32]) -> NDArray[np.int64]:
+    """(window, row) best state of each row, for scores (window, row, state).
+
+    A state is entered at its first of two ages and left from its second.
+    """
+    windows, rows, states = scores.shape
+    young, old = scores[:, 0].copy(), scores[:, 0].copy()
+    entered_from = np.zeros((rows, windows), np.int64)
+    stayed = np.zeros((rows, windows, states), np.bool_)
+    for row in range(1, rows):
+        entered_from[row] = old.argmax(axis=1)
+        entering = old.max(axis=1, keepdims=True) - SWITCH_NATS
+        stayed[row] = old > young
+        old = np.where(stayed[row], old, young) + scores[:, row]
+        young = entering + scores[:, row]
+    best = np.arange(windows)
+    path = np.empty((windows, rows), np.int64)
+    state = old.argmax(axis=1)
+    is_old = np.ones(windows, np.bool_)
+    for row in range(rows - 1, -1, -1):
+        path[:, row] = state
+        before = is_old & stayed[row, best, state]
+        turned = ~is_old  # entered at this row
+        state = np.where(turned, entered_from[row], state)
+        is_old = turned | before
+    return path
+
+
+def decoded_contacts(
+    posteriors: FloatArray, rate: float, kind: int, first_row: int = 0
+) -> list[Contact]:
+    """Stretches in which lips meet each other, or the teeth.
+
+    Parameters
+    ----------
+    posteriors : (row, 40)
+        Of phones.
+    rate : float
+        Rows per second.
+    kind : int
+        SEALED or AT_TEETH.
+    first_row : int
+        Where the first lies in the take.
+
+    Returns
+    -------
+    list of Contact
+        In order, in seconds since the first row. A first p is shut before it is heard; between
+        seals that nearly touch the lips stay shut.
+    """
+    if not len(posteriors):
+        return []
+    states, silence = contact_states(posteriors, first_row), posteriors[:, SILENCE]
+    back = round(WAIT_S * rate)
+    pooled = posteriors[:, [PHONES.index(phone) for phone in POOLS[kind]]].sum(axis=1)
+    evidence = contact_evidence(pooled, silence)
+    found: list[Contact] = []
+    for start, stop in runs(states == kind):
+        if evidence[max(0, start - BESIDE) : stop + BESIDE].sum() < EVIDENCE_ROWS[kind]:
+            continue
+        core = np.flatnonzero(evidence[start:stop] >= CORE * evidence[start:stop].max())
+        start, stop = start + int(core[0]), start + int(core[-1]) + 1
+        waiting = start
+        while waiting > max(0, start - back) and silence[waiting - 1] > 0.5:
+            waiting -= 1
+        contact = _shaped(waiting / rate, start / rate, (stop - 1) / rate)
+        if found and contact.start_s - found[-1].end_s < BETWEEN_S:
+            contact = Contact(found.pop().start_s, contact.end_s)
+        found.append(contact)
+    return found
+
+
+def _shaped(waiting_s: float, start_s: float, end_s: float) -> Contact:
+    """A contact as lips make it: not too short, and in running speech not too long."""
+    short = HOLD_S - (end_s - start_s)
+    if short > 0:
+        start_s, end_s = start_s - short / 2, end_s + short / 2
+    elif end_s - start_s < HELD_S:
+        spare = max(0.0, end_s - start_s - LONGEST_S)
+        start_s, end_s = start_s + spare / 2, end_s - spare / 2
+    return Contact(min(waiting_s, start_s), end_s)
+
+
+def contact_track(contacts: list[Contact], times_s: FloatArray) -> NDArray[np.float32]:
+    """How far lips are shut at given moments.
+
+    Parameters
+    ----------
+    contacts : list of Contact
+        In order.
+    times_s : (frame,)
+        Moments, s.
+
+    Returns
+    -------
+    (frame,) float32
+        1 in contact, eased to 0 outside.
+    """
+    track = np.zeros(len(times_s), np.float32)
+    for contact in contacts:
+        rise = 1 - np.clip((contact.start_s - times_s) / CLOSING_S, 0, 1)
+        fall = 1 - np.clip((times_s - contact.end_s) / OPENING_S, 0, 1)
+        track = np.maximum(track, smoothstep(np.minimum(rise, fall)).astype(np.float32))
+    return track

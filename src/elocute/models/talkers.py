@@ -1,0 +1,351 @@
+"""The model learned from many talkers: the rules of articulation, corrected by a small network.
+
+The rules say which shapes a sound wants; the network says how far people open, spread and lower
+the jaw when they say it. What it says is turned into the same curves through the head's measured
+response, so that lips open on the head by as many millimetres. Contacts are decoded over a phrase
+and come last; rest is a matter of style and of the length of a pause.
+
+ONNX alone, no torch. Nothing in the file is executed but the network.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elocute.array_types import Float32Array, Float64Array
+from elocute.articulation.coarticulation import DIPHTHONG_S, REACH_S
+from elocute.articulation.contact_decoding import (
+    AT_TEETH,
+    SEALED,
+    contact_track,
+    decoded_contacts,
+)
+from elocute.articulation.driver import FRAME_S, finish_decoded
+from elocute.articulation.phone_targets import curve_names
+from elocute.articulation.rest import rest_share
+from elocute.articulation.style import STYLES, Style, mix_styles, resolve_style
+from elocute.articulation.voice_evidence import voice_share
+from elocute.audio.phones_and_visemes import SILENCE
+from elocute.audio.waveform import Waveform
+from elocute.encoders.protocol import FEATURE_RATE
+from elocute.errors import ModelError
+from elocute.head.builtin import load_builtin_head
+from elocute.head.model import HeadModel
+from elocute.models.feature_extraction import (
+    RESAMPLING_S,
+    LoudnessStream,
+    PhonePosteriorStream,
+    phone_lookahead_s,
+)
+from elocute.models.model_file import check_file, open_session, run_session, stored_record
+from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
+from elocute.models.style_mixes import EVEN
+from elocute.models.talker_inputs import (
+    LEVEL_AHEAD,
+    rule_curves,
+    rule_measures,
+    talker_inputs,
+)
+from elocute.motion.curves import Curves
+from elocute.motion.mouth_measures import MEASURES
+from elocute.motion.mouth_response import builtin_response, corrected_curves
+from elocute.numerics.resampling import frame_places, read_rows
+
+KIND = SHIPPED = "talkers"
+SHIPPED_PATH = Path(__file__).parent / "assets" / "talkers.onnx"
+NUMBERS_MAX_MM = 200.0
+OPENING, WIDTH, PROTRUSION, JAW = range(len(MEASURES))
+REACH_ROWS = 10  # that an output of the network sees on both sides
+TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
+MARGIN = REACH_ROWS + TEMPO_ROWS
+PARTED_MM = 0.8  # lips in speech come no nearer, unless a contact says so
+FREEDOM = {
+    "jawOpen": 0.25,
+    "mouthLowerDownLeft": 0.25,
+    "mouthLowerDownRight": 0.25,
+    "mouthUpperUpLeft": 0.22,
+    "mouthUpperUpRight": 0.22,
+    "mouthPucker": 0.16,
+    "mouthFunnel": 0.16,
+    "mouthStretchLeft": 0.35,
+    "mouthStretchRight": 0.35,
+    "mouthSmileLeft": 0.14,
+    "mouthSmileRight": 0.14,
+}
+TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
+SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
+SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
+ROUNDED = ("mouthPucker", "mouthFunnel")
+
+
+@dataclass(frozen=True, eq=False)
+class TalkerRecord:
+    """What training wrote into the file.
+
+    Parameters
+    ----------
+    inputs : int
+        Columns that the network takes.
+    middle_mm, spread_mm : (measure,) float64
+        Mean and deviation of each measure in the speech of the middle of people, mm.
+    opening_map : (2, knot) float64
+        The network's opening, rising, and what it is in mm.
+    note : str
+        Of the person who trained it.
+    """
+
+    inputs: int
+    middle_mm: Float64Array
+    spread_mm: Float64Array
+    opening_map: Float64Array
+    note: str
+
+
+class TalkersModel:
+    """The model of many talkers that ships (`talkers`), or one from a file, as a SpeechModel.
+
+    Parameters
+    ----------
+    path : str or Path
+        "talkers", or an .onnx that `recipes.train_talkers` wrote.
+    session : onnxruntime.InferenceSession, optional
+        Of the same file, where it was opened before.
+
+    Raises
+    ------
+    ModelError
+        For a file that is missing or too large; when the network is first used, for one that is
+        not such a model.
+    """
+
+    encoder, fps = "phones", FEATURE_RATE
+    basis: Float32Array | None = None
+    needs_sound_level, makes_contacts = False, True
+    styles = tuple(STYLES)
+    decoder_lookahead_s = (
+        FRAME_S
+        + max(REACH_S + DIPHTHONG_S + MARGIN / FEATURE_RATE, (LEVEL_AHEAD + MARGIN) / FEATURE_RATE)
+        + 1 / FEATURE_RATE
+    )
+
+    def __init__(self, path: str | Path = SHIPPED, session: Any = None) -> None:
+        self.path = SHIPPED_PATH if str(path) == SHIPPED else Path(path)
+        self._opened = session
+        check_file(self.path, "make one: python -m recipes.train_talkers")
+
+    @cached_property
+    def _session(self) -> Any:
+        return self._opened or open_session(self.path)
+
+    @cached_property
+    def record(self) -> TalkerRecord:
+        stored = stored_record(self._session)
+        try:
+            if stored["kind"] != KIND:
+                raise ValueError(stored["kind"])
+            numbers = [
+                np.array(stored[name], np.float64)
+                for name in ("middle_mm", "spread_mm", "opening_map")
+            ]
+            middle, spread, curve = numbers
+            if middle.shape != (len(MEASURES),) or spread.shape != middle.shape:
+                raise ValueError("measures")
+            if curve.ndim != 2 or len(curve) != 2 or (np.diff(curve, axis=1) <= 0).any():
+                raise ValueError("opening_map")
+            if not all((np.abs(each) < NUMBERS_MAX_MM).all() for each in numbers):
+                raise ValueError("numbers")
+            return TalkerRecord(int(stored["inputs"]), middle, spread, curve, str(stored["note"]))
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
+            raise ModelError.about(
+                self.path,
+                found="an ONNX file without the record of talkers",
+                allowed="a model that recipes.train_talkers wrote",
+            ) from error
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        return load_builtin_head().expression_names
+
+    @property
+    def topology(self) -> str:
+        return load_builtin_head().name
+
+    @property
+    def vertex_count(self) -> int:
+        return load_builtin_head().vertex_count
+
+    @property
+    def lookahead_s(self) -> float:
+        return RESAMPLING_S + phone_lookahead_s() + self.decoder_lookahead_s
+
+    def style(self, given: str | Style, *, outputs: bool = True) -> Style:
+        """A Style, a name, a mix of numbers, `even`, or a .json file. Raises InputError."""
+        if isinstance(given, str) and given == EVEN:
+            return mix_styles(dict.fromkeys(STYLES, 1 / len(STYLES)))
+        return resolve_style(given)
+
+    def mix(self, shares: Mapping[str, float], *, outputs: bool = True) -> Style:
+        """The convex mix of named styles, number by number. Raises InputError."""
+        return mix_styles(dict(shares))
+
+    def feature_streams(
+        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+    ) -> FeatureStreams:
+        return FeatureStreams(LoudnessStream(sample_rate), PhonePosteriorStream(sample_rate))
+
+    def sound_level(self, sound: Waveform) -> None:
+        """None: its features bring their own normalisation."""
+
+    def weights(self, speech: SpeechFeatures, style: Style, span: FrameSpan) -> Float32Array:
+        """(frame, component) of every shape of the built-in head, with contacts."""
+        return self.curves(speech, style, span).select(self.components).values
+
+    def curves(
+        self,
+        speech: SpeechFeatures,
+        style: Style,
+        span: FrameSpan,
+        strength: float = 1.0,
+        *,
+        contacts: bool = True,
+    ) -> Curves:
+        """Curves 0…1 of every shape that speech uses.
+
+        Without contacts, what the network makes of the rules: nothing closes the lips on p, b and
+        m, holds the lower lip at the teeth on f and v, or brings the mouth to rest in a pause.
+        """
+        phones = speech.phones or speech.features
+        times = np.arange(span.first, span.first + span.count) / span.fps
+        last_row = phones.first + len(phones.values) - 1
+        begin = max(phones.first, math.floor(times[0] * phones.rate) - MARGIN)
+        stop = max(begin, min(last_row, math.ceil(times[-1] * phones.rate) + MARGIN)) + 1
+        near = slice(begin - phones.first, stop - phones.first)
+        posteriors = np.exp(phones.values)
+        rules = rule_curves(phones.values, phones.first, begin, stop - begin)
+        told = self._told(speech, rules, begin)
+        voice, rest = np.ones(len(posteriors)), np.zeros(stop - begin)
+        if contacts:
+            voice = voice_share(posteriors, phones.rate)
+            silence = 1 - (1 - posteriors[:, SILENCE]) * voice
+            rest = rest_share(silence, phones.rate, starts=phones.first == 0)
+            rest = (1 - (1 - rest) * voice)[near]
+        rows = _mouth_curves(rules, self._wanted_mm(told, style), rest, style, strength)
+        places = frame_places(span.first, span.count, phones.rate, span.fps) - begin
+        found = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
+        since_first = times - phones.first / phones.rate
+        heard = read_rows(voice[:, None].astype(np.float32), since_first * phones.rate)[:, 0]
+        seals, teeth = (
+            heard
+            * contact_track(
+                decoded_contacts(posteriors, phones.rate, kind, phones.first), since_first
+            )
+            if contacts
+            else np.zeros(span.count, np.float32)
+            for kind in (SEALED, AT_TEETH)
+        )
+        return finish_decoded(found, seals, teeth, style)
+
+    def _told(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
+        """(row, output) of the network, for rows from `begin` on."""
+        phones, sound = speech.phones, speech.features
+        if phones is None or sound.encoder != LoudnessStream.name:
+            raise ModelError.about(
+                self.path,
+                found=f"features of {sound.encoder} alone",
+                allowed="phones and loudness, as its feature streams give them",
+            )
+        at = begin - phones.first
+        # Known phones may have a row more than the sound, or one less.
+        sound_rows = sound.values[
+            np.minimum(np.arange(at, len(phones.values)), len(sound.values) - 1)
+        ]
+        given = talker_inputs(phones.values[at:], sound_rows, rule_measures(rules))
+        if given.shape[1] != self.record.inputs:
+            raise ModelError.about(
+                self.path,
+                found=f"a network of {self.record.inputs} inputs",
+                allowed=f"{given.shape[1]} inputs",
+            )
+        return run_session(self._session, self.path, ["mouth"], {"inputs": given[None]})[0][0]
+
+    def _wanted_mm(self, told: Float32Array, style: Style) -> Float64Array:
+        """(row, measure) of a mouth that speaks in a style."""
+        record = self.record
+        z = _at_tempo(told[:, : len(MEASURES)].astype(np.float64), style)
+        wanted = record.middle_mm + record.spread_mm * z
+        # The network's opening is in the order of people's; the map has their distribution.
+        knots, millimetres = record.opening_map
+        low, high = np.diff(millimetres)[[0, -1]] / np.diff(knots)[[0, -1]]
+        opening = np.interp(z[:, OPENING], knots, millimetres)
+        opening += low * np.minimum(z[:, OPENING] - knots[0], 0)
+        opening += high * np.maximum(z[:, OPENING] - knots[-1], 0)
+        wanted[:, OPENING] = opening
+        return wanted
+
+    def rig(self, head: HeadModel) -> HeadModel:
+        return head
+
+
+def _at_tempo(z: Float64Array, style: Style) -> Float64Array:
+    """Movements blurred for a slow style and sharpened for a quick one."""
+    plain = Style()
+    pace = (style.anticipation_s + style.carry_s) / (plain.anticipation_s + plain.carry_s)
+    octaves = math.log2(pace)
+    if abs(octaves) < 0.01:
+        return z
+    deviation = min(SLOWEST_ROWS, SLOWER_ROWS * abs(octaves))
+    blurred = np.stack([_blurred(column, deviation) for column in z.T], axis=1)
+    return blurred if octaves > 0 else z + SHARPER * min(1.0, -octaves) * (z - blurred)
+
+
+def _blurred(column: Float64Array, deviation: float) -> Float64Array:
+    """A Gaussian blur that sees TEMPO_ROWS on both sides."""
+    reach = np.arange(-TEMPO_ROWS, TEMPO_ROWS + 1)
+    kernel: Float64Array = np.exp(-0.5 * (reach / deviation) ** 2)
+    padded = np.pad(column, TEMPO_ROWS, mode="edge")
+    return np.convolve(padded, kernel / kernel.sum(), "valid").astype(np.float64)
+
+
+def _mouth_curves(
+    rules: Float32Array,
+    speaking_mm: Float64Array,
+    rest: Float64Array,
+    style: Style,
+    strength: float,
+) -> Float32Array:
+    """(row, curve) that measure what is wanted, at rest where the mouth rests."""
+    names = curve_names()
+    response = builtin_response(names)
+    speech = 1 - rest
+    moved = speaking_mm - response.rest
+    gains = np.ones(len(MEASURES))
+    gains[[OPENING, JAW]] = style.amplitude
+    gains[WIDTH] = style.spread
+    lips_mm = np.maximum(
+        gains[OPENING] * strength * moved[:, OPENING],
+        (PARTED_MM - response.rest[OPENING]) * min(1.0, strength),
+    )
+    wanted = response.rest + (speech * strength)[:, None] * gains * moved
+    parted_mm = strength * style.parted_mm
+    if parted_mm:
+        parted_mm -= response.rest[OPENING]
+    wanted[:, OPENING] = response.rest[OPENING] + speech * lips_mm + rest * parted_mm
+    base = rules * (speech * strength)[:, None].astype(np.float32)
+    for name in ROUNDED:
+        base[:, names.index(name)] *= style.rounding
+    freedom = {
+        name: free * (style.upper_lip if name.startswith("mouthUpperUp") else 1.0)
+        for name, free in FREEDOM.items()
+    }
+    return corrected_curves(response, np.clip(base, 0, 1), wanted, freedom, TOLERANCE_MM)

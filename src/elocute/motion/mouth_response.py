@@ -1,0 +1,144 @@
+"""What a head's curves do to its mouth in millimetres, and curves that give a wanted mouth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from elocute.array_types import Float32Array, Float64Array, FloatArray
+from elocute.head.builtin import load_builtin_head
+from elocute.head.model import HeadModel
+from elocute.motion.curves import Curves, motion_from_curves
+from elocute.motion.mouth_measures import MEASURES, measure_mouth
+
+OPEN = 0.2  # of jawOpen: lips apart, where the measures are straight lines
+STEP = 0.05
+ROUNDS = 4  # of correcting and limiting
+
+
+@dataclass(frozen=True, eq=False)
+class MouthResponse:
+    """How measures follow curves.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The curves.
+    effects : (curve, measure) float64
+        Millimetres for a whole curve, in the order of `MEASURES`.
+    rest : (measure,) float64
+        Measures without curves, continued from the open mouth: where lips rest on each other, the
+        opening is below 0.
+    """
+
+    names: tuple[str, ...]
+    effects: Float64Array
+    rest: Float64Array
+
+    def measures(self, values: FloatArray) -> Float64Array:
+        """Measures of curves.
+
+        Parameters
+        ----------
+        values : (frame, curve)
+            In the order of `names`.
+
+        Returns
+        -------
+        (frame, measure) float64
+            In mm; an opening below 0 is that of lips pressed together.
+        """
+        return values @ self.effects + self.rest
+
+
+@cache
+def builtin_response(names: tuple[str, ...]) -> MouthResponse:
+    """The response of the built-in head.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Curves, `jawOpen` among them.
+
+    Returns
+    -------
+    MouthResponse
+    """
+    return mouth_response(load_builtin_head(), names)
+
+
+def mouth_response(head: HeadModel, names: tuple[str, ...]) -> MouthResponse:
+    """Measure a head's response.
+
+    Parameters
+    ----------
+    head : HeadModel
+        With lips and landmarks.
+    names : tuple of str
+        Curves, `jawOpen` among them.
+
+    Returns
+    -------
+    MouthResponse
+
+    Raises
+    ------
+    HeadError
+        For a head without lips or landmarks.
+    """
+    values = np.zeros((1 + len(names), len(names)), np.float32)
+    values[:, names.index("jawOpen")] = OPEN
+    values[1:] += STEP * np.eye(len(names), dtype=np.float32)
+    found = measure_mouth(motion_from_curves(head, Curves(values, names, 1.0))).values
+    effects = (found[1:] - found[0]).astype(np.float64) / STEP
+    return MouthResponse(names, effects, found[0] - values[0] @ effects)
+
+
+def corrected_curves(
+    response: MouthResponse,
+    values: Float32Array,
+    wanted_mm: FloatArray,
+    freedom: Mapping[str, float],
+    tolerance_mm: Mapping[str, float],
+) -> Float32Array:
+    """Change curves as little as possible, so that the mouth measures what is wanted.
+
+    Least squares within the limits 0 and 1.
+
+    Parameters
+    ----------
+    response : MouthResponse
+        Of the head.
+    values : (frame, curve) float32
+        0 to 1, in the order of `response.names`.
+    wanted_mm : (frame, measure)
+        In the order of `MEASURES`.
+    freedom : dict of str to float
+        How far each curve may well be moved; others stay.
+    tolerance_mm : dict of str to float
+        How exactly each measure is wanted, mm; the others are free.
+
+    Returns
+    -------
+    (frame, curve) float32
+        0 to 1.
+    """
+    used = [MEASURES.index(name) for name in tolerance_mm]
+    effects = response.effects[:, used]
+    variance = np.array([freedom.get(name, 0.0) for name in response.names]) ** 2
+    noise = np.diag([tolerance_mm[name] ** 2 for name in tolerance_mm])
+    start = values.astype(np.float64)
+    current, free = start, np.broadcast_to(variance, start.shape)
+    for _ in range(ROUNDS):
+        # What has met a limit stays there, and the others take its part.
+        held = np.where(free > 0, start, current)
+        left = wanted_mm[:, used] - response.measures(held)[:, used]
+        inner = np.einsum("cm,fc,cn->fmn", effects, free, effects) + noise
+        shares = np.linalg.solve(inner, left[..., None])[..., 0]
+        found = held + free * (shares @ effects.T)
+        current = np.clip(found, 0, 1)
+        free = np.where(current == found, free, 0.0)
+    return current.astype(np.float32)
