@@ -22,7 +22,7 @@ import soundfile
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import open_shards
 from elocute.evaluation.concordance import score_concordance
-from elocute.evaluation.wild_experiments import variance_shares
+from elocute.evaluation.wild_scores import variance_shares
 from elocute.propagation.captured_words import CapturedCorpus, CapturedWord, captured_words
 from elocute.propagation.corpus_propagation import propagate_corpus
 from elocute.propagation.settings import PropagateConfig

@@ -19,7 +19,8 @@ from elocute.array_types import Float32Array
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.shards import open_shards
-from elocute.evaluation.wild_experiments import score_sentences, select_sentences, variance_shares
+from elocute.evaluation.wild_experiments import select_sentences
+from elocute.evaluation.wild_scores import score_sentences, variance_shares
 from elocute.head.builtin import load_builtin_head
 from elocute.models.crnn_network import CrnnNetwork, stream_weights
 from elocute.numerics.resampling import frame_places, read_rows

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import elocute
+from benchmarks.noises import noises, opening_mm
 from elocute.animation import animate
 from elocute.articulation.style import STYLES, Style
 from elocute.audio.read import read_audio
-from elocute.audio.waveform import Waveform
 from elocute.models import talkers
 from elocute.models.registry import open_model
 from elocute.motion.mouth_measures import measure_mouth
@@ -33,23 +33,6 @@ def mouth(speech_wav):
         return measure_mouth(take.motion)
 
     return measured
-
-
-def noises():
-    """Sounds that are no voice, three seconds each."""
-    draw, t = np.random.default_rng(0), np.arange(3 * RATE) / RATE
-    chord = sum(np.sin(2 * np.pi * f * h * t) / h for f in (220, 277, 330) for h in (1, 2, 3))
-    siren = np.sin(2 * np.pi * np.cumsum(700 + 250 * np.sin(2.5 * t)) / RATE)
-    clicks = np.zeros(len(t))
-    clicks[2000::6000] = 0.8
-    return {
-        "silence": 0 * t,
-        "hiss": 0.05 * draw.normal(size=len(t)),
-        "tone": 0.3 * np.sin(2 * np.pi * 440 * t),
-        "chord": 0.08 * chord,
-        "siren": 0.1 * siren,
-        "clicks": clicks,
-    }
 
 
 def test_it_is_small_and_names_what_it_is() -> None:
@@ -85,11 +68,11 @@ def test_nothing_moves_in_boxes(mouth) -> None:
     assert np.abs(np.diff(opening)).max() < 0.4 * opening.max()
 
 
-@pytest.mark.parametrize("name", noises())
+@pytest.mark.parametrize("name", sorted(noises(0.1)))
 def test_what_is_no_voice_leaves_the_mouth_shut(name) -> None:
-    sound = Waveform(noises()[name].astype(np.float32), RATE)
-    opening = measure_mouth(animate(sound, model="talkers", life=0).motion)["opening_mm"]
-    assert opening.max() < 1.0
+    if name == "bark":
+        pytest.xfail("a bark is heard much as a quiet syllable is")
+    assert opening_mm(noises(3.0)[name], "talkers") < 1.0
 
 
 def test_a_pause_under_four_tenths_of_a_second_stays_parted(speech_wav) -> None:
