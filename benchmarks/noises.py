@@ -21,6 +21,8 @@ from elocute.audio.waveform import Waveform
 from elocute.motion.mouth_measures import measure_mouth
 
 RATE = 16_000
+LENGTHS_S = (1.5, 3.0, 5.0, 8.0)
+"""Each formula is tried at so many lengths; the table has the widest opening of them all."""
 MODELS = ("articulation", "talkers")
 
 
@@ -37,7 +39,7 @@ def _bursts(sound: Float64Array, starts_s: Sequence[float], into: Float64Array) 
     return into
 
 
-def noises(seconds: float = 8.0) -> dict[str, Float64Array]:
+def noises(seconds: float) -> dict[str, Float64Array]:
     """Sounds without a voice, by name: samples at 16 kHz."""
     draw, t = np.random.default_rng(0), np.arange(round(seconds * RATE)) / RATE
     white = draw.normal(size=len(t))
@@ -78,16 +80,17 @@ def main(argv: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("recordings", nargs="*", type=Path, help="further sounds without a voice")
     parser.add_argument("--model", action="append", help="models; articulation and talkers")
-    parser.add_argument("--seconds", type=float, default=8.0, help="of each formula")
     given = parser.parse_args(argv)
     models = given.model or MODELS
-    table = noises(given.seconds)
+    made = [noises(seconds) for seconds in LENGTHS_S]
+    table = {name: [each[name] for each in made] for name in made[0]}
     for path in given.recordings:
-        table[path.stem] = read_audio(path, sample_rate=RATE).samples.astype(np.float64)
+        table[path.stem] = [read_audio(path, sample_rate=RATE).samples.astype(np.float64)]
     print("| sound |", " | ".join(f"{model}, mm" for model in models), "|")
     print("|---|" + "---|" * len(models))
-    for name, samples in table.items():
-        print(f"| {name} |", " | ".join(f"{opening_mm(samples, m):.1f}" for m in models), "|")
+    for name, sounds in table.items():
+        widest = (max(opening_mm(samples, model) for samples in sounds) for model in models)
+        print(f"| {name} |", " | ".join(f"{mm:.1f}" for mm in widest), "|")
 
 
 if __name__ == "__main__":
