@@ -6,7 +6,6 @@ nobody read standard output. Every error is one line on stderr.
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import io
 import os
@@ -75,7 +74,7 @@ def _leave(interrupts: _Interrupts) -> int:
         if isinstance(error, SystemExit):
             return _number(error.code)
         if isinstance(error, StdoutError):
-            _drop_output()
+            _drop_output(1)
             if _is_unread(error):
                 return UNREAD
             return _say(f"standard output: cannot be written ({error.strerror})", 2)
@@ -151,8 +150,10 @@ def _report_interruption(error: BaseException, number: int) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    with contextlib.suppress(OSError):  # the exit code says it even if stderr cannot
+    try:
         print(f"elocute: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
+    except OSError:  # the exit code says it even if stderr cannot
+        _drop_output(2)
     return code
 
 
@@ -178,10 +179,10 @@ def _is_unread(error: object) -> bool:
     return isinstance(error, StdoutError) and error.errno == errno.EPIPE
 
 
-def _drop_output() -> None:
-    """The interpreter would try again on its way out, and complain."""
+def _drop_output(number: int) -> None:
+    """The interpreter would try again on its way out, and complain by an exit code of its own."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
+    os.dup2(nowhere, number)
     os.close(nowhere)
 
 
