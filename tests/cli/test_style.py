@@ -75,7 +75,8 @@ def test_what_cannot_be_fitted_is_one_line(
     refused(*fit, corpus, *model, *output, says="CORPUS/SUBJECT.SENTENCE")
     refused(*fit, tmp_path / "no.npz", *sound, *model, *output, says="no such file")
     refused(*fit, talk, "--sound", tmp_path / "no.wav", *model, *output, says="no.wav")
-    refused(*fit, talk, *sound, "--model", words, *output, says="allowed: articulation, talkers, voca, crnn")
+    unknown = "allowed: articulation, talkers, voca, crnn"
+    refused(*fit, talk, *sound, "--model", words, *output, says=unknown)
     (words.parent / "words.onnx").write_bytes(words.read_bytes())
     broken = "--model", words.parent / "words.onnx"
     refused(*fit, talk, *sound, *broken, *output, says="no ONNX network")
