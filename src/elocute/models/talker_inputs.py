@@ -11,7 +11,6 @@ import numpy as np
 from elocute.array_types import Float32Array, Float64Array, FloatArray
 from elocute.articulation.driver import articulate
 from elocute.articulation.phone_targets import curve_names
-from elocute.articulation.style import Style
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.motion.mouth_response import builtin_response
@@ -25,7 +24,6 @@ RULES_UNIT_MM = np.array([3.0, 3.0, 2.0, 4.0], np.float32)
 PHONE_COLUMNS = len(PHONES) - 1
 SILENCE_COLUMN, LEVEL_COLUMN = PHONE_COLUMNS, PHONE_COLUMNS + 1
 RULES_COLUMN = LEVEL_COLUMN + 1
-PLAIN = Style()
 
 
 def rule_curves(log_posteriors: FloatArray, first_row: int, begin: int, count: int) -> Float32Array:
@@ -52,7 +50,6 @@ def rule_curves(log_posteriors: FloatArray, first_row: int, begin: int, count: i
         frame_count=count,
         first_frame=begin,
         first_row=first_row,
-        style=PLAIN,
         contacts=False,
     )
     return bare.select(curve_names()).values

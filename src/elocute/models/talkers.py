@@ -11,7 +11,6 @@ ONNX alone, no torch. Nothing in the file is executed but the network.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -30,23 +29,18 @@ from elocute.articulation.contact_decoding import (
 from elocute.articulation.driver import FRAME_S, finish_decoded
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.rest import rest_share
-from elocute.articulation.style import STYLES, Style, mix_styles, resolve_style
+from elocute.articulation.style import Style
 from elocute.articulation.voice_evidence import voice_share
 from elocute.audio.phones_and_visemes import SILENCE
-from elocute.audio.waveform import Waveform
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import ModelError
-from elocute.head.builtin import load_builtin_head
-from elocute.head.model import HeadModel
 from elocute.models.feature_extraction import (
-    RESAMPLING_S,
     LoudnessStream,
     PhonePosteriorStream,
-    phone_lookahead_s,
 )
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.style_mixes import EVEN
+from elocute.models.styled_as_rules import StyledAsRules
 from elocute.models.talker_inputs import (
     LEVEL_AHEAD,
     rule_curves,
@@ -108,7 +102,7 @@ class TalkerRecord:
     note: str
 
 
-class TalkersModel:
+class TalkersModel(StyledAsRules):
     """The model of many talkers that ships (`talkers`), or one from a file, as a SpeechModel.
 
     Parameters
@@ -125,10 +119,7 @@ class TalkersModel:
         not such a model.
     """
 
-    encoder, fps = "phones", FEATURE_RATE
-    basis: Float32Array | None = None
-    needs_sound_level, makes_contacts = False, True
-    styles = tuple(STYLES)
+    fps = FEATURE_RATE
     decoder_lookahead_s = (
         FRAME_S
         + max(REACH_S + DIPHTHONG_S + MARGIN / FEATURE_RATE, (LEVEL_AHEAD + MARGIN) / FEATURE_RATE)
@@ -173,43 +164,10 @@ class TalkersModel:
     def name(self) -> str:
         return self.path.name
 
-    @property
-    def components(self) -> tuple[str, ...]:
-        return load_builtin_head().expression_names
-
-    @property
-    def topology(self) -> str:
-        return load_builtin_head().name
-
-    @property
-    def vertex_count(self) -> int:
-        return load_builtin_head().vertex_count
-
-    @property
-    def lookahead_s(self) -> float:
-        return RESAMPLING_S + phone_lookahead_s() + self.decoder_lookahead_s
-
-    def style(self, given: str | Style, *, outputs: bool = True) -> Style:
-        """A Style, a name, a mix of numbers, `even`, or a .json file. Raises InputError."""
-        if isinstance(given, str) and given == EVEN:
-            return mix_styles(dict.fromkeys(STYLES, 1 / len(STYLES)))
-        return resolve_style(given)
-
-    def mix(self, shares: Mapping[str, float], *, outputs: bool = True) -> Style:
-        """The convex mix of named styles, number by number. Raises InputError."""
-        return mix_styles(dict(shares))
-
     def feature_streams(
         self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
     ) -> FeatureStreams:
         return FeatureStreams(LoudnessStream(sample_rate), PhonePosteriorStream(sample_rate))
-
-    def sound_level(self, sound: Waveform) -> None:
-        """None: its features bring their own normalisation."""
-
-    def weights(self, speech: SpeechFeatures, style: Style, span: FrameSpan) -> Float32Array:
-        """(frame, component) of every shape of the built-in head, with contacts."""
-        return self.curves(speech, style, span).select(self.components).values
 
     def curves(
         self,
@@ -292,9 +250,6 @@ class TalkersModel:
         opening += high * np.maximum(z[:, OPENING] - knots[-1], 0)
         wanted[:, OPENING] = opening
         return wanted
-
-    def rig(self, head: HeadModel) -> HeadModel:
-        return head
 
 
 def _at_tempo(z: Float64Array, style: Style) -> Float64Array:
