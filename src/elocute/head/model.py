@@ -12,6 +12,7 @@ from elocute.array_types import Float32Array
 from elocute.errors import HeadError
 from elocute.head.model_checks import check_head, refuse
 from elocute.head.skin_tone import TONE_SHARES, recoloured
+from elocute.head.surface import Surface
 from elocute.numerics.input_checks import floats_of
 
 Int32Array = NDArray[np.int32]
@@ -81,6 +82,8 @@ class HeadModel:
         Licence and origin.
     tone_basis : (1 + identity,) or (0,) float32
         Skin tone of the mean face (0 light to 1 dark), then its change per standard deviation.
+    surfaces : dict of str to Surface
+        Images by the name of a material; a material without one shows its vertex colours.
 
     Raises
     ------
@@ -123,6 +126,7 @@ class HeadModel:
     mirror: Int32Array
     notice: str = field(repr=False)
     tone_basis: Float32Array = field(default_factory=lambda: np.zeros(0, np.float32))
+    surfaces: dict[str, Surface] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         check_head(self)
