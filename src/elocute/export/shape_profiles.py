@@ -101,9 +101,11 @@ class TargetShapes:
         head = motion.head
         told: dict[str, Any] = {}
         for name, parts in self.folded.items():
-            row = head.expression_index(name)
-            shape = head.expression_basis[row]
-            apart = np.linalg.norm(shape - np.tensordot(self.mix[row], self.basis, 1), axis=1)
+            shape = head.expression_basis[head.expression_index(name)]
+            stand_in = np.zeros_like(shape)
+            for part, share in parts.items():
+                stand_in += np.float32(share) * self.basis[self.names.index(part)]
+            apart = np.linalg.norm(shape - stand_in, axis=1)
             moved = np.linalg.norm(shape, axis=1) > 0
             mean = float(apart[moved].mean()) if moved.any() else 0.0
             told[name] = {
@@ -127,8 +129,10 @@ class TargetShapes:
         )
         for start in range(0, len(change), BLOCK):
             apart = np.tensordot(change[start : start + BLOCK], basis, 1)
-            farthest = max(farthest, float(np.linalg.norm(apart, axis=2).max(initial=0)))
-        return farthest
+            apart *= apart
+            squares = apart[..., 0] + apart[..., 1] + apart[..., 2]
+            farthest = max(farthest, float(squares.max(initial=0)))
+        return farthest**0.5
 
 
 def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> TargetShapes:
