@@ -71,6 +71,7 @@ BOX_HALF, BOX_EDGE = (0.20, 0.26), (0.7, 1.0)  # a soft box in an eye: tangents;
 BOX_RADIANCE = (14.0, 8.0)  # of key and fill
 TONE_START, TONE_BLEACH = 0.72, 0.15  # where the shoulder begins; how fast it turns white
 SHADOW_SPREAD, SHADOW_CUT = 2e-5, 0.25  # least variance; share of the key that counts as none
+SHADOW_BIAS = 0.006  # of the radius of the key's view
 GROUND_MIDDLE, GROUND_SHAPE = (0.5, 0.62), (1.0, 1.15)  # the bright spot behind the head
 
 
