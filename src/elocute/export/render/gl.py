@@ -78,7 +78,8 @@ class GlRenderer:
         self._drawn = self._gl.framebuffer([self._texture], self._gl.depth_renderbuffer(large))
         self._finished = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
         self._finish = self.overlay(gl_shaders.finishing(look))
-        self._finish.program["step_size"].value = (1 / large[0], 1 / large[1])
+        if "step_size" in self._finish.program:
+            self._finish.program["step_size"].value = (1 / large[0], 1 / large[1])
         if look.backdrop is not None:
             self._backdrop = self._gl.texture(size, 3, look.backdrop_for(size)[::-1].tobytes())
 
