@@ -1,4 +1,4 @@
-"""Ray casting with Embree: needs no system library. Slower, the same look."""
+"""Ray casting with Embree: needs no system library. Slower, the same stage."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from elocute.array_types import Float32Array
 from elocute.export.render import shading
 from elocute.export.render.camera import Camera
 from elocute.export.render.images import bilinear
-from elocute.export.render.look import Look
+from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import shadow_view
 from elocute.head.model import HeadModel
@@ -29,19 +29,19 @@ class RayRenderer:
     """One head, one camera."""
 
     def __init__(
-        self, head: HeadModel, size: tuple[int, int], camera: Camera, look: Look
+        self, head: HeadModel, size: tuple[int, int], camera: Camera, stage: Stage
     ) -> None:
         import embreex  # noqa: F401  said here, not at the first frame
 
         self._size = size
-        self._look = look
-        self._parts = Parts(head, look.profile.image_side)
-        self._exposure = self._parts.exposure(look.rig)
+        self._stage = stage
+        self._parts = Parts(head, stage.profile.image_side)
+        self._exposure = self._parts.exposure(stage.rig)
         self._triangles = np.concatenate([part.triangles for part in self._parts.parts])
         counts = [len(part.triangles) for part in self._parts.parts]
         self._part_of = np.repeat(np.arange(len(counts), dtype=np.int8), counts)
         self._both_sides = np.array([p.surface.both_sides for p in self._parts.parts])
-        self._key = shadow_view(head, look.rig)
+        self._key = shadow_view(head, stage.rig)
         self._eye = camera.position.astype(np.float32)
         self._axes = camera.axes()
         self._reach = float(np.tan(np.radians(camera.field_deg) / 2))
@@ -50,12 +50,12 @@ class RayRenderer:
     def _ground(self) -> Float32Array:
         """(pixel, 3) sRGB of what lies behind the head."""
         width, height = self._size
-        if self._look.backdrop is not None:
-            backdrop = self._look.backdrop_for(self._size).reshape(-1, 3)
+        if self._stage.backdrop is not None:
+            backdrop = self._stage.backdrop_for(self._size).reshape(-1, 3)
             return backdrop.astype(np.float32) / np.float32(255)
         rows, columns = np.mgrid[:height, :width].astype(np.float32) + np.float32(0.5)
         at = np.stack([columns.ravel() / width, 1 - rows.ravel() / height], axis=1)
-        return shading.ground(at.astype(np.float32), self._look.rig)
+        return shading.ground(at.astype(np.float32), self._stage.rig)
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(height, width, 3 or 4) picture of vertices (vertex, 3) m."""
@@ -73,7 +73,7 @@ class RayRenderer:
         """The ground laid behind, in bytes."""
         width, height = self._size
         color, alpha = pixels[:, :3], pixels[:, 3:]
-        if self._look.transparent:
+        if self._stage.transparent:
             straight = np.concatenate([color / np.maximum(alpha, 1e-6), alpha], axis=1)
             whole = np.clip(straight * 255 + 0.5, 0, 255).astype(np.uint8)
             return whole.reshape(height, width, 4)
@@ -85,7 +85,7 @@ class RayRenderer:
 
     def _moments(self, scene: _Scene) -> Float32Array:
         """(side, side, 2) blurred depth and squared depth as the key sees them."""
-        side = 2 * self._look.profile.shadow_side
+        side = 2 * self._stage.profile.shadow_side
         line = (np.arange(side, dtype=np.float32) + 0.5) / side * 2 - 1
         y, x = np.meshgrid(line, line, indexing="ij")
         back = np.linalg.inv(self._key.matrix.astype(np.float64))
@@ -100,7 +100,7 @@ class RayRenderer:
         return self._blurred(raw)
 
     def _blurred(self, raw: Float32Array) -> Float32Array:
-        side = self._look.profile.shadow_side
+        side = self._stage.profile.shadow_side
         line = (np.arange(side, dtype=np.float32) + 0.5) / side
         y, x = np.meshgrid(line, line, indexing="ij")
         at = np.stack([x.ravel(), y.ravel()], axis=1)
@@ -201,7 +201,7 @@ class RayRenderer:
             roughness=np.clip(roughness, 0.05, 1),
             shadow=shading.open_to_key(seen, from_key[:, 2:] - shading.SHADOW_BIAS),
         )
-        return shading.shown(shading.lit(point, part.finish, self._look.rig), self._exposure)
+        return shading.shown(shading.lit(point, part.finish, self._stage.rig), self._exposure)
 
     @staticmethod
     def _edges(picture: Float32Array) -> NDArray[np.intp]:
