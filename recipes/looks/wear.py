@@ -11,17 +11,8 @@ from recipes.looks.canvas import save
 from recipes.looks.cards import Cards, Fitting
 from recipes.looks.strands import strands
 
-HAIR = (
-    "short01",
-    "short02",
-    "short03",
-    "short04",
-    "long01",
-    "ponytail01",
-    "bob01",
-    "bob02",
-    "afro01",
-)
+HAIR = ("short01", "short02", "short04", "long01", "ponytail01", "afro01")
+"""Styles that leave both eyes free."""
 HAIR_PX, BROW_PX, LASH_PX = 1024, 512, 512
 BROWS = ("eyebrow001", "eyebrow002", "eyebrow003", "eyebrow006", "eyebrow008", "eyebrow010")
 LASHES = ("eyelashes01",)

@@ -1,4 +1,4 @@
-"""A dressed head is a head like any other: same motion, more vertices, pictures that can be read."""
+"""A dressed head is a head like any other: same motions, more vertices, readable pictures."""
 
 from __future__ import annotations
 
