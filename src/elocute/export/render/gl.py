@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from elocute.export.render import gl_shaders
 from elocute.export.render.camera import Camera
 from elocute.export.render.images import Image
-from elocute.export.render.look import Look
+from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import ShadowView, shadow_view
 from elocute.head.model import HeadModel
@@ -39,13 +39,13 @@ class GlRenderer:
     """One head in one OpenGL context."""
 
     def __init__(
-        self, head: HeadModel, size: tuple[int, int], camera: Camera, look: Look
+        self, head: HeadModel, size: tuple[int, int], camera: Camera, stage: Stage
     ) -> None:
         self._gl = _context()
         self._size = size
-        look = look.for_driver(str(self._gl.info["GL_RENDERER"]))
-        self._look = look
-        parts = Parts(head, look.profile.image_side)
+        stage = stage.for_driver(str(self._gl.info["GL_RENDERER"]))
+        self._stage = stage
+        parts = Parts(head, stage.profile.image_side)
         self._parts = parts
         self._moving = self._gl.buffer(reserve=len(parts.source) * 24, dynamic=True)
         fixed = np.concatenate([parts.at, parts.color, parts.occlusion[:, None]], axis=1)
@@ -61,26 +61,27 @@ class GlRenderer:
                     self._images[part.name, kind] = self._image(image)
         self._shared: dict[str, Any] = {
             "projection": camera.matrix(size[0] / size[1]).T,
-            "key_view": shadow_view(head, look.rig).matrix.T,
+            "key_view": shadow_view(head, stage.rig).matrix.T,
             "eye": camera.position,
-            "exposure": parts.exposure(look.rig),
+            "exposure": parts.exposure(stage.rig),
         }
-        self._shadow = _Shadow(self, shadow_view(head, look.rig))
+        self._shadow = _Shadow(self, shadow_view(head, stage.rig))
         # What hides others is drawn first; then what is solid from the outside in.
         cards = [part for part in parts.parts if not part.solid]
         solid = [part for part in parts.parts if part.solid]
         self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
         fringed = [part for part in cards if part.surface.opacity == "blend"]
         self._fringes = [(self._drawing(part, fringe=True), part) for part in fringed]
-        scale = look.profile.oversampling
+        scale = stage.profile.oversampling
         large = (round(size[0] * scale), round(size[1] * scale))
         self._texture = self._gl.texture(large, 4)
         self._drawn = self._gl.framebuffer([self._texture], self._gl.depth_renderbuffer(large))
         self._finished = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
-        self._finish = self.overlay(gl_shaders.finishing(look))
-        self._finish.program["step_size"].value = (1 / large[0], 1 / large[1])
-        if look.backdrop is not None:
-            self._backdrop = self._gl.texture(size, 3, look.backdrop_for(size)[::-1].tobytes())
+        self._finish = self.overlay(gl_shaders.finishing(stage))
+        if "step_size" in self._finish.program:
+            self._finish.program["step_size"].value = (1 / large[0], 1 / large[1])
+        if stage.backdrop is not None:
+            self._backdrop = self._gl.texture(size, 3, stage.backdrop_for(size)[::-1].tobytes())
 
     def program(self, vertex: str, fragment: str) -> Any:
         """A program with what all of them share set in it."""
@@ -132,12 +133,12 @@ class GlRenderer:
         kind = {"internal_format": SRGB_ALPHA} if image.srgb else {}
         texture = self._gl.texture((wide, high), 4, data, **kind)
         texture.build_mipmaps()
-        if self._look.profile.anisotropy > 1:
-            texture.anisotropy = self._look.profile.anisotropy
+        if self._stage.profile.anisotropy > 1:
+            texture.anisotropy = self._stage.profile.anisotropy
         return texture
 
     def _drawing(self, part: Part, *, fringe: bool = False) -> Any:
-        source = gl_shaders.surface(part, self._look.rig, fringe=fringe)
+        source = gl_shaders.surface(part, self._stage.rig, fringe=fringe)
         return self.array(self.program(gl_shaders.VERTEX, source), part)
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -170,10 +171,10 @@ class GlRenderer:
         gl.enable_only(moderngl.NOTHING)
         self._finished.use()
         self._texture.use(0)
-        if self._look.backdrop is not None:
+        if self._stage.backdrop is not None:
             self._backdrop.use(1)
         self._finish.render()
-        channels = 4 if self._look.transparent else 3
+        channels = 4 if self._stage.transparent else 3
         raw = self._finished.read(components=4, alignment=1)
         picture = np.frombuffer(raw, np.uint8).reshape(self._size[1], self._size[0], 4)
         return np.ascontiguousarray(picture[::-1, :, :channels])
@@ -195,10 +196,10 @@ class GlRenderer:
 
 
 class _Shadow:
-    """Depths that the key sees: drawn, then blurred, so that one look-up is a soft shadow."""
+    """Depths that the key sees: drawn, then blurred, so that one stage-up is a soft shadow."""
 
     def __init__(self, owner: GlRenderer, view: ShadowView) -> None:
-        gl, side = owner._gl, owner._look.profile.shadow_side
+        gl, side = owner._gl, owner._stage.profile.shadow_side
         self._gl, self._owner = gl, owner
         shape = gl_shaders.VERTEX_OF_KEY
         self._parts = [

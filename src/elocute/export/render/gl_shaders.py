@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from elocute.export.render import shading
 from elocute.export.render.lights import Rig
-from elocute.export.render.look import Look
+from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part
 
 VERTEX = """#version 330
@@ -168,13 +168,13 @@ vec4 smoothed() {
 """
 
 
-def finishing(look: Look) -> str:
+def finishing(stage: Stage) -> str:
     """From what was drawn to the picture: edges smoothed, the ground laid behind."""
-    behind = "ground(at)" if look.backdrop is None else "texture(backdrop, at).rgb"
-    ground = _CLEAR if look.transparent else _OPAQUE.replace("BEHIND", behind)
+    behind = "ground(at)" if stage.backdrop is None else "texture(backdrop, at).rgb"
+    ground = _CLEAR if stage.transparent else _OPAQUE.replace("BEHIND", behind)
     parts = {
-        "SHADING": shading.glsl(look.rig),
-        "SMOOTHED": _EDGES if look.profile.oversampling == 1 else _REDUCED,
+        "SHADING": shading.glsl(stage.rig),
+        "SMOOTHED": _EDGES if stage.profile.oversampling == 1 else _REDUCED,
         "GROUND": ground,
     }
     return _filled(_FINISHING, parts)

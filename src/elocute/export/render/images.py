@@ -54,6 +54,21 @@ class Image:
         return bilinear(image, at)
 
 
+    def at_density(self, at: FloatArray, density: FloatArray) -> Float32Array:
+        """As `texels`, from levels at which a texel is about a pixel.
+
+        density (point,) is how far texture coordinates go in a pixel.
+        """
+        side = max(self.pixels.shape[:2])
+        levels = np.log2(np.maximum(density * side, 1)).round().astype(np.int32)
+        levels = np.minimum(levels, len(self.levels) - 1)
+        out = np.empty((len(at), 4), np.float32)
+        for level in np.unique(levels):
+            chosen = levels == level
+            out[chosen] = self.texels(at[chosen], level)
+        return out
+
+
 def bilinear(image: FloatArray, at: FloatArray, *, repeat: bool = True) -> Float32Array:
     """(point, channel) of an image (height, width, channel) at (point, 2) 0…1 from its first row.
 

@@ -248,6 +248,39 @@ def open_to_key(moments: FloatArray, depth: FloatArray) -> FloatArray:
     return np.where(behind <= 0, np.float32(1), share).astype(np.float32)
 
 
+def bumped(
+    texel: FloatArray,
+    scale: float,
+    edge: FloatArray,
+    other: FloatArray,
+    change: FloatArray,
+    other_change: FloatArray,
+    normal: FloatArray,
+) -> FloatArray:
+    """Unit normals (point, 3) with a normal map; from two edges (point, 3) of each triangle.
+
+    texel (point, 3) 0…1; change (point, 2) is that of the texture coordinates along the edges.
+    """
+    across, down = np.cross(other, normal), np.cross(normal, edge)
+    tangent = across * change[:, :1] + down * other_change[:, :1]
+    bitangent = across * change[:, 1:] + down * other_change[:, 1:]
+    side = np.sign(_dot(np.cross(edge, other), normal))
+    largest = np.maximum(_dot(tangent, tangent), _dot(bitangent, bitangent))
+    unit = side * scale / np.sqrt(np.maximum(largest, 1e-30))
+    slope = (texel[:, :2] * 2 - 1) * unit
+    out = tangent * slope[:, :1] + bitangent * slope[:, 1:] + normal * (texel[:, 2:] * 2 - 1)
+    return (out / np.sqrt(np.maximum(_dot(out, out), 1e-12))).astype(np.float32)
+
+
+def strand_at(
+    edge: FloatArray, other: FloatArray, change: FloatArray, other_change: FloatArray
+) -> FloatArray:
+    """Unit directions (point, 3) in which the second texture coordinate grows."""
+    turned = np.sign(change[:, :1] * other_change[:, 1:] - other_change[:, :1] * change[:, 1:])
+    along = (other * change[:, :1] - edge * other_change[:, :1]) * turned
+    return (along / np.maximum(np.sqrt(_dot(along, along)), 1e-12)).astype(np.float32)
+
+
 def glsl(rig: Rig) -> str:
     """The same in GLSL, the numbers written in.
 

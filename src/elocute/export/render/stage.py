@@ -38,7 +38,7 @@ PROFILES = {"fast": Profile(1.0, 256, 1024, 1.0), "high": Profile(2.0, 512, 4096
 
 
 @dataclass(frozen=True)
-class Look:
+class Stage:
     """Lights, ground and quality of pictures.
 
     Parameters
@@ -62,7 +62,7 @@ class Look:
     def profile(self) -> Profile:
         return PROFILES["fast" if self.quality == "auto" else self.quality]
 
-    def for_driver(self, name: str) -> Look:
+    def for_driver(self, name: str) -> Stage:
         """With the quality settled: high on a graphics card."""
         if self.quality != "auto":
             return self
