@@ -1,6 +1,7 @@
 """Mesh sequences and vertex arrays."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,7 +46,8 @@ def test_an_obj_names_its_images(short_dressed, tmp_path):
     assert library.count("newmtl ") == len(short_dressed.head.material_names)
     assert "map_Kd skin.jpg" in library and "norm skin_normal.png" in library
     scene = trimesh.load_scene(tmp_path / "talk.obj" / "00001.obj", process=False)
-    drawn = {mesh.visual.material.name: mesh for mesh in scene.geometry.values()}
+    meshes: list[Any] = list(scene.geometry.values())
+    drawn = {mesh.visual.material.name: mesh for mesh in meshes}
     head = short_dressed.head
     assert set(drawn) == {head.material_names[i] for i in np.unique(head.material)}
     assert sum(len(mesh.faces) for mesh in drawn.values()) == len(head.triangles)
@@ -62,10 +64,10 @@ def test_an_obj_names_its_images(short_dressed, tmp_path):
 
 def _same_rows(one, other):
     """Whether each row of one is a row of the other, to six digits."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     pairs = ((one, other), (other, one))
-    return all(cKDTree(rows).query(more)[0].max() < 5e-6 for rows, more in pairs)
+    return all(KDTree(rows).query(more)[0].max() < 5e-6 for rows, more in pairs)
 
 
 def test_a_ply_names_its_images(short_dressed, tmp_path):
@@ -76,7 +78,7 @@ def test_a_ply_names_its_images(short_dressed, tmp_path):
     header = data[: data.index(b"end_header")].decode()
     found = [line.split()[-1] for line in header.splitlines() if "TextureFile" in line]
     assert found == ["skin.jpg", "lips.jpg", "teeth.png", "hair.png"]
-    mesh = trimesh.load_mesh(tmp_path / "talk.ply" / "00001.ply", process=False)
+    mesh: Any = trimesh.load_mesh(tmp_path / "talk.ply" / "00001.ply", process=False)
     head = short_dressed.head
     points = short_dressed.vertices(1, 2)[0][head.triangles].reshape(-1, 3)
     places = head.uv[head.uv_triangles].reshape(-1, 2)
