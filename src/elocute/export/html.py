@@ -10,12 +10,14 @@ from typing import Any
 
 from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
-from elocute.export.options import HtmlOptions
+from elocute.export.options import GlbOptions, HtmlOptions
 from elocute.export.soundtrack import Sound, pack_sound
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
 ASSETS = Path(__file__).parent / "assets"
+ALL_SHAPES = GlbOptions(profile="elocute")
+"""The page shows the motion as it is."""
 
 
 def write_html(
@@ -51,7 +53,7 @@ def page_pieces(motion: Motion, sound: Sound | None, title: str) -> list[str]:
         "@TITLE@": html.escape(printable(title)),
         # No "<" leaves the JSON, so nothing in it can end its script element.
         "@TAKE@": json.dumps(take).replace("<", "\\u003c"),
-        "@HEAD@": base64.b64encode(glb_bytes(motion)).decode(),
+        "@HEAD@": base64.b64encode(glb_bytes(motion, options=ALL_SHAPES)).decode(),
         "@SOUND@": base64.b64encode(packed).decode(),
         # Copies of three.js carry its notice, and every page is one.
         "@VIEWER@": f"/*\n{_asset('THIRD_PARTY_NOTICES.txt')}*/\n{viewer}",

@@ -1,0 +1,186 @@
+"""The programs of the OpenGL engine, put together round `shading.glsl`."""
+
+from __future__ import annotations
+
+from elocute.export.render import shading
+from elocute.export.render.lights import Rig
+from elocute.export.render.stage import Stage
+from elocute.export.render.parts import Part
+
+VERTEX = """#version 330
+uniform mat4 projection; uniform mat4 key_view;
+in vec3 position; in vec3 normal; in vec2 texcoord; in vec3 color; in float occlusion;
+out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint; out vec3 from_key;
+void main() {
+    gl_Position = projection * vec4(position, 1.0);
+    place = position; smooth_normal = normal; at = texcoord; paint = vec4(color, occlusion);
+    from_key = (key_view * vec4(position, 1.0)).xyz;
+}
+"""
+VERTEX_OF_KEY = """#version 330
+uniform mat4 key_view;
+in vec3 position; in vec2 texcoord;
+out vec2 at; out float depth;
+void main() {
+    gl_Position = key_view * vec4(position, 1.0);
+    at = texcoord; depth = gl_Position.z;
+}
+"""
+OVERLAY = """#version 330
+in vec2 corner; out vec2 at;
+void main() { gl_Position = vec4(corner, 0.0, 1.0); at = corner * 0.5 + 0.5; }
+"""
+_SURFACE = """#version 330
+uniform vec3 eye; uniform float exposure;
+uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
+uniform sampler2D shadow_map;
+in vec3 place; in vec3 smooth_normal; in vec2 at; in vec4 paint; in vec3 from_key;
+out vec4 pixel;
+SHADING
+void main() {
+    vec4 texel = TEXEL;
+    CUT
+    Point p;
+    p.albedo = paint.rgb * texel.rgb * TINT;
+    p.view = normalize(eye - place);
+    p.blunt = normalize(smooth_normal) * FACING;
+    p.normal = NORMAL;
+    p.strand = STRAND;
+    p.occlusion = paint.a; p.roughness = ROUGHNESS;
+    ROUGH
+    p.roughness = clamp(p.roughness, 0.05, 1.0);
+    p.shadow = open_to_key(texture(shadow_map, from_key.xy * 0.5 + 0.5).xy,
+        from_key.z - SHADOW_BIAS);
+    float alpha = ALPHA;
+    pixel = vec4(shown(lit(p, FINISH), exposure) * alpha, alpha);
+}
+"""
+_DEPTHS = """#version 330
+uniform sampler2D color_map;
+in vec2 at; in float depth;
+out vec2 moments;
+void main() {
+    CUT
+    moments = vec2(depth, depth * depth);
+}
+"""
+_BLUR = """#version 330
+uniform sampler2D drawn; in vec2 at; out vec2 moments;
+void main() {
+    moments = SUM;
+}
+"""
+
+
+def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
+    """The fragments of a part: what of it is solid, or the fringe laid over what lies behind."""
+    given = part.surface
+    cut, alpha = "", "1.0"
+    if fringe:
+        cut = f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
+        alpha = "texel.a"
+    elif not part.solid:
+        cut = f"if (texel.a < {part.core:f}) discard;"
+    scale = given.normal_scale
+    bumped = f"bumped(texture(normal_map, at).xyz, {scale:f}, place, at, p.blunt)"
+    rough = (
+        "vec2 rough = texture(roughness_map, at).rg;"
+        " p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;"
+    )
+    parts = {
+        "SHADING": shading.glsl(rig),
+        "TEXEL": "vec4(1.0)" if part.color is None else "texture(color_map, at)",
+        "CUT": cut,
+        "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
+        "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if given.both_sides else "1.0",
+        "NORMAL": "p.blunt" if part.normal is None else bumped,
+        "STRAND": "strand_at(place, at)" if part.finish.strand else "vec3(0.0)",
+        "ROUGHNESS": f"{given.roughness_factor:f}",
+        "ROUGH": "" if part.roughness is None else rough,
+        "SHADOW_BIAS": f"{shading.SHADOW_BIAS:f}",
+        "FINISH": shading.finish_glsl(part.finish),
+        "ALPHA": alpha,
+    }
+    return _filled(_SURFACE, parts)
+
+
+def depths(part: Part) -> str:
+    """The fragments of a part as the key sees it."""
+    cut = "" if part.solid else "if (texture(color_map, at).a < 0.5) discard;"
+    return _filled(_DEPTHS, {"CUT": cut})
+
+
+def blur(taps: list[tuple[float, float]], step: tuple[float, float]) -> str:
+    """One direction of the blur of a shadow map."""
+    terms = [
+        f"texture(drawn, at + vec2({offset * step[0]:.9f}, {offset * step[1]:.9f})).xy"
+        f" * {weight:.9f}"
+        for offset, weight in taps
+    ]
+    return _filled(_BLUR, {"SUM": "\n        + ".join(terms)})
+
+
+_FINISHING = """#version 330
+uniform sampler2D drawn; uniform sampler2D backdrop; uniform vec2 step_size;
+in vec2 at; out vec4 pixel;
+SHADING
+float noise(vec2 place) {
+    return fract(52.9829189 * fract(dot(place, vec2(0.06711056, 0.00583715)))) - 0.5;
+}
+SMOOTHED
+void main() {
+    vec4 head = smoothed();
+    GROUND
+}
+"""
+_OPAQUE = """
+    vec3 behind = BEHIND;
+    pixel = vec4(head.rgb + (1.0 - head.a) * behind + noise(gl_FragCoord.xy) / 255.0, 1.0);
+"""
+_CLEAR = """
+    pixel = head.a > 0.0 ? vec4(head.rgb / head.a, head.a) : vec4(0.0);
+"""
+_REDUCED = """
+vec4 smoothed() { return texture(drawn, at); }
+"""
+# Fast approximate antialiasing (after Lottes 2009): blend along the edge that luma shows.
+_EDGES = """
+float luma(vec4 c) { return dot(c.rgb, vec3(0.30, 0.59, 0.11)) + (1.0 - c.a) * 0.35; }
+vec4 smoothed() {
+    vec4 middle = texture(drawn, at);
+    float m = luma(middle);
+    float nw = luma(texture(drawn, at + vec2(-1.0, 1.0) * step_size));
+    float ne = luma(texture(drawn, at + vec2(1.0, 1.0) * step_size));
+    float sw = luma(texture(drawn, at + vec2(-1.0, -1.0) * step_size));
+    float se = luma(texture(drawn, at + vec2(1.0, -1.0) * step_size));
+    float least = min(m, min(min(nw, ne), min(sw, se)));
+    float most = max(m, max(max(nw, ne), max(sw, se)));
+    if (most - least < max(0.03, 0.10 * most)) return middle;
+    vec2 along = vec2(sw + se - nw - ne, nw + sw - ne - se);
+    float damp = max((nw + ne + sw + se) * 0.03125, 0.0078125);
+    along = clamp(along / (min(abs(along.x), abs(along.y)) + damp), -8.0, 8.0) * step_size;
+    vec4 near = 0.5 * (texture(drawn, at - along / 6.0) + texture(drawn, at + along / 6.0));
+    vec4 far = 0.5 * near
+        + 0.25 * (texture(drawn, at - along * 0.5) + texture(drawn, at + along * 0.5));
+    float f = luma(far);
+    return f < least || f > most ? near : far;
+}
+"""
+
+
+def finishing(stage: Stage) -> str:
+    """From what was drawn to the picture: edges smoothed, the ground laid behind."""
+    behind = "ground(at)" if stage.backdrop is None else "texture(backdrop, at).rgb"
+    ground = _CLEAR if stage.transparent else _OPAQUE.replace("BEHIND", behind)
+    parts = {
+        "SHADING": shading.glsl(stage.rig),
+        "SMOOTHED": _EDGES if stage.profile.oversampling == 1 else _REDUCED,
+        "GROUND": ground,
+    }
+    return _filled(_FINISHING, parts)
+
+
+def _filled(text: str, parts: dict[str, str]) -> str:
+    for name, value in parts.items():
+        text = text.replace(name, value)
+    return text

@@ -1,0 +1,158 @@
+"""A head taken apart for drawing: vertices split at seams of the images, and a part per material."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.array_types import Float32Array, FloatArray
+from elocute.errors import HeadError
+from elocute.export.render.images import Image, open_pixels
+from elocute.export.render.lights import Rig
+from elocute.export.render.shading import Finish, finish_of, to_linear
+from elocute.head.model import HeadModel
+from elocute.head.normals import vertex_normals
+from elocute.head.surface import Surface
+
+TWO_SIDED = ("eyeball", "teeth", "hair")  # without a surface that says it
+EXPOSED_AS = 0.36  # mean linear colour of skin that the lights are set for
+EXPOSURE_POWER = 0.38  # how far a photographer follows the tone of the skin
+EXPOSURE_RANGE = (0.9, 1.75)
+
+
+@dataclass(frozen=True)
+class Part:
+    """The faces of one material.
+
+    Parameters
+    ----------
+    name : str
+        The material.
+    triangles : (triangle, 3) int32
+        Indices into the split vertices.
+    finish : Finish
+        How light meets it.
+    surface : Surface
+        Its settings; the images are decoded below.
+    color, normal, roughness : Image or None
+        Decoded; None where the surface has none.
+    """
+
+    name: str
+    triangles: NDArray[np.int32]
+    finish: Finish
+    surface: Surface
+    color: Image | None
+    normal: Image | None
+    roughness: Image | None
+
+    @property
+    def solid(self) -> bool:
+        return self.surface.opacity == "opaque"
+
+    @property
+    def casts(self) -> bool:
+        """Whether it casts shadows; fine fringes (brows, lashes) would only darken the skin."""
+        return self.solid or self.name.startswith("hair")
+
+    @property
+    def core(self) -> float:
+        """The alpha from which it hides what lies behind; 0 for all of it."""
+        return {"opaque": 0.0, "cutout": 0.5, "blend": 0.8}[self.surface.opacity]
+
+
+class Parts:
+    """All that stays the same while a head moves.
+
+    Parameters
+    ----------
+    head : HeadModel
+        The head.
+    side_max : int
+        Images are reduced to this many pixels a side.
+    """
+
+    def __init__(self, head: HeadModel, side_max: int = 1024) -> None:
+        self._head = head
+        pairs = np.stack([head.triangles.ravel(), head.uv_triangles.ravel()], axis=1)
+        unique, corners = np.unique(pairs, axis=0, return_inverse=True)
+        self.source: NDArray[np.intp] = unique[:, 0].astype(np.intp)
+        """(split,) the vertex of the head that each split vertex is."""
+        self.at: Float32Array = np.ascontiguousarray(head.uv[unique[:, 1]], np.float32)
+        """(split, 2) texture coordinates."""
+        self.color: Float32Array = to_linear(head.vertex_color[self.source] / np.float32(255))
+        """(split, 3) linear vertex colours."""
+        self.occlusion: Float32Array = head.occlusion[self.source].astype(np.float32)
+        """(split,) 1 = open to the light."""
+        triangles = corners.reshape(-1, 3).astype(np.int32)
+        self.parts: list[Part] = []
+        """One for each material that has faces, in their order."""
+        for index, name in enumerate(head.material_names):
+            chosen = triangles[head.triangle_material == index]
+            if len(chosen):
+                self.parts.append(_part(head, name, chosen, side_max))
+        self._hair = self._vertices_of("hair")
+
+    def _vertices_of(self, material: str) -> NDArray[np.intp]:
+        """Vertices of the head that belong to cards of hair."""
+        chosen = [p for p in self.parts if p.name.startswith(material) and not p.solid]
+        if not chosen:
+            return np.zeros(0, np.intp)
+        return np.unique(self.source[np.concatenate([p.triangles for p in chosen])])
+
+    def moved(self, points: FloatArray) -> Float32Array:
+        """(split, 6) places and unit normals of vertices (vertex, 3) m."""
+        normals = vertex_normals(points, self._head.triangles)
+        if len(self._hair):
+            # Cards look crumpled by their own normals: half of a ball's smooths them.
+            away = points[self._hair] - points[self._hair].mean(axis=0)
+            away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
+            own = normals[self._hair]
+            own = own * np.where((own * away).sum(axis=1, keepdims=True) < 0, -1, 1)
+            both = 0.4 * own + 0.6 * away
+            normals[self._hair] = both / np.linalg.norm(both, axis=1, keepdims=True)
+        return np.concatenate([points, normals], axis=1).astype(np.float32)[self.source]
+
+    @cached_property
+    def skin_color(self) -> float:
+        """Mean linear colour (green) of the face, images counted."""
+        for part in self.parts:
+            if finish_of(part.name) is finish_of("skin"):
+                corners = part.triangles.ravel()
+                color = float(self.color[corners, 1].mean()) * part.surface.tint[1]
+                if part.color is not None:
+                    texels = part.color.texels(self.at[corners])
+                    color = float((self.color[corners, 1] * texels[:, 1]).mean())
+                    color *= part.surface.tint[1]
+                return color
+        return EXPOSED_AS
+
+    def exposure(self, rig: Rig) -> float:
+        """The factor of light before the tone curve: darker skin is exposed for longer."""
+        factor = (EXPOSED_AS / max(self.skin_color, 1e-3)) ** EXPOSURE_POWER
+        return rig.exposure * float(np.clip(factor, *EXPOSURE_RANGE))
+
+
+def _part(head: HeadModel, name: str, triangles: NDArray[np.int32], side_max: int) -> Part:
+    surface, finish = head.surfaces.get(name), finish_of(name)
+    if surface is None:
+        surface = Surface(
+            roughness_factor=finish.roughness, both_sides=name in TWO_SIDED, normal_scale=0.0
+        )
+    images = {
+        kind: Image(open_pixels(data, f"{kind} of {name}", side_max, HeadError), kind == "color")
+        for kind in ("color", "normal", "roughness")
+        if (data := getattr(surface, kind))
+    }
+    return Part(
+        name,
+        np.ascontiguousarray(triangles),
+        finish,
+        surface,
+        images.get("color"),
+        images.get("normal"),
+        images.get("roughness"),
+    )

@@ -1,0 +1,17 @@
+"""Looks of the built-in head: skin, eyes, hair, brows, lashes, clothes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from elocute.lazy_loading import lazy
+
+if TYPE_CHECKING:
+    from elocute.head.looks.dress import dress, dressed
+    from elocute.head.looks.look import Look
+
+__all__ = ["Look", "dress", "dressed"]
+__getattr__, __dir__ = lazy(
+    __name__,
+    {"dress": ("dress", "dressed"), "look": ("Look",)},
+)
