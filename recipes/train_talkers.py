@@ -20,15 +20,12 @@ import numpy as np
 import torch
 
 from elocute.array_types import Float64Array
-from elocute.audio.read import read_audio
-from elocute.audio.waveform import SPEECH_RATE
 from elocute.head.builtin import load_builtin_head
 from elocute.models.talker_inputs import RULES_COLUMN, RULES_MIDDLE_MM, RULES_UNIT_MM
 from elocute.motion.mouth_measures import MEASURES
 from elocute.networks.talkers import MeanOfTalkerNets, TalkerNet
 from elocute.training.onnx_export import export_network
 from recipes.talkers.clips import Clip, read_clips, standardise
-from recipes.talkers.disguise import Disguise
 from recipes.talkers.fit import GUARD, FitSettings, fit
 from recipes.talkers.selection import (
     Calibration,
@@ -52,7 +49,6 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="for features; what is there is not made again")
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--epochs", type=int, default=FitSettings.epochs)
-    parser.add_argument("--disguises", type=int, default=3, help="of each recording")
     parser.add_argument("--channels", type=int, default=FitSettings.channels)
     parser.add_argument(
         "--held-out",
@@ -64,22 +60,15 @@ def main() -> None:
     choice = parser.parse_args()
     torch.set_num_threads(1)
     settings = FitSettings(epochs=choice.epochs, channels=choice.channels)
-    words, sentences = heard(choice.data, choice.folder)
-    noises = [
-        read_audio(path, sample_rate=SPEECH_RATE).samples
-        for path in sorted((choice.data / "noise").glob("*.flac"))
-    ]
-    disguised = [
-        heard(choice.data, choice.folder, Disguise(noises, seed), f"-{seed}")
-        for seed in range(1, 1 + choice.disguises)
-    ]
-    calibration, judged = held_out(words, sentences, disguised, settings, choice)
+    words = read_clips(choice.data / "talkers" / "train", choice.folder / "talkers")
+    measuring = (choice.data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
+    grid = choice.data / "grid_s1" / "clips"
+    sentences = read_clips(grid, choice.folder / "grid", leave_out=measuring)
+    calibration, judged = held_out(words, sentences, settings, choice)
     if choice.held_out:
         if choice.output != ASSET:
             write_model(judged, calibration, choice.output)
         return
-    for more_words, more_sentences in disguised:
-        words, sentences = [*words, *more_words], [*sentences, *more_sentences]
     speech = standardise([*words, *sentences])
     networks = [
         fit(words, sentences, speech, seed, settings, print) for seed in range(1, 1 + choice.seeds)
@@ -88,34 +77,14 @@ def main() -> None:
     print(f"{choice.output}: {choice.output.stat().st_size} bytes")
 
 
-Heard = tuple[list[Clip], list[Clip]]
-
-
-def heard(data: Path, folder: Path, disguise: Disguise | None = None, mark: str = "") -> Heard:
-    """Words of many talkers, and sentences of one, as they are or in disguise."""
-    measuring = (data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
-    return (
-        read_clips(data / "talkers" / "train", folder / f"talkers{mark}", (), disguise),
-        read_clips(data / "grid_s1" / "clips", folder / f"grid{mark}", measuring, disguise),
-    )
-
-
 def held_out(
-    words: list[Clip],
-    sentences: list[Clip],
-    disguised: list[Heard],
-    settings: FitSettings,
-    choice: argparse.Namespace,
+    words: list[Clip], sentences: list[Clip], settings: FitSettings, choice: argparse.Namespace
 ) -> tuple[Calibration, list[TalkerNet]]:
     """Train on some, tell how it does on the others, and how far people move beyond it."""
     (learned, other), (read, unread) = split_talkers(words), split_sentences(sentences)
     if choice.names is not None:
         choice.names.write_text("".join(f"{clip.name}\n" for clip in other), encoding="utf-8")
-    hidden = {clip.name for clip in (*other, *unread)}
-    for more_words, more_sentences in disguised:
-        learned = [*learned, *(clip for clip in more_words if clip.name not in hidden)]
-        read = [*read, *(clip for clip in more_sentences if clip.name not in hidden)]
-    speech = standardise([*learned, *read, *other, *unread])
+    speech = standardise([*words, *sentences])
     seeds = range(1, 1 + choice.seeds) if choice.held_out else (1,)
     networks = [fit(learned, read, speech, seed, settings, print) for seed in seeds]
     for title, clips in (("talkers", other), ("sentences", unread)):

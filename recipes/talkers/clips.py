@@ -20,7 +20,6 @@ from elocute.encoders.protocol import FEATURE_RATE
 from elocute.evaluation.tracked_mouths import find_tracked_mouths, read_tracked_mouth
 from elocute.files.array_reading import read_npz
 from elocute.models.talker_inputs import rule_curves, rule_measures, talker_inputs
-from recipes.talkers.disguise import Disguise
 
 FIELDS = ("inner_opening_mean", "lip_width", "protrusion", "jaw")
 """Of a tracked mouth, in the order of `MEASURES`."""
@@ -72,13 +71,10 @@ class TalkerSpeech:
     shut: float
 
 
-def read_clips(
-    folder: Path, cache: Path, leave_out: Iterable[str] = (), disguised: Disguise | None = None
-) -> list[Clip]:
+def read_clips(folder: Path, cache: Path, leave_out: Iterable[str] = ()) -> list[Clip]:
     """All usable recordings of a folder, in either layout of `elocute evaluate real`.
 
-    Inputs are computed once and kept in the folder `cache`. With `disguised` the same mouths as
-    heard over other microphones, in noise, by a quicker or slower voice.
+    Inputs are computed once and kept in the folder `cache`.
     """
     cache.mkdir(parents=True, exist_ok=True)
     skipped = set(leave_out)
@@ -96,9 +92,8 @@ def read_clips(
         seen = (np.asarray(fields["valid"]) > 0) & np.isfinite(tracked).all(axis=1)
         if seen.sum() < FRAMES_MIN or tracked[seen, 0].std() < STILL:
             continue
-        inputs = _inputs(found.path, cache, disguised)
-        rate = disguised.rate(found.path.stem) if disguised else 1.0
-        times_s = (np.asarray(fields["t"], float)[seen] - found.offset_s) / rate
+        inputs = _inputs(found.path, cache)
+        times_s = np.asarray(fields["t"], float)[seen] - found.offset_s
         clip = Clip(
             found.path.stem, found.talker, inputs[:, 1:], inputs[:, 0] > 0.5, times_s,
             tracked[seen], np.zeros((0, 0), np.float32), np.zeros(0, np.bool_),
@@ -107,14 +102,12 @@ def read_clips(
     return clips
 
 
-def _inputs(path: Path, cache: Path, disguised: Disguise | None) -> Float32Array:
+def _inputs(path: Path, cache: Path) -> Float32Array:
     """(row, 1 + input): whether somebody speaks, and the inputs."""
     kept = cache / f"{path.stem}.npy"
     if kept.is_file():
         return np.load(kept)
     samples = read_audio(_sound(path), sample_rate=SPEECH_RATE).samples
-    if disguised:
-        samples = disguised(samples, path.stem)
     phones = builtin_encoder().encode(samples)
     rows = Loudness()
     loudness = np.concatenate([rows.push(samples), rows.flush()])[: len(phones)]

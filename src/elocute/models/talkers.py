@@ -62,7 +62,7 @@ REACH_ROWS = 10  # that an output of the network sees on both sides
 TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
 MARGIN = REACH_ROWS + TEMPO_ROWS
 PARTED_MM, NEARLY_MM = 2.0, 0.8  # lips in speech come no nearer; where a p may have been heard
-MAYBE = 0.25  # evidence of p, b or m with which lips may come as near as that
+MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
 FREEDOM = {
     "jawOpen": 0.25,
     "mouthLowerDownLeft": 0.25,
@@ -80,7 +80,7 @@ TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
 ROUNDED = ("mouthPucker", "mouthFunnel")
-ROUNDED_SHARE = 0.5  # of the rules' width where they round the lips fully
+ROUNDED_SHARE = 0.7  # of the rules' width where they round the lips fully
 
 
 @dataclass(frozen=True, eq=False)
