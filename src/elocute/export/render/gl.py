@@ -48,7 +48,7 @@ class GlRenderer:
         parts = Parts(head, stage.profile.image_side)
         self._parts = parts
         self._moving = self._gl.buffer(reserve=len(parts.source) * 24, dynamic=True)
-        fixed = np.concatenate([parts.at, parts.color, parts.occlusion[:, None]], axis=1)
+        fixed = np.concatenate([parts.at, parts.color, parts.occlusion[:, None], parts.strand], 1)
         self._fixed = self._gl.buffer(fixed.astype(np.float32).tobytes())
         self._indices = {
             part.name: self._gl.buffer(np.ascontiguousarray(part.triangles).tobytes())
@@ -105,8 +105,8 @@ class GlRenderer:
 
     def array(self, program: Any, part: Part) -> Any:
         """The faces of a part, as a program takes them."""
-        moving, fixed = ["3f", "3f"], ["2f", "3f", "1f"]
-        places = (("position", "normal"), ("texcoord", "color", "occlusion"))
+        moving, fixed = ["3f", "3f"], ["2f", "3f", "1f", "3f"]
+        places = (("position", "normal"), ("texcoord", "color", "occlusion", "strand"))
         buffers = []
         for buffer, formats, names in (
             (self._moving, moving, places[0]),

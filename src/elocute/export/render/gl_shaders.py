@@ -9,11 +9,12 @@ from elocute.export.render.parts import Part
 
 VERTEX = """#version 330
 uniform mat4 projection; uniform mat4 key_view;
-in vec3 position; in vec3 normal; in vec2 texcoord; in vec3 color; in float occlusion;
-out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint; out vec3 from_key;
+in vec3 position; in vec3 normal; in vec2 texcoord; in vec3 color; in float occlusion; in vec3 strand;
+out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint; out vec3 from_key; out vec3 along;
 void main() {
     gl_Position = projection * vec4(position, 1.0);
     place = position; smooth_normal = normal; at = texcoord; paint = vec4(color, occlusion);
+    along = strand;
     from_key = (key_view * vec4(position, 1.0)).xyz;
 }
 """
@@ -34,7 +35,7 @@ _SURFACE = """#version 330
 uniform vec3 eye; uniform float exposure;
 uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
 uniform sampler2D shadow_map;
-in vec3 place; in vec3 smooth_normal; in vec2 at; in vec4 paint; in vec3 from_key;
+in vec3 place; in vec3 smooth_normal; in vec2 at; in vec4 paint; in vec3 from_key; in vec3 along;
 out vec4 pixel;
 SHADING
 void main() {
@@ -94,8 +95,8 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
         "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
         "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if given.both_sides else "1.0",
         "NORMAL": "p.blunt" if part.normal is None else bumped,
-        "STRAND": "strand_at(place, at)" if part.finish.strand else "vec3(0.0)",
-        "ROUGHNESS": f"{given.roughness_factor:f}",
+        "STRAND": "normalize(along)" if part.finish.strand else "vec3(0.0)",
+        "ROUGHNESS": f"{part.rough:f}",
         "ROUGH": "" if part.roughness is None else rough,
         "SHADOW_BIAS": f"{shading.SHADOW_BIAS:f}",
         "FINISH": shading.finish_glsl(part.finish),

@@ -54,6 +54,11 @@ class Part:
         return self.surface.opacity == "opaque"
 
     @property
+    def rough(self) -> float:
+        """Factor of the roughness: under a clear coat, that of what lies below it."""
+        return self.finish.roughness if self.finish.coat else self.surface.roughness_factor
+
+    @property
     def casts(self) -> bool:
         """Whether it casts shadows; fine fringes (brows, lashes) would only darken the skin."""
         return self.solid or self.name.startswith("hair")
@@ -95,6 +100,8 @@ class Parts:
             if len(chosen):
                 self.parts.append(_part(head, name, chosen, side_max))
         self._hair = self._vertices_of("hair")
+        self.strand: Float32Array = self._strands()
+        """(split, 3) unit directions of hair, at rest; zero elsewhere."""
 
     def _vertices_of(self, material: str) -> NDArray[np.intp]:
         """Vertices of the head that belong to cards of hair."""
@@ -102,6 +109,23 @@ class Parts:
         if not chosen:
             return np.zeros(0, np.intp)
         return np.unique(self.source[np.concatenate([p.triangles for p in chosen])])
+
+    def _strands(self) -> Float32Array:
+        """Where the second texture coordinate grows, the mean of the triangles round a vertex."""
+        places, at = self._head.template[self.source], self.at
+        sums = np.zeros((len(self._head.template), 3))
+        for part in self.parts:
+            if not part.finish.strand:
+                continue
+            a, b, c = part.triangles.T
+            edge, other = places[b] - places[a], places[c] - places[a]
+            one, two = at[b] - at[a], at[c] - at[a]
+            turned = np.sign(one[:, :1] * two[:, 1:] - two[:, :1] * one[:, 1:])
+            along = (other * one[:, :1] - edge * two[:, :1]) * turned
+            along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+            np.add.at(sums, self.source[part.triangles], along[:, None])
+        sums /= np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)
+        return sums[self.source].astype(np.float32)
 
     def moved(self, points: FloatArray) -> Float32Array:
         """(split, 6) places and unit normals of vertices (vertex, 3) m."""

@@ -160,7 +160,7 @@ class RayRenderer:
         given = part.surface
         corners = self._triangles[hits.face[chosen]]
         shares = hits.shares[chosen]
-        place, blunt = scene.between(corners, shares, slice(0, 3)), None
+        place = scene.between(corners, shares, slice(0, 3))
         blunt = scene.between(corners, shares, slice(3, 6))
         blunt /= np.maximum(np.linalg.norm(blunt, axis=1, keepdims=True), 1e-9)
         if given.both_sides:
@@ -176,19 +176,19 @@ class RayRenderer:
         if part.color is not None:
             albedo = albedo * part.color.at_density(at, density)[:, :3]
         occlusion = _weighted(self._parts.occlusion[:, None], corners, shares)
-        roughness = np.full((len(chosen), 1), given.roughness_factor, np.float32)
+        roughness = np.full((len(chosen), 1), part.rough, np.float32)
         if part.roughness is not None:
             rough = part.roughness.at_density(at, density)
             occlusion = np.minimum(occlusion, rough[:, :1])
             roughness = roughness * rough[:, 1:2]
         normal, strand = blunt, np.zeros_like(blunt)
-        if part.normal is not None or part.finish.strand:
+        if part.normal is not None:
+            texel = part.normal.at_density(at, density)[:, :3]
             frame = scene.frames(corners)
-            if part.normal is not None:
-                texel = part.normal.at_density(at, density)[:, :3]
-                normal = shading.bumped(texel, given.normal_scale, *frame, blunt)
-            if part.finish.strand:
-                strand = shading.strand_at(*frame)
+            normal = shading.bumped(texel, given.normal_scale, *frame, blunt)
+        if part.finish.strand:
+            strand = _weighted(self._parts.strand, corners, shares)
+            strand /= np.maximum(np.linalg.norm(strand, axis=1, keepdims=True), 1e-9)
         from_key = place @ self._key.matrix[:3, :3].T + self._key.matrix[:3, 3]
         seen = bilinear(moments, from_key[:, :2] * 0.5 + 0.5, repeat=False)
         point = shading.Point(
