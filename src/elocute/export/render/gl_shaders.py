@@ -8,6 +8,7 @@ from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part
 
 VERTEX = """#version 330
+invariant gl_Position;
 uniform mat4 projection; uniform mat4 key_view;
 in vec3 position; in vec3 normal; in vec2 texcoord; in vec3 color; in float occlusion; in vec3 strand;
 out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint; out vec3 from_key; out vec3 along;
@@ -25,6 +26,21 @@ out vec2 at; out float depth;
 void main() {
     gl_Position = key_view * vec4(position, 1.0);
     at = texcoord; depth = gl_Position.z;
+}
+"""
+VERTEX_AT = """#version 330
+invariant gl_Position;
+uniform mat4 projection;
+in vec3 position; in vec2 texcoord;
+out vec2 at;
+void main() { gl_Position = projection * vec4(position, 1.0); at = texcoord; }
+"""
+_COVER = """#version 330
+uniform sampler2D color_map;
+in vec2 at; out vec4 pixel;
+void main() {
+    if (texture(color_map, at).a < CORE) discard;
+    pixel = vec4(0.0);
 }
 """
 OVERLAY = """#version 330
@@ -80,8 +96,6 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     if fringe:
         cut = f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
         alpha = "texel.a"
-    elif not part.solid:
-        cut = f"if (texel.a < {part.core:f}) discard;"
     scale = given.normal_scale
     bumped = f"bumped(texture(normal_map, at).xyz, {scale:f}, place, at, p.blunt)"
     rough = (
@@ -103,6 +117,11 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
         "ALPHA": alpha,
     }
     return _filled(_SURFACE, parts)
+
+
+def cover(part: Part) -> str:
+    """Where cards are solid: of it only the depth is kept."""
+    return _filled(_COVER, {"CORE": f"{part.core:f}"})
 
 
 def depths(part: Part) -> str:
@@ -135,8 +154,9 @@ void main() {
 }
 """
 _OPAQUE = """
-    vec3 behind = BEHIND;
-    pixel = vec4(head.rgb + (1.0 - head.a) * behind + noise(gl_FragCoord.xy) / 255.0, 1.0);
+    vec3 color = head.rgb + noise(gl_FragCoord.xy) / 255.0;
+    if (head.a < 1.0) color += (1.0 - head.a) * BEHIND;
+    pixel = vec4(color, 1.0);
 """
 _CLEAR = """
     pixel = head.a > 0.0 ? vec4(head.rgb / head.a, head.a) : vec4(0.0);
@@ -148,12 +168,14 @@ vec4 smoothed() { return texture(drawn, at); }
 _EDGES = """
 float luma(vec4 c) { return dot(c.rgb, vec3(0.30, 0.59, 0.11)) + (1.0 - c.a) * 0.35; }
 vec4 smoothed() {
-    vec4 middle = texture(drawn, at);
+    ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(drawn, 0) - 1;
+    ivec2 low = max(here - 1, ivec2(0)), high = min(here + 1, last);
+    vec4 middle = texelFetch(drawn, here, 0);
     float m = luma(middle);
-    float nw = luma(texture(drawn, at + vec2(-1.0, 1.0) * step_size));
-    float ne = luma(texture(drawn, at + vec2(1.0, 1.0) * step_size));
-    float sw = luma(texture(drawn, at + vec2(-1.0, -1.0) * step_size));
-    float se = luma(texture(drawn, at + vec2(1.0, -1.0) * step_size));
+    float nw = luma(texelFetch(drawn, ivec2(low.x, high.y), 0));
+    float ne = luma(texelFetch(drawn, high, 0));
+    float sw = luma(texelFetch(drawn, low, 0));
+    float se = luma(texelFetch(drawn, ivec2(high.x, low.y), 0));
     float least = min(m, min(min(nw, ne), min(sw, se)));
     float most = max(m, max(max(nw, ne), max(sw, se)));
     if (most - least < max(0.03, 0.10 * most)) return middle;

@@ -18,6 +18,7 @@ from elocute.head.normals import vertex_normals
 from elocute.head.surface import Surface
 
 TWO_SIDED = ("eyeball", "teeth", "hair")  # without a surface that says it
+ENCLOSED = 0.5  # share of the surrounding light that comes to what is in the mouth, at most
 EXPOSED_AS = 0.36  # mean linear colour of skin that the lights are set for
 EXPOSURE_POWER = 0.38  # how far a photographer follows the tone of the skin
 EXPOSURE_RANGE = (0.9, 1.75)
@@ -60,8 +61,8 @@ class Part:
 
     @property
     def casts(self) -> bool:
-        """Whether it casts shadows; fine fringes (brows, lashes) would only darken the skin."""
-        return self.solid or self.name.startswith("hair")
+        """Whether it casts shadows: not what is inside the head, nor brows and lashes."""
+        return self.finish.ambient > ENCLOSED if self.solid else self.name.startswith("hair")
 
     @property
     def core(self) -> float:

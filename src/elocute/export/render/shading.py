@@ -71,6 +71,7 @@ BALL = 0.7  # the white of an eye is darker than it is painted
 COAT_REFLECTANCE = 0.04
 BOX_HALF, BOX_EDGE = (0.20, 0.26), (0.7, 1.0)  # a soft box in an eye: tangents; where it fades
 BOX_RADIANCE = (14.0, 8.0)  # of key and fill
+SRGB = (0.662002687, 0.684122060, -0.323583601, -0.0225411470)  # of x^1/2, x^1/4, x^1/8, x
 TONE_START, TONE_BLEACH = 0.72, 0.15  # where the shoulder begins; how fast it turns white
 SHADOW_SPREAD, SHADOW_CUT = 2e-5, 0.25  # least variance; share of the key that counts as none
 SHADOW_BIAS = 0.006  # of the radius of the key's view
@@ -132,10 +133,13 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     for index, lamp in enumerate(rig.lamps):
         kept = CREVICE + (1 - CREVICE) * (1 - f.ambient) if index == 0 else ENCLOSED
         through = _mix(np.float32(1), p.occlusion, kept)
+        bled = through
         if index == 0:
             through = through * (1 - (1 - p.shadow) * rig.shadow)
-        light = light + _reached(p, f, lamp, through)
-        shine = shine + _glint(p, f, lamp, facing) * through
+            bled = through ** _mix(np.ones(3, np.float32), _f32(PENUMBRA), f.softness)
+        light = light + _reached(p, f, lamp) * bled
+        if lamp.shine:
+            shine = shine + _glint(p, f, lamp, facing) * through
     if f.coat:
         shine = shine + _coat(p, f, rig)
     return (p.albedo * light + shine).astype(np.float32)
@@ -165,34 +169,33 @@ def _bounced(occlusion: FloatArray, albedo: FloatArray) -> FloatArray:
     return np.maximum(occlusion, ((occlusion * a + b) * occlusion + c) * occlusion)
 
 
-def _reached(p: Point, f: Finish, lamp: Lamp, through: FloatArray) -> FloatArray:
+def _reached(p: Point, f: Finish, lamp: Lamp) -> FloatArray:
     """Light of a lamp on the points."""
     towards = _unit(lamp.towards)
     bare, blunt = (p.normal @ towards)[:, None], (p.blunt @ towards)[:, None]
     wrap = lamp.wrap + f.softness * _f32(WRAP)
     fall = (_mix(bare, blunt, f.softness * _f32(BLUNT)) + wrap) / (1 + wrap) ** 2
-    bled = through ** _mix(np.ones(3, np.float32), _f32(PENUMBRA), f.softness)
-    return _f32(lamp.color) * np.clip(fall, 0, 1) * bled
+    return _f32(lamp.color) * np.clip(fall, 0, 1)
 
 
 def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
-    """Highlight of a lamp: GGX, and across the strands of hair."""
+    """Highlight of a lamp: GGX, or across the strands of hair."""
     towards = _unit(lamp.towards)
     half = p.view + towards
     half = half / np.sqrt(_dot(half, half))
     meets = np.clip((p.normal @ towards)[:, None], 0, 1)
+    color = _f32(lamp.color) * lamp.shine
+    if f.strand:
+        along = _dot(p.strand, half)
+        across = np.maximum(1 - along * along, 0) ** STRAND_POWER
+        return color * (f.strand * STRAND_SHINE * across * _mix(meets, 1, 0.25))
     aligned, seen = np.clip(_dot(p.normal, half), 0, 1), np.clip(_dot(p.view, half), 0, 1)
     wide = np.minimum(p.roughness * p.roughness + lamp.size * 0.5, 1)
     narrow = wide * wide
     lobe = narrow / (aligned * aligned * (narrow - 1) + 1) ** 2
     masked = 0.5 / _mix(2 * meets * facing, meets + facing, wide)
     fresnel = f.reflectance + (1 - f.reflectance) * (1 - seen) ** 5
-    strength = lobe * masked * fresnel * meets * (1 - 0.7 * f.strand)
-    if f.strand:
-        along = _dot(p.strand, half)
-        across = np.maximum(1 - along * along, 0)
-        strength = strength + f.strand * across**STRAND_POWER * _mix(meets, 1, 0.25) * STRAND_SHINE
-    return _f32(lamp.color) * (strength * lamp.shine)
+    return color * (lobe * masked * fresnel * meets)
 
 
 def _coat(p: Point, f: Finish, rig: Rig) -> FloatArray:
@@ -224,16 +227,18 @@ def shown(light: FloatArray, exposure: float) -> FloatArray:
     color = light * np.float32(exposure)
     peak = np.maximum(color.max(axis=1, keepdims=True), np.float32(1e-6))
     room = np.float32(1 - TONE_START)
-    lower = np.where(peak > TONE_START, 1 - room * room / (peak + room - TONE_START), peak)
+    over = np.maximum(peak - TONE_START, 0)
+    lower = np.where(over > 0, 1 - room * room / (over + room), peak)
     bleached = 1 - 1 / (TONE_BLEACH * (peak - lower) + 1)
     return to_srgb(_mix(color * (lower / peak), lower, bleached))
 
 
 def to_srgb(color: FloatArray) -> FloatArray:
-    """Linear 0…1 to sRGB 0…1."""
-    return np.where(
-        color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 1e-9) ** (1 / 2.4) - 0.055
-    ).astype(np.float32)
+    """Linear 0…1 to sRGB 0…1, by square roots: half a byte's step off at most, and fast."""
+    one = np.sqrt(color)
+    two = np.sqrt(one)
+    root = SRGB[0] * one + SRGB[1] * two + SRGB[2] * np.sqrt(two) + SRGB[3] * color
+    return np.where(color <= 0.0031308, 12.92 * color, root).astype(np.float32)
 
 
 def to_linear(color: FloatArray) -> FloatArray:
@@ -301,12 +306,15 @@ def glsl(rig: Rig) -> str:
     for index, lamp in enumerate(rig.lamps):
         kept = f"mix(1.0, {CREVICE:f}, f.ambient)" if index == 0 else f"{ENCLOSED:f}"
         through = f"mix(1.0, p.occlusion, {kept})"
+        bled = "vec3(through)"
         if index == 0:
             through += f" * (1.0 - (1.0 - p.shadow) * {rig.shadow:f})"
+            bled = f"pow(vec3(through), mix(vec3(1.0), {_vec(PENUMBRA)}, f.softness))"
+        lamps.append(f"    through = {through};")
         towards, color = _vec(_unit(lamp.towards)), _vec(lamp.color)
         lamps.append(
             f"    lamp(p, f, {towards}, {color}, {lamp.size * 0.5:f}, {lamp.wrap:f}, {lamp.shine:f},"
-            f" {through}, facing, light, shine);"
+            f" through, {bled}, facing, light, shine);"
         )
     boxes = []
     for lamp, radiance in zip(rig.lamps, BOX_RADIANCE, strict=False):
@@ -335,15 +343,22 @@ float socket(vec3 normal) {{
 }}
 float fifth(float x) {{ return x * x * x * x * x; }}
 void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, float gain,
-          float through, float facing, inout vec3 light, inout vec3 shine) {{
+          float through, vec3 bled, float facing, inout vec3 light, inout vec3 shine) {{
     float bare = dot(p.normal, towards), blunt = dot(p.blunt, towards);
     vec3 reach = wrap + f.softness * {_vec(WRAP)};
     vec3 fall = (mix(vec3(bare), vec3(blunt), f.softness * {_vec(BLUNT)}) + reach)
         / ((1.0 + reach) * (1.0 + reach));
-    vec3 bled = pow(vec3(through), mix(vec3(1.0), {_vec(PENUMBRA)}, f.softness));
     light += color * clamp(fall, 0.0, 1.0) * bled;
+    if (gain == 0.0) return;
     vec3 between = normalize(p.view + towards);
     float meets = clamp(bare, 0.0, 1.0);
+    if (f.strand > 0.0) {{
+        float along = dot(p.strand, between);
+        float across = pow(max(1.0 - along * along, 0.0), {STRAND_POWER:f});
+        shine += color * (gain * through * f.strand * {STRAND_SHINE:f} * across
+            * mix(meets, 1.0, 0.25));
+        return;
+    }}
     float aligned = clamp(dot(p.normal, between), 0.0, 1.0);
     float wide = min(p.roughness * p.roughness + size, 1.0);
     float narrow = wide * wide;
@@ -351,13 +366,7 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
     float masked = 0.5 / mix(2.0 * meets * facing, meets + facing, wide);
     float fresnel = f.reflectance
         + (1.0 - f.reflectance) * fifth(1.0 - clamp(dot(p.view, between), 0.0, 1.0));
-    float strength = narrow / (lobe * lobe) * masked * fresnel * meets * (1.0 - 0.7 * f.strand);
-    if (f.strand > 0.0) {{
-        float along = dot(p.strand, between);
-        strength += f.strand * pow(max(1.0 - along * along, 0.0), {STRAND_POWER:f})
-            * mix(meets, 1.0, 0.25) * {STRAND_SHINE:f};
-    }}
-    shine += color * (strength * gain * through);
+    shine += color * (narrow / (lobe * lobe) * masked * fresnel * meets * gain * through);
 }}
 float fade(float share) {{ return 1.0 - smoothstep({BOX_EDGE[0]:f}, {BOX_EDGE[1]:f}, share); }}
 float boxed(vec3 mirrored, vec3 towards, vec3 right, vec3 above) {{
@@ -382,6 +391,7 @@ vec3 lit(Point p, Finish f) {{
         + max((1.0 - p.roughness) * (1.0 - p.roughness) - f.reflectance, 0.0) * fifth(1.0 - facing);
     vec3 shine = around(2.0 * facing * p.normal.y - p.view.y)
         * (glance * p.occlusion * f.ambient);
+    float through;
 {chr(10).join(lamps)}
     if (f.coat > 0.0) shine += coated(p, f);
     return p.albedo * light + shine;
@@ -391,11 +401,12 @@ vec3 shown(vec3 light, float exposure) {{
     float peak = max(max(color.r, color.g), max(color.b, 0.000001));
     float lower = peak;
     if (peak > {TONE_START:f})
-        lower = 1.0 - {(1 - TONE_START) ** 2:f} / (peak + {1 - 2 * TONE_START:f});
+        lower = 1.0 - {(1 - TONE_START) ** 2:f} / (peak - {TONE_START:f} + {1 - TONE_START:f});
     color = mix(color * (lower / peak), vec3(lower),
         1.0 - 1.0 / ({TONE_BLEACH:f} * (peak - lower) + 1.0));
-    return mix(12.92 * color, 1.055 * pow(max(color, 1e-9), vec3(1.0 / 2.4)) - 0.055,
-        step(0.0031308, color));
+    vec3 one = sqrt(color), two = sqrt(one);
+    vec3 root = {SRGB[0]} * one + {SRGB[1]} * two + {SRGB[2]} * sqrt(two) + {SRGB[3]} * color;
+    return mix(12.92 * color, root, step(0.0031308, color));
 }}
 vec3 ground(vec2 at) {{
     float share = clamp(length((at - {_vec(GROUND_MIDDLE)}) * {_vec(GROUND_SHAPE)}), 0.0, 1.0);
