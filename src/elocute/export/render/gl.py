@@ -72,7 +72,7 @@ class GlRenderer:
         solid = [part for part in parts.parts if part.solid]
         self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
         self._covers = [
-            (self.array(self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part)), part), part)
+            (self.array(self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, stage.rig)), part), part)
             for part in cards
         ]
         fringed = [part for part in cards if part.surface.opacity == "blend"]

@@ -7,6 +7,7 @@ from elocute.export.render.lights import Rig
 from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part
 
+CARD_BIAS = "-1.0"  # finer levels of images with alpha: coarse ones thin hair out
 VERTEX = """#version 330
 invariant gl_Position;
 uniform mat4 projection; uniform mat4 key_view;
@@ -32,14 +33,16 @@ VERTEX_AT = """#version 330
 invariant gl_Position;
 uniform mat4 projection;
 in vec3 position; in vec2 texcoord;
-out vec2 at;
-void main() { gl_Position = projection * vec4(position, 1.0); at = texcoord; }
+out vec2 at; out vec3 place;
+void main() { gl_Position = projection * vec4(position, 1.0); at = texcoord; place = position; }
 """
 _COVER = """#version 330
-uniform sampler2D color_map;
-in vec2 at; out vec4 pixel;
+uniform sampler2D color_map; uniform vec3 eye;
+in vec2 at; in vec3 place; out vec4 pixel;
+SHADING
 void main() {
-    if (texture(color_map, at).a < CORE) discard;
+    float alpha = texture(color_map, at, CARD_BIAS).a;
+    if (alpha * edge_on(place, normalize(eye - place)) < CORE) discard;
     pixel = vec4(0.0);
 }
 """
@@ -93,8 +96,10 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     """The fragments of a part: what of it is solid, or the fringe laid over what lies behind."""
     given = part.surface
     cut, alpha = "", "1.0"
+    bias = "" if part.solid else f", {CARD_BIAS}"
     if fringe:
-        cut = f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
+        cut = "texel.a *= edge_on(place, normalize(eye - place)); "
+        cut += f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
         alpha = "texel.a"
     scale = given.normal_scale
     bumped = f"bumped(texture(normal_map, at).xyz, {scale:f}, place, at, p.blunt)"
@@ -104,10 +109,10 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     )
     parts = {
         "SHADING": shading.glsl(rig),
-        "TEXEL": "vec4(1.0)" if part.color is None else "texture(color_map, at)",
+        "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, at{bias})",
         "CUT": cut,
         "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
-        "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if given.both_sides else "1.0",
+        "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",
         "NORMAL": "p.blunt" if part.normal is None else bumped,
         "STRAND": "normalize(along)" if part.finish.strand else "vec3(0.0)",
         "ROUGHNESS": f"{part.rough:f}",
@@ -119,9 +124,10 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     return _filled(_SURFACE, parts)
 
 
-def cover(part: Part) -> str:
+def cover(part: Part, rig: Rig) -> str:
     """Where cards are solid: of it only the depth is kept."""
-    return _filled(_COVER, {"CORE": f"{part.core:f}"})
+    parts = {"SHADING": shading.glsl(rig), "CARD_BIAS": CARD_BIAS, "CORE": f"{part.core:f}"}
+    return _filled(_COVER, parts)
 
 
 def depths(part: Part) -> str:

@@ -60,9 +60,19 @@ class Part:
         return self.finish.roughness if self.finish.coat else self.surface.roughness_factor
 
     @property
+    def rounded(self) -> bool:
+        """Whether it is hair in cards, whose normals are taken half from a ball."""
+        return self.name.startswith("hair") and not self.solid
+
+    @property
+    def turns(self) -> bool:
+        """Whether its normals turn towards the eye."""
+        return self.surface.both_sides and not self.rounded
+
+    @property
     def casts(self) -> bool:
         """Whether it casts shadows: not what is inside the head, nor brows and lashes."""
-        return self.finish.ambient > ENCLOSED if self.solid else self.name.startswith("hair")
+        return self.finish.ambient > ENCLOSED if self.solid else self.rounded
 
     @property
     def core(self) -> float:
@@ -100,13 +110,13 @@ class Parts:
             chosen = triangles[head.triangle_material == index]
             if len(chosen):
                 self.parts.append(_part(head, name, chosen, side_max))
-        self._hair = self._vertices_of("hair")
+        self._hair = self._rounded_vertices()
         self.strand: Float32Array = self._strands()
         """(split, 3) unit directions of hair, at rest; zero elsewhere."""
 
-    def _vertices_of(self, material: str) -> NDArray[np.intp]:
-        """Vertices of the head that belong to cards of hair."""
-        chosen = [p for p in self.parts if p.name.startswith(material) and not p.solid]
+    def _rounded_vertices(self) -> NDArray[np.intp]:
+        """Vertices of the head whose normals are rounded."""
+        chosen = [part for part in self.parts if part.rounded]
         if not chosen:
             return np.zeros(0, np.intp)
         return np.unique(self.source[np.concatenate([p.triangles for p in chosen])])

@@ -163,7 +163,7 @@ class RayRenderer:
         place = scene.between(corners, shares, slice(0, 3))
         blunt = scene.between(corners, shares, slice(3, 6))
         blunt /= np.maximum(np.linalg.norm(blunt, axis=1, keepdims=True), 1e-9)
-        if given.both_sides:
+        if part.turns:
             blunt *= hits.front[chosen, None]
         at = hits.at[chosen]
         # As sampling of mip maps does: the level at which a texel is about a pixel.
@@ -267,8 +267,8 @@ class _Scene:
         at = parts.at[triangles]
         one, two = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
         drawn = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-        real = np.linalg.norm(self._normals, axis=1)
-        self.density: Float32Array = np.sqrt(drawn / np.maximum(real, 1e-16))
+        self._areas = np.maximum(np.linalg.norm(self._normals, axis=1), 1e-16)
+        self.density: Float32Array = np.sqrt(drawn / self._areas)
         """(triangle,) texture coordinates per metre."""
 
     def between(self, corners: Any, shares: Float32Array, columns: slice) -> Float32Array:
@@ -299,7 +299,8 @@ class _Scene:
                 return
             which, face = going[found], hit["primID"][found]
             distance = gone[which] + hit["tfar"][found]
-            front = np.where((self._normals[face] * rays[which]).sum(axis=1) <= 0, 1, -1)
+            slant = (self._normals[face] * rays[which]).sum(axis=1) / self._areas[face]
+            front = np.where(slant <= 0, 1, -1)
             hits = _Hits(
                 which,
                 {
@@ -311,15 +312,16 @@ class _Scene:
                 },
                 self,
             )
-            self._find_alpha(hits, for_shadow)
+            self._find_alpha(hits, None if for_shadow else slant)
             yield hits
             going = which[~hits.solid]
             if not len(going):
                 return
             gone[going] = distance[~hits.solid] + np.float32(STEP_M)
 
-    def _find_alpha(self, hits: _Hits, for_shadow: bool) -> None:
-        """Which hits are solid, and how much the others cover."""
+    def _find_alpha(self, hits: _Hits, slant: Float32Array | None) -> None:
+        """Which hits are solid, and how much the others cover; for shadows without a slant."""
+        for_shadow = slant is None
         for number in np.unique(hits.part):
             part: Part = self.parts.parts[number]
             chosen = np.flatnonzero(hits.part == number)
@@ -333,6 +335,8 @@ class _Scene:
             if part.solid or part.color is None:
                 continue
             alpha = part.color.texels(hits.at[chosen])[:, 3]
+            if slant is not None:
+                alpha = alpha * shading.edge_on(slant[chosen])
             core = alpha >= (0.5 if for_shadow else part.core)
             fringe = np.where(alpha >= 0.01, alpha, 0) if part.surface.opacity == "blend" else 0
             hits.solid[chosen] = core

@@ -65,7 +65,7 @@ WRAP = (0.34, 0.13, 0.07)  # how far red, green and blue reach round on skin
 BLUNT = (0.70, 0.55, 0.30)  # how much of the smooth normal diffuse light takes
 PENUMBRA = (0.55, 0.90, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow
 CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
-STRAND_POWER, STRAND_SHINE = 90.0, 0.02
+STRAND_POWER, STRAND_TINT = 90.0, (0.006, 0.12)  # strength: white, and of its own colour
 LID_UPPER, LID_LOWER, LID_CORNER = (0.02, 0.48), (-0.7, -0.3), (0.55, 0.93)  # of an eye's normals
 BALL = 0.7  # the white of an eye is darker than it is painted
 COAT_REFLECTANCE = 0.04
@@ -74,6 +74,7 @@ BOX_RADIANCE = (14.0, 8.0)  # of key and fill
 SRGB = (0.662002687, 0.684122060, -0.323583601, -0.0225411470)  # of x^1/2, x^1/4, x^1/8, x
 TONE_START, TONE_BLEACH = 0.72, 0.15  # where the shoulder begins; how fast it turns white
 SHADOW_SPREAD, SHADOW_CUT = 2e-5, 0.25  # least variance; share of the key that counts as none
+EDGE_ON = (0.02, 0.2)  # cosines between which cards fade away
 SHADOW_BIAS = 0.006  # of the radius of the key's view
 GROUND_MIDDLE, GROUND_SHAPE = (0.5, 0.62), (1.0, 1.15)  # the bright spot behind the head
 
@@ -129,7 +130,7 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     edge = (1 - facing) ** 5
     glance = f.reflectance + np.maximum((1 - p.roughness) ** 2 - f.reflectance, 0) * edge
     mirrored = 2 * facing * p.normal[:, 1:2] - p.view[:, 1:2]
-    shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient)
+    shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient * (1 - f.strand))
     for index, lamp in enumerate(rig.lamps):
         kept = CREVICE + (1 - CREVICE) * (1 - f.ambient) if index == 0 else ENCLOSED
         through = _mix(np.float32(1), p.occlusion, kept)
@@ -188,7 +189,8 @@ def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
     if f.strand:
         along = _dot(p.strand, half)
         across = np.maximum(1 - along * along, 0) ** STRAND_POWER
-        return color * (f.strand * STRAND_SHINE * across * _mix(meets, 1, 0.25))
+        tint = STRAND_TINT[0] + STRAND_TINT[1] * p.albedo
+        return color * tint * (f.strand * across * _mix(meets, 1, 0.25))
     aligned, seen = np.clip(_dot(p.normal, half), 0, 1), np.clip(_dot(p.view, half), 0, 1)
     wide = np.minimum(p.roughness * p.roughness + lamp.size * 0.5, 1)
     narrow = wide * wide
@@ -291,16 +293,18 @@ def bumped(
     return (out / np.sqrt(np.maximum(_dot(out, out), 1e-12))).astype(np.float32)
 
 
-def glsl(rig: Rig) -> str:
-    """The same in GLSL, the numbers written in.
+def edge_on(slant: FloatArray) -> FloatArray:
+    """Factor of a card's alpha: what is seen edge-on would only be a dashed line.
 
-        struct Point {vec3 albedo, normal, blunt, view, strand; float occlusion, roughness, shadow;};
-        struct Finish {float reflectance, roughness, softness, ambient, coat, strand;};
-        vec3 lit(Point p, Finish f)               // linear light; `finish_glsl` writes a Finish
-        vec3 shown(vec3 light, float exposure)    // tone curve and sRGB
-        vec3 ground(vec2 at)                      // sRGB behind the head, at 0…1 from lower left
-        float open_to_key(vec2 moments, float depth)
-        vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal)
+    slant is the cosine between the view and the face.
+    """
+    return _step(*EDGE_ON, np.abs(slant))
+
+
+def glsl(rig: Rig) -> str:
+    """The same in GLSL, the numbers written in; docs/design.md says what it offers.
+
+    It reads no texture and keeps to what GLSL 3.30 and GLSL ES 3.00 share.
     """
     lamps = []
     for index, lamp in enumerate(rig.lamps):
@@ -355,8 +359,8 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
     if (f.strand > 0.0) {{
         float along = dot(p.strand, between);
         float across = pow(max(1.0 - along * along, 0.0), {STRAND_POWER:f});
-        shine += color * (gain * through * f.strand * {STRAND_SHINE:f} * across
-            * mix(meets, 1.0, 0.25));
+        shine += color * ({STRAND_TINT[0]:f} + {STRAND_TINT[1]:f} * p.albedo)
+            * (gain * through * f.strand * across * mix(meets, 1.0, 0.25));
         return;
     }}
     float aligned = clamp(dot(p.normal, between), 0.0, 1.0);
@@ -390,7 +394,7 @@ vec3 lit(Point p, Finish f) {{
     float glance = f.reflectance
         + max((1.0 - p.roughness) * (1.0 - p.roughness) - f.reflectance, 0.0) * fifth(1.0 - facing);
     vec3 shine = around(2.0 * facing * p.normal.y - p.view.y)
-        * (glance * p.occlusion * f.ambient);
+        * (glance * p.occlusion * f.ambient * (1.0 - f.strand));
     float through;
 {chr(10).join(lamps)}
     if (f.coat > 0.0) shine += coated(p, f);
@@ -417,6 +421,11 @@ float open_to_key(vec2 moments, float depth) {{
     float spread = max(moments.y - moments.x * moments.x, {SHADOW_SPREAD:.9f});
     float share = (spread / (spread + behind * behind) - {SHADOW_CUT:f}) / {1 - SHADOW_CUT:f};
     return behind <= 0.0 ? 1.0 : clamp(share, 0.0, 1.0);
+}}
+float edge_on(vec3 place, vec3 view) {{
+    vec3 face = cross(dFdx(place), dFdy(place));
+    float slant = abs(dot(face, view)) * inversesqrt(max(dot(face, face), 1e-30));
+    return smoothstep({EDGE_ON[0]:f}, {EDGE_ON[1]:f}, slant);
 }}
 vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal) {{
     vec3 q0 = dFdx(place), q1 = dFdy(place);
