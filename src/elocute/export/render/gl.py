@@ -10,14 +10,20 @@ from numpy.typing import NDArray
 from elocute.export.render import gl_shaders
 from elocute.export.render.camera import Camera
 from elocute.export.render.images import Image
-from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import ShadowView, shadow_view
+from elocute.export.render.stage import Stage
 from elocute.head.model import HeadModel
 
 SRGB_ALPHA = 0x8C43  # GL_SRGB8_ALPHA8: linear light when sampled
-SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
-UNITS = {"color_map": 0, "normal_map": 1, "roughness_map": 2, "shadow_map": 3, "drawn": 0}
+UNITS = {
+    "color_map": 0,
+    "normal_map": 1,
+    "roughness_map": 2,
+    "shadow_map": 3,
+    "drawn": 0,
+    "backdrop": 1,
+}
 
 
 def _context() -> Any:
@@ -72,7 +78,12 @@ class GlRenderer:
         solid = [part for part in parts.parts if part.solid]
         self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
         self._covers = [
-            (self.array(self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, stage.rig)), part), part)
+            (
+                self.array(
+                    self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, stage.rig)), part
+                ),
+                part,
+            )
             for part in cards
         ]
         fringed = [part for part in cards if part.surface.opacity == "blend"]

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from elocute.export.render import shading
 from elocute.export.render.lights import Rig
-from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part
+from elocute.export.render.stage import Stage
 
 CARD_BIAS = "-1.0"  # finer levels of images with alpha: coarse ones thin hair out
 VERTEX = """#version 330
 invariant gl_Position;
 uniform mat4 projection; uniform mat4 key_view;
-in vec3 position; in vec3 normal; in vec2 texcoord; in vec3 color; in float occlusion; in vec3 strand;
-out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint; out vec3 from_key; out vec3 along;
+in vec3 position; in vec3 normal; in vec2 texcoord;
+in vec3 color; in float occlusion; in vec3 strand;
+out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint;
+out vec3 from_key; out vec3 along;
 void main() {
     gl_Position = projection * vec4(position, 1.0);
     place = position; smooth_normal = normal; at = texcoord; paint = vec4(color, occlusion);

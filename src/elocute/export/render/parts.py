@@ -1,4 +1,4 @@
-"""A head taken apart for drawing: vertices split at seams of the images, and a part per material."""
+"""A head taken apart for drawing: vertices split at seams of images, a part per material."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ray casting with Embree: needs no system library. Slower, the same stage."""
+"""Ray casting with Embree: needs no system library. Slower, the same picture."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from elocute.array_types import Float32Array
 from elocute.export.render import shading
 from elocute.export.render.camera import Camera
 from elocute.export.render.images import bilinear
-from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import shadow_view
+from elocute.export.render.stage import Stage
 from elocute.head.model import HeadModel
 
 # Where edges need it, a pixel is the mean of four more rays (a rotated grid).
@@ -172,7 +172,7 @@ class RayRenderer:
         pixel_m = 2 * self._reach * distance / self._size[1] / slant
         density = scene.density[hits.face[chosen]] * pixel_m
 
-        albedo = _weighted(self._parts.color, corners, shares) * np.float32(given.tint)
+        albedo = _weighted(self._parts.color, corners, shares) * np.array(given.tint, np.float32)
         if part.color is not None:
             albedo = albedo * part.color.at_density(at, density)[:, :3]
         occlusion = _weighted(self._parts.occlusion[:, None], corners, shares)
@@ -184,8 +184,10 @@ class RayRenderer:
         normal, strand = blunt, np.zeros_like(blunt)
         if part.normal is not None:
             texel = part.normal.at_density(at, density)[:, :3]
-            frame = scene.frames(corners)
-            normal = shading.bumped(texel, given.normal_scale, *frame, blunt)
+            edge, other, change, other_change = scene.frames(corners)
+            normal = shading.bumped(
+                texel, given.normal_scale, edge, other, change, other_change, blunt
+            )
         if part.finish.strand:
             strand = _weighted(self._parts.strand, corners, shares)
             strand /= np.maximum(np.linalg.norm(strand, axis=1, keepdims=True), 1e-9)
@@ -275,7 +277,9 @@ class _Scene:
         """Places or normals (hit, 3) between the corners of triangles."""
         return _weighted(self._moved[:, columns], corners, shares)
 
-    def frames(self, corners: NDArray[np.int32]) -> tuple[Float32Array, ...]:
+    def frames(
+        self, corners: NDArray[np.int32]
+    ) -> tuple[Float32Array, Float32Array, Float32Array, Float32Array]:
         """Edges (hit, 3) of triangles, two each, and their change of texture coordinates."""
         place, at = self._moved[corners, :3], self.parts.at[corners]
         return (
@@ -346,4 +350,4 @@ class _Scene:
 def _weighted(values: Float32Array, corners: Any, shares: Float32Array) -> Float32Array:
     """(hit, channel) between the three corners of each triangle."""
     a, b, c = (values[corners[:, k]] * shares[:, k, None] for k in range(3))
-    return a + b + c
+    return np.asarray(a + b + c, np.float32)

@@ -133,7 +133,7 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient * (1 - f.strand))
     for index, lamp in enumerate(rig.lamps):
         kept = CREVICE + (1 - CREVICE) * (1 - f.ambient) if index == 0 else ENCLOSED
-        through = _mix(np.float32(1), p.occlusion, kept)
+        through = _mix(1.0, p.occlusion, kept)
         bled = through
         if index == 0:
             through = through * (1 - (1 - p.shadow) * rig.shadow)
@@ -316,9 +316,9 @@ def glsl(rig: Rig) -> str:
             bled = f"pow(vec3(through), mix(vec3(1.0), {_vec(PENUMBRA)}, f.softness))"
         lamps.append(f"    through = {through};")
         towards, color = _vec(_unit(lamp.towards)), _vec(lamp.color)
+        soft = f"{lamp.size * 0.5:f}, {lamp.wrap:f}, {lamp.shine:f}"
         lamps.append(
-            f"    lamp(p, f, {towards}, {color}, {lamp.size * 0.5:f}, {lamp.wrap:f}, {lamp.shine:f},"
-            f" through, {bled}, facing, light, shine);"
+            f"    lamp(p, f, {towards}, {color}, {soft}, through, {bled}, facing, light, shine);"
         )
     boxes = []
     for lamp, radiance in zip(rig.lamps, BOX_RADIANCE, strict=False):

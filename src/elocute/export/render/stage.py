@@ -1,4 +1,4 @@
-"""What a picture is taken in, beside its head and camera: lights, ground, how finely it is drawn."""
+"""What a picture is taken in: lights, ground, and how finely it is drawn."""
 
 from __future__ import annotations
 
