@@ -52,7 +52,7 @@ def open_renderer(
     backend : str
         "moderngl", "embreex", or "auto": moderngl where EGL works, embreex elsewhere.
     camera : Camera, optional
-        Where to stage from; `portrait` of the head without it.
+        Where to look from; `portrait` of the head without it.
     stage : Stage, optional
         Lights, ground and quality.
 

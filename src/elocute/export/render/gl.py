@@ -10,14 +10,20 @@ from numpy.typing import NDArray
 from elocute.export.render import gl_shaders
 from elocute.export.render.camera import Camera
 from elocute.export.render.images import Image
-from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import ShadowView, shadow_view
+from elocute.export.render.stage import Stage
 from elocute.head.model import HeadModel
 
 SRGB_ALPHA = 0x8C43  # GL_SRGB8_ALPHA8: linear light when sampled
-SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
-UNITS = {"color_map": 0, "normal_map": 1, "roughness_map": 2, "shadow_map": 3, "drawn": 0}
+UNITS = {
+    "color_map": 0,
+    "normal_map": 1,
+    "roughness_map": 2,
+    "shadow_map": 3,
+    "drawn": 0,
+    "backdrop": 1,
+}
 
 
 def _context() -> Any:
@@ -48,7 +54,7 @@ class GlRenderer:
         parts = Parts(head, stage.profile.image_side)
         self._parts = parts
         self._moving = self._gl.buffer(reserve=len(parts.source) * 24, dynamic=True)
-        fixed = np.concatenate([parts.at, parts.color, parts.occlusion[:, None]], axis=1)
+        fixed = np.concatenate([parts.at, parts.color, parts.occlusion[:, None], parts.strand], 1)
         self._fixed = self._gl.buffer(fixed.astype(np.float32).tobytes())
         self._indices = {
             part.name: self._gl.buffer(np.ascontiguousarray(part.triangles).tobytes())
@@ -59,8 +65,9 @@ class GlRenderer:
             for kind in ("color", "normal", "roughness"):
                 if (image := getattr(part, kind)) is not None:
                     self._images[part.name, kind] = self._image(image)
+        self._projection = camera.matrix(size[0] / size[1])
         self._shared: dict[str, Any] = {
-            "projection": camera.matrix(size[0] / size[1]).T,
+            "projection": self._projection.T,
             "key_view": shadow_view(head, stage.rig).matrix.T,
             "eye": camera.position,
             "exposure": parts.exposure(stage.rig),
@@ -70,6 +77,15 @@ class GlRenderer:
         cards = [part for part in parts.parts if not part.solid]
         solid = [part for part in parts.parts if part.solid]
         self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
+        self._covers = [
+            (
+                self.array(
+                    self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, stage.rig)), part
+                ),
+                part,
+            )
+            for part in cards
+        ]
         fringed = [part for part in cards if part.surface.opacity == "blend"]
         self._fringes = [(self._drawing(part, fringe=True), part) for part in fringed]
         scale = stage.profile.oversampling
@@ -82,6 +98,9 @@ class GlRenderer:
             self._finish.program["step_size"].value = (1 / large[0], 1 / large[1])
         if stage.backdrop is not None:
             self._backdrop = self._gl.texture(size, 3, stage.backdrop_for(size)[::-1].tobytes())
+        self._empty = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
+        self._drawn.clear(0.0, 0.0, 0.0, 0.0)
+        self._lay(self._empty)
 
     def program(self, vertex: str, fragment: str) -> Any:
         """A program with what all of them share set in it."""
@@ -105,8 +124,8 @@ class GlRenderer:
 
     def array(self, program: Any, part: Part) -> Any:
         """The faces of a part, as a program takes them."""
-        moving, fixed = ["3f", "3f"], ["2f", "3f", "1f"]
-        places = (("position", "normal"), ("texcoord", "color", "occlusion"))
+        moving, fixed = ["3f", "3f"], ["2f", "3f", "1f", "3f"]
+        places = (("position", "normal"), ("texcoord", "color", "occlusion", "strand"))
         buffers = []
         for buffer, formats, names in (
             (self._moving, moving, places[0]),
@@ -128,13 +147,18 @@ class GlRenderer:
                 self._images[part.name, kind].use(UNITS[f"{kind}_map"])
 
     def _image(self, image: Image) -> Any:
+        import moderngl as gl
+
+        profile = self._stage.profile
         high, wide = image.pixels.shape[:2]
         data = np.ascontiguousarray(image.pixels[::-1]).tobytes()
         kind = {"internal_format": SRGB_ALPHA} if image.srgb else {}
         texture = self._gl.texture((wide, high), 4, data, **kind)
         texture.build_mipmaps()
-        if self._stage.profile.anisotropy > 1:
-            texture.anisotropy = self._stage.profile.anisotropy
+        between = gl.LINEAR_MIPMAP_LINEAR if profile.blended_levels else gl.LINEAR_MIPMAP_NEAREST
+        texture.filter = between, gl.LINEAR
+        if profile.anisotropy > 1:
+            texture.anisotropy = profile.anisotropy
         return texture
 
     def _drawing(self, part: Part, *, fringe: bool = False) -> Any:
@@ -156,10 +180,17 @@ class GlRenderer:
         self._drawn.use()
         self._drawn.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
         self._shadow.moments.use(UNITS["shadow_map"])
-        for array, part in self._solid:
+        # Where cards are solid is found out first: each pixel of them is then lit but once.
+        for array, part in self._covers:
             self._sides(part)
             self.bind(part)
             array.render()
+        for array, part in self._solid:
+            gl.depth_func = "<" if part.solid else "=="
+            self._sides(part)
+            self.bind(part)
+            array.render()
+        gl.depth_func = "<="
         gl.enable(moderngl.BLEND)
         gl.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
         self._drawn.depth_mask = False
@@ -168,16 +199,35 @@ class GlRenderer:
             self.bind(part)
             array.render()
         self._drawn.depth_mask = True
+        gl.depth_func = "<"
         gl.enable_only(moderngl.NOTHING)
-        self._finished.use()
-        self._texture.use(0)
-        if self._stage.backdrop is not None:
-            self._backdrop.use(1)
-        self._finish.render()
+        gl.copy_framebuffer(self._finished, self._empty)
+        self._finished.scissor = self._seen(points)
+        self._lay(self._finished)
+        self._finished.scissor = None
         channels = 4 if self._stage.transparent else 3
         raw = self._finished.read(components=4, alignment=1)
         picture = np.frombuffer(raw, np.uint8).reshape(self._size[1], self._size[0], 4)
         return np.ascontiguousarray(picture[::-1, :, :channels])
+
+    def _lay(self, target: Any) -> None:
+        """Smooth what was drawn and lay the ground behind it."""
+        target.use()
+        self._texture.use(0)
+        if self._stage.backdrop is not None:
+            self._backdrop.use(1)
+        self._finish.render()
+
+    def _seen(self, points: NDArray[np.float32]) -> tuple[int, int, int, int]:
+        """Where in the picture the head is: left, bottom, width and height in pixels."""
+        clip = points @ self._projection[:3, :3].T + self._projection[:3, 3]
+        clip = clip[:, :2] / (points @ self._projection[3, :3] + self._projection[3, 3])[:, None]
+        size = np.array(self._size)
+        low = np.floor((clip.min(axis=0) * 0.5 + 0.5) * size) - 8
+        high = np.ceil((clip.max(axis=0) * 0.5 + 0.5) * size) + 8
+        left, bottom = (int(side) for side in np.clip(low, 0, size))
+        right, top = (int(side) for side in np.clip(high, 0, size))
+        return left, bottom, right - left, top - bottom
 
     def _sides(self, part: Part) -> None:
         """The far side of what is closed need not be drawn."""

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from elocute.export.render import shading
 from elocute.export.render.lights import Rig
-from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part
+from elocute.export.render.stage import Stage
 
+CARD_BIAS = "-1.0"  # finer levels of images with alpha: coarse ones thin hair out
 VERTEX = """#version 330
+invariant gl_Position;
 uniform mat4 projection; uniform mat4 key_view;
-in vec3 position; in vec3 normal; in vec2 texcoord; in vec3 color; in float occlusion;
-out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint; out vec3 from_key;
+in vec3 position; in vec3 normal; in vec2 texcoord;
+in vec3 color; in float occlusion; in vec3 strand;
+out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint;
+out vec3 from_key; out vec3 along;
 void main() {
     gl_Position = projection * vec4(position, 1.0);
     place = position; smooth_normal = normal; at = texcoord; paint = vec4(color, occlusion);
+    along = strand;
     from_key = (key_view * vec4(position, 1.0)).xyz;
 }
 """
@@ -26,6 +31,23 @@ void main() {
     at = texcoord; depth = gl_Position.z;
 }
 """
+VERTEX_AT = """#version 330
+invariant gl_Position;
+uniform mat4 projection;
+in vec3 position; in vec2 texcoord;
+out vec2 at; out vec3 place;
+void main() { gl_Position = projection * vec4(position, 1.0); at = texcoord; place = position; }
+"""
+_COVER = """#version 330
+uniform sampler2D color_map; uniform vec3 eye;
+in vec2 at; in vec3 place; out vec4 pixel;
+SHADING
+void main() {
+    float alpha = texture(color_map, at, CARD_BIAS).a;
+    if (alpha * edge_on(place, normalize(eye - place)) < CORE) discard;
+    pixel = vec4(0.0);
+}
+"""
 OVERLAY = """#version 330
 in vec2 corner; out vec2 at;
 void main() { gl_Position = vec4(corner, 0.0, 1.0); at = corner * 0.5 + 0.5; }
@@ -34,7 +56,7 @@ _SURFACE = """#version 330
 uniform vec3 eye; uniform float exposure;
 uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
 uniform sampler2D shadow_map;
-in vec3 place; in vec3 smooth_normal; in vec2 at; in vec4 paint; in vec3 from_key;
+in vec3 place; in vec3 smooth_normal; in vec2 at; in vec4 paint; in vec3 from_key; in vec3 along;
 out vec4 pixel;
 SHADING
 void main() {
@@ -76,11 +98,11 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     """The fragments of a part: what of it is solid, or the fringe laid over what lies behind."""
     given = part.surface
     cut, alpha = "", "1.0"
+    bias = "" if part.solid else f", {CARD_BIAS}"
     if fringe:
-        cut = f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
+        cut = "texel.a *= edge_on(place, normalize(eye - place)); "
+        cut += f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
         alpha = "texel.a"
-    elif not part.solid:
-        cut = f"if (texel.a < {part.core:f}) discard;"
     scale = given.normal_scale
     bumped = f"bumped(texture(normal_map, at).xyz, {scale:f}, place, at, p.blunt)"
     rough = (
@@ -89,19 +111,25 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     )
     parts = {
         "SHADING": shading.glsl(rig),
-        "TEXEL": "vec4(1.0)" if part.color is None else "texture(color_map, at)",
+        "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, at{bias})",
         "CUT": cut,
         "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
-        "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if given.both_sides else "1.0",
+        "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",
         "NORMAL": "p.blunt" if part.normal is None else bumped,
-        "STRAND": "strand_at(place, at)" if part.finish.strand else "vec3(0.0)",
-        "ROUGHNESS": f"{given.roughness_factor:f}",
+        "STRAND": "normalize(along)" if part.finish.strand else "vec3(0.0)",
+        "ROUGHNESS": f"{part.rough:f}",
         "ROUGH": "" if part.roughness is None else rough,
         "SHADOW_BIAS": f"{shading.SHADOW_BIAS:f}",
         "FINISH": shading.finish_glsl(part.finish),
         "ALPHA": alpha,
     }
     return _filled(_SURFACE, parts)
+
+
+def cover(part: Part, rig: Rig) -> str:
+    """Where cards are solid: of it only the depth is kept."""
+    parts = {"SHADING": shading.glsl(rig), "CARD_BIAS": CARD_BIAS, "CORE": f"{part.core:f}"}
+    return _filled(_COVER, parts)
 
 
 def depths(part: Part) -> str:
@@ -134,8 +162,9 @@ void main() {
 }
 """
 _OPAQUE = """
-    vec3 behind = BEHIND;
-    pixel = vec4(head.rgb + (1.0 - head.a) * behind + noise(gl_FragCoord.xy) / 255.0, 1.0);
+    vec3 color = head.rgb + noise(gl_FragCoord.xy) / 255.0;
+    if (head.a < 1.0) color += (1.0 - head.a) * BEHIND;
+    pixel = vec4(color, 1.0);
 """
 _CLEAR = """
     pixel = head.a > 0.0 ? vec4(head.rgb / head.a, head.a) : vec4(0.0);
@@ -147,12 +176,14 @@ vec4 smoothed() { return texture(drawn, at); }
 _EDGES = """
 float luma(vec4 c) { return dot(c.rgb, vec3(0.30, 0.59, 0.11)) + (1.0 - c.a) * 0.35; }
 vec4 smoothed() {
-    vec4 middle = texture(drawn, at);
+    ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(drawn, 0) - 1;
+    ivec2 low = max(here - 1, ivec2(0)), high = min(here + 1, last);
+    vec4 middle = texelFetch(drawn, here, 0);
     float m = luma(middle);
-    float nw = luma(texture(drawn, at + vec2(-1.0, 1.0) * step_size));
-    float ne = luma(texture(drawn, at + vec2(1.0, 1.0) * step_size));
-    float sw = luma(texture(drawn, at + vec2(-1.0, -1.0) * step_size));
-    float se = luma(texture(drawn, at + vec2(1.0, -1.0) * step_size));
+    float nw = luma(texelFetch(drawn, ivec2(low.x, high.y), 0));
+    float ne = luma(texelFetch(drawn, high, 0));
+    float sw = luma(texelFetch(drawn, low, 0));
+    float se = luma(texelFetch(drawn, ivec2(high.x, low.y), 0));
     float least = min(m, min(min(nw, ne), min(sw, se)));
     float most = max(m, max(max(nw, ne), max(sw, se)));
     if (most - least < max(0.03, 0.10 * most)) return middle;

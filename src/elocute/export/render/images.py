@@ -53,7 +53,6 @@ class Image:
         image = self.levels[min(max(level, 0), len(self.levels) - 1)]
         return bilinear(image, at)
 
-
     def at_density(self, at: FloatArray, density: FloatArray) -> Float32Array:
         """As `texels`, from levels at which a texel is about a pixel.
 

@@ -25,12 +25,15 @@ class Lamp:
         How much it widens a highlight: 0 is a point, 0.3 a large soft box.
     wrap : float
         How far it reaches round an edge, 0 to 1.
+    shine : float
+        Share of its highlight: less for lamps behind the head, which nothing casts shadows for.
     """
 
     towards: Triple
     color: Triple
     size: float
     wrap: float
+    shine: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -63,13 +66,13 @@ class Rig:
 RIGS: dict[str, Rig] = {
     "studio": Rig(
         lamps=(
-            Lamp((-0.50, 0.62, 0.95), (0.96, 0.89, 0.82), 0.22, 0.10),
+            Lamp((-0.50, 0.62, 0.95), (1.10, 1.02, 0.935), 0.22, 0.10),
             Lamp((0.90, 0.12, 0.70), (0.20, 0.22, 0.255), 0.40, 0.45),
-            Lamp((0.55, 0.55, -0.75), (0.80, 0.82, 0.90), 0.25, 0.02),
-            Lamp((-0.85, 0.25, -0.60), (0.34, 0.36, 0.42), 0.30, 0.02),
+            Lamp((0.55, 0.55, -0.75), (0.42, 0.43, 0.47), 0.25, 0.02, 0.0),
+            Lamp((-0.85, 0.25, -0.60), (0.20, 0.21, 0.25), 0.30, 0.02, 0.0),
         ),
-        sky=(0.36, 0.375, 0.41),
-        ground=(0.150, 0.130, 0.120),
+        sky=(0.33, 0.345, 0.375),
+        ground=(0.140, 0.120, 0.110),
         exposure=1.0,
         middle=(0.50, 0.53, 0.56),
         margin=(0.22, 0.24, 0.26),

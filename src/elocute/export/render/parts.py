@@ -1,4 +1,4 @@
-"""A head taken apart for drawing: vertices split at seams of the images, and a part per material."""
+"""A head taken apart for drawing: vertices split at seams of images, a part per material."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from elocute.head.normals import vertex_normals
 from elocute.head.surface import Surface
 
 TWO_SIDED = ("eyeball", "teeth", "hair")  # without a surface that says it
+ENCLOSED = 0.5  # share of the surrounding light that comes to what is in the mouth, at most
 EXPOSED_AS = 0.36  # mean linear colour of skin that the lights are set for
 EXPOSURE_POWER = 0.38  # how far a photographer follows the tone of the skin
 EXPOSURE_RANGE = (0.9, 1.75)
@@ -54,9 +55,24 @@ class Part:
         return self.surface.opacity == "opaque"
 
     @property
+    def rough(self) -> float:
+        """Factor of the roughness: under a clear coat, that of what lies below it."""
+        return self.finish.roughness if self.finish.coat else self.surface.roughness_factor
+
+    @property
+    def rounded(self) -> bool:
+        """Whether it is hair in cards, whose normals are taken half from a ball."""
+        return self.name.startswith("hair") and not self.solid
+
+    @property
+    def turns(self) -> bool:
+        """Whether its normals turn towards the eye."""
+        return self.surface.both_sides and not self.rounded
+
+    @property
     def casts(self) -> bool:
-        """Whether it casts shadows; fine fringes (brows, lashes) would only darken the skin."""
-        return self.solid or self.name.startswith("hair")
+        """Whether it casts shadows: not what is inside the head, nor brows and lashes."""
+        return self.finish.ambient > ENCLOSED if self.solid else self.rounded
 
     @property
     def core(self) -> float:
@@ -94,14 +110,33 @@ class Parts:
             chosen = triangles[head.triangle_material == index]
             if len(chosen):
                 self.parts.append(_part(head, name, chosen, side_max))
-        self._hair = self._vertices_of("hair")
+        self._hair = self._rounded_vertices()
+        self.strand: Float32Array = self._strands()
+        """(split, 3) unit directions of hair, at rest; zero elsewhere."""
 
-    def _vertices_of(self, material: str) -> NDArray[np.intp]:
-        """Vertices of the head that belong to cards of hair."""
-        chosen = [p for p in self.parts if p.name.startswith(material) and not p.solid]
+    def _rounded_vertices(self) -> NDArray[np.intp]:
+        """Vertices of the head whose normals are rounded."""
+        chosen = [part for part in self.parts if part.rounded]
         if not chosen:
             return np.zeros(0, np.intp)
         return np.unique(self.source[np.concatenate([p.triangles for p in chosen])])
+
+    def _strands(self) -> Float32Array:
+        """Where the second texture coordinate grows, the mean of the triangles round a vertex."""
+        places, at = self._head.template[self.source], self.at
+        sums = np.zeros((len(self._head.template), 3))
+        for part in self.parts:
+            if not part.finish.strand:
+                continue
+            a, b, c = part.triangles.T
+            edge, other = places[b] - places[a], places[c] - places[a]
+            one, two = at[b] - at[a], at[c] - at[a]
+            turned = np.sign(one[:, :1] * two[:, 1:] - two[:, :1] * one[:, 1:])
+            along = (other * one[:, :1] - edge * two[:, :1]) * turned
+            along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+            np.add.at(sums, self.source[part.triangles], along[:, None])
+        sums /= np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)
+        return sums[self.source].astype(np.float32)
 
     def moved(self, points: FloatArray) -> Float32Array:
         """(split, 6) places and unit normals of vertices (vertex, 3) m."""

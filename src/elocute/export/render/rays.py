@@ -1,4 +1,4 @@
-"""Ray casting with Embree: needs no system library. Slower, the same stage."""
+"""Ray casting with Embree: needs no system library. Slower, the same picture."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from elocute.array_types import Float32Array
 from elocute.export.render import shading
 from elocute.export.render.camera import Camera
 from elocute.export.render.images import bilinear
-from elocute.export.render.stage import Stage
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import shadow_view
+from elocute.export.render.stage import Stage
 from elocute.head.model import HeadModel
 
 # Where edges need it, a pixel is the mean of four more rays (a rotated grid).
@@ -160,10 +160,10 @@ class RayRenderer:
         given = part.surface
         corners = self._triangles[hits.face[chosen]]
         shares = hits.shares[chosen]
-        place, blunt = scene.between(corners, shares, slice(0, 3)), None
+        place = scene.between(corners, shares, slice(0, 3))
         blunt = scene.between(corners, shares, slice(3, 6))
         blunt /= np.maximum(np.linalg.norm(blunt, axis=1, keepdims=True), 1e-9)
-        if given.both_sides:
+        if part.turns:
             blunt *= hits.front[chosen, None]
         at = hits.at[chosen]
         # As sampling of mip maps does: the level at which a texel is about a pixel.
@@ -172,23 +172,25 @@ class RayRenderer:
         pixel_m = 2 * self._reach * distance / self._size[1] / slant
         density = scene.density[hits.face[chosen]] * pixel_m
 
-        albedo = _weighted(self._parts.color, corners, shares) * np.float32(given.tint)
+        albedo = _weighted(self._parts.color, corners, shares) * np.array(given.tint, np.float32)
         if part.color is not None:
             albedo = albedo * part.color.at_density(at, density)[:, :3]
         occlusion = _weighted(self._parts.occlusion[:, None], corners, shares)
-        roughness = np.full((len(chosen), 1), given.roughness_factor, np.float32)
+        roughness = np.full((len(chosen), 1), part.rough, np.float32)
         if part.roughness is not None:
             rough = part.roughness.at_density(at, density)
             occlusion = np.minimum(occlusion, rough[:, :1])
             roughness = roughness * rough[:, 1:2]
         normal, strand = blunt, np.zeros_like(blunt)
-        if part.normal is not None or part.finish.strand:
-            frame = scene.frames(corners)
-            if part.normal is not None:
-                texel = part.normal.at_density(at, density)[:, :3]
-                normal = shading.bumped(texel, given.normal_scale, *frame, blunt)
-            if part.finish.strand:
-                strand = shading.strand_at(*frame)
+        if part.normal is not None:
+            texel = part.normal.at_density(at, density)[:, :3]
+            edge, other, change, other_change = scene.frames(corners)
+            normal = shading.bumped(
+                texel, given.normal_scale, edge, other, change, other_change, blunt
+            )
+        if part.finish.strand:
+            strand = _weighted(self._parts.strand, corners, shares)
+            strand /= np.maximum(np.linalg.norm(strand, axis=1, keepdims=True), 1e-9)
         from_key = place @ self._key.matrix[:3, :3].T + self._key.matrix[:3, 3]
         seen = bilinear(moments, from_key[:, :2] * 0.5 + 0.5, repeat=False)
         point = shading.Point(
@@ -267,15 +269,17 @@ class _Scene:
         at = parts.at[triangles]
         one, two = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
         drawn = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-        real = np.linalg.norm(self._normals, axis=1)
-        self.density: Float32Array = np.sqrt(drawn / np.maximum(real, 1e-16))
+        self._areas = np.maximum(np.linalg.norm(self._normals, axis=1), 1e-16)
+        self.density: Float32Array = np.sqrt(drawn / self._areas)
         """(triangle,) texture coordinates per metre."""
 
     def between(self, corners: Any, shares: Float32Array, columns: slice) -> Float32Array:
         """Places or normals (hit, 3) between the corners of triangles."""
         return _weighted(self._moved[:, columns], corners, shares)
 
-    def frames(self, corners: NDArray[np.int32]) -> tuple[Float32Array, ...]:
+    def frames(
+        self, corners: NDArray[np.int32]
+    ) -> tuple[Float32Array, Float32Array, Float32Array, Float32Array]:
         """Edges (hit, 3) of triangles, two each, and their change of texture coordinates."""
         place, at = self._moved[corners, :3], self.parts.at[corners]
         return (
@@ -299,7 +303,8 @@ class _Scene:
                 return
             which, face = going[found], hit["primID"][found]
             distance = gone[which] + hit["tfar"][found]
-            front = np.where((self._normals[face] * rays[which]).sum(axis=1) <= 0, 1, -1)
+            slant = (self._normals[face] * rays[which]).sum(axis=1) / self._areas[face]
+            front = np.where(slant <= 0, 1, -1)
             hits = _Hits(
                 which,
                 {
@@ -311,15 +316,16 @@ class _Scene:
                 },
                 self,
             )
-            self._find_alpha(hits, for_shadow)
+            self._find_alpha(hits, None if for_shadow else slant)
             yield hits
             going = which[~hits.solid]
             if not len(going):
                 return
             gone[going] = distance[~hits.solid] + np.float32(STEP_M)
 
-    def _find_alpha(self, hits: _Hits, for_shadow: bool) -> None:
-        """Which hits are solid, and how much the others cover."""
+    def _find_alpha(self, hits: _Hits, slant: Float32Array | None) -> None:
+        """Which hits are solid, and how much the others cover; for shadows without a slant."""
+        for_shadow = slant is None
         for number in np.unique(hits.part):
             part: Part = self.parts.parts[number]
             chosen = np.flatnonzero(hits.part == number)
@@ -333,6 +339,8 @@ class _Scene:
             if part.solid or part.color is None:
                 continue
             alpha = part.color.texels(hits.at[chosen])[:, 3]
+            if slant is not None:
+                alpha = alpha * shading.edge_on(slant[chosen])
             core = alpha >= (0.5 if for_shadow else part.core)
             fringe = np.where(alpha >= 0.01, alpha, 0) if part.surface.opacity == "blend" else 0
             hits.solid[chosen] = core
@@ -342,4 +350,4 @@ class _Scene:
 def _weighted(values: Float32Array, corners: Any, shares: Float32Array) -> Float32Array:
     """(hit, channel) between the three corners of each triangle."""
     a, b, c = (values[corners[:, k]] * shares[:, k, None] for k in range(3))
-    return a + b + c
+    return np.asarray(a + b + c, np.float32)

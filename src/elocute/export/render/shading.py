@@ -11,7 +11,7 @@ of hair shine across their direction. Then a tone curve that keeps the hue of sk
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -51,10 +51,10 @@ FINISHES: dict[str, Finish] = {
     "skin": Finish(0.028, 0.50, 1.0, 1.0, 0.0, 0.0),
     "lips": Finish(0.032, 0.36, 0.9, 1.0, 0.0, 0.0),
     "mouth": Finish(0.020, 0.60, 0.5, 0.35, 0.0, 0.0),
-    "teeth": Finish(0.035, 0.30, 0.3, 0.5, 0.0, 0.0),
+    "teeth": Finish(0.035, 0.30, 0.3, 0.35, 0.0, 0.0),
     "gums": Finish(0.030, 0.35, 0.6, 0.4, 0.0, 0.0),
     "tongue": Finish(0.028, 0.45, 0.8, 0.4, 0.0, 0.0),
-    "eyeball": Finish(0.010, 0.60, 0.3, 0.9, 1.0, 0.0),
+    "eyeball": Finish(0.010, 0.60, 0.3, 0.6, 1.0, 0.0),
     "hair": Finish(0.010, 0.60, 0.2, 0.9, 0.0, 1.0),
     "cloth": Finish(0.020, 0.85, 0.2, 1.0, 0.0, 0.0),
 }
@@ -64,13 +64,17 @@ ALIASES = {"brows": "hair", "lashes": "hair", "beard": "hair", "collar": "cloth"
 WRAP = (0.34, 0.13, 0.07)  # how far red, green and blue reach round on skin
 BLUNT = (0.70, 0.55, 0.30)  # how much of the smooth normal diffuse light takes
 PENUMBRA = (0.55, 0.90, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow
-ENCLOSED = 0.7  # how much of the lamps without shadows is kept from where little light comes
-STRAND_POWER, STRAND_SHINE = 60.0, 0.05
+CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
+STRAND_POWER, STRAND_TINT = 90.0, (0.006, 0.12)  # strength: white, and of its own colour
+LID_UPPER, LID_LOWER, LID_CORNER = (0.02, 0.48), (-0.7, -0.3), (0.55, 0.93)  # of an eye's normals
+BALL = 0.7  # the white of an eye is darker than it is painted
 COAT_REFLECTANCE = 0.04
 BOX_HALF, BOX_EDGE = (0.20, 0.26), (0.7, 1.0)  # a soft box in an eye: tangents; where it fades
 BOX_RADIANCE = (14.0, 8.0)  # of key and fill
+SRGB = (0.662002687, 0.684122060, -0.323583601, -0.0225411470)  # of x^1/2, x^1/4, x^1/8, x
 TONE_START, TONE_BLEACH = 0.72, 0.15  # where the shoulder begins; how fast it turns white
 SHADOW_SPREAD, SHADOW_CUT = 2e-5, 0.25  # least variance; share of the key that counts as none
+EDGE_ON = (0.02, 0.2)  # cosines between which cards fade away
 SHADOW_BIAS = 0.006  # of the radius of the key's view
 GROUND_MIDDLE, GROUND_SHAPE = (0.5, 0.62), (1.0, 1.15)  # the bright spot behind the head
 
@@ -118,20 +122,41 @@ def finish_of(material: str) -> Finish:
 
 def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     """Linear light (point, 3) that points send to the eye."""
+    if f.coat:
+        p = replace(p, albedo=p.albedo * (_socket(p.blunt) * BALL))
     facing = np.maximum(_dot(p.normal, p.view), np.float32(0.02))
     up = _mix(p.normal[:, 1:2], p.blunt[:, 1:2], 0.5 * f.softness)
     light = _around(up, rig) * _bounced(p.occlusion, p.albedo) * f.ambient
     edge = (1 - facing) ** 5
-    glance = f.reflectance + np.maximum(1 - p.roughness - f.reflectance, 0) * edge
+    glance = f.reflectance + np.maximum((1 - p.roughness) ** 2 - f.reflectance, 0) * edge
     mirrored = 2 * facing * p.normal[:, 1:2] - p.view[:, 1:2]
-    shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient)
+    shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient * (1 - f.strand))
     for index, lamp in enumerate(rig.lamps):
-        through = 1 - (1 - p.shadow) * rig.shadow if index == 0 else _mix(1, p.occlusion, ENCLOSED)
-        light = light + _reached(p, f, lamp, through)
-        shine = shine + _glint(p, f, lamp, facing) * through
+        kept = CREVICE + (1 - CREVICE) * (1 - f.ambient) if index == 0 else ENCLOSED
+        through = _mix(1.0, p.occlusion, kept)
+        bled = through
+        if index == 0:
+            through = through * (1 - (1 - p.shadow) * rig.shadow)
+            bled = through ** _mix(np.ones(3, np.float32), _f32(PENUMBRA), f.softness)
+        light = light + _reached(p, f, lamp) * bled
+        if lamp.shine:
+            shine = shine + _glint(p, f, lamp, facing) * through
     if f.coat:
         shine = shine + _coat(p, f, rig)
     return (p.albedo * light + shine).astype(np.float32)
+
+
+def _socket(normal: FloatArray) -> FloatArray:
+    """How open a ball in its socket is: lids and brow are above, cheek and corners round it."""
+    upper = 1 - _step(*LID_UPPER, normal[:, 1:2])
+    lower = _step(*LID_LOWER, normal[:, 1:2])
+    middle = _step(*LID_CORNER, normal[:, 2:])
+    return (0.3 + 0.7 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle)
+
+
+def _step(low: float, high: float, value: FloatArray) -> FloatArray:
+    t = np.clip((value - low) / (high - low), 0, 1)
+    return t * t * (3 - 2 * t)
 
 
 def _around(up: FloatArray, rig: Rig) -> FloatArray:
@@ -145,34 +170,34 @@ def _bounced(occlusion: FloatArray, albedo: FloatArray) -> FloatArray:
     return np.maximum(occlusion, ((occlusion * a + b) * occlusion + c) * occlusion)
 
 
-def _reached(p: Point, f: Finish, lamp: Lamp, through: FloatArray) -> FloatArray:
+def _reached(p: Point, f: Finish, lamp: Lamp) -> FloatArray:
     """Light of a lamp on the points."""
     towards = _unit(lamp.towards)
     bare, blunt = (p.normal @ towards)[:, None], (p.blunt @ towards)[:, None]
     wrap = lamp.wrap + f.softness * _f32(WRAP)
     fall = (_mix(bare, blunt, f.softness * _f32(BLUNT)) + wrap) / (1 + wrap) ** 2
-    bled = through ** _mix(np.ones(3, np.float32), _f32(PENUMBRA), f.softness)
-    return _f32(lamp.color) * np.clip(fall, 0, 1) * bled
+    return _f32(lamp.color) * np.clip(fall, 0, 1)
 
 
 def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
-    """Highlight of a lamp: GGX, and across the strands of hair."""
+    """Highlight of a lamp: GGX, or across the strands of hair."""
     towards = _unit(lamp.towards)
     half = p.view + towards
     half = half / np.sqrt(_dot(half, half))
     meets = np.clip((p.normal @ towards)[:, None], 0, 1)
+    color = _f32(lamp.color) * lamp.shine
+    if f.strand:
+        along = _dot(p.strand, half)
+        across = np.maximum(1 - along * along, 0) ** STRAND_POWER
+        tint = STRAND_TINT[0] + STRAND_TINT[1] * p.albedo
+        return color * tint * (f.strand * across * _mix(meets, 1, 0.25))
     aligned, seen = np.clip(_dot(p.normal, half), 0, 1), np.clip(_dot(p.view, half), 0, 1)
     wide = np.minimum(p.roughness * p.roughness + lamp.size * 0.5, 1)
     narrow = wide * wide
     lobe = narrow / (aligned * aligned * (narrow - 1) + 1) ** 2
     masked = 0.5 / _mix(2 * meets * facing, meets + facing, wide)
     fresnel = f.reflectance + (1 - f.reflectance) * (1 - seen) ** 5
-    strength = lobe * masked * fresnel * meets
-    if f.strand:
-        along = _dot(p.strand, half)
-        across = np.maximum(1 - along * along, 0)
-        strength = strength + f.strand * across**STRAND_POWER * _mix(meets, 1, 0.25) * STRAND_SHINE
-    return _f32(lamp.color) * strength
+    return color * (lobe * masked * fresnel * meets)
 
 
 def _coat(p: Point, f: Finish, rig: Rig) -> FloatArray:
@@ -185,16 +210,10 @@ def _coat(p: Point, f: Finish, rig: Rig) -> FloatArray:
         depth = np.maximum((mirrored @ towards)[:, None], np.float32(1e-3))
         x = np.abs((mirrored @ right)[:, None]) / depth / BOX_HALF[0]
         y = np.abs((mirrored @ above)[:, None]) / depth / BOX_HALF[1]
-        inside = _fade(x) * _fade(y)
+        inside = (1 - _step(*BOX_EDGE, x)) * (1 - _step(*BOX_EDGE, y))
         shine = shine + _f32(lamp.color) * radiance * inside
     glance = COAT_REFLECTANCE + (1 - COAT_REFLECTANCE) * (1 - facing) ** 5
     return shine * glance * (f.coat * p.occlusion)
-
-
-def _fade(share: FloatArray) -> FloatArray:
-    """1 inside a box, 0 outside, soft at its edge."""
-    t = np.clip((share - BOX_EDGE[0]) / (BOX_EDGE[1] - BOX_EDGE[0]), 0, 1)
-    return 1 - t * t * (3 - 2 * t)
 
 
 def box(lamp: Lamp) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -210,16 +229,18 @@ def shown(light: FloatArray, exposure: float) -> FloatArray:
     color = light * np.float32(exposure)
     peak = np.maximum(color.max(axis=1, keepdims=True), np.float32(1e-6))
     room = np.float32(1 - TONE_START)
-    lower = np.where(peak > TONE_START, 1 - room * room / (peak + room - TONE_START), peak)
+    over = np.maximum(peak - TONE_START, 0)
+    lower = np.where(over > 0, 1 - room * room / (over + room), peak)
     bleached = 1 - 1 / (TONE_BLEACH * (peak - lower) + 1)
     return to_srgb(_mix(color * (lower / peak), lower, bleached))
 
 
 def to_srgb(color: FloatArray) -> FloatArray:
-    """Linear 0…1 to sRGB 0…1."""
-    return np.where(
-        color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 1e-9) ** (1 / 2.4) - 0.055
-    ).astype(np.float32)
+    """Linear 0…1 to sRGB 0…1, by square roots: half a byte's step off at most, and fast."""
+    one = np.sqrt(color)
+    two = np.sqrt(one)
+    root = SRGB[0] * one + SRGB[1] * two + SRGB[2] * np.sqrt(two) + SRGB[3] * color
+    return np.where(color <= 0.0031308, 12.92 * color, root).astype(np.float32)
 
 
 def to_linear(color: FloatArray) -> FloatArray:
@@ -272,38 +293,32 @@ def bumped(
     return (out / np.sqrt(np.maximum(_dot(out, out), 1e-12))).astype(np.float32)
 
 
-def strand_at(
-    edge: FloatArray, other: FloatArray, change: FloatArray, other_change: FloatArray
-) -> FloatArray:
-    """Unit directions (point, 3) in which the second texture coordinate grows."""
-    turned = np.sign(change[:, :1] * other_change[:, 1:] - other_change[:, :1] * change[:, 1:])
-    along = (other * change[:, :1] - edge * other_change[:, :1]) * turned
-    return (along / np.maximum(np.sqrt(_dot(along, along)), 1e-12)).astype(np.float32)
+def edge_on(slant: FloatArray) -> FloatArray:
+    """Factor of a card's alpha: what is seen edge-on would only be a dashed line.
+
+    slant is the cosine between the view and the face.
+    """
+    return _step(*EDGE_ON, np.abs(slant))
 
 
 def glsl(rig: Rig) -> str:
-    """The same in GLSL, the numbers written in.
+    """The same in GLSL, the numbers written in; docs/design.md says what it offers.
 
-        struct Point {vec3 albedo, normal, blunt, view, strand; float occlusion, roughness, shadow;};
-        struct Finish {float reflectance, roughness, softness, ambient, coat, strand;};
-        vec3 lit(Point p, Finish f)               // linear light; `finish_glsl` writes a Finish
-        vec3 shown(vec3 light, float exposure)    // tone curve and sRGB
-        vec3 ground(vec2 at)                      // sRGB behind the head, at 0…1 from lower left
-        float open_to_key(vec2 moments, float depth)
-        vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal)
-        vec3 strand_at(vec3 place, vec2 at)       // direction of growing v
+    It reads no texture and keeps to what GLSL 3.30 and GLSL ES 3.00 share.
     """
     lamps = []
     for index, lamp in enumerate(rig.lamps):
-        through = (
-            f"1.0 - (1.0 - p.shadow) * {rig.shadow:f}"
-            if index == 0
-            else f"mix(1.0, p.occlusion, {ENCLOSED:f})"
-        )
+        kept = f"mix(1.0, {CREVICE:f}, f.ambient)" if index == 0 else f"{ENCLOSED:f}"
+        through = f"mix(1.0, p.occlusion, {kept})"
+        bled = "vec3(through)"
+        if index == 0:
+            through += f" * (1.0 - (1.0 - p.shadow) * {rig.shadow:f})"
+            bled = f"pow(vec3(through), mix(vec3(1.0), {_vec(PENUMBRA)}, f.softness))"
+        lamps.append(f"    through = {through};")
         towards, color = _vec(_unit(lamp.towards)), _vec(lamp.color)
+        soft = f"{lamp.size * 0.5:f}, {lamp.wrap:f}, {lamp.shine:f}"
         lamps.append(
-            f"    lamp(p, f, {towards}, {color}, {lamp.size * 0.5:f}, {lamp.wrap:f}, {through},"
-            " facing, light, shine);"
+            f"    lamp(p, f, {towards}, {color}, {soft}, through, {bled}, facing, light, shine);"
         )
     boxes = []
     for lamp, radiance in zip(rig.lamps, BOX_RADIANCE, strict=False):
@@ -324,17 +339,30 @@ vec3 bounced(float occlusion, vec3 albedo) {{
     vec3 a = 2.0404 * albedo - 0.3324, b = 0.6417 - 4.7951 * albedo, c = 2.7552 * albedo + 0.6903;
     return max(vec3(occlusion), ((occlusion * a + b) * occlusion + c) * occlusion);
 }}
+float socket(vec3 normal) {{
+    float upper = 1.0 - smoothstep({LID_UPPER[0]:f}, {LID_UPPER[1]:f}, normal.y);
+    float lower = smoothstep({LID_LOWER[0]:f}, {LID_LOWER[1]:f}, normal.y);
+    float middle = smoothstep({LID_CORNER[0]:f}, {LID_CORNER[1]:f}, normal.z);
+    return (0.3 + 0.7 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle);
+}}
 float fifth(float x) {{ return x * x * x * x * x; }}
-void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, float through,
-          float facing, inout vec3 light, inout vec3 shine) {{
+void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, float gain,
+          float through, vec3 bled, float facing, inout vec3 light, inout vec3 shine) {{
     float bare = dot(p.normal, towards), blunt = dot(p.blunt, towards);
     vec3 reach = wrap + f.softness * {_vec(WRAP)};
     vec3 fall = (mix(vec3(bare), vec3(blunt), f.softness * {_vec(BLUNT)}) + reach)
         / ((1.0 + reach) * (1.0 + reach));
-    vec3 bled = pow(vec3(through), mix(vec3(1.0), {_vec(PENUMBRA)}, f.softness));
     light += color * clamp(fall, 0.0, 1.0) * bled;
+    if (gain == 0.0) return;
     vec3 between = normalize(p.view + towards);
     float meets = clamp(bare, 0.0, 1.0);
+    if (f.strand > 0.0) {{
+        float along = dot(p.strand, between);
+        float across = pow(max(1.0 - along * along, 0.0), {STRAND_POWER:f});
+        shine += color * ({STRAND_TINT[0]:f} + {STRAND_TINT[1]:f} * p.albedo)
+            * (gain * through * f.strand * across * mix(meets, 1.0, 0.25));
+        return;
+    }}
     float aligned = clamp(dot(p.normal, between), 0.0, 1.0);
     float wide = min(p.roughness * p.roughness + size, 1.0);
     float narrow = wide * wide;
@@ -342,13 +370,7 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
     float masked = 0.5 / mix(2.0 * meets * facing, meets + facing, wide);
     float fresnel = f.reflectance
         + (1.0 - f.reflectance) * fifth(1.0 - clamp(dot(p.view, between), 0.0, 1.0));
-    float strength = narrow / (lobe * lobe) * masked * fresnel * meets;
-    if (f.strand > 0.0) {{
-        float along = dot(p.strand, between);
-        strength += f.strand * pow(max(1.0 - along * along, 0.0), {STRAND_POWER:f})
-            * mix(meets, 1.0, 0.25) * {STRAND_SHINE:f};
-    }}
-    shine += color * (strength * through);
+    shine += color * (narrow / (lobe * lobe) * masked * fresnel * meets * gain * through);
 }}
 float fade(float share) {{ return 1.0 - smoothstep({BOX_EDGE[0]:f}, {BOX_EDGE[1]:f}, share); }}
 float boxed(vec3 mirrored, vec3 towards, vec3 right, vec3 above) {{
@@ -365,13 +387,15 @@ vec3 coated(Point p, Finish f) {{
     return shine * (glance * f.coat * p.occlusion);
 }}
 vec3 lit(Point p, Finish f) {{
+    if (f.coat > 0.0) p.albedo *= socket(p.blunt) * {BALL:f};
     float facing = max(dot(p.normal, p.view), 0.02);
     vec3 light = around(mix(p.normal.y, p.blunt.y, 0.5 * f.softness))
         * bounced(p.occlusion, p.albedo) * f.ambient;
     float glance = f.reflectance
-        + max(1.0 - p.roughness - f.reflectance, 0.0) * fifth(1.0 - facing);
+        + max((1.0 - p.roughness) * (1.0 - p.roughness) - f.reflectance, 0.0) * fifth(1.0 - facing);
     vec3 shine = around(2.0 * facing * p.normal.y - p.view.y)
-        * (glance * p.occlusion * f.ambient);
+        * (glance * p.occlusion * f.ambient * (1.0 - f.strand));
+    float through;
 {chr(10).join(lamps)}
     if (f.coat > 0.0) shine += coated(p, f);
     return p.albedo * light + shine;
@@ -381,11 +405,12 @@ vec3 shown(vec3 light, float exposure) {{
     float peak = max(max(color.r, color.g), max(color.b, 0.000001));
     float lower = peak;
     if (peak > {TONE_START:f})
-        lower = 1.0 - {(1 - TONE_START) ** 2:f} / (peak + {1 - 2 * TONE_START:f});
+        lower = 1.0 - {(1 - TONE_START) ** 2:f} / (peak - {TONE_START:f} + {1 - TONE_START:f});
     color = mix(color * (lower / peak), vec3(lower),
         1.0 - 1.0 / ({TONE_BLEACH:f} * (peak - lower) + 1.0));
-    return mix(12.92 * color, 1.055 * pow(max(color, 1e-9), vec3(1.0 / 2.4)) - 0.055,
-        step(0.0031308, color));
+    vec3 one = sqrt(color), two = sqrt(one);
+    vec3 root = {SRGB[0]} * one + {SRGB[1]} * two + {SRGB[2]} * sqrt(two) + {SRGB[3]} * color;
+    return mix(12.92 * color, root, step(0.0031308, color));
 }}
 vec3 ground(vec2 at) {{
     float share = clamp(length((at - {_vec(GROUND_MIDDLE)}) * {_vec(GROUND_SHAPE)}), 0.0, 1.0);
@@ -397,6 +422,11 @@ float open_to_key(vec2 moments, float depth) {{
     float share = (spread / (spread + behind * behind) - {SHADOW_CUT:f}) / {1 - SHADOW_CUT:f};
     return behind <= 0.0 ? 1.0 : clamp(share, 0.0, 1.0);
 }}
+float edge_on(vec3 place, vec3 view) {{
+    vec3 face = cross(dFdx(place), dFdy(place));
+    float slant = abs(dot(face, view)) * inversesqrt(max(dot(face, face), 1e-30));
+    return smoothstep({EDGE_ON[0]:f}, {EDGE_ON[1]:f}, slant);
+}}
 vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal) {{
     vec3 q0 = dFdx(place), q1 = dFdy(place);
     vec2 a0 = dFdx(at), a1 = dFdy(at);
@@ -406,11 +436,6 @@ vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal) {{
     float unit = largest > 0.0 ? inversesqrt(largest) : 0.0;
     vec2 slope = (texel.xy * 2.0 - 1.0) * (scale * unit);
     return normalize(tangent * slope.x + bitangent * slope.y + normal * (texel.z * 2.0 - 1.0));
-}}
-vec3 strand_at(vec3 place, vec2 at) {{
-    vec2 a0 = dFdx(at), a1 = dFdy(at);
-    vec3 along = (dFdy(place) * a0.x - dFdx(place) * a1.x) * sign(a0.x * a1.y - a1.x * a0.y);
-    return along / max(length(along), 1e-12);
 }}
 """
 

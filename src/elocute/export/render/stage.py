@@ -1,4 +1,4 @@
-"""What a picture looks like beside its head and camera: lights, ground and how finely it is drawn."""
+"""What a picture is taken in: lights, ground, and how finely it is drawn."""
 
 from __future__ import annotations
 
@@ -26,15 +26,18 @@ class Profile:
         Images are reduced to this many pixels a side.
     anisotropy : float
         Samples of an image on what is seen aslant.
+    blended_levels : bool
+        Whether images are blended between two of their levels.
     """
 
     oversampling: float
     shadow_side: int
     image_side: int
     anisotropy: float
+    blended_levels: bool
 
 
-PROFILES = {"fast": Profile(1.0, 256, 1024, 1.0), "high": Profile(2.0, 512, 4096, 8.0)}
+PROFILES = {"fast": Profile(1.0, 192, 1024, 1.0, False), "high": Profile(2.0, 512, 4096, 8.0, True)}
 
 
 @dataclass(frozen=True)
