@@ -8,6 +8,7 @@ from elocute.animation import Animation, animate
 from elocute.articulation.style import Style
 from elocute.audio.espeak import speak
 from elocute.audio.voice_settings import VoiceSettings
+from elocute.head.looks.look import Look
 from elocute.life.moods import Mood
 from elocute.life.settings import Life
 from elocute.models.feature_extraction import Progress
@@ -31,6 +32,7 @@ def say(
     mix: str = "output",
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
+    look: str | Look | None = "auto",
     progress: Progress | None = None,
 ) -> Animation:
     """Speak a text and animate a head with it.
@@ -49,7 +51,7 @@ def say(
         How fast, 80 to 450.
     pitch : int
         Of the voice, 0 to 99.
-    fps, identity, head, style, strength, model, contacts, mix, life, mood, progress
+    fps, identity, head, style, strength, model, contacts, mix, life, mood, look, progress
         As `animate` takes them.
 
     Returns
@@ -78,5 +80,6 @@ def say(
         mix=mix,
         life=life,
         mood=mood,
+        look=look,
         progress=progress,
     )

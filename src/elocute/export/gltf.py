@@ -130,6 +130,7 @@ def glb_bytes(
     """
     options = options or GlbOptions()
     file = GltfFile()
+    motion = motion.dressed()
     head = motion.head
     shapes = target_shapes(head, options.profile, options.visemes)
     materials = add_materials(file, head)

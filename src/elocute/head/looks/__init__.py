@@ -9,9 +9,14 @@ from elocute.lazy_loading import lazy
 if TYPE_CHECKING:
     from elocute.head.looks.dress import dress, dressed
     from elocute.head.looks.look import Look
+    from elocute.head.looks.people import PEOPLE, identity_look, random_look, resolve_look
 
-__all__ = ["Look", "dress", "dressed"]
+__all__ = ["PEOPLE", "Look", "dress", "dressed", "identity_look", "random_look", "resolve_look"]
 __getattr__, __dir__ = lazy(
     __name__,
-    {"dress": ("dress", "dressed"), "look": ("Look",)},
+    {
+        "dress": ("dress", "dressed"),
+        "look": ("Look",),
+        "people": ("PEOPLE", "identity_look", "random_look", "resolve_look"),
+    },
 )

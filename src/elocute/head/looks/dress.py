@@ -67,7 +67,7 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
 
 def dressed(head: HeadModel) -> HeadModel:
     """A head as it is drawn: with its look, or as it is where it has none."""
-    look = getattr(head, "look", None)
+    look = head.look
     return dress(head, look) if look is not None and wearable(head) else head
 
 
@@ -119,6 +119,7 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
         material=material[kept],
         vertex_color=color,
         surfaces=surfaces,
+        look=None,
     )
 
 

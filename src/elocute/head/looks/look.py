@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 from elocute.errors import HeadError
 from elocute.one_line_repr import brief
@@ -88,8 +89,9 @@ class Look:
             ("hair", HAIR),
             ("hair_colour", HAIR_COLOURS),
         ):
-            if getattr(self, name) not in known:
-                found = brief(getattr(self, name))
+            given = getattr(self, name)
+            if not isinstance(given, str) or given not in known:
+                found = brief(given)
                 raise HeadError.about(f"look: {name}", found=found, allowed=", ".join(known))
         ranges = {"age": (18, 80), "sex": (0, 1), "freckles": (0, 1), "stubble": (0, 1)}
         ranges |= {"lashes": (0, 1), "tone": (0, 1)}
@@ -97,7 +99,22 @@ class Look:
             value = getattr(self, name)
             if value is None and name == "tone":
                 continue
-            if not isinstance(value, int | float) or not low <= value <= high:
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not number or not low <= value <= high:
                 raise HeadError.about(
                     f"look: {name}", found=brief(value), allowed=f"{low} to {high}"
                 )
+
+    def record(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+def look_of_record(record: object) -> Look | None:
+    """A look from JSON, or None from null. Raises HeadError for anything else."""
+    if record is None:
+        return None
+    names = {field.name for field in fields(Look)}
+    if not isinstance(record, dict) or not set(record) <= names:
+        raise HeadError.about("look", found=brief(record), allowed=", ".join(sorted(names)))
+    return Look(**record)
