@@ -21,6 +21,10 @@ BETWEEN = (29, 31, 33, 35, 37, 1, 3, 5, 7, 9)
 FOLLOW = np.array([0.58, 0.66, 0.74, 0.82, 0.90, 0.96, 1.0, 1.0, 0.97, 0.8])
 """How far each ring follows a small displacement of the contact ring."""
 OVERLAP_M = 0.0002
+UPPER_HEIGHT, LOWER_HEIGHT = 0.70, 0.745
+"""Share of MakeHuman's lips that is left: on the mean face 7.5 and 9.5 mm, as people's are."""
+UPPER_DEPTH, LOWER_DEPTH = 0.74, 0.90
+"""The same of how far the red lip stands out before the line where lips meet."""
 RING_COUNT, COLUMN_COUNT = 10, 38
 
 
@@ -38,6 +42,8 @@ class Lips:
         self.fractions = {
             column: _fraction(contact, column, *_beside(column)) for column in BETWEEN
         }
+        half_width = np.abs(contact[list(CORNERS)]).mean()
+        self._across = np.clip(contact / half_width, -1, 1)  # (column,) -1 and 1 at the corners
         self.rest = skin
 
     def spreading(self, anatomy: Anatomy, skin: np.ndarray, radius_m: float) -> SmoothSpread:
@@ -55,6 +61,23 @@ class Lips:
         displacement[self.rings.ravel()] = moves.reshape(-1, 3)
         spread = self.wide_spread if wide else self.spread
         return spread(displacement[self.handles])
+
+    def thinned(self, skin: np.ndarray) -> np.ndarray:
+        """Displacement that draws the red of both lips towards the line where they meet.
+
+        Corners stay, so the mouth keeps its width. A linear map of `skin`.
+        """
+        offset = skin[self.rings] - skin[self.rings[CONTACT_RING]]
+        offset[CONTACT_RING + 1 :] = 0
+        middle = 1 - np.abs(self._across) ** 4
+        lower = np.zeros(COLUMN_COUNT, bool)
+        lower[CORNERS[0] + 1 : CORNERS[1]] = True
+        less = np.where(
+            lower[:, None],
+            [0, 1 - LOWER_HEIGHT, 1 - LOWER_DEPTH],
+            [0, 1 - UPPER_HEIGHT, 1 - UPPER_DEPTH],
+        )
+        return self.field(-offset * less * middle[:, None])
 
     def seal(
         self,
