@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from recipes.head.anatomy import CONTACT_RING
 from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
 from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
@@ -33,6 +34,10 @@ PUCKER = Aperture(
 )
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
+TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.5, 0.0013, 0.0009, 0.04
+"""How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
+the jaw's opening that this is made for."""
+PRESS_RINGS, PRESS_OVERLAP_M = 2.0, 0.0011
 
 
 def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
@@ -59,8 +64,8 @@ def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.ndarray]:
     lips = face.lips
-    press = lips.roll(2.0, 2.0)
-    press = press + lips.seal(face.skin + press, 0.0016)
+    press = lips.roll(PRESS_RINGS, PRESS_RINGS)
+    press = press + lips.seal(face.skin + press, PRESS_OVERLAP_M)
     return {
         "mouthClose": lips.field(
             carried_block(lips, face.skin + jaw_open, CLOSED_DROP_M, CLOSED_BACK_M), wide=True
@@ -90,21 +95,23 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 
 def _labiodental(face: NeutralFace) -> np.ndarray:
-    """The lower lip draws in until its top touches the edge of the upper incisors, and the
-    upper lip makes way."""
+    """The lower lip rolls in until its inner side lies on the edge of the upper incisors; the
+    upper lip rises and shows them. Made for the little that a jaw is open in f and v."""
     lips = face.lips
     teeth = face.vertices[face.assembly.slices["teeth_upper"]]
     middle = teeth[np.abs(teeth[:, 0]) < 0.008]
     edge = middle[:, 1].min()
     front = middle[middle[:, 1] < edge + 0.002][:, 2].max()
+    tucked = lips.roll(0, TUCK_RINGS)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    lower_follow = np.array([0.30, 0.40, 0.52, 0.66, 0.80, 0.90, 0.97, 1.0, 0.95, 0.75])
-    upper_follow = np.array([0.70, 0.78, 0.86, 0.93, 1, 1, 1, 1, 0.95, 0.8])
-    lower = np.arange(13, 26)
-    contact = face.skin[lips.rings[7, 19]]
-    goal = np.array([0, edge + 0.0004 - contact[1], front + 0.0006 - contact[2]])
+    lower_follow = np.array([0.30, 0.42, 0.55, 0.68, 0.80, 0.90, 0.97, 1.0, 0.95, 0.75])
+    upper_follow = np.array([0.55, 0.66, 0.78, 0.90, 1, 1, 1, 1, 0.95, 0.8])
+    lower, upper = np.arange(13, 26), np.r_[0:12, 27:38]
+    middle_vertex = lips.rings[CONTACT_RING, 19]
+    drop = LABIODENTAL_JAW * face.jaw(open_deg=OPEN_DEG)[face.skin_slice][middle_vertex]
+    contact = (face.skin + tucked)[middle_vertex] + drop
+    goal = np.array([0, edge + BITE_M - contact[1], front + 0.0006 - contact[2]])
     moves[:, lower] = lower_follow[:, None, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
-    upper = np.r_[0:12, 27:38]
-    lift = np.array([0, 0.0004, 0.0004])
+    lift = np.array([0, LABIODENTAL_LIFT_M, 0.0004])
     moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0215, 0.7)[upper][:, None]
-    return lips.field(moves)
+    return tucked + lips.field(moves)
