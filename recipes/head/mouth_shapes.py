@@ -4,34 +4,44 @@ from __future__ import annotations
 
 import numpy as np
 
-from recipes.head.anatomy import CONTACT_RING
+from elocute.numerics.smoothing import smoothstep
+from recipes.head.anatomy import CONTACT_RING, CORNERS
 from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
 from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
 from recipes.head.lips import COLUMN_COUNT, RING_COUNT
 
 FUNNEL = Aperture(
-    half_width=11.0,
-    above=2.2,
-    below=5.8,
+    half_width=9.4,
+    above=4.3,
+    below=4.0,
+    drop=1.2,
     forward=6.0,
     corner_back=4.2,
     evert_deg=14,
-    thickness=0.90,
-    taper=0.40,
+    thickness=0.92,
+    taper=0.10,
     roundness=0.75,
 )
 PUCKER = Aperture(
-    half_width=9.6,
-    above=-1.4,
-    below=2.4,
+    half_width=8.4,
+    above=1.35,
+    below=0.65,
+    drop=2.6,
     forward=7.5,
     corner_back=4.4,
     evert_deg=8,
-    thickness=0.88,
-    taper=0.45,
+    thickness=0.84,
+    taper=0.20,
     roundness=0.60,
+    hole=0.58,
+    pinch=1.0,
 )
+BELOW_M, BESIDE_M = 0.008, 0.016
+"""Depth under the line of the lips from which what pulls the lower lip down is whole, and the
+distance beside the corners from which it is nothing."""
+SUCKED = {"mouthFunnel": 0.35, "mouthPucker": 0.55}
+"""How far cheeks are drawn in while lips are round, of MakeHuman's sucked cheeks."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
 TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.5, 0.0013, 0.0009, 0.04
@@ -54,12 +64,22 @@ def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 
 def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
-    return {
-        "mouthFunnel": face.lips.field(aperture_moves(face.lips, FUNNEL), wide=True),
-        "mouthPucker": face.lips.field(aperture_moves(face.lips, PUCKER), wide=True),
+    lips, cheeks = face.lips, _sucked_cheeks(face)
+    forms = {"mouthFunnel": FUNNEL, "mouthPucker": PUCKER}
+    rounded = {
+        name: lips.field(aperture_moves(lips, form), wide=True) + SUCKED[name] * cheeks
+        for name, form in forms.items()
+    }
+    return rounded | {
         "mouthLeft": face.resealed(face.pose_unit("MouthMoveLeft")),
         "mouthRight": face.resealed(face.pose_unit("MouthMoveRight")),
     }
+
+
+def _sucked_cheeks(face: NeutralFace) -> np.ndarray:
+    """Cheeks drawn in, lips where they were."""
+    cheeks = face.pose_unit("CheeksSuck")
+    return cheeks - face.lips.field(cheeks[face.lips.rings])
 
 
 def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.ndarray]:
@@ -84,7 +104,7 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         "mouthFrown": face.resealed(face.expression("mouth-depression")),
         "mouthStretch": face.resealed(face.expression("mouth-retraction")),
         "mouthDimple": face.resealed(face.expression("mouth-compression") * 0.6),
-        "mouthLowerDown": face.expression("mouth-depression-retraction"),
+        "mouthLowerDown": _lower_half(face, face.expression("mouth-depression-retraction")),
         "mouthUpperUp": face.expression("mouth-elevation"),
     }
     return {
@@ -92,6 +112,21 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         for name, moved in sources.items()
         for side, half in face.halves(moved).items()
     }
+
+
+def _lower_half(face: NeutralFace, displacement: np.ndarray) -> np.ndarray:
+    """What a displacement does to the lower lip and below; the upper lip stays."""
+    lips = face.lips
+    contact = face.skin[lips.rings[CONTACT_RING]]
+    line = np.interp(np.abs(face.skin[:, 0]), np.abs(contact[:13, 0]), contact[:13, 1])
+    below = smoothstep(np.clip((line - face.skin[:, 1]) / BELOW_M, 0, 1))
+    beside = np.abs(face.skin[:, 0]) - np.abs(contact[:, 0]).max()
+    near = 1 - smoothstep(np.clip(beside / BESIDE_M, 0, 1))
+    kept = displacement * (below * near)[:, None]
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    lower = np.arange(CORNERS[0] + 1, CORNERS[1])
+    moves[:, lower] = displacement[lips.rings[:, lower]]
+    return kept + lips.field(moves - kept[lips.rings])
 
 
 def _labiodental(face: NeutralFace) -> np.ndarray:
