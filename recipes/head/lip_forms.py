@@ -60,7 +60,7 @@ def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
 
 def _arc(share: float) -> float:
     """Height of a round hole at a share of its half width, 1 in the middle."""
-    return max(0.0, 1 - share**2) ** 0.7
+    return max(0.0, 1 - share**2) ** 0.5
 
 
 def _profile(profile: np.ndarray, form: Aperture, angle: float, side: float) -> np.ndarray:

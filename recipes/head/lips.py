@@ -82,20 +82,21 @@ class Lips:
     def seal(
         self,
         skin: np.ndarray,
-        overlap_m: float = OVERLAP_M,
+        overlap_m: float | np.ndarray = OVERLAP_M,
         upper_share: float = 0.5,
         follow: np.ndarray = FOLLOW,
     ) -> np.ndarray:
         """Displacement that brings the contact lines of both lips together.
 
-        Afterwards each pair of columns differs by the overlap alone, straight up, and the
+        Afterwards each pair of columns differs by its overlap alone, straight up, and the
         upper columns between lie on the lower lip's edges: an affine map of `skin`, so any
         mixture of sealed faces is sealed.
         """
         contact = skin[self.rings[CONTACT_RING]]
         wanted = contact.copy()
-        sink = np.array([0, overlap_m / 2, 0])
-        for upper, lower in PAIRS:
+        overlaps = np.broadcast_to(overlap_m, len(PAIRS))
+        for (upper, lower), overlap in zip(PAIRS, overlaps, strict=True):
+            sink = np.array([0, overlap / 2, 0])
             meeting = (1 - upper_share) * contact[upper] + upper_share * contact[lower]
             wanted[upper], wanted[lower] = meeting - sink, meeting + sink
         for column in BETWEEN:

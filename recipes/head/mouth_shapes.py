@@ -9,7 +9,7 @@ from recipes.head.anatomy import CONTACT_RING, CORNERS
 from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
 from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
-from recipes.head.lips import COLUMN_COUNT, RING_COUNT
+from recipes.head.lips import COLUMN_COUNT, PAIRS, RING_COUNT
 
 FUNNEL = Aperture(
     half_width=9.4,
@@ -25,16 +25,16 @@ FUNNEL = Aperture(
 )
 PUCKER = Aperture(
     half_width=8.4,
-    above=1.35,
-    below=0.65,
-    drop=2.6,
+    above=0.90,
+    below=0.42,
+    drop=2.5,
     forward=7.5,
     corner_back=4.4,
     evert_deg=8,
     thickness=0.84,
     taper=0.20,
     roundness=0.60,
-    hole=0.58,
+    hole=0.64,
     pinch=1.0,
 )
 BELOW_M, BESIDE_M = 0.008, 0.016
@@ -47,7 +47,9 @@ CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.5, 0.0013, 0.0009, 0.04
 """How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
 the jaw's opening that this is made for."""
-PRESS_RINGS, PRESS_OVERLAP_M = 2.0, 0.0011
+PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.0, 0.0008, 0.0020
+"""Pressed lips: rings rolled in, overlap at the corners, and what the middle has more, so that p
+closes on a neighbour's round hole."""
 
 
 def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
@@ -84,8 +86,11 @@ def _sucked_cheeks(face: NeutralFace) -> np.ndarray:
 
 def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.ndarray]:
     lips = face.lips
+    uppers = [upper for upper, _ in PAIRS]
     press = lips.roll(PRESS_RINGS, PRESS_RINGS)
-    press = press + lips.seal(face.skin + press, PRESS_OVERLAP_M)
+    press = press + lips.seal(
+        face.skin + press, PRESS_M + PRESS_MORE_M * reach(lips, 0.0165)[uppers]
+    )
     return {
         "mouthClose": lips.field(
             carried_block(lips, face.skin + jaw_open, CLOSED_DROP_M, CLOSED_BACK_M), wide=True
