@@ -23,9 +23,12 @@ FOLLOW = np.array([0.58, 0.66, 0.74, 0.82, 0.90, 0.96, 1.0, 1.0, 0.97, 0.8])
 OVERLAP_M = 0.0002
 UPPER_HEIGHT, LOWER_HEIGHT = 0.70, 0.745
 """Share of MakeHuman's lips that is left: on the mean face 7.5 and 9.5 mm, as people's are."""
+CORNER_DROOP = 0.35
+"""Share that is left of how far the red hangs down outside the corners: less sulks less."""
 UPPER_DEPTH, LOWER_DEPTH = 0.74, 0.90
 """The same of how far the red lip stands out before the line where lips meet."""
 RING_COUNT, COLUMN_COUNT = 10, 38
+EVENINGS = 3
 
 
 class Lips:
@@ -77,7 +80,9 @@ class Lips:
             [0, 1 - LOWER_HEIGHT, 1 - LOWER_DEPTH],
             [0, 1 - UPPER_HEIGHT, 1 - UPPER_DEPTH],
         )
-        return self.field(-offset * less * middle[:, None])
+        less *= middle[:, None]
+        less[list(CORNERS), 1] = 1 - CORNER_DROOP
+        return self.field(-offset * less)
 
     def seal(
         self,
@@ -125,7 +130,18 @@ class Lips:
             target[9] = lengths[9]
             slid = [np.interp(target, lengths, profile[:, k]) for k in range(3)]
             moves[:, column] = np.stack(slid, 1) - profile
-        return self.field(moves)
+        return self.field(_evened(moves))
+
+
+def _evened(moves: np.ndarray) -> np.ndarray:
+    """Moves (ring, column, 3) evened out along each lip; columns differ in their profiles."""
+    sides = np.arange(COLUMN_COUNT)
+    inner = np.setdiff1d(sides, CORNERS)
+    evened = moves.copy()
+    for _ in range(EVENINGS):
+        beside = (np.roll(evened, 1, axis=1) + np.roll(evened, -1, axis=1)) / 2
+        evened[:, inner] = ((evened + beside) / 2)[:, inner]
+    return evened
 
 
 def _beside(column: int) -> tuple[int, int]:

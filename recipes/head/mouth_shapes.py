@@ -42,6 +42,14 @@ BELOW_M, BESIDE_M = 0.008, 0.016
 distance beside the corners from which it is nothing."""
 SUCKED = {"mouthFunnel": 0.35, "mouthPucker": 0.55}
 """How far cheeks are drawn in while lips are round, of MakeHuman's sucked cheeks."""
+SMILING = {
+    "LeftCheekUp": 0.6,
+    "RightCheekUp": 0.6,
+    "LeftLowerLidUp": 0.25,
+    "RightLowerLidUp": 0.25,
+    "NasolabialDeepener": 0.7,
+}
+"""MakeHuman's pose units in a smile."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
 TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.5, 0.0013, 0.0009, 0.04
@@ -80,8 +88,18 @@ def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 def _sucked_cheeks(face: NeutralFace) -> np.ndarray:
     """Cheeks drawn in, lips where they were."""
-    cheeks = face.pose_unit("CheeksSuck")
-    return cheeks - face.lips.field(cheeks[face.lips.rings])
+    return _off_the_lips(face, face.pose_unit("CheeksSuck"))
+
+
+def _smiling_cheeks(face: NeutralFace) -> np.ndarray:
+    """What a smile does beside the mouth: cheeks and lower lids rise, the fold from the nose to
+    the corner deepens."""
+    units = {name: face.pose_unit(name) for name in SMILING}
+    return _off_the_lips(face, sum(SMILING[name] * moved for name, moved in units.items()))
+
+
+def _off_the_lips(face: NeutralFace, displacement: np.ndarray) -> np.ndarray:
+    return displacement - face.lips.field(displacement[face.lips.rings])
 
 
 def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.ndarray]:
@@ -104,11 +122,13 @@ def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.nda
 
 
 def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
+    pulled = face.expression("mouth-retraction")
+    smile = face.expression("mouth-corner-puller") * [1, 0.68, 1] + pulled * [0.35, 0, 0.3]
     sources = {
-        "mouthSmile": face.resealed(face.expression("mouth-corner-puller")),
+        "mouthSmile": face.resealed(smile) + _smiling_cheeks(face),
         "mouthFrown": face.resealed(face.expression("mouth-depression")),
-        "mouthStretch": face.resealed(face.expression("mouth-retraction")),
-        "mouthDimple": face.resealed(face.expression("mouth-compression") * 0.6),
+        "mouthStretch": face.resealed(pulled * [1.15, 0.1, 0.75]),
+        "mouthDimple": face.resealed(face.expression("mouth-compression") * [0.6, 0.3, 0.6]),
         "mouthLowerDown": _lower_half(face, face.expression("mouth-depression-retraction")),
         "mouthUpperUp": face.expression("mouth-elevation"),
     }
