@@ -23,10 +23,10 @@ FOLLOW = np.array([0.58, 0.66, 0.74, 0.82, 0.90, 0.96, 1.0, 1.0, 0.97, 0.8])
 OVERLAP_M = 0.0002
 UPPER_HEIGHT, LOWER_HEIGHT = 0.70, 0.745
 """Share of MakeHuman's lips that is left: on the mean face 7.5 and 9.5 mm, as people's are."""
-CORNER_DROOP = 0.35
-"""Share that is left of how far the red hangs down outside the corners: less sulks less."""
 UPPER_DEPTH, LOWER_DEPTH = 0.74, 0.90
 """The same of how far the red lip stands out before the line where lips meet."""
+CORNER_HEIGHT, NEAR_CORNER = 0.35, 0.7
+"""The same of heights at the corners, where lips hang over each other and sulk; from where on."""
 RING_COUNT, COLUMN_COUNT = 10, 38
 EVENINGS = 3
 
@@ -81,7 +81,8 @@ class Lips:
             [0, 1 - UPPER_HEIGHT, 1 - UPPER_DEPTH],
         )
         less *= middle[:, None]
-        less[list(CORNERS), 1] = 1 - CORNER_DROOP
+        near_corner = np.clip((np.abs(self._across) - NEAR_CORNER) / (1 - NEAR_CORNER), 0, 1)
+        less[:, 1] = np.maximum(less[:, 1], (1 - CORNER_HEIGHT) * near_corner)
         return self.field(-offset * less)
 
     def seal(

@@ -25,8 +25,8 @@ FUNNEL = Aperture(
 )
 PUCKER = Aperture(
     half_width=8.4,
-    above=0.90,
-    below=0.42,
+    above=0.76,
+    below=0.32,
     drop=2.5,
     forward=7.5,
     corner_back=4.4,
@@ -52,10 +52,10 @@ SMILING = {
 """MakeHuman's pose units in a smile."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.5, 0.0013, 0.0009, 0.04
+TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.8, 0.00076, 0.0003, 0.04
 """How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
 the jaw's opening that this is made for."""
-PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.0, 0.0008, 0.0020
+PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.0, 0.0006, 0.0025
 """Pressed lips: rings rolled in, overlap at the corners, and what the middle has more, so that p
 closes on a neighbour's round hole."""
 
@@ -164,13 +164,13 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     front = middle[middle[:, 1] < edge + 0.002][:, 2].max()
     tucked = lips.roll(0, TUCK_RINGS)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    lower_follow = np.array([0.30, 0.42, 0.55, 0.68, 0.80, 0.90, 0.97, 1.0, 0.95, 0.75])
+    lower_follow = np.array([0.38, 0.52, 0.66, 0.78, 0.87, 0.94, 0.98, 1.0, 0.95, 0.75])
     upper_follow = np.array([0.55, 0.66, 0.78, 0.90, 1, 1, 1, 1, 0.95, 0.8])
     lower, upper = np.arange(13, 26), np.r_[0:12, 27:38]
     middle_vertex = lips.rings[CONTACT_RING, 19]
     drop = LABIODENTAL_JAW * face.jaw(open_deg=OPEN_DEG)[face.skin_slice][middle_vertex]
     contact = (face.skin + tucked)[middle_vertex] + drop
-    goal = np.array([0, edge + BITE_M - contact[1], front + 0.0006 - contact[2]])
+    goal = np.array([0, edge + BITE_M - contact[1], front - 0.0004 - contact[2]])
     moves[:, lower] = lower_follow[:, None, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0004])
     moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0215, 0.7)[upper][:, None]
