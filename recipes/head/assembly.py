@@ -148,7 +148,7 @@ class Assembly:
 def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
     """Teeth and gums fitted to the mouth of `body`."""
     helper = body[UPPER_HELPER] * 1000
-    front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 3.2
+    front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 3.1
     upper = teeth.Arch(29.5, front, front - 46.0, biting, direction=-1)
     lower = teeth.Arch(27.4, front - 2.8, front - 46.5, biting - 0.5, direction=1)
     return {

@@ -52,7 +52,7 @@ SMILING = {
 """MakeHuman's pose units in a smile."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.8, 0.00076, 0.0003, 0.04
+TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.8, 0.00066, 0.0003, 0.04
 """How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
 the jaw's opening that this is made for."""
 PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.0, 0.0006, 0.0025
@@ -170,7 +170,7 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     middle_vertex = lips.rings[CONTACT_RING, 19]
     drop = LABIODENTAL_JAW * face.jaw(open_deg=OPEN_DEG)[face.skin_slice][middle_vertex]
     contact = (face.skin + tucked)[middle_vertex] + drop
-    goal = np.array([0, edge + BITE_M - contact[1], front - 0.0004 - contact[2]])
+    goal = np.array([0, edge + BITE_M - contact[1], front - 0.0002 - contact[2]])
     moves[:, lower] = lower_follow[:, None, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0004])
     moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0215, 0.7)[upper][:, None]
