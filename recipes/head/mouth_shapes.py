@@ -95,7 +95,7 @@ def _smiling_cheeks(face: NeutralFace) -> np.ndarray:
     """What a smile does beside the mouth: cheeks and lower lids rise, the fold from the nose to
     the corner deepens."""
     units = {name: face.pose_unit(name) for name in SMILING}
-    return _off_the_lips(face, sum(SMILING[name] * moved for name, moved in units.items()))
+    return _off_the_lips(face, np.sum([SMILING[name] * units[name] for name in SMILING], axis=0))
 
 
 def _off_the_lips(face: NeutralFace, displacement: np.ndarray) -> np.ndarray:
