@@ -130,6 +130,10 @@ class NeutralFace:
         """The same skin displacement with closed lips."""
         return displacement + self.lips.seal(self.skin + displacement, overlap_m)
 
+    def off_the_lips(self, displacement: np.ndarray) -> np.ndarray:
+        """The same skin displacement fading out towards the lips, which stay."""
+        return displacement - self.lips.field(displacement[self.lips.rings])
+
     def halves(self, displacement: np.ndarray, blend_m: float = 0.0045) -> dict[str, np.ndarray]:
         """Left and right part of a skin displacement, blended across the middle."""
         share = 1 / (1 + np.exp(-self.skin[:, 0] / blend_m))[:, None]

@@ -28,7 +28,7 @@ UPPER_DEPTH, LOWER_DEPTH = 0.74, 0.90
 CORNER_HEIGHT, NEAR_CORNER = 0.35, 0.7
 """The same of heights at the corners, where lips hang over each other and sulk; from where on."""
 RING_COUNT, COLUMN_COUNT = 10, 38
-EVENINGS = 3
+EVENINGS = 8
 
 
 class Lips:

@@ -88,18 +88,14 @@ def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 def _sucked_cheeks(face: NeutralFace) -> np.ndarray:
     """Cheeks drawn in, lips where they were."""
-    return _off_the_lips(face, face.pose_unit("CheeksSuck"))
+    return face.off_the_lips(face.pose_unit("CheeksSuck"))
 
 
 def _smiling_cheeks(face: NeutralFace) -> np.ndarray:
     """What a smile does beside the mouth: cheeks and lower lids rise, the fold from the nose to
     the corner deepens."""
     units = {name: face.pose_unit(name) for name in SMILING}
-    return _off_the_lips(face, np.sum([SMILING[name] * units[name] for name in SMILING], axis=0))
-
-
-def _off_the_lips(face: NeutralFace, displacement: np.ndarray) -> np.ndarray:
-    return displacement - face.lips.field(displacement[face.lips.rings])
+    return face.off_the_lips(np.sum([SMILING[name] * units[name] for name in SMILING], axis=0))
 
 
 def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.ndarray]:
@@ -113,8 +109,8 @@ def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.nda
         "mouthClose": lips.field(
             carried_block(lips, face.skin + jaw_open, CLOSED_DROP_M, CLOSED_BACK_M), wide=True
         ),
-        "mouthRollLower": face.resealed(lips.roll(0, 4.0)),
-        "mouthRollUpper": face.resealed(lips.roll(4.2, 0)),
+        "mouthRollLower": face.resealed(lips.roll(0, 3.4)),
+        "mouthRollUpper": face.resealed(lips.roll(3.8, 0)),
         "mouthShrugLower": face.resealed(face.pose_unit("lowerLipUp") * 0.8, 0.0006),
         "mouthShrugUpper": face.resealed(face.pose_unit("UpperLipUp") * 0.8),
         **{f"mouthPress{side}": half for side, half in face.halves(press).items()},
