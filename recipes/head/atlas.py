@@ -66,7 +66,7 @@ def atlas_uv(uv: np.ndarray) -> np.ndarray:
 def source_pixels(size: int) -> tuple[np.ndarray, np.ndarray]:
     """Row and column (size, size) on MakeHuman's skin of every pixel of the atlas."""
     at = (np.arange(size) + 0.5) / size
-    upright_x, upright_y = np.interp(at, *_X[::-1]), np.interp(at, *_Y[::-1])
+    upright_x, upright_y = np.interp(at, _X[1], _X[0]), np.interp(at, _Y[1], _Y[0])
     column = LEFT + np.repeat(upright_y[:, None], size, 1)
     row = np.repeat((TOP + LENGTH - upright_x)[None], size, 0)
     below = at > HEAD_SHARE - GAP / 2

@@ -52,7 +52,7 @@ class Canvas:
 
 def resized(values: np.ndarray, size: int) -> np.ndarray:
     picture = Image.fromarray(values.astype(np.float32), mode="F")
-    return np.asarray(picture.resize((size, size), Image.BICUBIC), float)
+    return np.asarray(picture.resize((size, size), Image.Resampling.BICUBIC), float)
 
 
 def blurred(values: np.ndarray, sigma: float) -> np.ndarray:
@@ -75,6 +75,8 @@ def save(path: Path, values: np.ndarray, quality: int) -> int:
     """Write values 0..1 as WebP or JPEG by the suffix; its size in bytes."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture = Image.fromarray((values.clip(0, 1) * 255 + 0.5).astype(np.uint8))
-    more = {"method": 6, "alpha_quality": 80} if path.suffix == ".webp" else {"subsampling": 0}
-    picture.save(path, quality=quality, **more)
+    if path.suffix == ".webp":
+        picture.save(path, quality=quality, method=6, alpha_quality=80)
+    else:
+        picture.save(path, quality=quality, subsampling=0)
     return path.stat().st_size

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from recipes.head.face import NeutralFace
 from recipes.head.makehuman import Clothing, Mesh, read_clothing, read_obj
@@ -37,7 +37,7 @@ class Fitting:
         self.face = face
         self.skin = face.skin
         self.local = face.anatomy.local
-        self.tree = cKDTree(self.skin)
+        self.tree = KDTree(self.skin)
 
     def skull(self) -> tuple[np.ndarray, np.ndarray]:
         """(3, 2) skin vertices, and (3,) m between them on the neutral face."""

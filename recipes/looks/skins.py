@@ -70,7 +70,7 @@ def beard(canvas: Canvas, size: int) -> np.ndarray:
 def source(folder: Path, name: str) -> np.ndarray:
     picture = Image.open(folder / f"{name}.jpg").convert("RGB")
     if picture.width < SOURCE_PX:
-        picture = picture.resize((SOURCE_PX, SOURCE_PX), Image.LANCZOS)
+        picture = picture.resize((SOURCE_PX, SOURCE_PX), Image.Resampling.LANCZOS)
     return np.asarray(picture, np.float32) / 255
 
 

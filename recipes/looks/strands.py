@@ -18,7 +18,9 @@ def strands(path: Path, size: int, gain: float = 1.0) -> np.ndarray:
     alpha. Clear texels take the brightness of the nearest solid ones, or fringes would be dark."""
     picture = Image.open(path).convert("RGBA")
     if picture.width > size:
-        picture = picture.resize((size, size * picture.height // picture.width), Image.LANCZOS)
+        picture = picture.resize(
+            (size, size * picture.height // picture.width), Image.Resampling.LANCZOS
+        )
     values = np.asarray(picture, float) / 255
     bright, alpha = luma(values[..., :3]), values[..., 3]
     solid = alpha > SOLID if (alpha > SOLID).any() else alpha > alpha.max() / 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ LASHES = ("eyelashes01",)
 ROOT_M, ROOT_SHADE = 0.012, 0.45
 """Hair nearer to the skin than this lies in its own shadow."""
 NEIGHBOURS = 10
+INNER_LIFT_M, INNER_FORWARD_M, INNER_THINNER = 0.0032, 0.0006, 0.3
 
 
 def bake(face: NeutralFace, looks: Path, assets: Path) -> None:
@@ -35,10 +37,26 @@ def bake(face: NeutralFace, looks: Path, assets: Path) -> None:
         print(f"{name}: {len(cards.points)} vertices, {size / 1e3:.0f} kB")
     for name in BROWS:
         folder = looks / "eyebrows"
-        write(assets / "brows" / f"{name}.npz", fitting, fitting.cards(folder, name))
+        cards = softened(fitting.cards(folder, name))
+        write(assets / "brows" / f"{name}.npz", fitting, cards)
         save(assets / "brows" / f"{name}.webp", strands(folder / f"{name}.png", BROW_PX, 1.1), 80)
     for name in LASHES:
         bake_lashes(fitting, looks / "eyelashes", name, assets)
+
+
+def softened(cards: Cards) -> Cards:
+    """Brows that do not frown: as drawn, their inner ends are low, wide and square."""
+    points = cards.points.copy()
+    for side in (-1, 1):
+        own = points[:, 0] * side > 0
+        across = np.abs(points[own, 0])
+        inner = 1 - np.clip((across - across.min()) / np.ptp(across), 0, 1)
+        middle = points[own, 1].mean()
+        height = points[own, 1] - middle
+        thinner = 1 - INNER_THINNER * np.clip(2 * inner - 1, 0, 1)
+        points[own, 1] = middle + height * thinner + INNER_LIFT_M * inner**1.5
+        points[own, 2] += INNER_FORWARD_M * inner
+    return replace(cards, offset=cards.offset + points - cards.points, points=points)
 
 
 def bake_lashes(fitting: Fitting, folder: Path, name: str, assets: Path) -> None:

@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from elocute.articulation.viseme_shapes import VISEME_SHAPES
 
 import elocute
 from benchmarks.noises import noises, opening_mm
 from elocute.animation import animate
 from elocute.articulation.style import STYLES, Style
-from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.audio.read import read_audio
 from elocute.head.builtin import load_builtin_head
 from elocute.models import talkers

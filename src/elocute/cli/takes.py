@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 TakeSettings = dict[str, Any]
 """By name, as `animate` and `say` take them."""
-_OPTIONS: dict[str, tuple[type, Any]] = {
+_OPTIONS: dict[str, tuple[Any, Any]] = {
     "fps": (float, options.Fps),
     "identity": (str, options.Identity),
     "head": (str, options.Head),

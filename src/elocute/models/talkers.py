@@ -289,7 +289,8 @@ def _parted_mm(posteriors: Float32Array) -> Float64Array:
     """(row,) how near lips may come without a contact, mm."""
     pooled = posteriors[:, [PHONES.index(phone) for phone in POOLS[SEALED]]].sum(axis=1)
     evidence = contact_evidence(pooled, posteriors[:, SILENCE])
-    return PARTED_MM + (NEARLY_MM - PARTED_MM) * np.clip(evidence / MAYBE, 0, 1)
+    share = np.clip(evidence / MAYBE, 0, 1).astype(np.float64)
+    return PARTED_MM + (NEARLY_MM - PARTED_MM) * share
 
 
 def _mouth_curves(

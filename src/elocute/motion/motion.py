@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import MotionError
-from elocute.head.looks.dress import dressed
+from elocute.head.looks.dressing import dressed
 from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
 from elocute.notebook_repr import html_of

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.head.looks.dress import dress, dressed
+    from elocute.head.looks.dressing import dress, dressed
     from elocute.head.looks.look import Look
     from elocute.head.looks.people import PEOPLE, identity_look, random_look, resolve_look
 
@@ -15,7 +15,7 @@ __all__ = ["PEOPLE", "Look", "dress", "dressed", "identity_look", "random_look",
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "dress": ("dress", "dressed"),
+        "dressing": ("dress", "dressed"),
         "look": ("Look",),
         "people": ("PEOPLE", "identity_look", "random_look", "resolve_look"),
     },

@@ -116,8 +116,15 @@ def read_cards(place: str) -> Cards:
     stored = baked.arrays(place)
     count = len(stored["index"])
     around = stored.get("around", np.zeros((count, 0), np.uint16))
-    whole = ("index", "quads", "uv_quads", "skull")
-    fields = {name: stored[name].astype(np.int32) for name in whole}
-    numbers = ("weights", "offset", "uv", "skull_m")
-    fields |= {name: stored[name].astype(np.float32) for name in numbers}
-    return Cards(**fields, shade=stored["shade"], around=around.astype(np.int32))
+    return Cards(
+        index=stored["index"].astype(np.int32),
+        weights=stored["weights"].astype(np.float32),
+        offset=stored["offset"].astype(np.float32),
+        quads=stored["quads"].astype(np.int32),
+        uv=stored["uv"].astype(np.float32),
+        uv_quads=stored["uv_quads"].astype(np.int32),
+        shade=stored["shade"],
+        skull=stored["skull"].astype(np.int32),
+        skull_m=stored["skull_m"].astype(np.float32),
+        around=around.astype(np.int32),
+    )

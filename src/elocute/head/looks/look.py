@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from elocute.errors import HeadError
+from elocute.numerics.input_checks import real_number
 from elocute.one_line_repr import brief
 
 HAIR = {
@@ -99,8 +100,8 @@ class Look:
             value = getattr(self, name)
             if value is None and name == "tone":
                 continue
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not number or not low <= value <= high:
+            number = real_number(value)
+            if number is None or not low <= number <= high:
                 raise HeadError.about(
                     f"look: {name}", found=brief(value), allowed=f"{low} to {high}"
                 )

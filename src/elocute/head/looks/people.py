@@ -18,19 +18,19 @@ PEOPLE = {
         hair_colour="dark-brown",
     ),
     "ada": Look(
-        age=36, sex=0.0, tone=0.14, freckles=0.5, eyes="green", brows="arched", hair="long",
+        age=29, sex=0.0, tone=0.14, freckles=0.5, eyes="green", brows="arched", hair="long",
         hair_colour="auburn",
     ),
     "ben": Look(
-        age=29, sex=1.0, tone=0.25, stubble=0.5, lashes=0.4, eyes="blue", brows="straight",
+        age=35, sex=1.0, tone=0.25, stubble=0.5, lashes=0.4, eyes="blue", brows="straight",
         hair="crop", hair_colour="brown",
     ),
     "chidi": Look(
-        age=33, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="crop",
+        age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="crop",
         hair_colour="black",
     ),
     "dana": Look(
-        age=47, sex=0.0, tone=0.18, eyes="lightblue", brows="fine", hair="swept",
+        age=53, sex=0.0, tone=0.18, eyes="lightblue", brows="fine", hair="swept",
         hair_colour="blond",
     ),
     "esi": Look(
@@ -38,7 +38,7 @@ PEOPLE = {
         hair_colour="black",
     ),
     "feng": Look(
-        age=41, sex=1.0, tone=0.34, stubble=0.15, lashes=0.4, eyes="brownlight", brows="straight",
+        age=61, sex=1.0, tone=0.34, stubble=0.15, lashes=0.4, eyes="brownlight", brows="straight",
         hair="swept", hair_colour="black",
     ),
     "hana": Look(
@@ -46,7 +46,7 @@ PEOPLE = {
         hair_colour="dark-brown",
     ),
     "otto": Look(
-        age=72, sex=1.0, tone=0.16, stubble=0.1, lashes=0.3, eyes="grey", brows="full",
+        age=74, sex=1.0, tone=0.16, stubble=0.1, lashes=0.3, eyes="grey", brows="full",
         hair="swept", hair_colour="grey",
     ),
 }  # fmt: skip

@@ -1,36 +1,27 @@
-"""Encoded pictures to arrays and back, with PyAV."""
+"""Encoded pictures of our own to arrays and back."""
 
 from __future__ import annotations
 
 import io
-from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
-JPEG_QUALITY = 2
-"""FFmpeg's scale, 2 (best) to 31."""
+JPEG_QUALITY = 93
 
 
 def decoded(encoded: bytes) -> NDArray[np.uint8]:
     """(row, column, 3) sRGB of one of our own pictures (JPEG, WebP, PNG)."""
-    import av
+    from PIL import Image
 
-    with av.open(io.BytesIO(encoded)) as container:
-        frame = next(container.decode(video=0))
-    return frame.to_ndarray(format="rgb24")
+    with Image.open(io.BytesIO(encoded)) as picture:
+        return np.asarray(picture.convert("RGB"))
 
 
 def jpeg(values: NDArray[np.uint8]) -> bytes:
     """(row, column, 3) sRGB as JPEG without subsampled colour."""
-    import av
+    from PIL import Image
 
-    height, width = values.shape[:2]
-    codec = av.CodecContext.create("mjpeg", "w")
-    codec.width, codec.height, codec.pix_fmt = width, height, "yuvj444p"
-    codec.time_base = Fraction(1, 25)
-    codec.options = {"qscale": str(JPEG_QUALITY)}
-    codec.qmin = codec.qmax = JPEG_QUALITY
-    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(values), format="rgb24")
-    packets = [*codec.encode(frame.reformat(format="yuvj444p")), *codec.encode(None)]
-    return b"".join(bytes(packet) for packet in packets)
+    file = io.BytesIO()
+    Image.fromarray(values).save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
+    return file.getvalue()

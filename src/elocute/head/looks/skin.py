@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from elocute.array_types import Float32Array
+from elocute.array_types import Float32Array, FloatArray
 from elocute.head.looks import baked
 from elocute.head.looks.pictures import decoded, jpeg
 from elocute.head.skin_tone import skin_albedo
@@ -83,7 +83,7 @@ def _blend(age: float, sex: float, tone: float) -> Float32Array:
         logs = logs + np.float32(share) * _log_skin(name)
     found = np.asarray(logs)[MEAN_PLACE].mean((0, 1))
     move = TONE_STRENGTH * (np.log(skin_albedo(tone)) - found)
-    return np.exp(logs + move.astype(np.float32))
+    return np.exp(np.asarray(logs + move.astype(np.float32), np.float32))
 
 
 def _log_skin(name: str) -> Float32Array:
@@ -104,6 +104,7 @@ _LOGS = _logs()
 """Logarithm of linear light by byte."""
 
 
-def _srgb(linear: Float32Array) -> Float32Array:
+def _srgb(linear: FloatArray) -> Float32Array:
     linear = np.clip(linear, 0, 1)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return srgb.astype(np.float32)
