@@ -69,12 +69,15 @@ class Animation:
         The sound that was animated.
     notes : tuple of str
         What to know about it: words of its text that were not found, for example.
+    words : tuple of (float, float, str)
+        Start in s, end in s and word, where a text or its words are known.
     """
 
     motion: Motion
     curves: Curves
     sound: Path | Waveform
     notes: tuple[str, ...] = ()
+    words: tuple[tuple[float, float, str], ...] = ()
 
     def __repr__(self) -> str:
         sound = self.sound if isinstance(self.sound, Waveform) else self.sound.name
@@ -87,7 +90,7 @@ class Animation:
         """The viewer with its sound, for notebooks."""
         from elocute.export.notebook import viewer_frame
 
-        return viewer_frame(self.motion, self.sound, repr(self))
+        return viewer_frame(self.motion, self.sound, repr(self), self.words)
 
     def write(self, path: str | Path, **options: Any) -> Animation:
         """Write to the format that the suffix names.
@@ -116,7 +119,7 @@ class Animation:
         """
         from elocute.export.registry import write
 
-        for name in ("motion", "sound"):
+        for name in ("motion", "sound", "words"):
             if name in options:
                 raise OutputError.about(
                     f"`{name}`",
@@ -124,7 +127,7 @@ class Animation:
                     allowed="the animation's own, which is written anyway",
                     remedy="leave it out, or make an Animation with another",
                 )
-        write(self.motion, path, sound=self.sound, **options)
+        write(self.motion, path, sound=self.sound, words=self.words, **options)
         return self
 
 
@@ -246,7 +249,7 @@ def animate(
     motion = replace(motion_from_curves(rig, curves), rotations=face.rotations(rows))
     if known.phones is not None and chosen.encoder != "phones":
         known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
-    return Animation(motion, curves, sound, tuple(known.notes))
+    return Animation(motion, curves, sound, tuple(known.notes), tuple(known.words))
 
 
 class _Listener:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from elocute.animation import Animation, animate
@@ -67,7 +68,7 @@ def say(
         Where espeak-ng is missing.
     """
     spoken = speak(text, VoiceSettings(language, voice, words_per_minute, pitch))
-    return animate(
+    animation = animate(
         spoken.sound,
         phones=list(spoken.phones),
         fps=fps,
@@ -83,3 +84,5 @@ def say(
         look=look,
         progress=progress,
     )
+    words = tuple((w.phones[0][0], w.phones[-1][1], w.text) for w in spoken.words if w.phones)
+    return replace(animation, words=words)

@@ -127,6 +127,7 @@ def _write(
             animation.motion,
             target,
             sound=animation.sound,
+            words=animation.words,
             progress=progress,
             format_settings=outputs.format_settings,
         )
