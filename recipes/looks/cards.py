@@ -73,4 +73,4 @@ class Fitting:
     def _nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         away, index = self.tree.query(points, NEAREST)
         near = 1 / np.maximum(away, 1e-5)
-        return index, near / near.sum(1, keepdims=True)
+        return np.asarray(index), near / near.sum(1, keepdims=True)

@@ -26,7 +26,8 @@ def strands(path: Path, size: int, gain: float = 1.0) -> np.ndarray:
     solid = alpha > SOLID if (alpha > SOLID).any() else alpha > alpha.max() / 2
     low, high = np.percentile(bright[solid], [3, 98])
     tone = np.clip((bright - low) / max(high - low, 1e-3), 0, 1)
-    _, nearest = nd.distance_transform_edt(alpha < 0.3, return_indices=True)
-    tone = tone[nearest[0], nearest[1]]
+    nearest = nd.distance_transform_edt(alpha < 0.3, return_distances=False, return_indices=True)
+    rows, columns = np.asarray(nearest)
+    tone = tone[rows, columns]
     grey = 0.30 + 0.70 * tone**0.9
     return np.dstack([grey, grey, grey, np.clip(alpha * gain, 0, 1)])

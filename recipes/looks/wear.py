@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from elocute.files.array_writing import write_npz
 from recipes.head.face import NeutralFace
 from recipes.looks.canvas import save
 from recipes.looks.cards import Cards, Fitting
@@ -96,16 +97,16 @@ def write(path: Path, fitting: Fitting, cards: Cards, shade=None, **more: np.nda
     path.parent.mkdir(parents=True, exist_ok=True)
     pairs, between = fitting.skull()
     shade = cards.shade if shade is None else shade
-    np.savez_compressed(
-        path,
-        index=cards.index.astype(np.uint16),
-        weights=cards.weights.astype(np.float32),
-        offset=cards.offset.astype(np.float32),
-        quads=cards.quads.astype(np.uint16),
-        uv=cards.uv.astype(np.float32),
-        uv_quads=cards.uv_quads.astype(np.uint16),
-        shade=np.round(255 * np.clip(shade, 0, 1)).astype(np.uint8),
-        skull=pairs.astype(np.uint16),
-        skull_m=between.astype(np.float32),
-        **{name: values.astype(np.uint16) for name, values in more.items()},
-    )
+    arrays = {
+        "index": cards.index.astype(np.uint16),
+        "weights": cards.weights.astype(np.float32),
+        "offset": cards.offset.astype(np.float32),
+        "quads": cards.quads.astype(np.uint16),
+        "uv": cards.uv.astype(np.float32),
+        "uv_quads": cards.uv_quads.astype(np.uint16),
+        "shade": np.round(255 * np.clip(shade, 0, 1)).astype(np.uint8),
+        "skull": pairs.astype(np.uint16),
+        "skull_m": between.astype(np.float32),
+    }
+    arrays |= {name: values.astype(np.uint16) for name, values in more.items()}
+    write_npz(path, arrays, compressed=True)

@@ -78,12 +78,11 @@ def shares(age: float, sex: float, tone: float) -> dict[str, float]:
 
 def _blend(age: float, sex: float, tone: float) -> Float32Array:
     """(row, column, 3) linear colour: the mean of logarithms, moved to the tone's own colour."""
-    logs = np.float32(0)
-    for name, share in shares(age, sex, tone).items():
-        logs = logs + np.float32(share) * _log_skin(name)
-    found = np.asarray(logs)[MEAN_PLACE].mean((0, 1))
+    blended = [np.float32(share) * _log_skin(n) for n, share in shares(age, sex, tone).items()]
+    logs = np.stack(blended).sum(axis=0, dtype=np.float32)
+    found = logs[MEAN_PLACE].mean((0, 1))
     move = TONE_STRENGTH * (np.log(skin_albedo(tone)) - found)
-    return np.exp(np.asarray(logs + move.astype(np.float32), np.float32))
+    return np.exp(logs + move).astype(np.float32)
 
 
 def _log_skin(name: str) -> Float32Array:
@@ -91,7 +90,7 @@ def _log_skin(name: str) -> Float32Array:
 
 
 def _grey(name: str) -> Float32Array:
-    return decoded(baked.picture(f"skins/{name}"))[..., 0] / np.float32(255)
+    return (decoded(baked.picture(f"skins/{name}"))[..., 0] / 255).astype(np.float32)
 
 
 def _logs() -> Float32Array:
