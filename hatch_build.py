@@ -16,7 +16,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-SOURCES = ("package.json", "package-lock.json", "src/viewer.js", "src/page.html")
+SOURCES = ("package.json", "package-lock.json", "src/*")
 
 
 class ViewerHook(BuildHookInterface):
@@ -30,7 +30,8 @@ class ViewerHook(BuildHookInterface):
             return
         web = Path(self.root) / "web"
         assets = Path(self.root) / "src/elocute/export/assets"
-        stamp = hashlib.sha256(b"".join((web / name).read_bytes() for name in SOURCES)).hexdigest()
+        sources = [path for name in SOURCES for path in sorted(web.glob(name))]
+        stamp = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
         mark = assets / "viewer.sha256"
         if not (mark.is_file() and mark.read_text() == stamp):
             assets.mkdir(parents=True, exist_ok=True)

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from elocute.array_types import FloatArray
-from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel
+from elocute.head.viseme_shapes import VISEME_SHAPES
 
 PEOPLE, SOME = 200, (0, 1, 2)
 MIDDLE = slice(4, 9)  # columns of the lips whose mean is an opening

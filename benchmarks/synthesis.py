@@ -150,7 +150,7 @@ def rendering() -> None:
                 for points in frames:
                     renderer.frame(points)
                 rate = len(frames) / (time.perf_counter() - begun)
-            target = ">= 25" if (backend, size[0]) == ("moderngl", 800) else ""
+            target = ">= 10" if (backend, size[0]) == ("moderngl", 800) else ""
             row(f"{backend} {size[0]}x{size[1]}", rate, "frames/s", target)
 
 

@@ -148,9 +148,9 @@ class Assembly:
 def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
     """Teeth and gums fitted to the mouth of `body`."""
     helper = body[UPPER_HELPER] * 1000
-    front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 0.9
-    upper = teeth.Arch(30.5, front, front - 45.0, biting, direction=-1)
-    lower = teeth.Arch(28.6, front - 2.6, front - 45.5, biting - 1.9, direction=1)
+    front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 3.1
+    upper = teeth.Arch(29.5, front, front - 46.0, biting, direction=-1)
+    lower = teeth.Arch(27.4, front - 2.8, front - 46.5, biting - 0.5, direction=1)
     return {
         "teeth_upper": teeth.teeth(
             upper, teeth.UPPER_WIDTHS_MM, teeth.UPPER_HEIGHTS_MM, teeth.UPPER_DEPTHS_MM

@@ -8,12 +8,15 @@ from recipes.head.face import EYES_OPEN, NeutralFace
 from recipes.head.pose import axis_rotation
 
 LOOK_DEG = {"Down": 27.0, "Up": 21.0, "In": 32.0, "Out": 32.0}
+SNEER_FOLD = 0.5
+"""How far the fold beside the nose deepens in a sneer."""
 LID_DOWN, LID_UP = 0.22, 0.40
 """How far the lids follow a look down (of a blink) and up (of wide eyes)."""
 
 
 def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes: dict[str, np.ndarray] = {}
+    folds = face.halves(SNEER_FOLD * face.off_the_lips(face.pose_unit("NasolabialDeepener")))
     for side in ("Left", "Right"):
         low = side.lower()
         wide = face.expression(f"eye-{low}-opened-up")
@@ -24,7 +27,7 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
             "eyeWide": wide,
             "eyeSquint": face.pose_unit(f"{side}LowerLidUp"),
             "cheekSquint": face.pose_unit(f"{side}CheekUp"),
-            "noseSneer": 1.4 * face.expression(f"nose-{low}-elevation"),
+            "noseSneer": 1.4 * face.expression(f"nose-{low}-elevation") + folds[side],
         }
         shapes |= {name + side: face.of_skin(moved) for name, moved in skin.items()}
         for way in LOOK_DEG:

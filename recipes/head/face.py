@@ -7,6 +7,7 @@ import numpy as np
 from elocute.numerics.smoothing import smoothstep
 from recipes.head.anatomy import Anatomy
 from recipes.head.assembly import Assembly
+from recipes.head.bite import Bite
 from recipes.head.jaw import jaw_move, jaw_weights
 from recipes.head.lips import Lips
 from recipes.head.makehuman import MakeHuman
@@ -70,13 +71,23 @@ class NeutralFace:
         self.vertices = self.assembly.attach(symmetrised(raw, self.assembly.mirror))
         self.vertices[self.assembly.slices["tongue"]] += self.tongue_rest()
         self.lips.rest = self.skin
+        self.bite = Bite(self.assembly, self.lips, self.vertices)
         self.pose_units = PoseUnits(mh)
         self.jaw_joint = mh.joint("jaw____head", self.body) * [0, 1, 1]
         self.jaw_weights = jaw_weights(self.assembly)
 
     def finished(self, skin: np.ndarray) -> np.ndarray:
-        """Skin of any face with sealed lips and the neck cut along the bust's plane."""
-        return skin + self.lips.seal(skin) + self.bust(skin)
+        """Skin of any face: lips of human height, sealed; neck cut along the bust's plane."""
+        thin = skin + self.lips.thinned(skin)
+        return thin + self.lips.seal(thin) + self.bust(thin)
+
+    def person(self, body: np.ndarray) -> np.ndarray:
+        """(vertex, 3) m of the whole on another body, an affine map of it: skin finished, and
+        behind its lips teeth and tongue, as far in and as far up as on the neutral face."""
+        vertices = self.assembly.whole(body)
+        vertices[self.skin_slice] = self.finished(vertices[self.skin_slice])
+        vertices[self.assembly.slices["tongue"]] += self.tongue_rest()
+        return self.assembly.attach(self.bite.behind_lips(vertices))
 
     def off_the_bust(self, height_m: float) -> np.ndarray:
         """(vertex,) 0 at the cut of the neck, 1 from a height above it, smoothly between."""
@@ -118,6 +129,10 @@ class NeutralFace:
     def resealed(self, displacement: np.ndarray, overlap_m: float = 0.0003) -> np.ndarray:
         """The same skin displacement with closed lips."""
         return displacement + self.lips.seal(self.skin + displacement, overlap_m)
+
+    def off_the_lips(self, displacement: np.ndarray) -> np.ndarray:
+        """The same skin displacement fading out towards the lips, which stay."""
+        return displacement - self.lips.field(displacement[self.lips.rings])
 
     def halves(self, displacement: np.ndarray, blend_m: float = 0.0045) -> dict[str, np.ndarray]:
         """Left and right part of a skin displacement, blended across the middle."""

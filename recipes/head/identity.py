@@ -70,12 +70,10 @@ def fitted(face: NeutralFace, identity: IdentityBasis, body: np.ndarray) -> np.n
 
 
 def person_row(face: NeutralFace, body: np.ndarray) -> np.ndarray:
-    """Vertices and joints of one adult: placed like the template, lips sealed, neck cut."""
+    """Vertices and joints of one adult: placed like the template, and finished like it."""
     upper = face.skin[:, 1] > face.skin[:, 1].mean()
     shift = (face.skin - face.anatomy.skin(body))[upper].mean(0)
-    vertices = face.assembly.whole(body + shift)
-    vertices[face.skin_slice] = face.finished(vertices[face.skin_slice])
-    return np.concatenate([face.assembly.attach(vertices), joints_of(face, body + shift)]).ravel()
+    return np.concatenate([face.person(body + shift), joints_of(face, body + shift)]).ravel()
 
 
 def _regression(coefficients: np.ndarray, tones: np.ndarray) -> np.ndarray:

@@ -15,14 +15,18 @@ class Aperture:
     """The opening between the lips: an ellipse on the contact line. Millimetres, degrees."""
 
     half_width: float
-    above: float  # upper lip over the rest line
-    below: float  # lower lip under the rest line
+    above: float  # upper lip over the middle of the hole
+    below: float  # lower lip under it
+    drop: float  # how far its middle and the corners lie under the rest line
     forward: float  # of the middle of the lips
     corner_back: float  # how far the corners lie behind the middle
     evert_deg: float = 0.0  # outward turn of the lips' profile
     thickness: float = 1.0  # height of the red lip against rest
     taper: float = 0.0  # how much thinner the lips are at the corners than at rest
     roundness: float = 1.0  # 0 keeps the rest outline's normals, 1 takes the ellipse's
+    bow: float = 0.2  # share of the curve of the resting line that is left
+    hole: float = 1.0  # share of the half width that is open; beyond it the lips touch
+    pinch: float = 0.0  # how far each lip reaches over the other there
 
 
 def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
@@ -38,16 +42,25 @@ def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
         height = form.above if side > 0 else form.below
         angle = u * np.pi / 2
         flat_x = (1 - form.roundness) * u + form.roundness * np.sin(angle)
+        parted = height * _arc(flat_x / form.hole)
+        if form.hole < 1:
+            beyond = np.clip((abs(flat_x) - form.hole) / (1 - form.hole), 0, 1)
+            parted -= form.pinch * np.sin(np.pi * beyond)
         rest_bow = contact[column, 1] - line_y
         goal_contact = np.array(
             [
                 form.half_width * flat_x,
-                line_y + rest_bow * (1 - 0.6 * form.roundness) + side * height * np.cos(angle),
+                line_y + rest_bow * form.bow + side * parted - form.drop,
                 contact[[0, 19], 2].mean() + form.forward - form.corner_back * u * u,
             ]
         )
         goal[:, column] = goal_contact + _profile(rest[:, column], form, angle, side)
     return (goal - rest) / 1000
+
+
+def _arc(share: float) -> float:
+    """Height of a round hole at a share of its half width, 1 in the middle."""
+    return max(0.0, 1 - share**2) ** 0.5
 
 
 def _profile(profile: np.ndarray, form: Aperture, angle: float, side: float) -> np.ndarray:

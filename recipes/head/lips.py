@@ -21,7 +21,14 @@ BETWEEN = (29, 31, 33, 35, 37, 1, 3, 5, 7, 9)
 FOLLOW = np.array([0.58, 0.66, 0.74, 0.82, 0.90, 0.96, 1.0, 1.0, 0.97, 0.8])
 """How far each ring follows a small displacement of the contact ring."""
 OVERLAP_M = 0.0002
+UPPER_HEIGHT, LOWER_HEIGHT = 0.70, 0.745
+"""Share of MakeHuman's lips that is left: on the mean face 7.5 and 9.5 mm, as people's are."""
+UPPER_DEPTH, LOWER_DEPTH = 0.74, 0.90
+"""The same of how far the red lip stands out before the line where lips meet."""
+CORNER_HEIGHT, NEAR_CORNER = 0.35, 0.7
+"""The same of heights at the corners, where lips hang over each other and sulk; from where on."""
 RING_COUNT, COLUMN_COUNT = 10, 38
+EVENINGS = 8
 
 
 class Lips:
@@ -38,6 +45,8 @@ class Lips:
         self.fractions = {
             column: _fraction(contact, column, *_beside(column)) for column in BETWEEN
         }
+        half_width = np.abs(contact[list(CORNERS)]).mean()
+        self._across = np.clip(contact / half_width, -1, 1)  # (column,) -1 and 1 at the corners
         self.rest = skin
 
     def spreading(self, anatomy: Anatomy, skin: np.ndarray, radius_m: float) -> SmoothSpread:
@@ -56,23 +65,44 @@ class Lips:
         spread = self.wide_spread if wide else self.spread
         return spread(displacement[self.handles])
 
+    def thinned(self, skin: np.ndarray) -> np.ndarray:
+        """Displacement that draws the red of both lips towards the line where they meet.
+
+        Corners stay, so the mouth keeps its width. A linear map of `skin`.
+        """
+        offset = skin[self.rings] - skin[self.rings[CONTACT_RING]]
+        offset[CONTACT_RING + 1 :] = 0
+        middle = 1 - np.abs(self._across) ** 4
+        lower = np.zeros(COLUMN_COUNT, bool)
+        lower[CORNERS[0] + 1 : CORNERS[1]] = True
+        less = np.where(
+            lower[:, None],
+            [0, 1 - LOWER_HEIGHT, 1 - LOWER_DEPTH],
+            [0, 1 - UPPER_HEIGHT, 1 - UPPER_DEPTH],
+        )
+        less *= middle[:, None]
+        near_corner = np.clip((np.abs(self._across) - NEAR_CORNER) / (1 - NEAR_CORNER), 0, 1)
+        less[:, 1] = np.maximum(less[:, 1], (1 - CORNER_HEIGHT) * near_corner)
+        return self.field(-offset * less)
+
     def seal(
         self,
         skin: np.ndarray,
-        overlap_m: float = OVERLAP_M,
+        overlap_m: float | np.ndarray = OVERLAP_M,
         upper_share: float = 0.5,
         follow: np.ndarray = FOLLOW,
     ) -> np.ndarray:
         """Displacement that brings the contact lines of both lips together.
 
-        Afterwards each pair of columns differs by the overlap alone, straight up, and the
+        Afterwards each pair of columns differs by its overlap alone, straight up, and the
         upper columns between lie on the lower lip's edges: an affine map of `skin`, so any
         mixture of sealed faces is sealed.
         """
         contact = skin[self.rings[CONTACT_RING]]
         wanted = contact.copy()
-        sink = np.array([0, overlap_m / 2, 0])
-        for upper, lower in PAIRS:
+        overlaps = np.broadcast_to(overlap_m, len(PAIRS))
+        for (upper, lower), overlap in zip(PAIRS, overlaps, strict=True):
+            sink = np.array([0, overlap / 2, 0])
             meeting = (1 - upper_share) * contact[upper] + upper_share * contact[lower]
             wanted[upper], wanted[lower] = meeting - sink, meeting + sink
         for column in BETWEEN:
@@ -101,7 +131,18 @@ class Lips:
             target[9] = lengths[9]
             slid = [np.interp(target, lengths, profile[:, k]) for k in range(3)]
             moves[:, column] = np.stack(slid, 1) - profile
-        return self.field(moves)
+        return self.field(_evened(moves))
+
+
+def _evened(moves: np.ndarray) -> np.ndarray:
+    """Moves (ring, column, 3) evened out along each lip; columns differ in their profiles."""
+    sides = np.arange(COLUMN_COUNT)
+    inner = np.setdiff1d(sides, CORNERS)
+    evened = moves.copy()
+    for _ in range(EVENINGS):
+        beside = (np.roll(evened, 1, axis=1) + np.roll(evened, -1, axis=1)) / 2
+        evened[:, inner] = ((evened + beside) / 2)[:, inner]
+    return evened
 
 
 def _beside(column: int) -> tuple[int, int]:

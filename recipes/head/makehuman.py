@@ -146,10 +146,8 @@ def read_clothing(path: Path) -> Clothing:
             scales[words[0][0]] = (int(words[1]), int(words[2]), float(words[3]))
         elif words[0] == "verts":
             in_vertices = True
-        elif in_vertices:
-            if not words[0].isdigit():
-                in_vertices = False
-            elif len(words) >= 9:
+        elif in_vertices and words[0].isdigit():
+            if len(words) >= 9:
                 rows.append([float(word) for word in words[:9]])
             else:
                 rows.append([*[float(words[0])] * 3, 1, 0, 0, 0, 0, 0])

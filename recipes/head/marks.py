@@ -6,49 +6,71 @@ import numpy as np
 
 from recipes.head.face import NeutralFace
 
+LANDMARKS = (
+    # jaw
+    2230,
+    1898,
+    866,
+    912,
+    893,
+    1408,
+    1759,
+    1757,
+    1761,
+    3912,
+    3914,
+    3576,
+    3075,
+    3094,
+    3051,
+    4046,
+    4376,
+    # brows
+    1726,
+    1725,
+    231,
+    223,
+    233,
+    2486,
+    2477,
+    2484,
+    3882,
+    3883,
+    # bridge
+    136,
+    131,
+    201,
+    302,
+    # base of the nose
+    358,
+    1538,
+    1807,
+    3702,
+    2599,
+    # eyes
+    1114,
+    1057,
+    1125,
+    1129,
+    1096,
+    1093,
+    3301,
+    3297,
+    3229,
+    3286,
+    3265,
+    3268,
+)
+"""Skin vertices of the first 48 iBUG landmarks, found once by their places on a mean face. They
+stay when that face is sculpted further: captures and models were made with them."""
+
 
 def landmarks(face: NeutralFace) -> np.ndarray:
     """(68,) vertices in iBUG order; the first are on the head's right side (-X)."""
-    skin, eye = face.skin, face.assembly.eye_centre
     rings = face.lips.rings
-    front = np.zeros(len(skin), bool)
-    front[:] = skin[:, 2] > eye[2] - 0.075
-    front[face.anatomy.inner_mouth] = False
-
-    def nearest(x_mm: float, y_mm: float, z_mm: float) -> int:
-        """Vertex closest to a place relative to the point between the eyes' centres."""
-        goal = np.array([x_mm, y_mm, z_mm]) / 1000 + [0, eye[1], eye[2]]
-        distance = np.linalg.norm(skin - goal, axis=1) + np.where(front, 0, 1)
-        return int(distance.argmin())
-
-    half_jaw = [
-        (-66, 0, -58),
-        (-65, -22, -58),
-        (-63, -42, -56),
-        (-58, -62, -48),
-        (-49, -78, -32),
-        (-38, -90, -14),
-        (-26, -99, 2),
-        (-13, -105, 12),
-    ]
-    jaw = [nearest(*p) for p in half_jaw] + [nearest(0, -107, 15)]
-    jaw += [nearest(-x, y, z) for x, y, z in reversed(half_jaw)]
-    half_brow = [(-50, 18, -1), (-43, 23, 8), (-34, 24, 13), (-24, 22, 17), (-14, 19, 20)]
-    brows = [nearest(*p) for p in half_brow] + [
-        nearest(-x, y, z) for x, y, z in reversed(half_brow)
-    ]
-    bridge = [nearest(0, y, z) for y, z in ((2, 22), (-12, 27), (-25, 34), (-38, 41))]
-    base = [
-        nearest(x, y, z)
-        for x, y, z in ((-14, -47, 20), (-7, -50, 25), (0, -52, 28), (7, -50, 25), (14, -47, 20))
-    ]
-    eyes = []
-    half_eye = [(-44, 0, 4), (-36, 5, 12), (-25, 5, 13), (-16, -2, 9), (-25, -6, 12), (-36, -6, 10)]
-    eyes += [nearest(*p) for p in half_eye]
-    eyes += [nearest(-half_eye[i][0], *half_eye[i][1:]) for i in (3, 2, 1, 0, 5, 4)]
     outer = [int(rings[0, c]) for c in (26, 30, 34, 0, 4, 8, 12, 15, 17, 19, 21, 23)]
     inner = [int(rings[7, c]) for c in (26, 32, 0, 6, 12, 17, 19, 21)]
-    return np.array(jaw + brows + bridge + base + eyes + outer + inner, np.int32)
+    return np.array([*LANDMARKS, *outer, *inner], np.int32)
 
 
 def regions(face: NeutralFace) -> dict[str, np.ndarray]:

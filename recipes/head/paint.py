@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from recipes.head import atlas
 from recipes.head.assembly import PARTS
 from recipes.head.eyeball import IRIS_RAD, PUPIL_RAD
 from recipes.head.face import NeutralFace
@@ -21,6 +22,8 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.02,) * 3,
 )
 TOOTH, TOOTH_ROOT = (0.88, 0.85, 0.77), (0.78, 0.70, 0.58)
+EYE_TEXTURE_RAD = 1.35
+"""Angle from the eye's axis that the edge of its image shows."""
 DEEP_TOOTH = (0.55, 0.30, 0.26)
 GUM, TONGUE = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38)
 
@@ -119,24 +122,58 @@ def face_materials(face: NeutralFace) -> np.ndarray:
 
 
 def texture(face: NeutralFace) -> tuple[np.ndarray, np.ndarray]:
-    """uv (texcoord, 2) and uv_quads (face, 4): skin and tongue keep MakeHuman's layout,
-    enlarged to the upper 3/4 of the square; other parts lie flat in a strip below."""
+    """uv (texcoord, 2) and uv_quads (face, 4). Each material has a square of its own: the skin
+    with the lips its atlas, eyeballs circles round their axis, teeth and gums their arches
+    unrolled, the upper above the lower; other parts lie flat. The bust's lid takes the places of
+    the rim beside it."""
     base, anatomy, assembly = face.mh.base, face.anatomy, face.assembly
     fine = assembly.refined
     coarse_uv = base.uv[base.uv_quads[anatomy.skin_faces_of_base]]
     corners = np.einsum("fcs,fsk->fck", fine.corner, coarse_uv[fine.source])
     uv, skin_quads = np.unique(corners.reshape(-1, 2).round(7), axis=0, return_inverse=True)
-    low, high = uv.min(0), uv.max(0)
-    uv = (uv - low) / (high - low).max() * 0.74 + [0.0, 0.26]
-    uvs, quads, count = [uv], [skin_quads.reshape(-1, 4)], len(uv)
+    skin_quads = skin_quads.reshape(-1, 4)
+    uv = atlas.atlas_uv(uv)
+    uvs, quads, count = [uv], [skin_quads], len(uv)
+    skin_faces = assembly.quads[assembly.part_of_face == 0]
     for place, name in enumerate(PARTS[1:-1]):  # the scalp has no faces of its own
         where = assembly.slices[name]
-        upright = name.startswith("eye") or name in ("brows", "lashes")
-        flat = face.vertices[where][:, [0, 1] if upright else [0, 2]]
-        flat = (flat - flat.min(0)) / np.ptp(flat, axis=0).max()
-        uvs.append(flat * 0.094 + [0.003 + 0.1 * place, 0.06])
         mine = assembly.quads[assembly.part_of_face == place + 1]
+        points = face.vertices[where]
+        if name == "bust":
+            uvs.append(_beside_the_rim(face, points, uv, skin_quads, skin_faces))
+        elif name.startswith("eye"):
+            uvs.append(_round_the_axis(assembly.eye_angle, points))
+        elif name.startswith(("teeth", "gums")):
+            uvs.append(_unrolled(points, name.endswith("upper")))
+        else:
+            flat = points[:, [0, 1] if name in ("brows", "lashes") else [0, 2]]
+            uvs.append((flat - flat.min(0)) / np.ptp(flat, axis=0).max() * 0.98 + 0.01)
         # The bust's first ring is the skin's rim: its texture starts at the bust's own ring.
         quads.append(np.maximum(mine - where.start, 0) + count)
         count += where.stop - where.start
-    return np.vstack(uvs), np.vstack(quads)
+    return np.clip(np.vstack(uvs), 0, 1), np.vstack(quads)
+
+
+def _round_the_axis(angle: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Circles of equal angle round the middle, the same for both eyes as seen from the front."""
+    side = points[:, :2] - (points[0, :2] + points[-1, :2]) / 2
+    length = np.linalg.norm(side, axis=1, keepdims=True)
+    reach = np.minimum(angle / EYE_TEXTURE_RAD, 1)[:, None]
+    return 0.5 + 0.5 * reach * side / np.maximum(length, 1e-9)
+
+
+def _unrolled(points: np.ndarray, upper: bool) -> np.ndarray:
+    """Along the arch from left to right, and by height."""
+    behind = points[:, 2].min()
+    along = np.arctan2(points[:, 0], points[:, 2] - behind + 0.002) / np.pi + 0.5
+    height = (points[:, 1] - points[:, 1].min()) / np.ptp(points[:, 1])
+    return np.stack([0.01 + 0.98 * along, 0.01 + 0.47 * height + 0.51 * upper], 1)
+
+
+def _beside_the_rim(face, points, uv, skin_quads, skin_faces) -> np.ndarray:
+    """The texture's place at the nearest point of the neck's rim, for each vertex of the lid."""
+    rim = face.anatomy.rim
+    place = np.zeros((face.assembly.count, 2))
+    place[skin_faces.ravel()] = uv[skin_quads.ravel()]
+    away = np.linalg.norm(points[:, None] - face.vertices[rim][None], axis=2)
+    return place[rim[away.argmin(1)]]

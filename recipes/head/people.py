@@ -6,28 +6,73 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recipes.head.face import NeutralFace
+from recipes.head.face import SOFTENING, NeutralFace
 from recipes.head.identity import IdentityBasis, fitted
 from recipes.head.population import Traits, body
+
+YEARS_AT_HALF, YEARS_PER_AGE = 25, 130
+"""MakeHuman's age: 0.5 is 25 years, 1 is 90."""
 
 
 @dataclass(frozen=True)
 class Person:
     name: str
-    traits: Traits  # races: African, Asian, Caucasian
+    years: int
+    male: float
+    races: tuple[float, float, float]  # African, Asian, Caucasian
+    weight: float = 0.5
+    muscle: float = 0.5
     details: tuple[tuple[str, float], ...] = ()  # (target, amount)
+
+    @property
+    def traits(self) -> Traits:
+        age = 0.5 + (self.years - YEARS_AT_HALF) / YEARS_PER_AGE
+        return Traits(self.male, age, self.muscle, self.weight, self.races)
+
+
+def _both(name: str, amount: float) -> tuple[tuple[str, float], tuple[str, float]]:
+    """A target of the left side and its twin."""
+    folder, _, target = name.partition("/")
+    return (f"{folder}/l-{target}", amount), (f"{folder}/r-{target}", amount)
 
 
 PEOPLE = (
-    Person("ada", Traits(0.0, 0.52, 0.45, 0.45, (0.1, 0.0, 0.9)), (("head/head-oval", 0.3),)),
-    Person("ben", Traits(1.0, 0.55, 0.60, 0.50, (0.0, 0.1, 0.9)), (("chin/chin-width-incr", 0.3),)),
-    Person("chidi", Traits(1.0, 0.56, 0.60, 0.50, (1.0, 0.0, 0.0)), (("head/head-square", 0.2),)),
-    Person("dana", Traits(0.05, 0.68, 0.45, 0.60, (0.2, 0.2, 0.6)), (("head/head-round", 0.3),)),
-    Person("esi", Traits(0.0, 0.52, 0.45, 0.45, (1.0, 0.0, 0.0)), (("head/head-oval", 0.3),)),
-    Person("feng", Traits(1.0, 0.60, 0.50, 0.48, (0.0, 1.0, 0.0)), (("head/head-square", 0.2),)),
-    Person("hana", Traits(0.0, 0.51, 0.45, 0.45, (0.0, 1.0, 0.0)), (("head/head-oval", 0.2),)),
-    Person("otto", Traits(1.0, 0.84, 0.45, 0.62, (0.0, 0.0, 1.0)), (("nose/nose-hump-incr", 0.3),)),
-)
+    Person(
+        "ada", 29, 0.0, (0.1, 0.0, 0.9), 0.45, 0.45,
+        (("head/head-oval", 0.35), *_both("cheek/cheek-bones-incr", 0.35)),
+    ),
+    Person(
+        "ben", 35, 1.0, (0.0, 0.1, 0.9), 0.50, 0.60,
+        (("chin/chin-width-incr", 0.3), ("head/head-rectangular", 0.2)),
+    ),
+    Person(
+        "chidi", 41, 1.0, (1.0, 0.0, 0.0), 0.52, 0.60,
+        (("head/head-square", 0.2), ("mouth/mouth-lowerlip-height-decr", 0.5)),
+    ),
+    Person(
+        "dana", 53, 0.05, (0.2, 0.2, 0.6), 0.64, 0.45,
+        (("head/head-round", 0.35), ("neck/neck-double-incr", 0.3)),
+    ),
+    Person(
+        "esi", 23, 0.0, (1.0, 0.0, 0.0), 0.45, 0.45,
+        (("head/head-oval", 0.35), *_both("cheek/cheek-bones-incr", 0.3)),
+    ),
+    Person(
+        "feng", 61, 1.0, (0.0, 1.0, 0.0), 0.46, 0.46,
+        (("head/head-square", 0.2), *_both("cheek/cheek-bones-incr", 0.3)),
+    ),
+    Person(
+        "hana", 20, 0.0, (0.0, 1.0, 0.0), 0.45, 0.45,
+        (("head/head-oval", 0.2), *_both("cheek/cheek-volume-incr", 0.2)),
+    ),
+    Person(
+        "otto", 74, 1.0, (0.0, 0.0, 1.0), 0.60, 0.42,
+        (("nose/nose-hump-incr", 0.35), ("neck/neck-double-incr", 0.4)),
+    ),
+)  # fmt: skip
+"""Four women and four men, of 20 to 74 years."""
+FRIENDLY = 0.7
+"""Share of the mean face's friendly touches in theirs."""
 
 
 def coefficients(face: NeutralFace, identity: IdentityBasis) -> dict[str, np.ndarray]:
@@ -35,7 +80,8 @@ def coefficients(face: NeutralFace, identity: IdentityBasis) -> dict[str, np.nda
     found = {}
     for person in PEOPLE:
         moved = body(face.mh, person.traits)
-        for target, amount in person.details:
+        softening = [(target, FRIENDLY * amount) for target, amount in SOFTENING]
+        for target, amount in (*person.details, *softening):
             moved += amount * face.mh.target(target)
         found[person.name] = fitted(face, identity, face.mh.base.vertices + moved)
     return found

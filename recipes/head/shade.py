@@ -45,7 +45,7 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     front = face.vertices[slices["teeth_upper"], 2].max()
     depth = np.clip((front - face.vertices[:, 2]) / 0.030, 0, 1)
     deep = (1 - depth) ** 1.3 * np.clip(0.35 + 1.6 * free, 0, 1)
-    light[inside] = np.clip(0.19 + 0.81 * deep[inside], 0, 1)
+    light[inside] = np.clip(0.24 + 0.76 * deep[inside], 0, 1)
     # The inner side of the lips catches light when they part: only what is behind is dark.
     skin_z = face.vertices[slices["skin"], 2]
     open_side = 0.38 * np.clip((skin_z - (front - 0.010)) / 0.008, 0, 1)
@@ -56,10 +56,10 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     tongue = face.vertices[slices["tongue"]]
     forward = (tongue[:, 2] - tongue[:, 2].min()) / np.ptp(tongue[:, 2])
     groove = np.clip(np.abs(tongue[:, 0]) / 0.010, 0, 1)  # a shallow fold along the middle
-    light[slices["tongue"]] = 0.07 + 0.24 * forward**4 * (0.62 + 0.38 * groove)
-    for jaw, brightest in (("upper", 0.62), ("lower", 0.30)):
+    light[slices["tongue"]] = 0.10 + 0.55 * forward**3 * (0.75 + 0.25 * groove)
+    for jaw, brightest in (("upper", 0.70), ("lower", 0.50)):
         teeth = slices[f"teeth_{jaw}"]
-        light[teeth] = np.minimum(BOUNCE + 0.72 * (1 - depth[teeth]) ** 3.2, brightest)
+        light[teeth] = np.minimum(BOUNCE + 0.72 * (1 - depth[teeth]) ** 2.2, brightest)
         gums = slices[f"gums_{jaw}"]
         light[gums] = BOUNCE + 0.44 * (1 - depth[gums]) ** 2.5
     return light

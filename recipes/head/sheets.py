@@ -13,10 +13,10 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from elocute.animation import animate
-from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.export.render import Camera, open_renderer, portrait
 from elocute.head import HeadModel, load_builtin_head
 from elocute.head.identity import identity_names, resolve_identity
+from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.life import MOODS
 
 QUALITY = 82

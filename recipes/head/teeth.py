@@ -19,8 +19,10 @@ AROUND = 12
 """Vertices around a crown."""
 
 
-SQUARENESS = 2.35
+SQUARENESS = 2.12
 """Exponent of the arch's superellipse: 2 would be an ellipse, more is squarer."""
+SHORT_MM = (0.0, 0.7, 0.3, 0.9, 1.0, 1.2, 1.4)
+"""How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def crown(width: float, height: float, depth: float, place: int) -> tuple[np.nda
             z = z + (1 - d) * depth / 2 * 0.85 - 0.12 * depth * (level - 0.5) ** 2
         y = np.full(AROUND, level * height)
         if level == 1.0 and place == 2:
-            y = y + 0.08 * height * (1 - np.abs(ring_x) ** 1.2)
+            y = y + 0.045 * height * (1 - np.abs(ring_x) ** 1.2)
         if level == 1.0 and not front:
             y = y + 0.05 * height * np.abs(ring_x * ring_z) ** 0.5
         vertices.append(np.stack([x, y, z], 1))
@@ -113,8 +115,8 @@ def crown(width: float, height: float, depth: float, place: int) -> tuple[np.nda
     return np.vstack([*vertices, top[None]]), np.array(quads), np.r_[np.concatenate(shade), 1.0]
 
 
-def teeth(arch: Arch, widths, heights, depths, tilts=(0.0, 0.4, -0.3, 0.3, 0.5, 0.7, 0.9)) -> Part:
-    """All fourteen crowns of one jaw. `tilts`: how far each edge stays short of the plane, mm."""
+def teeth(arch: Arch, widths, heights, depths) -> Part:
+    """All fourteen crowns of one jaw."""
     length, _ = arch.samples()
     scale = min(1.0, length[-1] / (sum(widths) * 0.97))
     vertices, quads, mirror, shades, start = [], [], [], [], 0.0
@@ -126,7 +128,7 @@ def teeth(arch: Arch, widths, heights, depths, tilts=(0.0, 0.4, -0.3, 0.3, 0.5, 
         start += width
         centre = point - outward * depth / 2
         flat = centre + local[:, [0]] * tangent + local[:, [2]] * outward
-        y = arch.biting_mm - arch.direction * (height + tilts[place] - local[:, 1])
+        y = arch.biting_mm - arch.direction * (height + SHORT_MM[place] - local[:, 1])
         left = np.stack([flat[:, 0], y, flat[:, 1]], 1)
         n = len(left)
         # Mirroring turns faces inside out: the lower jaw's crowns and each right side need it.

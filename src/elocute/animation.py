@@ -28,6 +28,8 @@ from elocute.errors import HeadError, InputError, OutputError
 from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
+from elocute.head.looks.look import Look
+from elocute.head.looks.people import identity_look
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.known_speech import known_speech
@@ -67,12 +69,15 @@ class Animation:
         The sound that was animated.
     notes : tuple of str
         What to know about it: words of its text that were not found, for example.
+    words : tuple of (float, float, str)
+        Start in s, end in s and word, where a text or its words are known.
     """
 
     motion: Motion
     curves: Curves
     sound: Path | Waveform
     notes: tuple[str, ...] = ()
+    words: tuple[tuple[float, float, str], ...] = ()
 
     def __repr__(self) -> str:
         sound = self.sound if isinstance(self.sound, Waveform) else self.sound.name
@@ -85,7 +90,7 @@ class Animation:
         """The viewer with its sound, for notebooks."""
         from elocute.export.notebook import viewer_frame
 
-        return viewer_frame(self.motion, self.sound, repr(self))
+        return viewer_frame(self.motion, self.sound, repr(self), self.words)
 
     def write(self, path: str | Path, **options: Any) -> Animation:
         """Write to the format that the suffix names.
@@ -114,7 +119,7 @@ class Animation:
         """
         from elocute.export.registry import write
 
-        for name in ("motion", "sound"):
+        for name in ("motion", "sound", "words"):
             if name in options:
                 raise OutputError.about(
                     f"`{name}`",
@@ -122,7 +127,7 @@ class Animation:
                     allowed="the animation's own, which is written anyway",
                     remedy="leave it out, or make an Animation with another",
                 )
-        write(self.motion, path, sound=self.sound, **options)
+        write(self.motion, path, sound=self.sound, words=self.words, **options)
         return self
 
 
@@ -144,6 +149,7 @@ def animate(
     mix: str = "output",
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
+    look: str | Look | None = "auto",
     progress: Progress | None = None,
 ) -> Animation:
     """Animate a head with speech.
@@ -196,6 +202,10 @@ def animate(
     mood : str or Mood
         How the person feels: "neutral", "happy", "sad", "angry", "surprised", "tender", with an
         intensity or without ("happy:0.6").
+    look : str, Look or None
+        What pictures, pages and .glb dress the built-in head in: "auto", the look of its identity;
+        "none", the bare head; a person's name or a seed; either with parts changed, as in
+        "auto,hair=long,hair-colour=grey,eyes=green,age=60".
     progress : callable, optional
         Called with the share of the sound that is done, 0 to 1.
 
@@ -219,7 +229,8 @@ def animate(
     sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved = chosen.style(checked_style(style), outputs=outputs)
-    rig = chosen.rig(_rig(head, identity, own_shapes=not chosen.makes_contacts))
+    rig = _rig(head, identity, own_shapes=not chosen.makes_contacts)
+    rig = chosen.rig(replace(rig, look=_look(look, head, identity, rig)))
     face = LivingFace(rig, alive, feeling)
     with _sound_blocks(sound, channel) as blocks:
         listener = _Listener(face.stream(blocks.sample_rate))
@@ -238,7 +249,7 @@ def animate(
     motion = replace(motion_from_curves(rig, curves), rotations=face.rotations(rows))
     if known.phones is not None and chosen.encoder != "phones":
         known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
-    return Animation(motion, curves, sound, tuple(known.notes))
+    return Animation(motion, curves, sound, tuple(known.notes), tuple(known.words))
 
 
 class _Listener:
@@ -285,6 +296,21 @@ def _rig(head: str | Path, identity: str | int | Path, *, own_shapes: bool) -> H
             allowed="one of `head` and `identity`",
         )
     return opened.with_identity(resolve_identity(choice, opened))
+
+
+def _look(
+    look: str | Look | None, head: str | Path, identity: str | int | Path, rig: HeadModel
+) -> Look | None:
+    """What the built-in head wears; another head keeps its own. Raises HeadError."""
+    if str(head) == "builtin":
+        return identity_look(look, _identity_choice(identity))
+    if look in (None, "none"):
+        return None
+    if look == "auto":
+        return rig.look
+    raise HeadError.about(
+        "look", found=f"one for head {rig.name!r}", allowed="a look of the built-in head"
+    )
 
 
 def _identity_choice(identity: str | int | Path) -> str:

@@ -11,6 +11,7 @@ from elocute.alignment.transcript import Transcript, transcribe
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import blended_posteriors
 from elocute.audio.speech_times import SpeechTimes
+from elocute.audio.timed_labels import Label
 from elocute.errors import InputError
 from elocute.models.feature_extraction import PhoneRefiner, PhoneTimes
 
@@ -25,10 +26,13 @@ class KnownSpeech:
         None where nothing is known.
     notes : list of str
         What to know about them; grows while the features are made.
+    words : list of (float, float, str)
+        Start in s, end in s and word, where words are known; grows likewise.
     """
 
     phones: PhoneTimes | PhoneRefiner | None
     notes: list[str] = field(default_factory=list)
+    words: list[Label] = field(default_factory=list)
 
     def tell(self, note: str) -> None:
         """Add a note."""
@@ -70,20 +74,22 @@ def known_speech(
 
 
 def _transcribed(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
-    told = list(notes)
+    told, words = list(notes), list[Label]()
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:
         found = transcribe(transcript, heard, duration_s)
         told.extend(found.notes)
+        words.extend((word.start_s, word.end_s, word.text) for word in found.words)
         return found.posteriors
 
-    return KnownSpeech(refine, told)
+    return KnownSpeech(refine, told, words)
 
 
 def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
     if not times.phones:
         known = _transcribed(Transcript.of_words(times.words, language), times.notes)
-        return KnownSpeech(_within(times, known.phones, known.notes), known.notes)
+        inner = _within(times, known.phones, known.notes)
+        return KnownSpeech(inner, known.notes, known.words)
     told = list(times.notes)
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:

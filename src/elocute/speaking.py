@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from elocute.animation import Animation, animate
 from elocute.articulation.style import Style
 from elocute.audio.espeak import speak
 from elocute.audio.voice_settings import VoiceSettings
+from elocute.head.looks.look import Look
 from elocute.life.moods import Mood
 from elocute.life.settings import Life
 from elocute.models.feature_extraction import Progress
@@ -31,6 +33,7 @@ def say(
     mix: str = "output",
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
+    look: str | Look | None = "auto",
     progress: Progress | None = None,
 ) -> Animation:
     """Speak a text and animate a head with it.
@@ -49,7 +52,7 @@ def say(
         How fast, 80 to 450.
     pitch : int
         Of the voice, 0 to 99.
-    fps, identity, head, style, strength, model, contacts, mix, life, mood, progress
+    fps, identity, head, style, strength, model, contacts, mix, life, mood, look, progress
         As `animate` takes them.
 
     Returns
@@ -65,7 +68,7 @@ def say(
         Where espeak-ng is missing.
     """
     spoken = speak(text, VoiceSettings(language, voice, words_per_minute, pitch))
-    return animate(
+    animation = animate(
         spoken.sound,
         phones=list(spoken.phones),
         fps=fps,
@@ -78,5 +81,8 @@ def say(
         mix=mix,
         life=life,
         mood=mood,
+        look=look,
         progress=progress,
     )
+    words = tuple((w.phones[0][0], w.phones[-1][1], w.text) for w in spoken.words if w.phones)
+    return replace(animation, words=words)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.errors import HeadError
 from elocute.evaluation.lip_penetration import lip_contact
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identities
 from elocute.head.model import HeadModel
+from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.motion import Motion
 
 

@@ -169,3 +169,20 @@ def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
         assert browser.execute_script("return origin") == "null"
     finally:
         browser.switch_to.default_content()
+
+
+def test_known_words_are_captions(page, browser, tmp_path):
+    """A word is shown as it is, and marked while it is said."""
+    words = [(0.1, 0.5, "one"), (0.5, 0.9, "</script><b>")]
+    write_html(page[1], tmp_path / "words.html", words=words)
+    browser.get((tmp_path / "words.html").as_uri())
+    for _ in range(100):
+        if browser.execute_script("return document.body.classList.contains('ready')"):
+            break
+        time.sleep(0.2)
+    room = "const c = document.getElementById('captions');"
+    at = f"elocute.jump(arguments[0]); elocute.show(); {room}"
+    told = f"{at} return [c.innerText.trim(), c.querySelector('.said')?.innerText ?? '']"
+    assert browser.execute_script(told, 0.3) == ["one </script><b>", "one"]
+    assert browser.execute_script(told, 0.7) == ["one </script><b>", "</script><b>"]
+    assert browser.execute_script(told, 3.0) == ["", ""]

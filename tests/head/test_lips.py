@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.head import load_builtin_head
 from elocute.head.identity import sample_identity
+from elocute.head.viseme_shapes import VISEME_SHAPES
 
 PEOPLE = 200
 

@@ -6,14 +6,17 @@ from functools import cache
 
 import numpy as np
 import pytest
+from elocute.articulation.viseme_shapes import VISEME_SHAPES
 
 import elocute
 from benchmarks.noises import noises, opening_mm
 from elocute.animation import animate
 from elocute.articulation.style import STYLES, Style
 from elocute.audio.read import read_audio
+from elocute.head.builtin import load_builtin_head
 from elocute.models import talkers
 from elocute.models.registry import open_model
+from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 
 LIPS_CLOSE_S = {"me": 1.69, "p": 5.46, "m": 6.34, "blue": 8.18}  # as recipes/example.py says
@@ -121,4 +124,8 @@ def test_known_phones_move_it() -> None:
 
 
 def test_no_strength_is_no_movement(mouth) -> None:
-    assert mouth(strength=0.0)["opening_mm"].max() < 1.0  # the lower lip still meets the teeth
+    """But for contacts: the lower lip still meets the teeth, and opens no further than in f."""
+    head = load_builtin_head()
+    bite = Motion(head, head.expression_vector(VISEME_SHAPES["FF"])[None], 1.0)
+    bitten_mm = measure_mouth(bite)["opening_mm"][0]
+    assert mouth(strength=0.0)["opening_mm"].max() < bitten_mm + 0.1

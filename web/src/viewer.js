@@ -3,6 +3,8 @@
 import * as THREE from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { Captions } from "./captions.js";
+import { Clock, soundOf } from "./sound.js";
 
 const $ = (id) => document.getElementById(id);
 const SHOWN_CURVES = [
@@ -26,31 +28,6 @@ function studio(scene) {
   lamp(0xf4f4ff, 1.6, 0.45, 0.65, -0.75);
   lamp(0xe8ecff, 0.8, -0.8, 0.25, -0.6);
   scene.add(new THREE.HemisphereLight(0xccd2dd, 0x8a7a70, 1.5));
-}
-
-// Where there is no sound, a clock keeps the time in its place.
-class Clock {
-  constructor(duration) {
-    this.duration = duration; this.at = 0; this.since = 0; this.paused = true; this.rate = 1;
-  }
-  get currentTime() {
-    if (this.paused) return this.at;
-    return Math.min(this.duration, this.at + ((performance.now() - this.since) / 1000) * this.rate);
-  }
-  set currentTime(value) { this.at = value; this.since = performance.now(); }
-  get playbackRate() { return this.rate; }
-  set playbackRate(value) { this.currentTime = this.currentTime; this.rate = value; }
-  get ended() { return this.currentTime >= this.duration; }
-  play() { if (this.ended) this.at = 0; this.since = performance.now(); this.paused = false; }
-  pause() { this.at = this.currentTime; this.paused = true; }
-}
-
-function soundOf(take, duration) {
-  if (!take.sound) return new Clock(duration);
-  const audio = new Audio();
-  audio.src = URL.createObjectURL(new Blob([bytesOf("sound")], { type: take.sound }));
-  audio.preload = "auto";
-  return audio;
 }
 
 function frameHead(camera, controls, box) {
@@ -110,7 +87,10 @@ function start() {
     const clip = gltf.animations[0];
     const mixer = new THREE.AnimationMixer(gltf.scene);
     if (clip) mixer.clipAction(clip).play();
-    const sound = soundOf(take, take.duration);
+    const sound = soundOf(
+      take.sound && new Blob([bytesOf("sound")], { type: take.sound }), take.duration,
+    );
+    const captions = new Captions($("captions"), take.words);
     const box = new THREE.Box3(new THREE.Vector3(...take.low), new THREE.Vector3(...take.high));
     const draw = meshes.length ? bars(meshes[0]) : () => {};
     const seek = $("seek");
@@ -155,6 +135,7 @@ function start() {
       if (document.activeElement !== seek || !resting) seek.value = time;
       $("time").textContent = `${clockText(time)} / ${clockText(take.duration)}`;
       draw();
+      captions.show(time);
       controls.update();
       renderer.render(scene, camera);
     };

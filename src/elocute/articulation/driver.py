@@ -27,10 +27,10 @@ from elocute.articulation.contacts_and_rest import (
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.settings import AnimationSettings
 from elocute.articulation.style import Style
-from elocute.articulation.viseme_shapes import VISEME_SHAPES
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import InputError
+from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.curves import Curves
 from elocute.numerics.input_checks import check_kind, real_number
 from elocute.one_line_repr import brief

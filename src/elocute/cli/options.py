@@ -39,6 +39,16 @@ Mood = typer.Option(
     help="How the person feels: neutral, happy, sad, angry, surprised or tender, with an "
     "intensity or without (happy:0.6).",
 )
+Look = typer.Option(
+    "auto",
+    "--look",
+    help="What pictures, pages and .glb dress the head in: auto (the look of the identity), none, "
+    "a person's name, a seed; with parts changed, as in otto,age=50,tone=0.6.",
+)
+Hair = typer.Option(None, "--hair", help="Hair of the look: swept, crop, long, ponytail, …, none.")
+HairColour = typer.Option(None, "--hair-colour", help="Its colour: black, brown, blond, grey, …")
+Eyes = typer.Option(None, "--eyes", help="Irises of the look: brown, blue, green, grey, …")
+Brows = typer.Option(None, "--brows", help="Brows of the look: soft, straight, full, …, none.")
 Mix = option(AnimationSettings, "mix")
 Model = typer.Option(
     "articulation",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,15 +79,16 @@ def write_motion(
     sound: Any,
     progress: Any,
     format_settings: FormatSettings,
+    words: Sequence[tuple[float, float, str]] = (),
 ) -> None:
-    """Write what `plan_motion` planned."""
+    """Write what `plan_motion` planned; words: those that are known, with their times in s."""
     from elocute.export.registry import side_files, write
 
     sides = side_files(target, sound, embed_audio=_embeds(format_settings))
     heard = sound if all(map(plan.wants, sides)) else None
     with plan.writing(target):
         more = settings_for_format(target, format_settings)
-        write(motion, target, sound=heard, overwrite=True, progress=progress, **more)
+        write(motion, target, sound=heard, words=words, overwrite=True, progress=progress, **more)
 
 
 def write_motions(

@@ -105,6 +105,7 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
             animation.motion,
             target,
             sound=animation.sound,
+            words=animation.words,
             progress=None,
             format_settings=run.format_settings,
         )

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 TakeSettings = dict[str, Any]
 """By name, as `animate` and `say` take them."""
-_OPTIONS: dict[str, tuple[type, Any]] = {
+_OPTIONS: dict[str, tuple[Any, Any]] = {
     "fps": (float, options.Fps),
     "identity": (str, options.Identity),
     "head": (str, options.Head),
@@ -34,7 +34,15 @@ _OPTIONS: dict[str, tuple[type, Any]] = {
     "mix": (str, options.Mix),
     "life": (str, options.Life),
     "mood": (str, options.Mood),
+    "look": (str, options.Look),
+    "hair": (str | None, options.Hair),
+    "hair_colour": (str | None, options.HairColour),
+    "eyes": (str | None, options.Eyes),
+    "brows": (str | None, options.Brows),
 }
+
+
+_PARTS_OF_LOOK = ("hair", "hair_colour", "eyes", "brows")
 
 
 def options_of_takes() -> Any:
@@ -48,7 +56,9 @@ class _TakeSettingsGroup:
         return dict(_OPTIONS)
 
     def build(self, given: dict[str, Any]) -> TakeSettings:
-        return dict(given)
+        parts = {name: given.pop(name) for name in _PARTS_OF_LOOK}
+        changed = [f"{name}={value}" for name, value in parts.items() if value is not None]
+        return {**given, "look": ",".join([given["look"], *changed])}
 
 
 def named_inputs(settings: TakeSettings) -> list[Any]:
@@ -117,6 +127,7 @@ def _write(
             animation.motion,
             target,
             sound=animation.sound,
+            words=animation.words,
             progress=progress,
             format_settings=outputs.format_settings,
         )

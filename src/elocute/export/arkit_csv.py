@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import MotionError
+from elocute.export.shape_profiles import NEAREST
 from elocute.files.atomic import write_atomically
 from elocute.files.reading import open_regular
 from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion
@@ -29,16 +30,6 @@ POSE_COLUMNS = (
     "RightEyePitch",
     "RightEyeRoll",
 )
-# Speech shapes that ARKit lacks, as its nearest shapes.
-NEAREST: dict[str, dict[str, float]] = {
-    "mouthLabiodental": {
-        "mouthRollLower": 0.55,
-        "mouthUpperUpLeft": 0.25,
-        "mouthUpperUpRight": 0.25,
-    },
-    "tongueDental": {"tongueOut": 0.25},
-    "tongueTipUp": {},
-}
 BYTES_MAX = 500_000_000
 VALUE_MAX = 1e6
 

@@ -30,6 +30,7 @@ def write_png(
 
     The sheet is twice as wide as `options.size`; its height follows. Raises OutputError.
     """
+    motion = motion.dressed()
     frames = np.unique(np.linspace(0, motion.frame_count - 1, TILES).round().astype(int))
     options = options or PictureOptions()
     backend, side = options.backend, max(32, 2 * options.size[0] // COLUMNS)

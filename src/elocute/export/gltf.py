@@ -1,21 +1,31 @@
-"""glTF 2.0 (.glb): morph targets with names and weight animation, joints, the sound.
+"""glTF 2.0 (.glb): morph targets with names and weight animation, joints, images, the sound.
 
-One mesh, one primitive per material, so that a single weights channel moves everything. Shapes
-are sparse accessors. jawOpen is a morph target; the jaw joint is there to pose, and rests.
+One mesh, so that a single weights channel moves everything; a primitive for each material, two over
+the same corners where a material blends. Shapes are sparse accessors. jawOpen is a morph target;
+the jaw joint is there to pose, and rests. What was done to fit the format stands in `asset.extras`.
 """
 
 from __future__ import annotations
 
-import json
-import struct
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.export.gltf_file import (
+    ARRAY_BUFFER,
+    ELEMENT_BUFFER,
+    FLOAT,
+    INDEX_MAX,
+    UBYTE,
+    UINT,
+    USHORT,
+    GltfFile,
+)
+from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
+from elocute.export.shape_profiles import TargetShapes, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.files.atomic import write_atomically
 from elocute.files.output_plan import OutputPlan
@@ -28,18 +38,14 @@ from elocute.head.normals import (
 )
 from elocute.motion.motion import Motion
 
-FLOAT, USHORT, UBYTE, UINT = 5126, 5123, 5121, 5125
-ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
-ROUGHNESS = {
-    "skin": 0.55,
-    "lips": 0.38,
-    "mouth": 0.5,
-    "teeth": 0.25,
-    "gums": 0.35,
-    "tongue": 0.45,
-    "eyeball": 0.08,
-    "hair": 0.8,
+# Joints as engines and avatars name them, with other names that programs look for.
+JOINTS: dict[str, tuple[str, ...]] = {
+    "neck": ("Neck", "neck_01", "mixamorig:Neck", "CC_Base_NeckTwist01", "J_Bip_C_Neck"),
+    "head": ("Head", "head", "mixamorig:Head", "CC_Base_Head", "J_Bip_C_Head"),
+    "jaw": ("Jaw", "jaw", "mixamorig:Jaw", "CC_Base_JawRoot", "FACIAL_C_Jaw"),
+    "eyeLeft": ("LeftEye", "eye_l", "mixamorig:LeftEye", "CC_Base_L_Eye", "J_Adj_L_FaceEye"),
+    "eyeRight": ("RightEye", "eye_r", "mixamorig:RightEye", "CC_Base_R_Eye", "J_Adj_R_FaceEye"),
 }
 
 
@@ -63,7 +69,7 @@ def write_glb(
     sound : str, Path or Waveform, optional
         The sound that belongs to the motion. A file that is NAME.wav already is left alone.
     options : GlbOptions, optional
-        Whether the sound goes inside.
+        Whether the sound goes inside, and which shapes the file has.
     overwrite : bool
         Whether to replace a NAME.wav that an earlier call did not make from this very sound, or
         that was changed since.
@@ -76,18 +82,19 @@ def write_glb(
         For a place that cannot be written, and a NAME.wav that would be replaced without
         `overwrite`; nothing is written then.
     """
-    path, embed_audio = Path(path), (options or GlbOptions()).embed_audio
-    beside = None if embed_audio or sound is None else wav_beside(path, sound)
+    path, options = Path(path), options or GlbOptions()
+    beside = None if options.embed_audio or sound is None else wav_beside(path, sound)
     if beside is None or sound is None:
+        inside = sound if options.embed_audio else None
         with write_atomically(path) as draft:
-            draft.write_bytes(glb_bytes(motion, sound if embed_audio else None))
+            draft.write_bytes(glb_bytes(motion, inside, options))
         return
     plan = OutputPlan(remedy="overwrite=True replaces it")
     plan.add(beside, sound_source(sound), beside=path)
     plan.check(overwrite=overwrite)
     with plan.writing(beside), write_atomically(beside) as wav, write_atomically(path) as draft:
         write_wav(sound, wav)
-        draft.write_bytes(glb_bytes(motion))
+        draft.write_bytes(glb_bytes(motion, options=options))
 
 
 def wav_beside(path: Path, sound: Sound) -> Path | None:
@@ -96,7 +103,9 @@ def wav_beside(path: Path, sound: Sound) -> Path | None:
     return None if _same(sound, beside) else beside
 
 
-def glb_bytes(motion: Motion, sound: Sound | None = None) -> bytes:
+def glb_bytes(
+    motion: Motion, sound: Sound | None = None, options: GlbOptions | None = None
+) -> bytes:
     """An animated head as the bytes of a .glb.
 
     Parameters
@@ -105,20 +114,33 @@ def glb_bytes(motion: Motion, sound: Sound | None = None) -> bytes:
         What to write.
     sound : str, Path or Waveform, optional
         Embedded, where given.
+    options : GlbOptions, optional
+        Which shapes it has.
 
     Returns
     -------
     bytes
+
+    Raises
+    ------
+    OutputError
+        For visemes of a head that lacks the shapes that make them.
+    HeadError
+        For a head with an image that is none.
     """
-    file = _File()
+    options = options or GlbOptions()
+    file = GltfFile()
+    motion = motion.dressed()
     head = motion.head
+    shapes = target_shapes(head, options.profile, options.visemes)
+    materials = add_materials(file, head)
     file.json["asset"] |= {"copyright": head.notice} if head.notice else {}
-    materials = [file.material(name) for name in head.material_names]
+    file.json["asset"]["extras"] = {"elocute": _record(motion, shapes, materials, options)}
     mesh = {
         "name": "head",
-        "primitives": _primitives(file, head, materials),
-        "weights": [0.0] * len(motion.names),
-        "extras": {"targetNames": list(motion.names)},
+        "primitives": _primitives(file, head, shapes, materials),
+        "weights": [0.0] * len(shapes.names),
+        "extras": {"targetNames": list(shapes.names)},
     }
     file.json["meshes"] = [mesh]
     nodes: list[dict[str, Any]] = [{"name": "face", "mesh": 0}]
@@ -128,141 +150,44 @@ def glb_bytes(motion: Motion, sound: Sound | None = None) -> bytes:
         nodes[0]["skin"] = 0
     file.json["nodes"] = nodes
     file.json["scenes"] = [{"nodes": roots}]
-    _animate(file, motion)
+    _animate(file, motion, shapes)
     if sound is not None:
         _embed(file, sound)
     return file.pack()
 
 
-@dataclass
-class _File:
-    """JSON and buffer as they grow."""
-
-    json: dict[str, Any] = field(default_factory=lambda: _empty_json())
-    chunks: list[bytes] = field(default_factory=list)
-    still: dict[tuple[int, bool], int] = field(default_factory=dict)
-    size: int = 0
-
-    def view(self, data: bytes, target: int | None = None) -> int:
-        """A buffer view of `data`, aligned to four bytes."""
-        pad = -len(data) % 4
-        view: dict[str, Any] = {"buffer": 0, "byteOffset": self.size, "byteLength": len(data)}
-        if target:
-            view["target"] = target
-        self.json["bufferViews"].append(view)
-        self.chunks.append(data + b"\0" * pad)
-        self.size += len(data) + pad
-        return len(self.json["bufferViews"]) - 1
-
-    def accessor(self, **record: Any) -> int:
-        self.json["accessors"].append(record)
-        return len(self.json["accessors"]) - 1
-
-    def array(
-        self,
-        values: NDArray[Any],
-        kind: str,
-        component: int,
-        target: int | None = None,
-        bounds: bool = False,
-        **extra: Any,
-    ) -> int:
-        """An accessor over a dense array."""
-        record: dict[str, Any] = {
-            "bufferView": self.view(np.ascontiguousarray(values).tobytes(), target),
-            "componentType": component,
-            "count": len(values),
-            "type": kind,
-            **extra,
-        }
-        if bounds:
-            low, high = values.min(axis=0), values.max(axis=0)
-            record |= {"min": np.atleast_1d(low).tolist(), "max": np.atleast_1d(high).tolist()}
-        return self.accessor(**record)
-
-    def sparse(
-        self, rows: NDArray[np.intp], values: NDArray[np.float32], count: int, bounds: bool
-    ) -> int:
-        """An accessor of `count` vectors that are zero but for `rows`."""
-        record: dict[str, Any] = {"componentType": FLOAT, "count": count, "type": "VEC3"}
-        if not len(rows):
-            return self._still(record, bounds)
-        if bounds:
-            low, high = values.min(axis=0), values.max(axis=0)
-            if len(rows) < count:
-                low, high = np.minimum(low, 0), np.maximum(high, 0)
-            record |= {"min": low.tolist(), "max": high.tolist()}
-        record["sparse"] = {
-            "count": len(rows),
-            "indices": {
-                "bufferView": self.view(rows.astype(np.uint32).tobytes()),
-                "componentType": UINT,
-            },
-            "values": {"bufferView": self.view(values.astype(np.float32).tobytes())},
-        }
-        return self.accessor(**record)
-
-    def _still(self, record: dict[str, Any], bounds: bool) -> int:
-        """Vectors that are all zero; every target that moves nothing shares them."""
-        key = record["count"], bounds
-        if key not in self.still:
-            ends = {"min": [0.0] * 3, "max": [0.0] * 3} if bounds else {}
-            self.still[key] = self.accessor(**record, **ends)
-        return self.still[key]
-
-    def material(self, name: str) -> int:
-        self.json["materials"].append(
-            {
-                "name": name,
-                "pbrMetallicRoughness": {
-                    "metallicFactor": 0.0,
-                    "roughnessFactor": ROUGHNESS.get(name, 0.5),
-                },
-                "doubleSided": name in ("mouth", "tongue", "hair"),
-            }
-        )
-        return len(self.json["materials"]) - 1
-
-    def pack(self) -> bytes:
-        self.json["buffers"] = [{"byteLength": self.size}]
-        record = {name: value for name, value in self.json.items() if value != []}
-        text = json.dumps(record, separators=(",", ":")).encode()
-        text += b" " * (-len(text) % 4)
-        binary = b"".join(self.chunks)
-        total = 12 + 8 + len(text) + 8 + len(binary)
-        return b"".join(
-            [
-                struct.pack("<4sII", b"glTF", 2, total),
-                struct.pack("<I4s", len(text), b"JSON"),
-                text,
-                struct.pack("<I4s", len(binary), b"BIN\0"),
-                binary,
-            ]
-        )
-
-
-def _empty_json() -> dict[str, Any]:
-    from elocute._version import __version__
-
-    return {
-        "asset": {"version": "2.0", "generator": f"Elocute {__version__}"},
-        "scene": 0,
-        "scenes": [],
-        "nodes": [],
-        "meshes": [],
-        "materials": [],
-        "skins": [],
-        "animations": [],
-        "accessors": [],
-        "bufferViews": [],
+def _record(
+    motion: Motion,
+    shapes: TargetShapes,
+    materials: list[MaterialIndices],
+    options: GlbOptions,
+) -> dict[str, Any]:
+    """What was done to make the head fit the format."""
+    names = motion.head.joint_names
+    record: dict[str, Any] = {
+        "profile": options.profile,
+        "unit": "m",
+        "fps": motion.fps,
+        "joints": {name: JOINTS[name][0] for name in names if name in JOINTS},
     }
+    folded = shapes.report(motion)
+    if folded:
+        record["folded"] = folded
+    images = {
+        name: material.images
+        for name, material in zip(motion.head.material_names, materials, strict=True)
+        if material.images
+    }
+    return record | ({"images": images} if images else {})
 
 
-def _primitives(file: _File, head: HeadModel, materials: list[int]) -> list[dict[str, Any]]:
-    """One primitive per material that has faces; corners are split where texture seams need it."""
+def _primitives(
+    file: GltfFile, head: HeadModel, shapes: TargetShapes, materials: list[MaterialIndices]
+) -> list[dict[str, Any]]:
+    """Primitives of each material that has faces; corners are split where texture seams need it."""
     triangles = head.triangles
     normals = vertex_normals(head.template, triangles)
-    shapes = _shapes(head)
+    moves = _moves(head, shapes)
     colors = linear_colors(head)
     result = []
     for index, material in enumerate(materials):
@@ -280,23 +205,23 @@ def _primitives(file: _File, head: HeadModel, materials: list[int]) -> list[dict
                 name: _target(file, vertices, *part, bounds=name == "POSITION")
                 for name, part in shape.items()
             }
-            for shape in shapes
+            for shape in moves
         ]
-        # 65535 is the restart value and may not be used as an index.
-        small = len(vertices) < 65535
+        small = len(vertices) - 1 <= INDEX_MAX
         indices = file.array(
             faces.ravel().astype(np.uint16 if small else np.uint32),
             "SCALAR",
             USHORT if small else UINT,
             ELEMENT_BUFFER,
         )
-        primitive = {"attributes": attributes, "indices": indices, "material": material}
-        result.append(primitive | ({"targets": targets} if targets else {}))
+        primitive = {"attributes": attributes, "indices": indices}
+        primitive |= {"targets": targets} if targets else {}
+        result += [primitive | {"material": each} for each in material.indices]
     return result
 
 
 def _attributes(
-    file: _File,
+    file: GltfFile,
     head: HeadModel,
     vertices: NDArray[Any],
     texels: NDArray[Any],
@@ -342,20 +267,20 @@ def _four_joints(weights: NDArray[np.float32]) -> tuple[NDArray[np.uint8], NDArr
 _Part = tuple[NDArray[np.bool_], NDArray[np.float32]]
 
 
-def _shapes(head: HeadModel) -> list[dict[str, _Part]]:
+def _moves(head: HeadModel, shapes: TargetShapes) -> list[dict[str, _Part]]:
     """Per shape: (vertex,) which vertices it moves and turns, and (vertex, 3) by how much."""
-    shapes: list[dict[str, _Part]] = []
-    turns = morphed_normals(head.template, head.triangles, head.expression_basis)
-    for delta, (near, change) in zip(head.expression_basis, turns, strict=True):
+    moves: list[dict[str, _Part]] = []
+    turns = morphed_normals(head.template, head.triangles, shapes.basis)
+    for delta, (near, change) in zip(shapes.basis, turns, strict=True):
         clear = (change * change).sum(axis=1) > NORMAL_STEP**2
         turned, turn = np.zeros(len(delta), bool), np.zeros_like(delta)
         turned[near[clear]], turn[near[clear]] = True, change[clear]
-        shapes.append({"POSITION": (moved_vertices(delta), delta), "NORMAL": (turned, turn)})
-    return shapes
+        moves.append({"POSITION": (moved_vertices(delta), delta), "NORMAL": (turned, turn)})
+    return moves
 
 
 def _target(
-    file: _File,
+    file: GltfFile,
     vertices: NDArray[Any],
     moved: NDArray[np.bool_],
     deltas: NDArray[np.float32],
@@ -366,13 +291,16 @@ def _target(
     return file.sparse(rows, deltas[vertices[rows]], len(vertices), bounds)
 
 
-def _joints(file: _File, head: HeadModel, nodes: list[dict[str, Any]]) -> list[int]:
+def _joints(file: GltfFile, head: HeadModel, nodes: list[dict[str, Any]]) -> list[int]:
     """Append a node per joint and the skin; returns the root joints."""
     first = len(nodes)
     positions = head.joint_positions.astype(float)
     for joint, (name, parent) in enumerate(zip(head.joint_names, head.joint_parents, strict=True)):
         offset = positions[joint] - (positions[parent] if parent >= 0 else 0)
-        nodes.append({"name": name, "translation": offset.tolist()})
+        known, *aliases = JOINTS.get(name, (name,))
+        nodes.append({"name": known, "translation": offset.tolist()})
+        if aliases:
+            nodes[-1]["extras"] = {"aliases": aliases}
         if parent >= 0:
             nodes[first + parent].setdefault("children", []).append(first + joint)
     inverse = np.tile(np.eye(4, dtype=np.float32), (len(positions), 1, 1))
@@ -384,7 +312,7 @@ def _joints(file: _File, head: HeadModel, nodes: list[dict[str, Any]]) -> list[i
     return roots
 
 
-def _animate(file: _File, motion: Motion) -> None:
+def _animate(file: GltfFile, motion: Motion, shapes: TargetShapes) -> None:
     times = motion.times_s.astype(np.float32)
     clock = file.array(times, "SCALAR", FLOAT, bounds=True)
     samplers, channels = [], []
@@ -393,8 +321,8 @@ def _animate(file: _File, motion: Motion) -> None:
         samplers.append({"input": clock, "output": output, "interpolation": "LINEAR"})
         channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
 
-    if motion.names:
-        add(file.array(motion.weights.ravel(), "SCALAR", FLOAT), 0, "weights")
+    if shapes.names:
+        add(file.array(shapes.weights(motion).ravel(), "SCALAR", FLOAT), 0, "weights")
     if motion.rotations is not None:
         for joint in range(motion.rotations.shape[1]):
             turns = motion.rotations[:, joint][:, [1, 2, 3, 0]]  # glTF writes xyzw
@@ -404,10 +332,10 @@ def _animate(file: _File, motion: Motion) -> None:
         file.json["animations"] = [{"name": "speech", "samplers": samplers, "channels": channels}]
 
 
-def _embed(file: _File, sound: Sound) -> None:
+def _embed(file: GltfFile, sound: Sound) -> None:
     """The sound as KHR_audio_emitter describes it; players that do not know it go on without."""
     data, media = pack_sound(sound)
-    file.json["extensionsUsed"] = ["KHR_audio_emitter"]
+    file.uses("KHR_audio_emitter")
     file.json["extensions"] = {
         "KHR_audio_emitter": {
             "audio": [{"bufferView": file.view(data), "mimeType": media}],

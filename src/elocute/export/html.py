@@ -5,17 +5,21 @@ from __future__ import annotations
 import base64
 import html
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from elocute.audio.timed_labels import Label
 from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
-from elocute.export.options import HtmlOptions
+from elocute.export.options import GlbOptions, HtmlOptions
 from elocute.export.soundtrack import Sound, pack_sound
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
 ASSETS = Path(__file__).parent / "assets"
+ALL_SHAPES = GlbOptions(profile="elocute")
+"""The page shows the motion as it is."""
 
 
 def write_html(
@@ -23,19 +27,25 @@ def write_html(
     path: str | Path,
     *,
     sound: Sound | None = None,
+    words: Sequence[Label] = (),
     options: HtmlOptions | None = None,
     progress: Any = None,
 ) -> None:
-    """Write the page. Raises OutputError; MachineError where the viewer was not built."""
+    """Write the page. Raises OutputError; MachineError where the viewer was not built.
+
+    words: start in s, end in s and word of each, where they are known: its captions.
+    """
     path = Path(path)
     title = (options or HtmlOptions()).title or path.stem
-    pieces = page_pieces(motion, sound, title)
+    pieces = page_pieces(motion, sound, title, words)
     with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
         for piece in pieces:
             file.write(piece)
 
 
-def page_pieces(motion: Motion, sound: Sound | None, title: str) -> list[str]:
+def page_pieces(
+    motion: Motion, sound: Sound | None, title: str, words: Sequence[Label] = ()
+) -> list[str]:
     """The page, to be joined. Raises MachineError where the viewer was not built."""
     page, viewer = _asset("viewer.html"), _asset("viewer.js")
     packed, media = pack_sound(sound) if sound is not None else (b"", None)
@@ -44,6 +54,7 @@ def page_pieces(motion: Motion, sound: Sound | None, title: str) -> list[str]:
         "fps": motion.fps,
         "duration": motion.duration_s,
         "sound": media,
+        "words": [[float(start), float(end), printable(word)] for start, end, word in words],
         "low": template.min(axis=0).tolist(),
         "high": template.max(axis=0).tolist(),
     }
@@ -51,7 +62,7 @@ def page_pieces(motion: Motion, sound: Sound | None, title: str) -> list[str]:
         "@TITLE@": html.escape(printable(title)),
         # No "<" leaves the JSON, so nothing in it can end its script element.
         "@TAKE@": json.dumps(take).replace("<", "\\u003c"),
-        "@HEAD@": base64.b64encode(glb_bytes(motion)).decode(),
+        "@HEAD@": base64.b64encode(glb_bytes(motion, options=ALL_SHAPES)).decode(),
         "@SOUND@": base64.b64encode(packed).decode(),
         # Copies of three.js carry its notice, and every page is one.
         "@VIEWER@": f"/*\n{_asset('THIRD_PARTY_NOTICES.txt')}*/\n{viewer}",

@@ -101,8 +101,11 @@ def write_identities(
     suffix = suffix or mesh
     with write_folder_atomically(path) as folder:
         for number, person in enumerate(people):
-            data = MESH_FORMATS[suffix](person)(person.template)
-            (folder / f"{number:05d}{suffix}").write_bytes(data)
+            # Faces that share all images share their files.
+            tag = "" if person.surfaces == head.surfaces else f"{number:05d}_"
+            writer = MESH_FORMATS[suffix](person, tag)
+            writer.write_beside(folder)
+            (folder / f"{number:05d}{suffix}").write_bytes(writer.mesh(person.template))
             if progress:
                 progress((number + 1) / len(identities))
 

@@ -54,7 +54,7 @@ def write_mp4(
     MachineError
         Where no renderer works.
     """
-    options = options or PictureOptions()
+    motion, options = motion.dressed(), options or PictureOptions()
     wide, high = options.size
     size = (wide - wide % 2, high - high % 2)
     camera = portrait(motion.head, options.view)

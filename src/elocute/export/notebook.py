@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 
+from elocute.audio.timed_labels import Label
 from elocute.errors import ElocuteError
 from elocute.export.html import page_pieces
 from elocute.export.soundtrack import Sound, sound_duration_s
@@ -14,7 +16,9 @@ BYTES_MAX = 25_000_000
 HEIGHT_PX = 480
 
 
-def viewer_frame(motion: Motion, sound: Sound | None, title: str) -> str:
+def viewer_frame(
+    motion: Motion, sound: Sound | None, title: str, words: Sequence[Label] = ()
+) -> str:
     """HTML that shows a motion with its sound in a notebook.
 
     Parameters
@@ -25,6 +29,8 @@ def viewer_frame(motion: Motion, sound: Sound | None, title: str) -> str:
         The sound that belongs to it.
     title : str
         What the frame is called.
+    words : sequence of (float, float, str)
+        Start in s, end in s and word, where they are known: captions.
 
     Returns
     -------
@@ -34,7 +40,7 @@ def viewer_frame(motion: Motion, sound: Sound | None, title: str) -> str:
     try:
         if _least_bytes(motion, sound) > BYTES_MAX:
             return _sentence(title, "too long to be shown here")
-        page = "".join(page_pieces(motion, sound, title))
+        page = "".join(page_pieces(motion, sound, title, words))
     except ElocuteError as error:  # the sound's file is gone, or the viewer was not built
         return _sentence(title, str(error))
     if len(page) > BYTES_MAX:

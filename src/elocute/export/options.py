@@ -8,6 +8,8 @@ from elocute.errors import OutputError
 from elocute.export.render.backends_and_views import BACKENDS, VIEWS
 from elocute.settings import check_settings, described, setting
 
+PROFILES = ("arkit", "elocute")
+
 
 @described
 @dataclass(frozen=True)
@@ -46,6 +48,15 @@ class GlbOptions:
     """
 
     embed_audio: bool = setting(False, help="Put the sound into the .glb, not beside it as a .wav.")
+    profile: str = setting(
+        "arkit",
+        choices=PROFILES,
+        help="Shapes of a .glb: arkit (ARKit's names, the speech shapes folded into them) or "
+        "elocute (all that move the head).",
+    )
+    visemes: bool = setting(
+        False, help="Add the fifteen visemes to a .glb, as shapes that rest (viseme_PP, …)."
+    )
 
     def __post_init__(self) -> None:
         check_settings(self, OutputError)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,6 +34,8 @@ class Format:
         Whether what is written carries the sound.
     sound_beside : bool
         Whether the sound may be written beside it.
+    has_words : bool
+        Whether it shows words that are known.
     """
 
     module: str
@@ -41,6 +43,7 @@ class Format:
     options: type | None = None
     has_sound: bool = False
     sound_beside: bool = False
+    has_words: bool = False
 
     def option_names(self) -> tuple[str, ...]:
         """The names of its options; () where it has none."""
@@ -51,7 +54,7 @@ WRITERS: dict[str, Format] = {
     ".npz": Format("npz", "write_npz"),
     ".glb": Format("gltf", "write_glb", GlbOptions, has_sound=True, sound_beside=True),
     ".mp4": Format("mp4", "write_mp4", PictureOptions, has_sound=True),
-    ".html": Format("html", "write_html", HtmlOptions, has_sound=True),
+    ".html": Format("html", "write_html", HtmlOptions, has_sound=True, has_words=True),
     ".csv": Format("arkit_csv", "write_csv"),
     ".json": Format("curves_json", "write_json"),
     ".npy": Format("meshes", "write_npy"),
@@ -131,6 +134,7 @@ def write(
     path: str | Path,
     *,
     sound: str | os.PathLike[str] | Waveform | None = None,
+    words: Sequence[tuple[float, float, str]] = (),
     overwrite: bool = False,
     progress: Callable[[float], None] | None = None,
     **options: Any,
@@ -145,6 +149,8 @@ def write(
         The output. A file of that name is replaced, a folder of meshes never.
     sound : str, Path or Waveform, optional
         The sound that belongs to the motion.
+    words : sequence of (float, float, str)
+        Start in s, end in s and word, where they are known: captions of a format that has some.
     overwrite : bool
         Whether to replace a NAME.wav beside NAME.glb that was not made from this very sound.
     progress : callable, optional
@@ -170,6 +176,7 @@ def write(
     chosen = format_options(path, options)
     for name, value, kinds, allowed in (
         ("sound", sound, str | os.PathLike | Waveform | None, "a path, a Waveform or None"),
+        ("words", words, tuple | list, "a list of (start, end, word)"),
         ("overwrite", overwrite, bool, "True or False"),
         ("progress", progress, (Callable, type(None)), "a function or None"),
     ):
@@ -178,6 +185,8 @@ def write(
     more: dict[str, Any] = {} if chosen is None else {"options": chosen}
     if known.sound_beside:
         more["overwrite"] = overwrite
+    if known.has_words:
+        more["words"] = words
     writer = getattr(importlib.import_module(f"elocute.export.{known.module}"), known.function)
     writer(motion, Path(path), sound=sound, progress=progress, **more)
 

@@ -182,6 +182,8 @@ def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:
     # It would print a traceback for each picture that is not there.
     logging.getLogger("trimesh").addHandler(_SILENT)
     resolver: Any = folder or _Nothing()
+    if folder is None:  # trimesh would give each material its own copy of the vertices
+        data = re.sub(rb"(?m)^\s*usemtl\b[^\n]*", b"", data) if kind == "obj" else data
     mesh: Any = trimesh.load(
         io.BytesIO(data),
         file_type=kind,
@@ -190,6 +192,7 @@ def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:
         maintain_order=True,
         force="mesh",
         skip_materials=folder is None,
+        fix_texture=folder is not None,  # which splits vertices at the seams of a texture
     )
     points = np.asarray(mesh.vertices, np.float64).reshape(-1, 3)
     faces = np.asarray(mesh.faces, np.int64).reshape(-1, 3)

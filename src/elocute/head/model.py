@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.errors import HeadError
+from elocute.head.looks.look import Look
 from elocute.head.model_checks import check_head, refuse
 from elocute.head.skin_tone import TONE_SHARES, recoloured
 from elocute.head.surface import Surface
@@ -84,6 +85,8 @@ class HeadModel:
         Skin tone of the mean face (0 light to 1 dark), then its change per standard deviation.
     surfaces : dict of str to Surface
         Images by the name of a material; a material without one shows its vertex colours.
+    look : Look, optional
+        What pictures and pages dress the head in; a head without one is drawn as it is.
 
     Raises
     ------
@@ -127,6 +130,7 @@ class HeadModel:
     notice: str = field(repr=False)
     tone_basis: Float32Array = field(default_factory=lambda: np.zeros(0, np.float32))
     surfaces: dict[str, Surface] = field(default_factory=dict, repr=False)
+    look: Look | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         check_head(self)

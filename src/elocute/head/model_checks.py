@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from elocute.errors import HeadError
+from elocute.head.looks.look import Look
 from elocute.numerics.input_checks import NUMBERS_MAX
 
 if TYPE_CHECKING:
@@ -57,6 +58,8 @@ def refuse(head: HeadModel, found: str, allowed: str = "") -> NoReturn:
 
 def check_head(head: HeadModel) -> None:
     """Raise HeadError where the parts of a head do not fit each other."""
+    if head.look is not None and not isinstance(head.look, Look):
+        refuse(head, f"a look of {type(head.look).__name__}", "a Look or None")
     _check_kinds(head)
     _check_shapes(head)
     _check_values(head)

@@ -13,6 +13,7 @@ from elocute.errors import HeadError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, parse_json
+from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
 
 FILE_MAX_BYTES = 500_000_000
@@ -54,7 +55,7 @@ def save_head(path: Path, head: HeadModel) -> None:
     path : Path
         The file.
     head : HeadModel
-        What to write. Bases are rounded to 5 µm.
+        What to write. Bases are rounded to 5 µm; images of surfaces are left out.
 
     Raises
     ------
@@ -76,6 +77,8 @@ def save_head(path: Path, head: HeadModel) -> None:
     arrays["vertex_color"] = head.vertex_color
     arrays["occlusion"] = np.round(head.occlusion * 255).astype(np.uint8)
     texts = {name: getattr(head, name) for name in (*_TEXTS, *_TUPLES)}
+    if head.look is not None:
+        texts["look"] = head.look.record()
     arrays["texts"] = np.frombuffer(json.dumps(texts).encode(), np.uint8)
     write_npz(path, arrays, compressed=True)
 
@@ -116,6 +119,7 @@ def _head_of(stored: dict[str, NDArray[Any]]) -> HeadModel:
     )
     fields: dict[str, Any] = {name: texts[name] for name in _TEXTS}
     fields |= {name: tuple(texts[name]) for name in _TUPLES}
+    fields["look"] = look_of_record(texts.get("look"))
     fields |= {name: stored[name] for name in _FLOATS}
     fields |= {name: _indices(name, stored[name]) for name in _INDICES}
     fields |= {name: _basis_of(name, stored[name]) for name in _BASES}

@@ -22,16 +22,18 @@ from elocute.array_types import Float32Array, Float64Array
 from elocute.articulation.coarticulation import DIPHTHONG_S, REACH_S
 from elocute.articulation.contact_decoding import (
     AT_TEETH,
+    POOLS,
     SEALED,
     contact_track,
     decoded_contacts,
 )
+from elocute.articulation.contacts_and_rest import contact_evidence
 from elocute.articulation.driver import FRAME_S, finish_decoded
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.rest import rest_share
 from elocute.articulation.style import Style
 from elocute.articulation.voice_evidence import voice_share
-from elocute.audio.phones_and_visemes import SILENCE
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import ModelError
 from elocute.models.feature_extraction import (
@@ -59,7 +61,8 @@ OPENING, WIDTH, PROTRUSION, JAW = range(len(MEASURES))
 REACH_ROWS = 10  # that an output of the network sees on both sides
 TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
 MARGIN = REACH_ROWS + TEMPO_ROWS
-PARTED_MM = 0.8  # lips in speech come no nearer, unless a contact says so
+PARTED_MM, NEARLY_MM = 2.0, 0.8  # lips in speech come no nearer; where a p may have been heard
+MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
 FREEDOM = {
     "jawOpen": 0.25,
     "mouthLowerDownLeft": 0.25,
@@ -77,6 +80,7 @@ TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
 ROUNDED = ("mouthPucker", "mouthFunnel")
+ROUNDED_SHARE = 0.7  # of the rules' width where they round the lips fully
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +202,9 @@ class TalkersModel(StyledAsRules):
             silence = 1 - (1 - posteriors[:, SILENCE]) * voice
             rest = rest_share(silence, phones.rate, starts=phones.first == 0)
             rest = (1 - (1 - rest) * voice)[near]
-        rows = _mouth_curves(rules, self._wanted_mm(told, style), rest, style, strength)
+        wanted = self._wanted_mm(told, style)
+        parted = _parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM)
+        rows = _mouth_curves(rules, wanted, parted, rest, style, strength)
         places = frame_places(span.first, span.count, phones.rate, span.fps) - begin
         found = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
         since_first = times - phones.first / phones.rate
@@ -272,9 +278,25 @@ def _blurred(column: Float64Array, deviation: float) -> Float64Array:
     return np.convolve(padded, kernel / kernel.sum(), "valid").astype(np.float64)
 
 
+def _rounding(rules: Float32Array) -> Float64Array:
+    """(row,) how far a width is the rules': unsure of a rounded vowel, a network widens it."""
+    names = curve_names()
+    rounded = rules[:, [names.index(name) for name in ROUNDED]].sum(axis=1).astype(np.float64)
+    return ROUNDED_SHARE * np.clip(rounded, 0, 1)
+
+
+def _parted_mm(posteriors: Float32Array) -> Float64Array:
+    """(row,) how near lips may come without a contact, mm."""
+    pooled = posteriors[:, [PHONES.index(phone) for phone in POOLS[SEALED]]].sum(axis=1)
+    evidence = contact_evidence(pooled, posteriors[:, SILENCE])
+    share = np.clip(evidence / MAYBE, 0, 1).astype(np.float64)
+    return PARTED_MM + (NEARLY_MM - PARTED_MM) * share
+
+
 def _mouth_curves(
     rules: Float32Array,
     speaking_mm: Float64Array,
+    parted_mm: Float64Array,
     rest: Float64Array,
     style: Style,
     strength: float,
@@ -287,15 +309,16 @@ def _mouth_curves(
     gains = np.ones(len(MEASURES))
     gains[[OPENING, JAW]] = style.amplitude
     gains[WIDTH] = style.spread
+    moved[:, WIDTH] += _rounding(rules) * (rules @ response.effects[:, WIDTH] - moved[:, WIDTH])
     lips_mm = np.maximum(
         gains[OPENING] * strength * moved[:, OPENING],
-        (PARTED_MM - response.rest[OPENING]) * min(1.0, strength),
+        (parted_mm - response.rest[OPENING]) * min(1.0, strength),
     )
     wanted = response.rest + (speech * strength)[:, None] * gains * moved
-    parted_mm = strength * style.parted_mm
-    if parted_mm:
-        parted_mm -= response.rest[OPENING]
-    wanted[:, OPENING] = response.rest[OPENING] + speech * lips_mm + rest * parted_mm
+    resting_mm = strength * style.parted_mm
+    if resting_mm:
+        resting_mm -= response.rest[OPENING]
+    wanted[:, OPENING] = response.rest[OPENING] + speech * lips_mm + rest * resting_mm
     base = rules * (speech * strength)[:, None].astype(np.float32)
     for name in ROUNDED:
         base[:, names.index(name)] *= style.rounding

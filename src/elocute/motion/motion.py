@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import MotionError
+from elocute.head.looks.dressing import dressed
 from elocute.head.model import HeadModel
 from elocute.head.skinning import skin
 from elocute.notebook_repr import html_of
@@ -163,6 +164,17 @@ class Motion:
             head.skin_weights,
         )
         return turned.astype(np.float32)
+
+    def dressed(self) -> Motion:
+        """The same motion of the head in its look; itself where the head has none.
+
+        Returns
+        -------
+        Motion
+            Of a head with more vertices and images; shapes and frames stay the same.
+        """
+        worn = dressed(self.head)
+        return self if worn is self.head else replace(self, head=worn)
 
     def _check_frames(self, start: int, stop: int | None) -> None:
         bounds = (start, stop)

@@ -1,7 +1,7 @@
 """Motion on disk: one .npz, self-contained, exact, no pickle.
 
-The head travels along without its identity space. Shapes are stored sparsely: most of them
-move a tenth of the face.
+The head travels along without its identity space and its images; its look is named. Shapes are
+stored sparsely: most of them move a tenth of the face.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, finite_number, parse_json
 from elocute.files.unpacked_size import unpacked_limit
+from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion, check_motion
 
@@ -63,6 +64,8 @@ def save_motion(motion: Motion, path: str | Path) -> None:
             continue
         if isinstance(value, np.ndarray):
             arrays[f"head/{field.name}"] = value
+        elif field.name == "look":
+            texts["look"] = head.look.record() if head.look else None
         elif field.name == "regions":
             arrays |= {f"region/{name}": indices for name, indices in value.items()}
         else:
@@ -71,7 +74,7 @@ def save_motion(motion: Motion, path: str | Path) -> None:
     write_npz(path, arrays)
 
 
-_LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis")
+_LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis", "surfaces")
 
 
 def load_motion(path: str | Path) -> Motion:
@@ -124,6 +127,7 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     parts: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in texts.items()
     }
+    parts["look"] = look_of_record(parts.get("look"))
     parts |= _named(stored, "head/") | {"regions": _named(stored, "region/")}
     vertices, joints = len(parts["template"]), len(parts["joint_names"])
     weights = stored["weights"]

@@ -110,7 +110,9 @@ def _registered(
 def _mesh_bytes(head: HeadModel, suffix: str, points: Any) -> bytes:
     from elocute.export.meshes import MESH_FORMATS
 
-    return MESH_FORMATS[suffix](head)(points.astype("float32"))
+    # The images are not of the person who was scanned.
+    bare = replace(head, surfaces={})
+    return MESH_FORMATS[suffix](bare).mesh(points.astype("float32"))
 
 
 def _report(file: Path, output: Path, found: Registration, as_json: bool) -> None:

@@ -64,6 +64,11 @@ def edit_command(
     identity_over_time: str | None = typer.Option(
         None, help='Change the face over time: keyframes "0:ada; 3:ben".'
     ),
+    look: str | None = typer.Option(
+        None,
+        help="What pictures and pages dress the head in: none, a name, a seed, or auto with parts "
+        "changed (auto,hair=long). A new --identity brings its own.",
+    ),
     start: float | None = typer.Option(
         None, "--from", help="Start of the part to keep, in seconds."
     ),
@@ -107,6 +112,7 @@ def edit_command(
     space = _identity_space(edited, head) if faces else None
     edits = [
         *_faces(identity, identity_over_time, space),
+        *_looks(look, identity, space),
         *(_shape(text) for text in shape),
         *_blinks(blinks, blink_per_min, seed, replace_blinks),
         *_gaze(eyes),
@@ -218,6 +224,17 @@ def _faces(constant: str | None, changing: str | None, space: HeadModel | None) 
     longest = max(len(face) for _, face in keys)
     keys = [(time, _filled(face, longest)) for time, face in keys]
     return [lambda motion: with_identity_over_time(motion, keys, space=space)]
+
+
+def _looks(look: str | None, identity: str | None, space: HeadModel | None) -> list[Edit]:
+    from dataclasses import replace
+
+    from elocute.head.looks import identity_look
+
+    if (space is not None and look is None) or (look is None and identity is None):
+        return []
+    worn = identity_look(look or "auto", identity or "mean")
+    return [lambda motion: replace(motion, head=replace(motion.head, look=worn))]
 
 
 def _filled(face: NDArray[np.float32], count: int) -> NDArray[np.float32]:

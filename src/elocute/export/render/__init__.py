@@ -15,12 +15,14 @@ if TYPE_CHECKING:
         open_renderer,
         picture_size,
     )
+    from elocute.export.render.stage import Stage
 
 __all__ = [
     "BACKENDS",
     "VIEWS",
     "Camera",
     "Renderer",
+    "Stage",
     "available_backends",
     "open_renderer",
     "picture_size",
@@ -31,6 +33,7 @@ __getattr__, __dir__ = lazy(
     {
         "camera": ("Camera", "portrait"),
         "backends_and_views": ("BACKENDS", "VIEWS"),
+        "stage": ("Stage",),
         "engine": ("Renderer", "available_backends", "open_renderer", "picture_size"),
     },
 )

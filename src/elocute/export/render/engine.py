@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from elocute.errors import InputError, MachineError
 from elocute.export.render.backends_and_views import BACKENDS
 from elocute.export.render.camera import Camera, portrait
+from elocute.export.render.stage import Stage
 from elocute.head.model import HeadModel
 from elocute.numerics.input_checks import whole_number
 from elocute.one_line_repr import brief
@@ -38,6 +39,7 @@ def open_renderer(
     *,
     backend: str = "auto",
     camera: Camera | None = None,
+    stage: Stage | None = None,
 ) -> Renderer:
     """A renderer for pictures of one head.
 
@@ -51,6 +53,8 @@ def open_renderer(
         "moderngl", "embreex", or "auto": moderngl where EGL works, embreex elsewhere.
     camera : Camera, optional
         Where to look from; `portrait` of the head without it.
+    stage : Stage, optional
+        Lights, ground and quality.
 
     Returns
     -------
@@ -69,19 +73,19 @@ def open_renderer(
             f"backend {brief(backend)}", found="unknown", allowed=", ".join(BACKENDS)
         )
     size = picture_size(size)
-    camera = camera or portrait(head)
+    camera, stage = camera or portrait(head), stage or Stage()
     if backend in ("auto", "moderngl"):
         try:
             from elocute.export.render.gl import GlRenderer
 
-            return GlRenderer(head, size, camera)
+            return GlRenderer(head, size, camera, stage)
         except Exception as error:  # the driver's own kinds of failure are many
             if backend == "moderngl":
                 raise MachineError(f"renderer moderngl: {_line(error)}; {REMEDY}") from error
     try:
         from elocute.export.render.rays import RayRenderer
 
-        return RayRenderer(head, size, camera)
+        return RayRenderer(head, size, camera, stage)
     except ImportError as error:
         raise MachineError(
             f"no renderer works here: {_line(error)}; pip install embreex, or {REMEDY}"

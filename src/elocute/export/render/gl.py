@@ -7,61 +7,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.export.render import shading
+from elocute.export.render import gl_shaders
 from elocute.export.render.camera import Camera
+from elocute.export.render.images import Image
+from elocute.export.render.parts import Part, Parts
+from elocute.export.render.shadow import ShadowView, shadow_view
+from elocute.export.render.stage import Stage
 from elocute.head.model import HeadModel
-from elocute.head.normals import vertex_normals
 
-# Drawn this much larger, then reduced: in software that is thirty times faster than multisampling.
-OVERSAMPLING = 2
-
-_VERTEX = """
-#version 330
-uniform mat4 projection;
-uniform vec3 eye;
-in vec3 position; in vec3 normal; in vec4 albedo; in vec3 surface;
-out vec3 n; out vec3 view; out vec4 paint; out vec3 gloss;
-void main() {
-    gl_Position = projection * vec4(position, 1.0);
-    n = normal; view = eye - position; paint = albedo; gloss = surface;
+SRGB_ALPHA = 0x8C43  # GL_SRGB8_ALPHA8: linear light when sampled
+UNITS = {
+    "color_map": 0,
+    "normal_map": 1,
+    "roughness_map": 2,
+    "shadow_map": 3,
+    "drawn": 0,
+    "backdrop": 1,
 }
-"""
-_FRAGMENT = """
-#version 330
-in vec3 n; in vec3 view; in vec4 paint; in vec3 gloss;
-out vec4 pixel;
-SHADE
-void main() {
-    N = normalize(n); V = normalize(view); material = gloss;
-    pixel = vec4(shade(paint.rgb, paint.a), 1.0);
-}
-"""
-_PLAIN_VERTEX = """
-#version 330
-uniform mat4 projection;
-in vec3 position; in vec3 color;
-out vec3 c;
-void main() { gl_Position = projection * vec4(position, 1.0); c = color; }
-"""
-_PLAIN_FRAGMENT = """
-#version 330
-in vec3 c; out vec4 pixel;
-void main() { pixel = vec4(c, 1.0); }
-"""
-_REDUCE_VERTEX = """
-#version 330
-in vec2 corner; out vec2 at;
-void main() { gl_Position = vec4(corner, 0.0, 1.0); at = corner * 0.5 + 0.5; }
-"""
-_REDUCE_FRAGMENT = """
-#version 330
-uniform sampler2D drawn; in vec2 at; out vec4 pixel;
-void main() {
-    // Linear filtering at the middle of four is their mean; the ground shows where nothing is.
-    vec4 head = texture(drawn, at);
-    pixel = vec4(head.rgb + (1.0 - head.a) * mix(BOTTOM, TOP, at.y), 1.0);
-}
-"""
 
 
 def _context() -> Any:
@@ -82,76 +44,245 @@ def describe() -> str:
 class GlRenderer:
     """One head in one OpenGL context."""
 
-    def __init__(self, head: HeadModel, size: tuple[int, int], camera: Camera) -> None:
+    def __init__(
+        self, head: HeadModel, size: tuple[int, int], camera: Camera, stage: Stage
+    ) -> None:
         self._gl = _context()
         self._size = size
-        self._triangles = head.triangles
-        self._surfaces = shading.vertex_surfaces(head)
-        self._eye = camera.position
-        self._moving = self._gl.buffer(reserve=head.vertex_count * 36, dynamic=True)
-        glossy = shading.glossy_triangles(head)
-        gloss = self._gl.program(_VERTEX, _FRAGMENT.replace("SHADE", shading.glsl()))
-        gloss["eye"].value = tuple(float(x) for x in camera.position)
-        plain = self._gl.program(_PLAIN_VERTEX, _PLAIN_FRAGMENT)
-        projection = camera.matrix(size[0] / size[1]).T.tobytes()
-        gloss["projection"].write(projection)
-        plain["projection"].write(projection)
-        surfaces = (self._gl.buffer(self._surfaces.tobytes()), "4f 3f", "albedo", "surface")
-        self._arrays = [
-            self._part(plain, [(self._moving, "3f 12x 3f", "position", "color")], ~glossy),
-            self._part(
-                gloss, [(self._moving, "3f 3f 12x", "position", "normal"), surfaces], glossy
-            ),
+        stage = stage.for_driver(str(self._gl.info["GL_RENDERER"]))
+        self._stage = stage
+        parts = Parts(head, stage.profile.image_side)
+        self._parts = parts
+        self._moving = self._gl.buffer(reserve=len(parts.source) * 24, dynamic=True)
+        fixed = np.concatenate([parts.at, parts.color, parts.occlusion[:, None], parts.strand], 1)
+        self._fixed = self._gl.buffer(fixed.astype(np.float32).tobytes())
+        self._indices = {
+            part.name: self._gl.buffer(np.ascontiguousarray(part.triangles).tobytes())
+            for part in parts.parts
+        }
+        self._images: dict[tuple[str, str], Any] = {}
+        for part in parts.parts:
+            for kind in ("color", "normal", "roughness"):
+                if (image := getattr(part, kind)) is not None:
+                    self._images[part.name, kind] = self._image(image)
+        self._projection = camera.matrix(size[0] / size[1])
+        self._shared: dict[str, Any] = {
+            "projection": self._projection.T,
+            "key_view": shadow_view(head, stage.rig).matrix.T,
+            "eye": camera.position,
+            "exposure": parts.exposure(stage.rig),
+        }
+        self._shadow = _Shadow(self, shadow_view(head, stage.rig))
+        # What hides others is drawn first; then what is solid from the outside in.
+        cards = [part for part in parts.parts if not part.solid]
+        solid = [part for part in parts.parts if part.solid]
+        self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
+        self._covers = [
+            (
+                self.array(
+                    self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, stage.rig)), part
+                ),
+                part,
+            )
+            for part in cards
         ]
-        large = (size[0] * OVERSAMPLING, size[1] * OVERSAMPLING)
+        fringed = [part for part in cards if part.surface.opacity == "blend"]
+        self._fringes = [(self._drawing(part, fringe=True), part) for part in fringed]
+        scale = stage.profile.oversampling
+        large = (round(size[0] * scale), round(size[1] * scale))
         self._texture = self._gl.texture(large, 4)
         self._drawn = self._gl.framebuffer([self._texture], self._gl.depth_renderbuffer(large))
-        self._reduced = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
-        self._reduce = self._reducer()
+        self._finished = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
+        self._finish = self.overlay(gl_shaders.finishing(stage))
+        if "step_size" in self._finish.program:
+            self._finish.program["step_size"].value = (1 / large[0], 1 / large[1])
+        if stage.backdrop is not None:
+            self._backdrop = self._gl.texture(size, 3, stage.backdrop_for(size)[::-1].tobytes())
+        self._empty = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
+        self._drawn.clear(0.0, 0.0, 0.0, 0.0)
+        self._lay(self._empty)
 
-    def _part(self, program: Any, buffers: list[Any], chosen: NDArray[np.bool_]) -> Any:
-        """The chosen triangles as something to draw; None where there are none."""
-        if not chosen.any():
-            return None
-        indices = np.ascontiguousarray(self._triangles[chosen], np.int32)
-        return self._gl.vertex_array(program, buffers, self._gl.buffer(indices.tobytes()))
+    def program(self, vertex: str, fragment: str) -> Any:
+        """A program with what all of them share set in it."""
+        program = self._gl.program(vertex, fragment)
+        for name, value in self._shared.items():
+            if name in program:
+                array = np.ascontiguousarray(value, np.float32)
+                program[name].write(array.tobytes())
+        for name, unit in UNITS.items():
+            if name in program:
+                program[name].value = unit
+        return program
 
-    def _reducer(self) -> Any:
-        """One triangle over the whole picture, from the large drawing to the small."""
-        program = self._gl.program(_REDUCE_VERTEX, shading.with_background(_REDUCE_FRAGMENT))
+    def overlay(self, fragment: str) -> Any:
+        """One triangle over the whole target."""
+        program = self.program(gl_shaders.OVERLAY, fragment)
         corners = np.array([-1, -1, 3, -1, -1, 3], np.float32)
-        buffer = self._gl.buffer(corners.tobytes())
-        return self._gl.vertex_array(program, [(buffer, "2f", "corner")])
+        return self._gl.vertex_array(
+            program, [(self._gl.buffer(corners.tobytes()), "2f", "corner")]
+        )
+
+    def array(self, program: Any, part: Part) -> Any:
+        """The faces of a part, as a program takes them."""
+        moving, fixed = ["3f", "3f"], ["2f", "3f", "1f", "3f"]
+        places = (("position", "normal"), ("texcoord", "color", "occlusion", "strand"))
+        buffers = []
+        for buffer, formats, names in (
+            (self._moving, moving, places[0]),
+            (self._fixed, fixed, places[1]),
+        ):
+            used = [name for name in names if name in program]
+            layout = " ".join(
+                form if name in used else f"{4 * int(form[0])}x"
+                for form, name in zip(formats, names, strict=True)
+            )
+            if used:
+                buffers.append((buffer, layout, *used))
+        return self._gl.vertex_array(program, buffers, self._indices[part.name])
+
+    def bind(self, part: Part) -> None:
+        """Make a part's images those that are sampled."""
+        for kind in ("color", "normal", "roughness"):
+            if (part.name, kind) in self._images:
+                self._images[part.name, kind].use(UNITS[f"{kind}_map"])
+
+    def _image(self, image: Image) -> Any:
+        import moderngl as gl
+
+        profile = self._stage.profile
+        high, wide = image.pixels.shape[:2]
+        data = np.ascontiguousarray(image.pixels[::-1]).tobytes()
+        kind = {"internal_format": SRGB_ALPHA} if image.srgb else {}
+        texture = self._gl.texture((wide, high), 4, data, **kind)
+        texture.build_mipmaps()
+        between = gl.LINEAR_MIPMAP_LINEAR if profile.blended_levels else gl.LINEAR_MIPMAP_NEAREST
+        texture.filter = between, gl.LINEAR
+        if profile.anisotropy > 1:
+            texture.anisotropy = profile.anisotropy
+        return texture
+
+    def _drawing(self, part: Part, *, fringe: bool = False) -> Any:
+        source = gl_shaders.surface(part, self._stage.rig, fringe=fringe)
+        return self.array(self.program(gl_shaders.VERTEX, source), part)
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
-        """(height, width, 3) picture of vertices (vertex, 3) m."""
+        """(height, width, 3 or 4) picture of vertices (vertex, 3) m."""
         with self._gl:  # several renderers may live in one process
             return self._draw(points)
 
     def _draw(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         import moderngl
 
-        normals = vertex_normals(points, self._triangles)
-        colors = shading.shade_vertices(points, normals, self._surfaces, self._eye)
-        data = np.concatenate([points, normals, colors], axis=1).astype(np.float32)
-        self._moving.write(data.tobytes())
-        self._gl.enable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        gl = self._gl
+        self._moving.write(self._parts.moved(points).tobytes())
+        self._shadow.draw()
+        gl.enable_only(moderngl.DEPTH_TEST)
         self._drawn.use()
         self._drawn.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
-        for part in self._arrays:  # skin is closed: its far side need not be drawn
-            if part is not None:
-                part.render()
-            self._gl.disable(moderngl.CULL_FACE)
-        self._gl.disable(moderngl.DEPTH_TEST)
-        self._reduced.use()
-        self._texture.use(0)
-        self._reduce.render()
-        raw = self._reduced.read(components=4, alignment=1)
+        self._shadow.moments.use(UNITS["shadow_map"])
+        # Where cards are solid is found out first: each pixel of them is then lit but once.
+        for array, part in self._covers:
+            self._sides(part)
+            self.bind(part)
+            array.render()
+        for array, part in self._solid:
+            gl.depth_func = "<" if part.solid else "=="
+            self._sides(part)
+            self.bind(part)
+            array.render()
+        gl.depth_func = "<="
+        gl.enable(moderngl.BLEND)
+        gl.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
+        self._drawn.depth_mask = False
+        for array, part in self._fringes:
+            self._sides(part)
+            self.bind(part)
+            array.render()
+        self._drawn.depth_mask = True
+        gl.depth_func = "<"
+        gl.enable_only(moderngl.NOTHING)
+        gl.copy_framebuffer(self._finished, self._empty)
+        self._finished.scissor = self._seen(points)
+        self._lay(self._finished)
+        self._finished.scissor = None
+        channels = 4 if self._stage.transparent else 3
+        raw = self._finished.read(components=4, alignment=1)
         picture = np.frombuffer(raw, np.uint8).reshape(self._size[1], self._size[0], 4)
-        return np.ascontiguousarray(picture[::-1, :, :3])
+        return np.ascontiguousarray(picture[::-1, :, :channels])
+
+    def _lay(self, target: Any) -> None:
+        """Smooth what was drawn and lay the ground behind it."""
+        target.use()
+        self._texture.use(0)
+        if self._stage.backdrop is not None:
+            self._backdrop.use(1)
+        self._finish.render()
+
+    def _seen(self, points: NDArray[np.float32]) -> tuple[int, int, int, int]:
+        """Where in the picture the head is: left, bottom, width and height in pixels."""
+        clip = points @ self._projection[:3, :3].T + self._projection[:3, 3]
+        clip = clip[:, :2] / (points @ self._projection[3, :3] + self._projection[3, 3])[:, None]
+        size = np.array(self._size)
+        low = np.floor((clip.min(axis=0) * 0.5 + 0.5) * size) - 8
+        high = np.ceil((clip.max(axis=0) * 0.5 + 0.5) * size) + 8
+        left, bottom = (int(side) for side in np.clip(low, 0, size))
+        right, top = (int(side) for side in np.clip(high, 0, size))
+        return left, bottom, right - left, top - bottom
+
+    def _sides(self, part: Part) -> None:
+        """The far side of what is closed need not be drawn."""
+        import moderngl
+
+        if part.surface.both_sides:
+            self._gl.disable(moderngl.CULL_FACE)
+        else:
+            self._gl.enable(moderngl.CULL_FACE)
 
     def __enter__(self) -> GlRenderer:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._gl.release()
+
+
+class _Shadow:
+    """Depths that the key sees: drawn, then blurred, so that one stage-up is a soft shadow."""
+
+    def __init__(self, owner: GlRenderer, view: ShadowView) -> None:
+        gl, side = owner._gl, owner._stage.profile.shadow_side
+        self._gl, self._owner = gl, owner
+        shape = gl_shaders.VERTEX_OF_KEY
+        self._parts = [
+            (owner.array(owner.program(shape, gl_shaders.depths(part)), part), part)
+            for part in owner._parts.parts
+            if part.casts
+        ]
+        self._raw = gl.texture((2 * side, 2 * side), 2, dtype="f4")
+        self._seen = gl.framebuffer([self._raw], gl.depth_renderbuffer((2 * side, 2 * side)))
+        self.moments = gl.texture((side, side), 2, dtype="f4")
+        self._between = gl.texture((side, side), 2, dtype="f4")
+        for texture in (self.moments, self._between):
+            texture.repeat_x = texture.repeat_y = False
+        self._half = gl.framebuffer([self._between])
+        self._whole = gl.framebuffer([self.moments])
+        taps = view.taps(side)
+        self._across = owner.overlay(gl_shaders.blur(taps, (1 / side, 0.0)))
+        self._down = owner.overlay(gl_shaders.blur(taps, (0.0, 1 / side)))
+
+    def draw(self) -> None:
+        import moderngl
+
+        gl = self._gl
+        gl.enable_only(moderngl.DEPTH_TEST)
+        self._seen.use()
+        self._seen.clear(1.0, 1.0, 0.0, 0.0, depth=1.0)
+        for array, part in self._parts:
+            self._owner.bind(part)
+            array.render()
+        gl.enable_only(moderngl.NOTHING)
+        self._half.use()
+        self._raw.use(0)
+        self._across.render()
+        self._whole.use()
+        self._between.use(0)
+        self._down.render()

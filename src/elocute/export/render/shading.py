@@ -1,161 +1,467 @@
-"""The look, once in numbers: a soft three-point studio. Both engines shade by these.
+"""How a point of a head is lit, once in GLSL and once in NumPy; all numbers stand here.
 
-Skin is shaded at its vertices, which are dense enough for soft light, so a frame costs little
-even without a graphics card; what is glossy or fine (eyes, teeth, hair) is shaded pixel by pixel.
+Light adds up in linear space. Diffuse light reaches round edges, red further than blue, and sees
+blunter normals, as if it had scattered in skin; highlights are GGX, widened by the size of each
+lamp; a sky and a ground surround the head. A clear coat over eyes mirrors the soft boxes, strands
+of hair shine across their direction. Then a tone curve that keeps the hue of skin, and sRGB.
 
-Light adds up in linear space: wrapped diffuse with a warm terminator (light that skin scatters),
-a gentle highlight, a rim where the surface turns away; then a filmic curve and sRGB.
+`glsl` is written in what GLSL 3.30 and GLSL ES 3.00 share: the viewer embeds the same text.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elocute.array_types import FloatArray
-from elocute.head.model import HeadModel
-from elocute.head.normals import linear_colors
+from elocute.export.render.lights import Lamp, Rig
 
-# direction towards the light, colour, wrap; the first GLINTS of them are seen as highlights
-LIGHTS: tuple[tuple[tuple[float, float, float], tuple[float, float, float], float], ...] = (
-    ((-0.55, 0.60, 0.80), (1.55, 1.42, 1.28), 0.25),  # key, high on the left of the picture
-    ((0.85, 0.10, 0.60), (0.34, 0.38, 0.46), 0.45),  # fill, low and cool
-    ((0.45, 0.65, -0.75), (0.85, 0.85, 0.95), 0.05),  # rim, from behind
-    ((-0.80, 0.25, -0.60), (0.40, 0.42, 0.50), 0.05),  # kicker
-)
-GLINTS = 2
-SKY, GROUND = (0.20, 0.21, 0.24), (0.10, 0.085, 0.08)
-TERMINATOR = (0.09, 0.02, 0.0)  # how much further red and green wrap round on skin
-RIM, RIM_POWER = 0.10, 4.0
-EXPOSURE = 0.74
-BACKGROUND_TOP, BACKGROUND_BOTTOM = (0.345, 0.365, 0.395), (0.175, 0.185, 0.205)  # sRGB
-# material: (highlight strength, exponent, softness 0…1)
-SURFACES: dict[str, tuple[float, float, float]] = {
-    "skin": (0.10, 22.0, 1.0),
-    "lips": (0.20, 42.0, 0.8),
-    "mouth": (0.03, 20.0, 0.6),
-    "teeth": (0.22, 60.0, 0.3),
-    "gums": (0.12, 40.0, 0.6),
-    "tongue": (0.08, 24.0, 0.8),
-    "eyeball": (1.6, 420.0, 0.2),
-    "hair": (0.03, 20.0, 0.3),
+
+@dataclass(frozen=True)
+class Finish:
+    """How a material meets light, beside its colour.
+
+    Parameters
+    ----------
+    reflectance : float
+        Of a mirror-like face seen straight on.
+    roughness : float
+        Where no image says it: 0 smooth to 1 rough.
+    softness : float
+        How much light scatters inside, 0 to 1 (skin).
+    ambient : float
+        Share of the surrounding light that comes to it.
+    coat : float
+        Strength of a clear, wet coat, 0 to 1 (eyes).
+    strand : float
+        Strength of a highlight across strands, 0 to 1 (hair).
+    """
+
+    reflectance: float
+    roughness: float
+    softness: float
+    ambient: float
+    coat: float
+    strand: float
+
+
+FINISHES: dict[str, Finish] = {
+    "skin": Finish(0.028, 0.50, 1.0, 1.0, 0.0, 0.0),
+    "lips": Finish(0.032, 0.36, 0.9, 1.0, 0.0, 0.0),
+    "mouth": Finish(0.020, 0.60, 0.5, 0.35, 0.0, 0.0),
+    "teeth": Finish(0.035, 0.30, 0.3, 0.35, 0.0, 0.0),
+    "gums": Finish(0.030, 0.35, 0.6, 0.4, 0.0, 0.0),
+    "tongue": Finish(0.028, 0.45, 0.8, 0.4, 0.0, 0.0),
+    "eyeball": Finish(0.010, 0.60, 0.3, 0.6, 1.0, 0.0),
+    "hair": Finish(0.010, 0.60, 0.2, 0.9, 0.0, 1.0),
+    "cloth": Finish(0.020, 0.85, 0.2, 1.0, 0.0, 0.0),
 }
+"""By the name of a material; `finish_of` finds the one for any name."""
+
+ALIASES = {"brows": "hair", "lashes": "hair", "beard": "hair", "collar": "cloth"}
+WRAP = (0.34, 0.13, 0.07)  # how far red, green and blue reach round on skin
+BLUNT = (0.70, 0.55, 0.30)  # how much of the smooth normal diffuse light takes
+PENUMBRA = (0.55, 0.90, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow
+CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
+STRAND_POWER, STRAND_TINT = 90.0, (0.006, 0.12)  # strength: white, and of its own colour
+LID_UPPER, LID_LOWER, LID_CORNER = (0.02, 0.48), (-0.7, -0.3), (0.55, 0.93)  # of an eye's normals
+BALL = 0.7  # the white of an eye is darker than it is painted
+COAT_REFLECTANCE = 0.04
+BOX_HALF, BOX_EDGE = (0.20, 0.26), (0.7, 1.0)  # a soft box in an eye: tangents; where it fades
+BOX_RADIANCE = (14.0, 8.0)  # of key and fill
+SRGB = (0.662002687, 0.684122060, -0.323583601, -0.0225411470)  # of x^1/2, x^1/4, x^1/8, x
+TONE_START, TONE_BLEACH = 0.72, 0.15  # where the shoulder begins; how fast it turns white
+SHADOW_SPREAD, SHADOW_CUT = 2e-5, 0.25  # least variance; share of the key that counts as none
+EDGE_ON = (0.02, 0.2)  # cosines between which cards fade away
+SHADOW_BIAS = 0.006  # of the radius of the key's view
+GROUND_MIDDLE, GROUND_SHAPE = (0.5, 0.62), (1.0, 1.15)  # the bright spot behind the head
 
 
-GLOSSY = ("eyeball", "teeth", "hair")
+@dataclass(frozen=True)
+class Point:
+    """Points to be lit, as `lit` takes them; (point, 3) or (point, 1) float32 each.
+
+    Parameters
+    ----------
+    albedo : (point, 3)
+        Linear colour.
+    normal, blunt : (point, 3)
+        Unit normals with and without the normal map.
+    view : (point, 3)
+        Unit directions to the eye.
+    strand : (point, 3)
+        Unit directions of hair; of no use elsewhere.
+    occlusion : (point, 1)
+        1 = open to the light.
+    roughness : (point, 1)
+        0 smooth to 1 rough.
+    shadow : (point, 1)
+        Share of the key that arrives.
+    """
+
+    albedo: FloatArray
+    normal: FloatArray
+    blunt: FloatArray
+    view: FloatArray
+    strand: FloatArray
+    occlusion: FloatArray
+    roughness: FloatArray
+    shadow: FloatArray
 
 
-def _f32(values: tuple[float, ...]) -> NDArray[np.float32]:
-    return np.array(values, np.float32)
+def finish_of(material: str) -> Finish:
+    """The finish of a material by its name; that of skin for a name that says nothing."""
+    for part in (material, material.split("_")[0], material.split(".")[0]):
+        name = ALIASES.get(part, part)
+        if name in FINISHES:
+            return FINISHES[name]
+    return FINISHES["skin"]
 
 
-def glossy_triangles(head: HeadModel) -> NDArray[np.bool_]:
-    """(triangle,) whether it is shaded pixel by pixel, and seen from both sides."""
-    names = [index for index, name in enumerate(head.material_names) if name in GLOSSY]
-    return np.isin(head.triangle_material, names)
+def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
+    """Linear light (point, 3) that points send to the eye."""
+    if f.coat:
+        p = replace(p, albedo=p.albedo * (_socket(p.blunt) * BALL))
+    facing = np.maximum(_dot(p.normal, p.view), np.float32(0.02))
+    up = _mix(p.normal[:, 1:2], p.blunt[:, 1:2], 0.5 * f.softness)
+    light = _around(up, rig) * _bounced(p.occlusion, p.albedo) * f.ambient
+    edge = (1 - facing) ** 5
+    glance = f.reflectance + np.maximum((1 - p.roughness) ** 2 - f.reflectance, 0) * edge
+    mirrored = 2 * facing * p.normal[:, 1:2] - p.view[:, 1:2]
+    shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient * (1 - f.strand))
+    for index, lamp in enumerate(rig.lamps):
+        kept = CREVICE + (1 - CREVICE) * (1 - f.ambient) if index == 0 else ENCLOSED
+        through = _mix(1.0, p.occlusion, kept)
+        bled = through
+        if index == 0:
+            through = through * (1 - (1 - p.shadow) * rig.shadow)
+            bled = through ** _mix(np.ones(3, np.float32), _f32(PENUMBRA), f.softness)
+        light = light + _reached(p, f, lamp) * bled
+        if lamp.shine:
+            shine = shine + _glint(p, f, lamp, facing) * through
+    if f.coat:
+        shine = shine + _coat(p, f, rig)
+    return (p.albedo * light + shine).astype(np.float32)
 
 
-def vertex_surfaces(head: HeadModel) -> FloatArray:
-    """(vertex, 7): linear colour with occlusion (3), occlusion, highlight, exponent, softness."""
-    surfaces = np.tile(_f32(SURFACES["skin"]), (head.vertex_count, 1))
-    for index, name in enumerate(head.material_names):
-        faces = head.triangles[head.triangle_material == index]
-        surfaces[np.unique(faces)] = SURFACES.get(name, SURFACES["skin"])
-    return np.concatenate([linear_colors(head), head.occlusion[:, None], surfaces], axis=1).astype(
+def _socket(normal: FloatArray) -> FloatArray:
+    """How open a ball in its socket is: lids and brow are above, cheek and corners round it."""
+    upper = 1 - _step(*LID_UPPER, normal[:, 1:2])
+    lower = _step(*LID_LOWER, normal[:, 1:2])
+    middle = _step(*LID_CORNER, normal[:, 2:])
+    return (0.3 + 0.7 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle)
+
+
+def _step(low: float, high: float, value: FloatArray) -> FloatArray:
+    t = np.clip((value - low) / (high - low), 0, 1)
+    return t * t * (3 - 2 * t)
+
+
+def _around(up: FloatArray, rig: Rig) -> FloatArray:
+    """Light of the surroundings from a direction whose y is `up`."""
+    return _mix(_f32(rig.ground), _f32(rig.sky), up * 0.5 + 0.5)
+
+
+def _bounced(occlusion: FloatArray, albedo: FloatArray) -> FloatArray:
+    """Occlusion with the light that neighbours send on (Jimenez 2016), coloured by them."""
+    a, b, c = 2.0404 * albedo - 0.3324, 0.6417 - 4.7951 * albedo, 2.7552 * albedo + 0.6903
+    return np.maximum(occlusion, ((occlusion * a + b) * occlusion + c) * occlusion)
+
+
+def _reached(p: Point, f: Finish, lamp: Lamp) -> FloatArray:
+    """Light of a lamp on the points."""
+    towards = _unit(lamp.towards)
+    bare, blunt = (p.normal @ towards)[:, None], (p.blunt @ towards)[:, None]
+    wrap = lamp.wrap + f.softness * _f32(WRAP)
+    fall = (_mix(bare, blunt, f.softness * _f32(BLUNT)) + wrap) / (1 + wrap) ** 2
+    return _f32(lamp.color) * np.clip(fall, 0, 1)
+
+
+def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
+    """Highlight of a lamp: GGX, or across the strands of hair."""
+    towards = _unit(lamp.towards)
+    half = p.view + towards
+    half = half / np.sqrt(_dot(half, half))
+    meets = np.clip((p.normal @ towards)[:, None], 0, 1)
+    color = _f32(lamp.color) * lamp.shine
+    if f.strand:
+        along = _dot(p.strand, half)
+        across = np.maximum(1 - along * along, 0) ** STRAND_POWER
+        tint = STRAND_TINT[0] + STRAND_TINT[1] * p.albedo
+        return color * tint * (f.strand * across * _mix(meets, 1, 0.25))
+    aligned, seen = np.clip(_dot(p.normal, half), 0, 1), np.clip(_dot(p.view, half), 0, 1)
+    wide = np.minimum(p.roughness * p.roughness + lamp.size * 0.5, 1)
+    narrow = wide * wide
+    lobe = narrow / (aligned * aligned * (narrow - 1) + 1) ** 2
+    masked = 0.5 / _mix(2 * meets * facing, meets + facing, wide)
+    fresnel = f.reflectance + (1 - f.reflectance) * (1 - seen) ** 5
+    return color * (lobe * masked * fresnel * meets)
+
+
+def _coat(p: Point, f: Finish, rig: Rig) -> FloatArray:
+    """What a wet eye mirrors: the boxes of key and fill, the sky."""
+    facing = np.clip(_dot(p.blunt, p.view), 0, 1)
+    mirrored = 2 * facing * p.blunt - p.view
+    shine = _around(mirrored[:, 1:2], rig) * 0.5
+    for lamp, radiance in zip(rig.lamps, BOX_RADIANCE, strict=False):
+        towards, right, above = box(lamp)
+        depth = np.maximum((mirrored @ towards)[:, None], np.float32(1e-3))
+        x = np.abs((mirrored @ right)[:, None]) / depth / BOX_HALF[0]
+        y = np.abs((mirrored @ above)[:, None]) / depth / BOX_HALF[1]
+        inside = (1 - _step(*BOX_EDGE, x)) * (1 - _step(*BOX_EDGE, y))
+        shine = shine + _f32(lamp.color) * radiance * inside
+    glance = COAT_REFLECTANCE + (1 - COAT_REFLECTANCE) * (1 - facing) ** 5
+    return shine * glance * (f.coat * p.occlusion)
+
+
+def box(lamp: Lamp) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit directions of a lamp's soft box: to it, to its right and to its top."""
+    towards = _unit(lamp.towards)
+    right = np.cross(_f32((0, 1, 0)), towards)
+    right = right / np.linalg.norm(right)
+    return towards, right.astype(np.float32), np.cross(towards, right).astype(np.float32)
+
+
+def shown(light: FloatArray, exposure: float) -> FloatArray:
+    """sRGB (point, 3) 0…1 of linear light: linear up to a shoulder that keeps the hue."""
+    color = light * np.float32(exposure)
+    peak = np.maximum(color.max(axis=1, keepdims=True), np.float32(1e-6))
+    room = np.float32(1 - TONE_START)
+    over = np.maximum(peak - TONE_START, 0)
+    lower = np.where(over > 0, 1 - room * room / (over + room), peak)
+    bleached = 1 - 1 / (TONE_BLEACH * (peak - lower) + 1)
+    return to_srgb(_mix(color * (lower / peak), lower, bleached))
+
+
+def to_srgb(color: FloatArray) -> FloatArray:
+    """Linear 0…1 to sRGB 0…1, by square roots: half a byte's step off at most, and fast."""
+    one = np.sqrt(color)
+    two = np.sqrt(one)
+    root = SRGB[0] * one + SRGB[1] * two + SRGB[2] * np.sqrt(two) + SRGB[3] * color
+    return np.where(color <= 0.0031308, 12.92 * color, root).astype(np.float32)
+
+
+def to_linear(color: FloatArray) -> FloatArray:
+    """sRGB 0…1 to linear 0…1."""
+    return np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4).astype(
         np.float32
     )
 
 
-def shade(normals: FloatArray, views: FloatArray, surfaces: FloatArray) -> FloatArray:
-    """sRGB colours (point, 3) 0…1 of points with unit normals and unit directions to the eye.
+def ground(at: FloatArray, rig: Rig) -> FloatArray:
+    """sRGB (point, 3) of what lies behind the head, at (point, 2) 0…1 from the lower left."""
+    away = (at - _f32(GROUND_MIDDLE)) * _f32(GROUND_SHAPE)
+    share = np.clip(np.sqrt((away * away).sum(axis=1, keepdims=True)), 0, 1)
+    return _mix(_f32(rig.middle), _f32(rig.margin), share * share * (3 - 2 * share))
 
-    surfaces (point, 7) as `vertex_surfaces` gives them.
+
+def open_to_key(moments: FloatArray, depth: FloatArray) -> FloatArray:
+    """Share of the key (point, 1) that arrives at a depth, from blurred moments (point, 2).
+
+    Chebyshev's bound (variance shadow maps); what it lets through wrongly is cut off.
     """
-    albedo, occlusion = surfaces[:, :3], surfaces[:, 3:4]
-    strength, exponent, softness = surfaces[:, 4:5], surfaces[:, 5:6], surfaces[:, 6:7]
-    up = normals[:, 1:2] * 0.5 + 0.5
-    light = _f32(GROUND) * (1 - up) + _f32(SKY) * up
-    shine = np.zeros_like(albedo)
-    for index, (direction, color, wrap) in enumerate(LIGHTS):
-        towards = _f32(direction) / np.float32(np.linalg.norm(direction))
-        facing = (normals @ towards)[:, None]
-        reach = wrap + softness * _f32(TERMINATOR)
-        light = light + _f32(color) * np.clip((facing + reach) / (1 + reach), 0, None)
-        if index >= GLINTS:
-            continue
-        half = views + towards
-        half /= np.linalg.norm(half, axis=1, keepdims=True)
-        glint = np.clip((normals * half).sum(axis=1, keepdims=True), 0, 1) ** exponent
-        shine += _f32(color) * glint * strength * (facing > 0)
-    edge = 1 - np.clip((normals * views).sum(axis=1, keepdims=True), 0, 1)
-    rim = RIM * edge**RIM_POWER * softness
-    return to_srgb(tone(albedo * light + (shine + rim) * occlusion))
+    mean = moments[:, :1]
+    behind = depth - mean
+    spread = np.maximum(moments[:, 1:] - mean * mean, np.float32(SHADOW_SPREAD))
+    share = np.clip((spread / (spread + behind * behind) - SHADOW_CUT) / (1 - SHADOW_CUT), 0, 1)
+    return np.where(behind <= 0, np.float32(1), share).astype(np.float32)
 
 
-def shade_vertices(
-    points: FloatArray, normals: FloatArray, surfaces: FloatArray, eye: FloatArray
+def bumped(
+    texel: FloatArray,
+    scale: float,
+    edge: FloatArray,
+    other: FloatArray,
+    change: FloatArray,
+    other_change: FloatArray,
+    normal: FloatArray,
 ) -> FloatArray:
-    """sRGB colours (vertex, 3) as an eye at `eye` (3,) m sees them."""
-    views = eye - points
-    views /= np.linalg.norm(views, axis=1, keepdims=True)
-    return shade(normals, views, surfaces)
+    """Unit normals (point, 3) with a normal map; from two edges (point, 3) of each triangle.
+
+    texel (point, 3) 0…1; change (point, 2) is that of the texture coordinates along the edges.
+    """
+    across, down = np.cross(other, normal), np.cross(normal, edge)
+    tangent = across * change[:, :1] + down * other_change[:, :1]
+    bitangent = across * change[:, 1:] + down * other_change[:, 1:]
+    side = np.sign(_dot(np.cross(edge, other), normal))
+    largest = np.maximum(_dot(tangent, tangent), _dot(bitangent, bitangent))
+    unit = side * scale / np.sqrt(np.maximum(largest, 1e-30))
+    slope = (texel[:, :2] * 2 - 1) * unit
+    out = tangent * slope[:, :1] + bitangent * slope[:, 1:] + normal * (texel[:, 2:] * 2 - 1)
+    return (out / np.sqrt(np.maximum(_dot(out, out), 1e-12))).astype(np.float32)
 
 
-def tone(color: FloatArray) -> FloatArray:
-    """A filmic curve (Narkowicz 2016), 0…1."""
-    x = color * EXPOSURE
-    return np.clip(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0, 1)
+def edge_on(slant: FloatArray) -> FloatArray:
+    """Factor of a card's alpha: what is seen edge-on would only be a dashed line.
+
+    slant is the cosine between the view and the face.
+    """
+    return _step(*EDGE_ON, np.abs(slant))
 
 
-def to_srgb(color: FloatArray) -> FloatArray:
-    """Linear 0…1 to sRGB 0…1."""
-    return np.where(
-        color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 1e-9) ** (1 / 2.4) - 0.055
-    ).astype(np.float32)
+def glsl(rig: Rig) -> str:
+    """The same in GLSL, the numbers written in; docs/design.md says what it offers.
 
-
-def background(height: int) -> FloatArray:
-    """(height, 3) sRGB rows from top to bottom."""
-    share = (np.arange(height, dtype=np.float32)[:, None] + 0.5) / height
-    return _f32(BACKGROUND_TOP) * (1 - share) + _f32(BACKGROUND_BOTTOM) * share
-
-
-def with_background(source: str) -> str:
-    """GLSL with the ground's colours written in for TOP and BOTTOM."""
-    return source.replace("TOP", _vec(BACKGROUND_TOP)).replace("BOTTOM", _vec(BACKGROUND_BOTTOM))
-
-
-def glsl() -> str:
-    """The same `shade` as a GLSL function, its numbers written from above."""
-    lines = []
-    for index, (direction, color, wrap) in enumerate(LIGHTS):
-        towards = np.array(direction) / np.linalg.norm(direction)
-        glint = float(index < GLINTS)
-        lines.append(f"    lamp({_vec(towards)}, {_vec(color)}, {float(wrap)}, {glint});")
+    It reads no texture and keeps to what GLSL 3.30 and GLSL ES 3.00 share.
+    """
+    lamps = []
+    for index, lamp in enumerate(rig.lamps):
+        kept = f"mix(1.0, {CREVICE:f}, f.ambient)" if index == 0 else f"{ENCLOSED:f}"
+        through = f"mix(1.0, p.occlusion, {kept})"
+        bled = "vec3(through)"
+        if index == 0:
+            through += f" * (1.0 - (1.0 - p.shadow) * {rig.shadow:f})"
+            bled = f"pow(vec3(through), mix(vec3(1.0), {_vec(PENUMBRA)}, f.softness))"
+        lamps.append(f"    through = {through};")
+        towards, color = _vec(_unit(lamp.towards)), _vec(lamp.color)
+        soft = f"{lamp.size * 0.5:f}, {lamp.wrap:f}, {lamp.shine:f}"
+        lamps.append(
+            f"    lamp(p, f, {towards}, {color}, {soft}, through, {bled}, facing, light, shine);"
+        )
+    boxes = []
+    for lamp, radiance in zip(rig.lamps, BOX_RADIANCE, strict=False):
+        sides = ", ".join(map(_vec, box(lamp)))
+        boxes.append(f"    shine += {_vec(lamp.color)} * {radiance:f} * boxed(mirrored, {sides});")
     return f"""
-vec3 N; vec3 V; vec3 light; vec3 shine; vec3 material;
-void lamp(vec3 towards, vec3 color, float wrap, float glint) {{
-    float facing = dot(N, towards);
-    vec3 reach = vec3(wrap) + material.z * {_vec(TERMINATOR)};
-    light += color * max((facing + reach) / (1.0 + reach), 0.0);
-    if (facing * glint > 0.0)
-        shine += color * material.x
-            * pow(clamp(dot(N, normalize(V + towards)), 0.0, 1.0), material.y);
+struct Point {{
+    vec3 albedo; vec3 normal; vec3 blunt; vec3 view; vec3 strand;
+    float occlusion; float roughness; float shadow;
+}};
+struct Finish {{
+    float reflectance; float roughness; float softness; float ambient; float coat; float strand;
+}};
+vec3 around(float up) {{
+    return mix({_vec(rig.ground)}, {_vec(rig.sky)}, up * 0.5 + 0.5);
 }}
-vec3 shade(vec3 albedo, float occlusion) {{
-    light = mix({_vec(GROUND)}, {_vec(SKY)}, N.y * 0.5 + 0.5);
-    shine = vec3(0.0);
-{chr(10).join(lines)}
-    float edge = 1.0 - clamp(dot(N, V), 0.0, 1.0);
-    float rim = {RIM} * pow(edge, {RIM_POWER}) * material.z;
-    vec3 x = (albedo * light + (shine + rim) * occlusion) * {EXPOSURE};
-    x = clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
-    return mix(12.92 * x, 1.055 * pow(max(x, 1e-9), vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x));
+vec3 bounced(float occlusion, vec3 albedo) {{
+    vec3 a = 2.0404 * albedo - 0.3324, b = 0.6417 - 4.7951 * albedo, c = 2.7552 * albedo + 0.6903;
+    return max(vec3(occlusion), ((occlusion * a + b) * occlusion + c) * occlusion);
+}}
+float socket(vec3 normal) {{
+    float upper = 1.0 - smoothstep({LID_UPPER[0]:f}, {LID_UPPER[1]:f}, normal.y);
+    float lower = smoothstep({LID_LOWER[0]:f}, {LID_LOWER[1]:f}, normal.y);
+    float middle = smoothstep({LID_CORNER[0]:f}, {LID_CORNER[1]:f}, normal.z);
+    return (0.3 + 0.7 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle);
+}}
+float fifth(float x) {{ return x * x * x * x * x; }}
+void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, float gain,
+          float through, vec3 bled, float facing, inout vec3 light, inout vec3 shine) {{
+    float bare = dot(p.normal, towards), blunt = dot(p.blunt, towards);
+    vec3 reach = wrap + f.softness * {_vec(WRAP)};
+    vec3 fall = (mix(vec3(bare), vec3(blunt), f.softness * {_vec(BLUNT)}) + reach)
+        / ((1.0 + reach) * (1.0 + reach));
+    light += color * clamp(fall, 0.0, 1.0) * bled;
+    if (gain == 0.0) return;
+    vec3 between = normalize(p.view + towards);
+    float meets = clamp(bare, 0.0, 1.0);
+    if (f.strand > 0.0) {{
+        float along = dot(p.strand, between);
+        float across = pow(max(1.0 - along * along, 0.0), {STRAND_POWER:f});
+        shine += color * ({STRAND_TINT[0]:f} + {STRAND_TINT[1]:f} * p.albedo)
+            * (gain * through * f.strand * across * mix(meets, 1.0, 0.25));
+        return;
+    }}
+    float aligned = clamp(dot(p.normal, between), 0.0, 1.0);
+    float wide = min(p.roughness * p.roughness + size, 1.0);
+    float narrow = wide * wide;
+    float lobe = aligned * aligned * (narrow - 1.0) + 1.0;
+    float masked = 0.5 / mix(2.0 * meets * facing, meets + facing, wide);
+    float fresnel = f.reflectance
+        + (1.0 - f.reflectance) * fifth(1.0 - clamp(dot(p.view, between), 0.0, 1.0));
+    shine += color * (narrow / (lobe * lobe) * masked * fresnel * meets * gain * through);
+}}
+float fade(float share) {{ return 1.0 - smoothstep({BOX_EDGE[0]:f}, {BOX_EDGE[1]:f}, share); }}
+float boxed(vec3 mirrored, vec3 towards, vec3 right, vec3 above) {{
+    float depth = max(dot(mirrored, towards), 0.001);
+    return fade(abs(dot(mirrored, right)) / depth / {BOX_HALF[0]:f})
+        * fade(abs(dot(mirrored, above)) / depth / {BOX_HALF[1]:f});
+}}
+vec3 coated(Point p, Finish f) {{
+    float facing = clamp(dot(p.blunt, p.view), 0.0, 1.0);
+    vec3 mirrored = 2.0 * facing * p.blunt - p.view;
+    vec3 shine = around(mirrored.y) * 0.5;
+{chr(10).join(boxes)}
+    float glance = {COAT_REFLECTANCE:f} + {1 - COAT_REFLECTANCE:f} * fifth(1.0 - facing);
+    return shine * (glance * f.coat * p.occlusion);
+}}
+vec3 lit(Point p, Finish f) {{
+    if (f.coat > 0.0) p.albedo *= socket(p.blunt) * {BALL:f};
+    float facing = max(dot(p.normal, p.view), 0.02);
+    vec3 light = around(mix(p.normal.y, p.blunt.y, 0.5 * f.softness))
+        * bounced(p.occlusion, p.albedo) * f.ambient;
+    float glance = f.reflectance
+        + max((1.0 - p.roughness) * (1.0 - p.roughness) - f.reflectance, 0.0) * fifth(1.0 - facing);
+    vec3 shine = around(2.0 * facing * p.normal.y - p.view.y)
+        * (glance * p.occlusion * f.ambient * (1.0 - f.strand));
+    float through;
+{chr(10).join(lamps)}
+    if (f.coat > 0.0) shine += coated(p, f);
+    return p.albedo * light + shine;
+}}
+vec3 shown(vec3 light, float exposure) {{
+    vec3 color = light * exposure;
+    float peak = max(max(color.r, color.g), max(color.b, 0.000001));
+    float lower = peak;
+    if (peak > {TONE_START:f})
+        lower = 1.0 - {(1 - TONE_START) ** 2:f} / (peak - {TONE_START:f} + {1 - TONE_START:f});
+    color = mix(color * (lower / peak), vec3(lower),
+        1.0 - 1.0 / ({TONE_BLEACH:f} * (peak - lower) + 1.0));
+    vec3 one = sqrt(color), two = sqrt(one);
+    vec3 root = {SRGB[0]} * one + {SRGB[1]} * two + {SRGB[2]} * sqrt(two) + {SRGB[3]} * color;
+    return mix(12.92 * color, root, step(0.0031308, color));
+}}
+vec3 ground(vec2 at) {{
+    float share = clamp(length((at - {_vec(GROUND_MIDDLE)}) * {_vec(GROUND_SHAPE)}), 0.0, 1.0);
+    return mix({_vec(rig.middle)}, {_vec(rig.margin)}, share * share * (3.0 - 2.0 * share));
+}}
+float open_to_key(vec2 moments, float depth) {{
+    float behind = depth - moments.x;
+    float spread = max(moments.y - moments.x * moments.x, {SHADOW_SPREAD:.9f});
+    float share = (spread / (spread + behind * behind) - {SHADOW_CUT:f}) / {1 - SHADOW_CUT:f};
+    return behind <= 0.0 ? 1.0 : clamp(share, 0.0, 1.0);
+}}
+float edge_on(vec3 place, vec3 view) {{
+    vec3 face = cross(dFdx(place), dFdy(place));
+    float slant = abs(dot(face, view)) * inversesqrt(max(dot(face, face), 1e-30));
+    return smoothstep({EDGE_ON[0]:f}, {EDGE_ON[1]:f}, slant);
+}}
+vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal) {{
+    vec3 q0 = dFdx(place), q1 = dFdy(place);
+    vec2 a0 = dFdx(at), a1 = dFdy(at);
+    vec3 across = cross(q1, normal), down = cross(normal, q0);
+    vec3 tangent = across * a0.x + down * a1.x, bitangent = across * a0.y + down * a1.y;
+    float largest = max(dot(tangent, tangent), dot(bitangent, bitangent));
+    float unit = largest > 0.0 ? inversesqrt(largest) : 0.0;
+    vec2 slope = (texel.xy * 2.0 - 1.0) * (scale * unit);
+    return normalize(tangent * slope.x + bitangent * slope.y + normal * (texel.z * 2.0 - 1.0));
 }}
 """
 
 
+def finish_glsl(finish: Finish) -> str:
+    """A Finish as a GLSL expression."""
+    return "Finish(" + ", ".join(f"{value:f}" for value in astuple(finish)) + ")"
+
+
+def _f32(values: Iterable[float]) -> FloatArray:
+    return np.array(tuple(values), np.float32)
+
+
+def _unit(values: Iterable[float]) -> FloatArray:
+    vector = _f32(values)
+    return (vector / np.linalg.norm(vector)).astype(np.float32)
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.einsum("ij,ij->i", a, b)[:, None]
+
+
+def _mix(a: FloatArray | float, b: FloatArray | float, share: FloatArray | float) -> FloatArray:
+    return np.asarray(a + (b - a) * share, np.float32)
+
+
 def _vec(values: Iterable[float]) -> str:
-    return "vec3(" + ", ".join(f"{float(v):.6f}" for v in values) + ")"
+    parts = [f"{float(value):f}" for value in values]
+    return f"vec{len(parts)}(" + ", ".join(parts) + ")"

@@ -96,7 +96,7 @@ def with_identity_over_time(
             found=f"{values.shape[1]} coefficients",
             allowed=f"at most {known} on head {mean.name!r}",
         )
-    face = mean.with_identity(values[0].astype(np.float32))
+    face = replace(mean.with_identity(values[0].astype(np.float32)), look=motion.head.look)
     mixes, directions = _low_rank(values - values[0])
     if not directions.any():
         return replace(motion, head=face)

@@ -1,0 +1,1 @@
+"""What the built-in head wears: skins, hair, brows, lashes, eyes, clothes, from CC0 assets."""

@@ -1,0 +1,112 @@
+"""Hair, brows, lashes: fitted cards with their pictures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from elocute.files.array_writing import write_npz
+from recipes.head.face import NeutralFace
+from recipes.looks.canvas import save
+from recipes.looks.cards import Cards, Fitting
+from recipes.looks.strands import strands
+
+HAIR = ("short01", "short02", "short04", "long01", "ponytail01", "afro01")
+"""Styles that leave both eyes free."""
+HAIR_PX, BROW_PX, LASH_PX = 1024, 512, 512
+BROWS = ("eyebrow001", "eyebrow002", "eyebrow003", "eyebrow006", "eyebrow008", "eyebrow010")
+LASHES = ("eyelashes01",)
+ROOT_M, ROOT_SHADE = 0.012, 0.45
+"""Hair nearer to the skin than this lies in its own shadow."""
+NEIGHBOURS = 10
+INNER_LIFT_M, INNER_FORWARD_M, INNER_THINNER = 0.0032, 0.0006, 0.3
+
+
+def bake(face: NeutralFace, looks: Path, assets: Path) -> None:
+    fitting = Fitting(face)
+    for name in HAIR:
+        folder = looks / "hair" / name
+        cards = fitting.cards(folder, name)
+        away, _ = fitting.tree.query(cards.points)
+        shade = ROOT_SHADE + (1 - ROOT_SHADE) * np.clip(away / ROOT_M, 0, 1)
+        write(assets / "hair" / f"{name}.npz", fitting, cards, shade=shade)
+        size = save(
+            assets / "hair" / f"{name}.webp", strands(next(folder.glob("*.png")), HAIR_PX), 78
+        )
+        print(f"{name}: {len(cards.points)} vertices, {size / 1e3:.0f} kB")
+    for name in BROWS:
+        folder = looks / "eyebrows"
+        cards = softened(fitting.cards(folder, name))
+        write(assets / "brows" / f"{name}.npz", fitting, cards)
+        save(assets / "brows" / f"{name}.webp", strands(folder / f"{name}.png", BROW_PX, 1.1), 80)
+    for name in LASHES:
+        bake_lashes(fitting, looks / "eyelashes", name, assets)
+
+
+def softened(cards: Cards) -> Cards:
+    """Brows that do not frown: as drawn, their inner ends are low, wide and square."""
+    points = cards.points.copy()
+    for side in (-1, 1):
+        own = points[:, 0] * side > 0
+        across = np.abs(points[own, 0])
+        inner = 1 - np.clip((across - across.min()) / np.ptp(across), 0, 1)
+        middle = points[own, 1].mean()
+        height = points[own, 1] - middle
+        thinner = 1 - INNER_THINNER * np.clip(2 * inner - 1, 0, 1)
+        points[own, 1] = middle + height * thinner + INNER_LIFT_M * inner**1.5
+        points[own, 2] += INNER_FORWARD_M * inner
+    return replace(cards, offset=cards.offset + points - cards.points, points=points)
+
+
+def bake_lashes(fitting: Fitting, folder: Path, name: str, assets: Path) -> None:
+    """Each lash hangs on one vertex of its lid's edge and turns with the skin of that lid."""
+    cards, anatomy = fitting.cards(folder, name), fitting.face.anatomy
+    edge = np.array(anatomy.lid_front)
+    roots = np.unique(np.r_[edge, anatomy.skin_mirror[edge]])
+    skin = fitting.skin
+    away = np.linalg.norm(cards.points[:, None] - skin[roots][None], axis=2)
+    root = roots[away.argmin(1)]
+    cards = Cards(
+        np.repeat(root[:, None], 3, 1),
+        np.tile([1.0, 0, 0], (len(root), 1)),
+        cards.points - skin[root],
+        cards.quads,
+        cards.uv,
+        cards.uv_quads,
+        cards.shade,
+        cards.points,
+    )
+    middle = skin[roots, 1].mean()
+    around = np.stack([_same_lid(skin, vertex, middle) for vertex in root])
+    write(assets / "lashes" / f"{name}.npz", fitting, cards, around=around)
+    save(assets / "lashes" / f"{name}.webp", strands(folder / f"{name}.png", LASH_PX), 80)
+
+
+def _same_lid(skin: np.ndarray, root: int, middle: float) -> np.ndarray:
+    """(NEIGHBOURS,) skin round a root; the other lid, which moves against it, left out."""
+    away = np.linalg.norm(skin - skin[root], axis=1)
+    side = 1 if skin[root, 1] > middle else -1
+    other = (skin[:, 1] - skin[root, 1]) * side < -0.0006
+    behind = skin[:, 2] < skin[root, 2] - 0.004
+    return np.argsort(away + 1.0 * (other | behind))[:NEIGHBOURS]
+
+
+def write(path: Path, fitting: Fitting, cards: Cards, shade=None, **more: np.ndarray) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    pairs, between = fitting.skull()
+    shade = cards.shade if shade is None else shade
+    arrays = {
+        "index": cards.index.astype(np.uint16),
+        "weights": cards.weights.astype(np.float32),
+        "offset": cards.offset.astype(np.float32),
+        "quads": cards.quads.astype(np.uint16),
+        "uv": cards.uv.astype(np.float32),
+        "uv_quads": cards.uv_quads.astype(np.uint16),
+        "shade": np.round(255 * np.clip(shade, 0, 1)).astype(np.uint8),
+        "skull": pairs.astype(np.uint16),
+        "skull_m": between.astype(np.float32),
+    }
+    arrays |= {name: values.astype(np.uint16) for name, values in more.items()}
+    write_npz(path, arrays, compressed=True)

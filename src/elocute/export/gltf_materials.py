@@ -1,0 +1,170 @@
+"""Materials of a head in glTF: images of its surfaces, and how light meets each material."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from elocute.export.gltf_file import GltfFile
+from elocute.export.portable_pictures import portable_picture
+from elocute.head.model import HeadModel
+from elocute.head.surface import Surface
+
+ALPHA_CUTOFF = 0.5
+SAMPLER = {"magFilter": 9729, "minFilter": 9987}  # linear; linear between mipmaps
+
+
+@dataclass(frozen=True)
+class Finish:
+    """How light meets a material, beside its images.
+
+    Parameters
+    ----------
+    roughness : float
+        Where no surface says it.
+    specular : float
+        Strength of the reflection at right angles; 1 is that of glass, a twenty-fifth of the
+        light. Inside the mouth it is low: image-based light shines there as if nothing were in
+        its way, and teeth turn to chrome.
+    clearcoat : float
+        Strength of a smooth layer above, 0 to 1: the tears on an eye.
+    both_sides : bool
+        Whether the far side of its faces is seen, where no surface says it.
+    """
+
+    roughness: float = 0.5
+    specular: float = 0.7
+    clearcoat: float = 0.0
+    both_sides: bool = False
+
+
+FINISHES = {
+    "skin": Finish(0.55, 0.7),
+    "lips": Finish(0.38, 0.8),
+    "mouth": Finish(0.5, 0.15, both_sides=True),
+    "teeth": Finish(0.25, 0.35),
+    "gums": Finish(0.35, 0.25),
+    "tongue": Finish(0.45, 0.25, both_sides=True),
+    "eyeball": Finish(0.25, 0.5, clearcoat=1.0),
+    "hair": Finish(0.8, 0.3, both_sides=True),
+}
+CLEARCOAT_ROUGHNESS = 0.03
+
+
+@dataclass(frozen=True)
+class MaterialIndices:
+    """The records of one material: its faces are drawn once with each.
+
+    Parameters
+    ----------
+    indices : tuple of int
+        Into the file's materials.
+    images : dict of str
+        What became of its images, for the report.
+    """
+
+    indices: tuple[int, ...]
+    images: dict[str, dict[str, Any]]
+
+
+def add_materials(file: GltfFile, head: HeadModel) -> list[MaterialIndices]:
+    """Add the materials of a head with their images.
+
+    A surface that blends becomes two records over the same faces: what is solid, which hides what
+    lies behind, and the fringe, laid over it. No program then needs to sort faces.
+
+    Parameters
+    ----------
+    file : GltfFile
+        Where to.
+    head : HeadModel
+        Whose materials.
+
+    Returns
+    -------
+    list of MaterialIndices
+        One per material of the head.
+
+    Raises
+    ------
+    HeadError
+        For an image that is none.
+    """
+    return [_add_material(file, name, head.surfaces.get(name)) for name in head.material_names]
+
+
+def _add_material(file: GltfFile, name: str, surface: Surface | None) -> MaterialIndices:
+    finish = FINISHES.get(name, Finish())
+    images: dict[str, dict[str, Any]] = {}
+    record: dict[str, Any] = {
+        "name": name,
+        "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": finish.roughness},
+        "doubleSided": finish.both_sides,
+    }
+    if surface is not None:
+        record["doubleSided"] = surface.both_sides
+        record["pbrMetallicRoughness"] |= {
+            "roughnessFactor": surface.roughness_factor,
+            "baseColorFactor": [*map(float, surface.tint), 1.0],
+        }
+        _add_images(file, record, surface, images)
+    extensions: dict[str, Any] = {"KHR_materials_specular": {"specularFactor": finish.specular}}
+    if finish.clearcoat:
+        extensions["KHR_materials_clearcoat"] = {
+            "clearcoatFactor": finish.clearcoat,
+            "clearcoatRoughnessFactor": CLEARCOAT_ROUGHNESS,
+        }
+    for extension in extensions:
+        file.uses(extension)
+    record["extensions"] = extensions
+    opacity = surface.opacity if surface is not None else "opaque"
+    return MaterialIndices(
+        tuple(file.add("materials", each) for each in _layers(record, opacity)), images
+    )
+
+
+def _layers(record: dict[str, Any], opacity: str) -> list[dict[str, Any]]:
+    """The record once for each time that its faces are drawn."""
+    if opacity == "opaque":
+        return [record]
+    solid = record | {"alphaMode": "MASK", "alphaCutoff": ALPHA_CUTOFF}
+    if opacity == "cutout":
+        return [solid]
+    return [solid, record | {"name": f"{record['name']}_fringe", "alphaMode": "BLEND"}]
+
+
+def _add_images(
+    file: GltfFile, record: dict[str, Any], surface: Surface, images: dict[str, dict[str, Any]]
+) -> None:
+    def texture(kind: str, data: bytes, clear: bool = False) -> dict[str, Any]:
+        picture = portable_picture(data, f"{kind} of the material {record['name']!r}", clear)
+        images[kind] = {"pixels": list(picture.size), "media": picture.media}
+        if picture.made_from:
+            images[kind]["made_from"] = picture.made_from
+        return {"index": _texture(file, picture.data, picture.media, f"{record['name']}_{kind}")}
+
+    shaded = record["pbrMetallicRoughness"]
+    if surface.color:
+        clear = surface.opacity != "opaque"
+        shaded["baseColorTexture"] = texture("color", surface.color, clear)
+    if surface.normal:
+        record["normalTexture"] = texture("normal", surface.normal) | {
+            "scale": float(surface.normal_scale)
+        }
+    if surface.roughness:
+        # One image: occlusion is read from its red, roughness from green.
+        shaded["metallicRoughnessTexture"] = texture("roughness", surface.roughness)
+        record["occlusionTexture"] = dict(shaded["metallicRoughnessTexture"])
+
+
+def _texture(file: GltfFile, data: bytes, media: str, name: str) -> int:
+    """A texture of an image; an image that several materials have is stored once."""
+    if not file.json["samplers"]:
+        file.add("samplers", SAMPLER)
+    stored = file.json["images"]
+    view = file.shared(data)
+    source = next((i for i, image in enumerate(stored) if image["bufferView"] == view), None)
+    if source is None:
+        source = file.add("images", {"name": name, "bufferView": view, "mimeType": media})
+        return file.add("textures", {"sampler": 0, "source": source})
+    return source  # each image has one texture, added with it

@@ -1,0 +1,217 @@
+"""The programs of the OpenGL engine, put together round `shading.glsl`."""
+
+from __future__ import annotations
+
+from elocute.export.render import shading
+from elocute.export.render.lights import Rig
+from elocute.export.render.parts import Part
+from elocute.export.render.stage import Stage
+
+CARD_BIAS = "-1.0"  # finer levels of images with alpha: coarse ones thin hair out
+VERTEX = """#version 330
+invariant gl_Position;
+uniform mat4 projection; uniform mat4 key_view;
+in vec3 position; in vec3 normal; in vec2 texcoord;
+in vec3 color; in float occlusion; in vec3 strand;
+out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint;
+out vec3 from_key; out vec3 along;
+void main() {
+    gl_Position = projection * vec4(position, 1.0);
+    place = position; smooth_normal = normal; at = texcoord; paint = vec4(color, occlusion);
+    along = strand;
+    from_key = (key_view * vec4(position, 1.0)).xyz;
+}
+"""
+VERTEX_OF_KEY = """#version 330
+uniform mat4 key_view;
+in vec3 position; in vec2 texcoord;
+out vec2 at; out float depth;
+void main() {
+    gl_Position = key_view * vec4(position, 1.0);
+    at = texcoord; depth = gl_Position.z;
+}
+"""
+VERTEX_AT = """#version 330
+invariant gl_Position;
+uniform mat4 projection;
+in vec3 position; in vec2 texcoord;
+out vec2 at; out vec3 place;
+void main() { gl_Position = projection * vec4(position, 1.0); at = texcoord; place = position; }
+"""
+_COVER = """#version 330
+uniform sampler2D color_map; uniform vec3 eye;
+in vec2 at; in vec3 place; out vec4 pixel;
+SHADING
+void main() {
+    float alpha = texture(color_map, at, CARD_BIAS).a;
+    if (alpha * edge_on(place, normalize(eye - place)) < CORE) discard;
+    pixel = vec4(0.0);
+}
+"""
+OVERLAY = """#version 330
+in vec2 corner; out vec2 at;
+void main() { gl_Position = vec4(corner, 0.0, 1.0); at = corner * 0.5 + 0.5; }
+"""
+_SURFACE = """#version 330
+uniform vec3 eye; uniform float exposure;
+uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
+uniform sampler2D shadow_map;
+in vec3 place; in vec3 smooth_normal; in vec2 at; in vec4 paint; in vec3 from_key; in vec3 along;
+out vec4 pixel;
+SHADING
+void main() {
+    vec4 texel = TEXEL;
+    CUT
+    Point p;
+    p.albedo = paint.rgb * texel.rgb * TINT;
+    p.view = normalize(eye - place);
+    p.blunt = normalize(smooth_normal) * FACING;
+    p.normal = NORMAL;
+    p.strand = STRAND;
+    p.occlusion = paint.a; p.roughness = ROUGHNESS;
+    ROUGH
+    p.roughness = clamp(p.roughness, 0.05, 1.0);
+    p.shadow = open_to_key(texture(shadow_map, from_key.xy * 0.5 + 0.5).xy,
+        from_key.z - SHADOW_BIAS);
+    float alpha = ALPHA;
+    pixel = vec4(shown(lit(p, FINISH), exposure) * alpha, alpha);
+}
+"""
+_DEPTHS = """#version 330
+uniform sampler2D color_map;
+in vec2 at; in float depth;
+out vec2 moments;
+void main() {
+    CUT
+    moments = vec2(depth, depth * depth);
+}
+"""
+_BLUR = """#version 330
+uniform sampler2D drawn; in vec2 at; out vec2 moments;
+void main() {
+    moments = SUM;
+}
+"""
+
+
+def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
+    """The fragments of a part: what of it is solid, or the fringe laid over what lies behind."""
+    given = part.surface
+    cut, alpha = "", "1.0"
+    bias = "" if part.solid else f", {CARD_BIAS}"
+    if fringe:
+        cut = "texel.a *= edge_on(place, normalize(eye - place)); "
+        cut += f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
+        alpha = "texel.a"
+    scale = given.normal_scale
+    bumped = f"bumped(texture(normal_map, at).xyz, {scale:f}, place, at, p.blunt)"
+    rough = (
+        "vec2 rough = texture(roughness_map, at).rg;"
+        " p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;"
+    )
+    parts = {
+        "SHADING": shading.glsl(rig),
+        "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, at{bias})",
+        "CUT": cut,
+        "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
+        "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",
+        "NORMAL": "p.blunt" if part.normal is None else bumped,
+        "STRAND": "normalize(along)" if part.finish.strand else "vec3(0.0)",
+        "ROUGHNESS": f"{part.rough:f}",
+        "ROUGH": "" if part.roughness is None else rough,
+        "SHADOW_BIAS": f"{shading.SHADOW_BIAS:f}",
+        "FINISH": shading.finish_glsl(part.finish),
+        "ALPHA": alpha,
+    }
+    return _filled(_SURFACE, parts)
+
+
+def cover(part: Part, rig: Rig) -> str:
+    """Where cards are solid: of it only the depth is kept."""
+    parts = {"SHADING": shading.glsl(rig), "CARD_BIAS": CARD_BIAS, "CORE": f"{part.core:f}"}
+    return _filled(_COVER, parts)
+
+
+def depths(part: Part) -> str:
+    """The fragments of a part as the key sees it."""
+    cut = "" if part.solid else "if (texture(color_map, at).a < 0.5) discard;"
+    return _filled(_DEPTHS, {"CUT": cut})
+
+
+def blur(taps: list[tuple[float, float]], step: tuple[float, float]) -> str:
+    """One direction of the blur of a shadow map."""
+    terms = [
+        f"texture(drawn, at + vec2({offset * step[0]:.9f}, {offset * step[1]:.9f})).xy"
+        f" * {weight:.9f}"
+        for offset, weight in taps
+    ]
+    return _filled(_BLUR, {"SUM": "\n        + ".join(terms)})
+
+
+_FINISHING = """#version 330
+uniform sampler2D drawn; uniform sampler2D backdrop; uniform vec2 step_size;
+in vec2 at; out vec4 pixel;
+SHADING
+float noise(vec2 place) {
+    return fract(52.9829189 * fract(dot(place, vec2(0.06711056, 0.00583715)))) - 0.5;
+}
+SMOOTHED
+void main() {
+    vec4 head = smoothed();
+    GROUND
+}
+"""
+_OPAQUE = """
+    vec3 color = head.rgb + noise(gl_FragCoord.xy) / 255.0;
+    if (head.a < 1.0) color += (1.0 - head.a) * BEHIND;
+    pixel = vec4(color, 1.0);
+"""
+_CLEAR = """
+    pixel = head.a > 0.0 ? vec4(head.rgb / head.a, head.a) : vec4(0.0);
+"""
+_REDUCED = """
+vec4 smoothed() { return texture(drawn, at); }
+"""
+# Fast approximate antialiasing (after Lottes 2009): blend along the edge that luma shows.
+_EDGES = """
+float luma(vec4 c) { return dot(c.rgb, vec3(0.30, 0.59, 0.11)) + (1.0 - c.a) * 0.35; }
+vec4 smoothed() {
+    ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(drawn, 0) - 1;
+    ivec2 low = max(here - 1, ivec2(0)), high = min(here + 1, last);
+    vec4 middle = texelFetch(drawn, here, 0);
+    float m = luma(middle);
+    float nw = luma(texelFetch(drawn, ivec2(low.x, high.y), 0));
+    float ne = luma(texelFetch(drawn, high, 0));
+    float sw = luma(texelFetch(drawn, low, 0));
+    float se = luma(texelFetch(drawn, ivec2(high.x, low.y), 0));
+    float least = min(m, min(min(nw, ne), min(sw, se)));
+    float most = max(m, max(max(nw, ne), max(sw, se)));
+    if (most - least < max(0.03, 0.10 * most)) return middle;
+    vec2 along = vec2(sw + se - nw - ne, nw + sw - ne - se);
+    float damp = max((nw + ne + sw + se) * 0.03125, 0.0078125);
+    along = clamp(along / (min(abs(along.x), abs(along.y)) + damp), -8.0, 8.0) * step_size;
+    vec4 near = 0.5 * (texture(drawn, at - along / 6.0) + texture(drawn, at + along / 6.0));
+    vec4 far = 0.5 * near
+        + 0.25 * (texture(drawn, at - along * 0.5) + texture(drawn, at + along * 0.5));
+    float f = luma(far);
+    return f < least || f > most ? near : far;
+}
+"""
+
+
+def finishing(stage: Stage) -> str:
+    """From what was drawn to the picture: edges smoothed, the ground laid behind."""
+    behind = "ground(at)" if stage.backdrop is None else "texture(backdrop, at).rgb"
+    ground = _CLEAR if stage.transparent else _OPAQUE.replace("BEHIND", behind)
+    parts = {
+        "SHADING": shading.glsl(stage.rig),
+        "SMOOTHED": _EDGES if stage.profile.oversampling == 1 else _REDUCED,
+        "GROUND": ground,
+    }
+    return _filled(_FINISHING, parts)
+
+
+def _filled(text: str, parts: dict[str, str]) -> str:
+    for name, value in parts.items():
+        text = text.replace(name, value)
+    return text

@@ -1,0 +1,82 @@
+"""Where the light comes from: presets that a studio, a window or a sky would give.
+
+Every light stands still in the head's own space (+Y up, +Z out of the face), so turning the camera
+walks round a lit face. The first lamp is the key: it alone casts shadows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A soft light far away.
+
+    Parameters
+    ----------
+    towards : (3,) tuple of float
+        Direction to it; of any length.
+    color : (3,) tuple of float
+        Linear; what white paper that faces it sends back.
+    size : float
+        How much it widens a highlight: 0 is a point, 0.3 a large soft box.
+    wrap : float
+        How far it reaches round an edge, 0 to 1.
+    shine : float
+        Share of its highlight: less for lamps behind the head, which nothing casts shadows for.
+    """
+
+    towards: Triple
+    color: Triple
+    size: float
+    wrap: float
+    shine: float = 1.0
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Lamps, what surrounds them, and the ground behind the head.
+
+    Parameters
+    ----------
+    lamps : tuple of Lamp
+        The key first.
+    sky, ground : (3,) tuple of float
+        Linear light from above and from below.
+    exposure : float
+        Factor of all light before the tone curve.
+    middle, margin : (3,) tuple of float
+        sRGB colours of what lies behind the head, in its middle and far from it.
+    shadow : float
+        How dark the key's shadow is, 0 to 1.
+    """
+
+    lamps: tuple[Lamp, ...]
+    sky: Triple
+    ground: Triple
+    exposure: float
+    middle: Triple
+    margin: Triple
+    shadow: float
+
+
+RIGS: dict[str, Rig] = {
+    "studio": Rig(
+        lamps=(
+            Lamp((-0.50, 0.62, 0.95), (1.10, 1.02, 0.935), 0.22, 0.10),
+            Lamp((0.90, 0.12, 0.70), (0.20, 0.22, 0.255), 0.40, 0.45),
+            Lamp((0.55, 0.55, -0.75), (0.42, 0.43, 0.47), 0.25, 0.02, 0.0),
+            Lamp((-0.85, 0.25, -0.60), (0.20, 0.21, 0.25), 0.30, 0.02, 0.0),
+        ),
+        sky=(0.33, 0.345, 0.375),
+        ground=(0.140, 0.120, 0.110),
+        exposure=1.0,
+        middle=(0.50, 0.53, 0.56),
+        margin=(0.22, 0.24, 0.26),
+        shadow=0.92,
+    ),
+}
+"""The lights by their name."""

@@ -1,0 +1,193 @@
+"""A head taken apart for drawing: vertices split at seams of images, a part per material."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.array_types import Float32Array, FloatArray
+from elocute.errors import HeadError
+from elocute.export.render.images import Image, open_pixels
+from elocute.export.render.lights import Rig
+from elocute.export.render.shading import Finish, finish_of, to_linear
+from elocute.head.model import HeadModel
+from elocute.head.normals import vertex_normals
+from elocute.head.surface import Surface
+
+TWO_SIDED = ("eyeball", "teeth", "hair")  # without a surface that says it
+ENCLOSED = 0.5  # share of the surrounding light that comes to what is in the mouth, at most
+EXPOSED_AS = 0.36  # mean linear colour of skin that the lights are set for
+EXPOSURE_POWER = 0.38  # how far a photographer follows the tone of the skin
+EXPOSURE_RANGE = (0.9, 1.75)
+
+
+@dataclass(frozen=True)
+class Part:
+    """The faces of one material.
+
+    Parameters
+    ----------
+    name : str
+        The material.
+    triangles : (triangle, 3) int32
+        Indices into the split vertices.
+    finish : Finish
+        How light meets it.
+    surface : Surface
+        Its settings; the images are decoded below.
+    color, normal, roughness : Image or None
+        Decoded; None where the surface has none.
+    """
+
+    name: str
+    triangles: NDArray[np.int32]
+    finish: Finish
+    surface: Surface
+    color: Image | None
+    normal: Image | None
+    roughness: Image | None
+
+    @property
+    def solid(self) -> bool:
+        return self.surface.opacity == "opaque"
+
+    @property
+    def rough(self) -> float:
+        """Factor of the roughness: under a clear coat, that of what lies below it."""
+        return self.finish.roughness if self.finish.coat else self.surface.roughness_factor
+
+    @property
+    def rounded(self) -> bool:
+        """Whether it is hair in cards, whose normals are taken half from a ball."""
+        return self.name.startswith("hair") and not self.solid
+
+    @property
+    def turns(self) -> bool:
+        """Whether its normals turn towards the eye."""
+        return self.surface.both_sides and not self.rounded
+
+    @property
+    def casts(self) -> bool:
+        """Whether it casts shadows: not what is inside the head, nor brows and lashes."""
+        return self.finish.ambient > ENCLOSED if self.solid else self.rounded
+
+    @property
+    def core(self) -> float:
+        """The alpha from which it hides what lies behind; 0 for all of it."""
+        return {"opaque": 0.0, "cutout": 0.5, "blend": 0.8}[self.surface.opacity]
+
+
+class Parts:
+    """All that stays the same while a head moves.
+
+    Parameters
+    ----------
+    head : HeadModel
+        The head.
+    side_max : int
+        Images are reduced to this many pixels a side.
+    """
+
+    def __init__(self, head: HeadModel, side_max: int = 1024) -> None:
+        self._head = head
+        pairs = np.stack([head.triangles.ravel(), head.uv_triangles.ravel()], axis=1)
+        unique, corners = np.unique(pairs, axis=0, return_inverse=True)
+        self.source: NDArray[np.intp] = unique[:, 0].astype(np.intp)
+        """(split,) the vertex of the head that each split vertex is."""
+        self.at: Float32Array = np.ascontiguousarray(head.uv[unique[:, 1]], np.float32)
+        """(split, 2) texture coordinates."""
+        self.color: Float32Array = to_linear(head.vertex_color[self.source] / np.float32(255))
+        """(split, 3) linear vertex colours."""
+        self.occlusion: Float32Array = head.occlusion[self.source].astype(np.float32)
+        """(split,) 1 = open to the light."""
+        triangles = corners.reshape(-1, 3).astype(np.int32)
+        self.parts: list[Part] = []
+        """One for each material that has faces, in their order."""
+        for index, name in enumerate(head.material_names):
+            chosen = triangles[head.triangle_material == index]
+            if len(chosen):
+                self.parts.append(_part(head, name, chosen, side_max))
+        self._hair = self._rounded_vertices()
+        self.strand: Float32Array = self._strands()
+        """(split, 3) unit directions of hair, at rest; zero elsewhere."""
+
+    def _rounded_vertices(self) -> NDArray[np.intp]:
+        """Vertices of the head whose normals are rounded."""
+        chosen = [part for part in self.parts if part.rounded]
+        if not chosen:
+            return np.zeros(0, np.intp)
+        return np.unique(self.source[np.concatenate([p.triangles for p in chosen])])
+
+    def _strands(self) -> Float32Array:
+        """Where the second texture coordinate grows, the mean of the triangles round a vertex."""
+        places, at = self._head.template[self.source], self.at
+        sums = np.zeros((len(self._head.template), 3))
+        for part in self.parts:
+            if not part.finish.strand:
+                continue
+            a, b, c = part.triangles.T
+            edge, other = places[b] - places[a], places[c] - places[a]
+            one, two = at[b] - at[a], at[c] - at[a]
+            turned = np.sign(one[:, :1] * two[:, 1:] - two[:, :1] * one[:, 1:])
+            along = (other * one[:, :1] - edge * two[:, :1]) * turned
+            along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+            np.add.at(sums, self.source[part.triangles], along[:, None])
+        sums /= np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)
+        return sums[self.source].astype(np.float32)
+
+    def moved(self, points: FloatArray) -> Float32Array:
+        """(split, 6) places and unit normals of vertices (vertex, 3) m."""
+        normals = vertex_normals(points, self._head.triangles)
+        if len(self._hair):
+            # Cards look crumpled by their own normals: half of a ball's smooths them.
+            away = points[self._hair] - points[self._hair].mean(axis=0)
+            away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
+            own = normals[self._hair]
+            own = own * np.where((own * away).sum(axis=1, keepdims=True) < 0, -1, 1)
+            both = 0.4 * own + 0.6 * away
+            normals[self._hair] = both / np.linalg.norm(both, axis=1, keepdims=True)
+        return np.concatenate([points, normals], axis=1).astype(np.float32)[self.source]
+
+    @cached_property
+    def skin_color(self) -> float:
+        """Mean linear colour (green) of the face, images counted."""
+        for part in self.parts:
+            if finish_of(part.name) is finish_of("skin"):
+                corners = part.triangles.ravel()
+                color = float(self.color[corners, 1].mean()) * part.surface.tint[1]
+                if part.color is not None:
+                    texels = part.color.texels(self.at[corners])
+                    color = float((self.color[corners, 1] * texels[:, 1]).mean())
+                    color *= part.surface.tint[1]
+                return color
+        return EXPOSED_AS
+
+    def exposure(self, rig: Rig) -> float:
+        """The factor of light before the tone curve: darker skin is exposed for longer."""
+        factor = (EXPOSED_AS / max(self.skin_color, 1e-3)) ** EXPOSURE_POWER
+        return rig.exposure * float(np.clip(factor, *EXPOSURE_RANGE))
+
+
+def _part(head: HeadModel, name: str, triangles: NDArray[np.int32], side_max: int) -> Part:
+    surface, finish = head.surfaces.get(name), finish_of(name)
+    if surface is None:
+        surface = Surface(
+            roughness_factor=finish.roughness, both_sides=name in TWO_SIDED, normal_scale=0.0
+        )
+    images = {
+        kind: Image(open_pixels(data, f"{kind} of {name}", side_max, HeadError), kind == "color")
+        for kind in ("color", "normal", "roughness")
+        if (data := getattr(surface, kind))
+    }
+    return Part(
+        name,
+        np.ascontiguousarray(triangles),
+        finish,
+        surface,
+        images.get("color"),
+        images.get("normal"),
+        images.get("roughness"),
+    )

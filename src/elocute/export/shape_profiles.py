@@ -1,0 +1,203 @@
+"""Which shapes a file carries: all that move the head, or ARKit's alone, and visemes on request.
+
+Programs that drive avatars look for ARKit's 52 names. The head's own speech shapes are then folded
+into the nearest of these; what that leaves is measured, never hidden.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.array_types import Float32Array
+from elocute.errors import OutputError
+from elocute.head.model import HeadModel
+from elocute.head.viseme_shapes import VISEME_SHAPES
+from elocute.motion.curves import ARKIT_NAMES
+from elocute.motion.motion import Motion
+
+BLOCK = 240  # frames at a time whose vertices are compared
+# Speech shapes that ARKit lacks, as its nearest shapes.
+NEAREST: dict[str, dict[str, float]] = {
+    "mouthLabiodental": {
+        "mouthRollLower": 0.55,
+        "mouthUpperUpLeft": 0.25,
+        "mouthUpperUpRight": 0.25,
+    },
+    "tongueDental": {"tongueOut": 0.25},
+    "tongueTipUp": {},
+}
+# The fifteen of the Oculus set as avatars name them, and what the head calls them.
+VISEME_TARGETS: dict[str, str] = {
+    f"viseme_{name}": own
+    for name, own in (
+        *((each, each) for each in ("sil", "PP", "FF", "TH", "DD", "kk", "CH", "SS", "nn", "RR")),
+        *(("aa", "aa"), ("E", "E"), ("I", "ih"), ("O", "oh"), ("U", "ou")),
+    )
+}
+
+
+@dataclass(frozen=True, eq=False)
+class TargetShapes:
+    """Morph targets that stand for the shapes of a head.
+
+    Parameters
+    ----------
+    names : tuple of str
+        One per target.
+    basis : (target, vertex, 3) float32
+        Metres at weight one.
+    mix : (component, target) float32
+        What each of the head's shapes gives to each target.
+    folded : dict of str
+        By the name of a shape that is no target: the targets that stand for it.
+    """
+
+    names: tuple[str, ...]
+    basis: Float32Array
+    mix: Float32Array
+    folded: dict[str, dict[str, float]]
+
+    def weights(self, motion: Motion) -> Float32Array:
+        """The weights of the targets over a motion.
+
+        Parameters
+        ----------
+        motion : Motion
+            Of the head.
+
+        Returns
+        -------
+        (frame, target) float32
+            What is folded in takes no target beyond one, or beyond what it had by itself.
+        """
+        mixed = motion.weights @ self.mix
+        for name in {part for parts in self.folded.values() for part in parts}:
+            column, own = self.names.index(name), motion.names.index(name)
+            limit = np.maximum(motion.weights[:, own], 1)
+            mixed[:, column] = np.minimum(mixed[:, column], limit)
+        return mixed.astype(np.float32)
+
+    def report(self, motion: Motion) -> dict[str, Any]:
+        """What folding leaves.
+
+        Parameters
+        ----------
+        motion : Motion
+            Of the head.
+
+        Returns
+        -------
+        dict of str
+            By the name of a folded shape: the targets that stand for it, and how far the skin is
+            from the shape at weight one, largest and mean over what it moves, mm; `take_mm`: the
+            farthest that a vertex of any frame is from where the motion has it.
+        """
+        if not self.folded:
+            return {}
+        head = motion.head
+        told: dict[str, Any] = {}
+        for name, parts in self.folded.items():
+            shape = head.expression_basis[head.expression_index(name)]
+            stand_in = np.zeros_like(shape)
+            for part, share in parts.items():
+                stand_in += np.float32(share) * self.basis[self.names.index(part)]
+            apart = np.linalg.norm(shape - stand_in, axis=1)
+            moved = np.linalg.norm(shape, axis=1) > 0
+            mean = float(apart[moved].mean()) if moved.any() else 0.0
+            told[name] = {
+                "into": parts,
+                "left_mm": {"max": _mm(apart.max(initial=0)), "mean": _mm(mean)},
+            }
+        return {"shapes": told, "take_mm": _mm(self._farthest(motion))}
+
+    def _farthest(self, motion: Motion) -> float:
+        """The farthest that a vertex is from where the motion has it, m."""
+        head, weights, farthest = motion.head, self.weights(motion), 0.0
+        # Of all targets only those differ that something was folded into.
+        touched = [name for parts in self.folded.values() for name in parts]
+        columns = [self.names.index(name) for name in dict.fromkeys(touched)]
+        rows = [head.expression_index(name) for name in self.folded]
+        own = [head.expression_index(self.names[column]) for column in columns]
+        basis = np.concatenate([head.expression_basis[rows], self.basis[columns]])
+        basis = basis[:, np.abs(basis).max(axis=(0, 2)) > 0]
+        change = np.concatenate(
+            [motion.weights[:, rows], motion.weights[:, own] - weights[:, columns]], axis=1
+        )
+        for start in range(0, len(change), BLOCK):
+            apart = np.tensordot(change[start : start + BLOCK], basis, 1)
+            apart *= apart
+            squares = apart[..., 0] + apart[..., 1] + apart[..., 2]
+            farthest = max(farthest, float(squares.max(initial=0)))
+        return farthest**0.5
+
+
+def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> TargetShapes:
+    """The targets of a head in a profile.
+
+    Parameters
+    ----------
+    head : HeadModel
+        With any shapes; only those of `NEAREST` are ever folded.
+    profile : str
+        "arkit" folds speech shapes into ARKit's, "elocute" keeps all.
+    visemes : bool
+        Whether the fifteen visemes follow as targets that rest.
+
+    Returns
+    -------
+    TargetShapes
+
+    Raises
+    ------
+    OutputError
+        For visemes of a head that lacks the shapes that make them.
+    """
+    names, basis = head.expression_names, head.expression_basis
+    folded = _folded(names) if profile == "arkit" else {}
+    kept = [index for index, name in enumerate(names) if name not in folded]
+    mix = np.zeros((len(names), len(kept)), np.float32)
+    mix[kept, np.arange(len(kept))] = 1
+    kept_names = tuple(names[index] for index in kept)
+    for name, parts in folded.items():
+        for part, share in parts.items():
+            mix[names.index(name), kept_names.index(part)] = share
+    if not visemes:
+        return TargetShapes(kept_names, basis[kept], mix, folded)
+    more = _viseme_basis(head)
+    return TargetShapes(
+        kept_names + tuple(VISEME_TARGETS),
+        np.concatenate([basis[kept], more]),
+        np.pad(mix, ((0, 0), (0, len(more)))),
+        folded,
+    )
+
+
+def _folded(names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+    """Speech shapes whose nearest shapes are there, where ARKit's are at all."""
+    if not set(names) & set(ARKIT_NAMES):
+        return {}
+    return {
+        name: parts for name, parts in NEAREST.items() if name in names and set(parts) <= set(names)
+    }
+
+
+def _viseme_basis(head: HeadModel) -> NDArray[np.float32]:
+    """(viseme, vertex, 3) m. Raises OutputError."""
+    looks = [VISEME_SHAPES[own] for own in VISEME_TARGETS.values()]
+    missing = sorted({name for look in looks for name in look} - set(head.expression_names))
+    if missing:
+        raise OutputError.about(
+            "`visemes`",
+            found=f"a head without {', '.join(missing[:5])}",
+            allowed="a head with ARKit's shapes and the speech shapes, such as the built-in one",
+        )
+    weights = np.stack([head.expression_vector(look) for look in looks])
+    return np.tensordot(weights, head.expression_basis, 1).astype(np.float32)
+
+
+def _mm(length_m: float) -> float:
+    return round(float(length_m) * 1000, 3)

@@ -1,0 +1,159 @@
+"""A head that wears its look: more vertices, more materials, and a Surface for each of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from elocute.errors import HeadError
+from elocute.head.looks import baked
+from elocute.head.looks.cards import Cards, read_cards
+from elocute.head.looks.look import BROWS, HAIR, HAIR_COLOURS, Look
+from elocute.head.looks.skin import normal_picture, skin_picture
+from elocute.head.model import HeadModel
+from elocute.head.surface import Surface
+
+DEFAULT_TONE = 0.2
+LASHES = "eyelashes01"
+LASH_COLOUR = (0.012, 0.009, 0.008)
+MODELLED = ("brows", "lashes")
+"""Parts of the bare head that a look puts cards in place of."""
+TEXTURED = ("skin", "lips", "eyeball")
+"""Materials whose colour is all in their pictures."""
+
+
+def dress(head: HeadModel, look: Look) -> HeadModel:
+    """A head as its look shows it.
+
+    Parameters
+    ----------
+    head : HeadModel
+        The built-in head or one of its mesh: with an identity, with other expression bases.
+    look : Look
+        What it looks like.
+
+    Returns
+    -------
+    HeadModel
+        The same vertices first, what is worn after them; the same expressions and joints, so
+        that every motion of `head` is one of this. Lips are of the material of the skin.
+
+    Raises
+    ------
+    HeadError
+        For a head of another mesh.
+    """
+    if not wearable(head):
+        raise HeadError.about(
+            f"head {head.name!r}", found="another mesh", allowed="the built-in head's, for a look"
+        )
+    hair = HAIR_COLOURS[look.hair_colour]
+    brow = tuple(0.55 * c for c in hair)
+    dressed = _bare(head, look, hair)
+    if look.lashes > 0:
+        cards = read_cards(f"lashes/{LASHES}")
+        dressed = _wearing(
+            dressed, head, "lashes", cards, _strands(f"lashes/{LASHES}", LASH_COLOUR)
+        )
+    if look.brows != "none":
+        place = f"brows/{BROWS[look.brows]}"
+        dressed = _wearing(dressed, head, "brows", read_cards(place), _strands(place, brow))
+    if look.hair != "none":
+        place = f"hair/{HAIR[look.hair]}"
+        dressed = _wearing(dressed, head, "hair", read_cards(place), _strands(place, hair))
+    return dressed
+
+
+def dressed(head: HeadModel) -> HeadModel:
+    """A head as it is drawn: with its look, or as it is where it has none."""
+    look = head.look
+    return dress(head, look) if look is not None and wearable(head) else head
+
+
+def wearable(head: HeadModel) -> bool:
+    """Whether looks fit a head: whether it is the built-in mesh, undressed."""
+    names = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball", "hair")
+    parts = ("brows", "lashes", "bust", "scalp")
+    if head.surfaces or head.material_names != names:
+        return False
+    return all(part in head.regions for part in parts)
+
+
+def _strands(place: str, colour: tuple[float, ...]) -> Surface:
+    return Surface(
+        color=baked.picture(place),
+        tint=(colour[0], colour[1], colour[2]),
+        roughness_factor=0.5,
+        opacity="blend",
+        both_sides=True,
+    )
+
+
+def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
+    """The head's own parts with their pictures; modelled brows and lashes left out."""
+    materials = head.material_names
+    modelled = np.concatenate([head.regions[name] for name in MODELLED])
+    kept = ~np.isin(head.quads, modelled).any(1)
+    material = head.material.copy()
+    material[material == materials.index("lips")] = materials.index("skin")
+    color = head.vertex_color.copy()
+    for name in TEXTURED:
+        faces = head.material == materials.index(name)
+        color[np.unique(head.quads[faces & kept])] = 255
+    tone = DEFAULT_TONE if look.tone is None else look.tone
+    skin = Surface(
+        color=skin_picture(look.age, look.sex, tone, look.freckles, look.stubble, hair),
+        normal=normal_picture(look.age),
+        roughness=baked.picture("skins/roughness"),
+        roughness_factor=1.0,
+    )
+    eye = Surface(color=baked.picture(f"eyes/{look.eyes}"), roughness_factor=0.08)
+    wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.5}
+    surfaces = {"skin": skin, "eyeball": eye}
+    surfaces |= {name: Surface(roughness_factor=rough) for name, rough in wet.items()}
+    return replace(
+        head,
+        quads=head.quads[kept],
+        uv_quads=head.uv_quads[kept],
+        material=material[kept],
+        vertex_color=color,
+        surfaces=surfaces,
+        look=None,
+    )
+
+
+def _wearing(
+    dressed: HeadModel, head: HeadModel, name: str, cards: Cards, surface: Surface
+) -> HeadModel:
+    """A head with one more thing worn; `head` is the bare one that its skin belongs to."""
+    cards = cards.scaled_to(head)
+    first, texcoords = dressed.vertex_count, len(dressed.uv)
+    names = dressed.material_names
+    if name not in names:
+        names = (*names, name)
+    number = np.full(len(cards.quads), names.index(name), np.uint8)
+    own = np.arange(first, first + len(cards), dtype=np.int32)
+    white = np.repeat(cards.shade[:, None], 3, 1)
+    return replace(
+        dressed,
+        template=np.vstack([dressed.template, cards.points(head.template)]),
+        quads=np.vstack([dressed.quads, cards.quads + np.int32(first)]),
+        uv=np.vstack([dressed.uv, cards.uv]),
+        uv_quads=np.vstack([dressed.uv_quads, cards.uv_quads + np.int32(texcoords)]),
+        identity_basis=_joined(dressed.identity_basis, cards.carried(head.identity_basis)),
+        expression_basis=_joined(
+            dressed.expression_basis, cards.moved(head.template, head.expression_basis)
+        ),
+        skin_weights=np.vstack([dressed.skin_weights, cards.carried(head.skin_weights)]),
+        material=np.concatenate([dressed.material, number]),
+        material_names=names,
+        vertex_color=np.vstack([dressed.vertex_color, white]),
+        occlusion=np.concatenate([dressed.occlusion, np.ones(len(cards), np.float32)]),
+        mirror=np.concatenate([dressed.mirror, own]) if len(dressed.mirror) else dressed.mirror,
+        surfaces={**dressed.surfaces, name: surface},
+    )
+
+
+def _joined(basis: np.ndarray, more: np.ndarray) -> np.ndarray:
+    return np.concatenate([basis, more.astype(np.float32)], axis=1)

@@ -1,0 +1,121 @@
+"""A look: what a person of the built-in head looks like, as plain choices."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from elocute.errors import HeadError
+from elocute.numerics.input_checks import real_number
+from elocute.one_line_repr import brief
+
+HAIR = {
+    "none": "",
+    "swept": "short01",
+    "crop": "short02",
+    "curls": "short04",
+    "long": "long01",
+    "ponytail": "ponytail01",
+    "afro": "afro01",
+}
+BROWS = {
+    "natural": "eyebrow001",
+    "straight": "eyebrow002",
+    "full": "eyebrow003",
+    "fine": "eyebrow006",
+    "arched": "eyebrow008",
+    "soft": "eyebrow010",
+}
+EYES = ("brown", "brownlight", "green", "blue", "lightblue", "bluegreen", "grey", "ice")
+HAIR_COLOURS = {
+    "black": (0.016, 0.013, 0.012),
+    "dark-brown": (0.060, 0.032, 0.020),
+    "brown": (0.140, 0.072, 0.038),
+    "light-brown": (0.260, 0.150, 0.080),
+    "auburn": (0.220, 0.070, 0.030),
+    "copper": (0.420, 0.140, 0.045),
+    "blond": (0.560, 0.380, 0.200),
+    "grey": (0.320, 0.310, 0.300),
+    "white": (0.720, 0.700, 0.670),
+}
+"""Linear colour of a bright strand."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a person looks like.
+
+    Parameters
+    ----------
+    age : float
+        Of the skin, years, 18 to 80.
+    sex : float
+        Of the skin, 0 woman to 1 man.
+    tone : float, optional
+        0 light to 1 dark; None: that of the head's own colours.
+    freckles, stubble : float
+        0 none to 1 many.
+    eyes : str
+        Colour of the iris, one of `EYES`.
+    brows : str
+        One of `BROWS`.
+    lashes : float
+        0 none to 1 long.
+    hair : str
+        One of `HAIR`.
+    hair_colour : str
+        One of `HAIR_COLOURS`.
+
+    Raises
+    ------
+    HeadError
+        For a choice that there is not.
+    """
+
+    age: float = 30.0
+    sex: float = 0.0
+    tone: float | None = None
+    freckles: float = 0.0
+    stubble: float = 0.0
+    eyes: str = "brown"
+    brows: str = "natural"
+    lashes: float = 1.0
+    hair: str = "ponytail"
+    hair_colour: str = "dark-brown"
+
+    def __post_init__(self) -> None:
+        for name, known in (
+            ("eyes", EYES),
+            ("brows", (*BROWS, "none")),
+            ("hair", HAIR),
+            ("hair_colour", HAIR_COLOURS),
+        ):
+            given = getattr(self, name)
+            if not isinstance(given, str) or given not in known:
+                found = brief(given)
+                raise HeadError.about(f"look: {name}", found=found, allowed=", ".join(known))
+        ranges = {"age": (18, 80), "sex": (0, 1), "freckles": (0, 1), "stubble": (0, 1)}
+        ranges |= {"lashes": (0, 1), "tone": (0, 1)}
+        for name, (low, high) in ranges.items():
+            value = getattr(self, name)
+            if value is None and name == "tone":
+                continue
+            number = real_number(value)
+            if number is None or not low <= number <= high:
+                raise HeadError.about(
+                    f"look: {name}", found=brief(value), allowed=f"{low} to {high}"
+                )
+
+    def record(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+def look_of_record(record: object) -> Look | None:
+    """A look from JSON, or None from null. Raises HeadError for anything else."""
+    if record is None:
+        return None
+    names = {field.name for field in fields(Look)}
+    if not isinstance(record, dict) or not set(record) <= names:
+        raise HeadError.about("look", found=brief(record), allowed=", ".join(sorted(names)))
+    return Look(**record)

@@ -1,0 +1,109 @@
+"""The picture of a skin: baked skins blended by tone, age and sex, and what is laid over them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from elocute.array_types import Float32Array, FloatArray
+from elocute.head.looks import baked
+from elocute.head.looks.pictures import decoded, jpeg
+from elocute.head.skin_tone import skin_albedo
+
+AGES = {"young": 24.0, "middle": 45.0, "old": 68.0}
+"""Years that the baked skins look."""
+TONES = {"light": 0.16, "dark": 0.84}
+"""Their place on the scale of `elocute.head.skin_tone`."""
+TONE_STRENGTH = 0.85
+"""How far the blend is moved to the tone's own colour."""
+FRECKLE = (0.72, 0.50, 0.40)
+STUBBLE_STRENGTH = 0.55
+LEAST_SHARE = 0.02
+MEAN_PLACE = (slice(480, 700), slice(300, 724))
+"""Rows and columns of the atlas (1024 px) whose mean says what colour a skin is: the cheeks."""
+
+
+@lru_cache(maxsize=8)
+def skin_picture(
+    age: float, sex: float, tone: float, freckles: float, stubble: float, hair: tuple[float, ...]
+) -> bytes:
+    """A JPEG of the head's atlas.
+
+    Parameters
+    ----------
+    age, sex, tone, freckles, stubble
+        As in `Look`; the tone is a number.
+    hair : tuple of float
+        Linear colour of the hair, which stubble has too.
+
+    Returns
+    -------
+    bytes
+    """
+    colour = _blend(age, sex, tone)
+    for name, strength, tint in (
+        ("freckles", 0.9 * freckles, colour * np.array(FRECKLE, np.float32)),
+        ("stubble", STUBBLE_STRENGTH * stubble, np.array(hair, np.float32)),
+    ):
+        if strength > 0:
+            share = np.float32(strength) * _grey(name)[..., None]
+            colour = colour * (1 - share) + tint * share
+    return jpeg(np.round(255 * _srgb(colour)).astype(np.uint8))
+
+
+@lru_cache(maxsize=1)
+def normal_picture(age: float) -> bytes:
+    """The relief of the age nearest to the one that is asked for."""
+    nearest = min(AGES, key=lambda name: abs(AGES[name] - age))
+    return baked.picture(f"skins/normal_{nearest}")
+
+
+def shares(age: float, sex: float, tone: float) -> dict[str, float]:
+    """How much of each baked skin there is in a blend; they sum to one."""
+    names, years = list(AGES), list(AGES.values())
+    place = float(np.interp(age, years, range(len(years))))
+    of_age = {name: max(0.0, 1 - abs(place - k)) for k, name in enumerate(names)}
+    dark = float(np.interp(tone, list(TONES.values()), (0, 1)))
+    of_tone, of_sex = {"light": 1 - dark, "dark": dark}, {"female": 1 - sex, "male": sex}
+    whole = {
+        f"{t}_{a}_{s}": of_tone[t] * of_age[a] * of_sex[s]
+        for t in of_tone
+        for a in of_age
+        for s in of_sex
+    }
+    kept = {name: share for name, share in whole.items() if share > LEAST_SHARE}
+    return {name: share / sum(kept.values()) for name, share in kept.items()}
+
+
+def _blend(age: float, sex: float, tone: float) -> Float32Array:
+    """(row, column, 3) linear colour: the mean of logarithms, moved to the tone's own colour."""
+    blended = [np.float32(share) * _log_skin(n) for n, share in shares(age, sex, tone).items()]
+    logs = np.stack(blended).sum(axis=0, dtype=np.float32)
+    found = logs[MEAN_PLACE].mean((0, 1))
+    move = TONE_STRENGTH * (np.log(skin_albedo(tone)) - found)
+    return np.exp(logs + move).astype(np.float32)
+
+
+def _log_skin(name: str) -> Float32Array:
+    return _LOGS[decoded(baked.picture(f"skins/{name}"))]
+
+
+def _grey(name: str) -> Float32Array:
+    return (decoded(baked.picture(f"skins/{name}"))[..., 0] / 255).astype(np.float32)
+
+
+def _logs() -> Float32Array:
+    srgb = np.maximum(np.arange(256) / 255, 1 / 255)
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return np.log(linear).astype(np.float32)
+
+
+_LOGS = _logs()
+"""Logarithm of linear light by byte."""
+
+
+def _srgb(linear: FloatArray) -> Float32Array:
+    linear = np.clip(linear, 0, 1)
+    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return srgb.astype(np.float32)

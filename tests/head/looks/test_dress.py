@@ -1,0 +1,69 @@
+"""A dressed head is a head like any other: same motions, more vertices, readable pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elocute.errors import HeadError
+from elocute.head import HeadModel, load_builtin_head, resolve_identity
+from elocute.head.looks import Look, dress
+from elocute.head.looks.pictures import decoded
+
+
+@pytest.fixture(scope="module")
+def head() -> HeadModel:
+    return load_builtin_head()
+
+
+@pytest.fixture(scope="module")
+def worn(head: HeadModel) -> HeadModel:
+    return dress(head, Look())
+
+
+def test_the_heads_own_vertices_come_first_and_stay(head: HeadModel, worn: HeadModel) -> None:
+    count = head.vertex_count
+    assert worn.vertex_count > count
+    np.testing.assert_array_equal(worn.template[:count], head.template)
+    np.testing.assert_array_equal(worn.expression_basis[:, :count], head.expression_basis)
+    assert worn.expression_names == head.expression_names
+
+
+def test_every_surface_is_a_material_with_a_readable_picture(worn: HeadModel) -> None:
+    assert {"skin", "eyeball", "hair", "brows", "lashes"} <= set(worn.surfaces)
+    for name, surface in worn.surfaces.items():
+        assert name in worn.material_names
+        for picture in (surface.color, surface.normal, surface.roughness):
+            assert not picture or min(decoded(picture).shape[:2]) >= 64
+
+
+def test_hair_turns_with_the_head_and_leaves_the_mouth_alone(worn: HeadModel) -> None:
+    hair = np.unique(worn.quads[worn.material == worn.material_names.index("hair")])
+    np.testing.assert_allclose(worn.skin_weights[hair].sum(1), 1, atol=1e-4)
+    jaw = worn.expression_vector({"jawOpen": 1.0})
+    moved = np.linalg.norm(np.tensordot(jaw, worn.expression_basis[:, hair], 1), axis=1)
+    assert np.quantile(moved, 0.99) < 0.002
+
+
+def test_lashes_follow_the_lid_as_it_shuts(worn: HeadModel) -> None:
+    lashes = np.unique(worn.quads[worn.material == worn.material_names.index("lashes")])
+    left = lashes[worn.template[lashes, 0] > 0]
+    tips = left[np.argsort(worn.template[left, 1])[-20:]]
+    shut = worn.expression_basis[worn.expression_index("eyeBlinkLeft"), tips]
+    assert shut[:, 1].mean() < -0.004
+
+
+def test_a_dressed_face_is_dressed_after_its_identity(head: HeadModel) -> None:
+    wide = dress(head.with_identity(resolve_identity("otto")), Look(hair="swept", sex=1, age=68))
+    assert np.isfinite(wide.template).all()
+
+
+@pytest.mark.parametrize("choice", [{"hair": "mohawk"}, {"age": 8}, {"eyes": "red"}])
+def test_unknown_choices_are_refused(choice: dict) -> None:
+    with pytest.raises(HeadError, match="look"):
+        Look(**choice)
+
+
+def test_a_dressed_head_is_not_dressed_again(worn: HeadModel) -> None:
+    with pytest.raises(HeadError, match="another mesh"):
+        dress(worn, Look())
