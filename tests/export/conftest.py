@@ -15,8 +15,8 @@ from elocute.motion.motion import Motion
 
 @pytest.fixture(scope="session")
 def take(speech_wav) -> Animation:
-    """The shipped example, animated at 30 fps."""
-    return animate(speech_wav, fps=30, life=0)
+    """The shipped example, animated at 30 fps, by the bare head."""
+    return animate(speech_wav, fps=30, life=0, look="none")
 
 
 @pytest.fixture(scope="session")

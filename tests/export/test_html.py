@@ -164,7 +164,11 @@ def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
                 break
             time.sleep(0.2)
         assert browser.execute_script("return elocute.meshes.length") > 0
-        heard_s = browser.execute_script("return elocute.sound.duration")
+        for _ in range(100):  # until the browser has read the sound's header
+            heard_s = browser.execute_script("return elocute.sound.duration")
+            if heard_s:
+                break
+            time.sleep(0.1)
         assert heard_s == pytest.approx(10.7, abs=0.1)
         assert browser.execute_script("return origin") == "null"
     finally:

@@ -1,0 +1,71 @@
+"""Who looks how."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elocute import animate
+from elocute.errors import HeadError
+from elocute.head.identity import identity_names
+from elocute.head.looks import PEOPLE, Look, identity_look, random_look, resolve_look
+from elocute.head.looks.look import EYES, HAIR, HAIR_COLOURS
+from elocute.motion.store import load_motion, save_motion
+
+
+def test_everybody_with_a_name_has_a_look():
+    assert set(PEOPLE) == set(identity_names())
+    ages = [look.age for look in PEOPLE.values()]
+    assert min(ages) <= 22 and max(ages) >= 70
+    assert len({(look.hair, look.hair_colour, look.eyes) for look in PEOPLE.values()}) == len(ages)
+
+
+def test_auto_is_the_look_of_the_identity():
+    assert identity_look("auto", "otto") == PEOPLE["otto"]
+    assert identity_look("auto", "17") == identity_look("auto", "17")
+    assert identity_look("none", "otto") is None
+
+
+def test_parts_are_changed_by_name():
+    look = resolve_look("otto,hair=long,hair-colour=copper,age=50")
+    assert look is not None
+    assert (look.hair, look.hair_colour, look.age) == ("long", "copper", 50.0)
+    assert look.eyes == PEOPLE["otto"].eyes
+    assert resolve_look("hair=none", "ada") == resolve_look("auto,hair=none", "ada")
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    ["nobody", "otto,", "otto,nose=big", "otto,age=old", "otto,age=500", "none,age=30", 3.5],
+)
+def test_what_there_is_not_is_told_in_one_line(wrong):
+    with pytest.raises(HeadError) as told:
+        resolve_look(wrong)
+    assert "allowed" in str(told.value) and "\n" not in str(told.value)
+
+
+def test_seeds_draw_people_who_differ():
+    drawn = [random_look(seed) for seed in range(60)]
+    assert {look.hair for look in drawn} == set(HAIR) - {"none"}
+    assert {look.hair_colour for look in drawn} == set(HAIR_COLOURS)
+    assert {look.eyes for look in drawn} == set(EYES)
+    assert np.ptp([look.age for look in drawn]) > 40
+    assert random_look(5) == random_look(5)
+
+
+def test_a_look_travels_with_its_motion(speech_wav, tmp_path):
+    motion = animate(speech_wav, fps=10, identity="esi", look="auto,hair=long").motion
+    save_motion(motion, tmp_path / "esi.npz")
+    found = load_motion(tmp_path / "esi.npz")
+    assert found.head.look == motion.head.look == resolve_look("esi,hair=long")
+    worn = found.dressed()
+    assert worn.head.vertex_count > found.head.vertex_count
+    assert {"skin", "hair", "brows", "lashes", "eyeball"} <= set(worn.head.surfaces)
+    ours = found.vertices(5, 6)[0]
+    assert np.array_equal(worn.vertices(5, 6)[0][: len(ours)], ours)
+
+
+def test_another_head_wears_no_look(speech_wav):
+    assert animate(speech_wav, fps=10, look="none").motion.dressed().head.look is None
+    with pytest.raises(HeadError, match="look: hair"):
+        Look(hair="mohawk")
