@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from elocute.animation import animate
+from elocute.animation import animate, identity_head
 from elocute.export.render import Camera, open_renderer, portrait
-from elocute.head import HeadModel, load_builtin_head
-from elocute.head.identity import identity_names, resolve_identity
+from elocute.head import HeadModel
+from elocute.head.identity import identity_names
+from elocute.head.looks import PEOPLE, dress, identity_look
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.life import MOODS
 
@@ -37,6 +38,13 @@ def camera(head: HeadModel, height_m: float, yaw_deg: float, on_mouth: bool = Fa
     return Camera((target + away * distance).astype("f4"), target.astype("f4"), FIELD_DEG)
 
 
+def worn(who: str) -> HeadModel:
+    """A person in the look that `animate` would give them."""
+    look = identity_look("auto", who)
+    assert look is not None
+    return dress(identity_head(who), look)
+
+
 def drawn(
     head: HeadModel, faces: list[np.ndarray], size: tuple[int, int], view: Camera
 ) -> Iterator[Image.Image]:
@@ -45,6 +53,11 @@ def drawn(
         for vertices in faces:
             picture = Image.fromarray(renderer.frame(vertices.astype(np.float32)))
             yield picture.resize(size, Image.Resampling.LANCZOS)
+
+
+def still(head: HeadModel, size: tuple[int, int], view: Camera) -> Image.Image:
+    """One head at rest."""
+    return next(drawn(head, [head.template], size, view))
 
 
 def sheet(rows: list[list[Image.Image]], labels: list[str], columns: int, path: Path) -> None:
@@ -96,13 +109,12 @@ def visemes_sheet(head: HeadModel, path: Path) -> None:
     sheet(rows, list(VISEME_SHAPES), 2, path)
 
 
-def identities_sheet(head: HeadModel, path: Path) -> None:
+def identities_sheet(path: Path) -> None:
     labels = [*identity_names(), *(f"seed {seed}" for seed in range(1, 8))]
-    people = [head.with_identity(resolve_identity(label.split()[-1])) for label in labels]
+    people = [worn(label.split()[-1]) for label in labels]
     rows = []
     for yaw in (0.0, 35.0, 85.0):
-        view = camera(head, 0.34, yaw)
-        rows.append([next(drawn(one, [one.template], (150, 180), view)) for one in people])
+        rows.append([still(one, (150, 180), camera(one, 0.34, yaw)) for one in people])
     sheet(rows, labels, 4, path)
 
 
@@ -113,7 +125,7 @@ def moods_sheet(path: Path) -> None:
     """Each mood at moments of the shipped example: at rest, in open and in closed mouths."""
     rows: list[list[Image.Image]] = [[] for _ in MOOD_MOMENTS_S]
     for mood in MOODS:
-        motion = animate(EXAMPLE, fps=30, mood=mood).motion
+        motion = animate(EXAMPLE, fps=30, mood=mood).motion.dressed()
         frames = [round(moment * motion.fps) for moment in MOOD_MOMENTS_S]
         faces = [motion.vertices(frame, frame + 1)[0] for frame in frames]
         for row, picture in zip(
@@ -138,12 +150,25 @@ HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
 )
 
 
-def hero_picture(head: HeadModel, path: Path) -> None:
+def people_sheet(path: Path) -> None:
+    people = {who: worn(who) for who in PEOPLE if who != "mean"}
+    rows = [
+        [
+            next(drawn(one, [one.template], (230, 280), camera(one, 0.32, yaw)))
+            for one in people.values()
+        ]
+        for yaw in (0.0, 38.0)
+    ]
+    sheet(rows, list(people), 4, path)
+
+
+def hero_picture(path: Path) -> None:
     pictures = []
     for who, view, weights in HERO:
-        one = head.with_identity(resolve_identity(who))
+        one = worn(who)
         moved = np.tensordot(one.expression_vector(weights), one.expression_basis, 1)
-        pictures += drawn(one, [one.template + moved], (420, 540), portrait(one, view))
+        view_of = portrait(identity_head(who), view)
+        pictures += drawn(one, [one.template + moved], (420, 540), view_of)
     sheet([pictures], [""] * len(pictures), len(pictures), path)
 
 
@@ -151,11 +176,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "docs" / "images")
     folder = parser.parse_args().out
-    head = load_builtin_head()
-    hero_picture(head, folder / "hero.jpg")
+    head = worn("mean")
+    people_sheet(folder / "people.jpg")
+    hero_picture(folder / "hero.jpg")
     shapes_sheet(head, folder / "head_shapes.jpg")
     visemes_sheet(head, folder / "visemes.jpg")
-    identities_sheet(head, folder / "head_identities.jpg")
+    identities_sheet(folder / "head_identities.jpg")
     moods_sheet(folder / "moods.jpg")
 
 

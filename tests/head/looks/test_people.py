@@ -45,7 +45,7 @@ def test_what_there_is_not_is_told_in_one_line(wrong):
 
 
 def test_seeds_draw_people_who_differ():
-    drawn = [random_look(seed) for seed in range(60)]
+    drawn = [random_look(seed) for seed in range(200)]
     assert {look.hair for look in drawn} == set(HAIR) - {"none"}
     assert {look.hair_colour for look in drawn} == set(HAIR_COLOURS)
     assert {look.eyes for look in drawn} == set(EYES)
