@@ -2,8 +2,7 @@
 
     python -m benchmarks.talker_curves DATA/talkers/dev edtalk_pose2 romajaku_Ba_Ba -o curves.png
     python -m benchmarks.talker_curves DATA/grid_s1/clips bbaf2n --from 0 --seconds 3 -o curves.png
-    python -m benchmarks.talker_curves DATA/talkers/dev edtalk_pose2 --from 20 --seconds 1.2 \
-        --frames 36 -o frames.png
+    python -m benchmarks.talker_curves DATA/talkers/dev edtalk_pose2 --frames 36 -o frames.png
 
 Black is the tracked mouth, its offset taken out; grey the rules; red the other model. Below each
 are the phones as the encoder hears them, and dots where it hears p, b or m. With `--frames`, so

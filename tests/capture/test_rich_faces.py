@@ -151,7 +151,8 @@ def test_without_anything_the_face_is_the_rigs_but_for_its_contacts(head, log_po
     others = np.setdiff1d(np.arange(head.vertex_count), np.concatenate([lips, bone]))
     moved = take.vertices()
     assert np.abs(moved[:, others] - rig[:, others]).max() < 1e-5
-    assert np.linalg.norm(moved[:, lips] - rig[:, lips], axis=2).max() < 0.004
+    # The rig's lips overlap by up to 1.5 mm at a p, to close round holes too; a contact parts them.
+    assert np.linalg.norm(moved[:, lips] - rig[:, lips], axis=2).max() < 0.006
 
 
 def test_a_right_smile_is_mostly_the_mirror_image_of_the_left(head):

@@ -24,6 +24,8 @@ from elocute.capture.video.face_detector import mediapipe_detector
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.errors import CaptureError
 from elocute.export.render import Camera, open_renderer
+from elocute.export.render.lights import RIGS
+from elocute.export.render.stage import Stage
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import IRIS
 from elocute.head.mesh import head_from_arrays
@@ -116,7 +118,8 @@ def _render_scan(scan: Scan, camera: Camera, side: int = SIDE) -> NDArray[np.uin
     head = head_from_arrays(scan.name, scan.points, scan.triangles)
     if scan.colors is not None:
         head = replace(head, vertex_color=scan.colors)
-    with open_renderer(head, (side, side), camera=camera) as renderer:
+    stage = Stage(RIGS["even" if scan.colors is not None else "studio"], quality="high")
+    with open_renderer(head, (side, side), camera=camera, stage=stage) as renderer:
         return renderer.frame(scan.points.astype(np.float32)).copy()
 
 

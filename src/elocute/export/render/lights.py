@@ -78,5 +78,15 @@ RIGS: dict[str, Rig] = {
         margin=(0.22, 0.24, 0.26),
         shadow=0.92,
     ),
+    # For colours that hold the light already, such as a scan's: enough from ahead to show a shape.
+    "even": Rig(
+        lamps=(Lamp((0.0, 0.1, 1.0), (0.45, 0.45, 0.45), 0.4, 0.5, 0.0),),
+        sky=(0.55, 0.55, 0.55),
+        ground=(0.55, 0.55, 0.55),
+        exposure=0.6,
+        middle=(0.45, 0.45, 0.45),
+        margin=(0.45, 0.45, 0.45),
+        shadow=0.0,
+    ),
 }
 """The lights by their name."""

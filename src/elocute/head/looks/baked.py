@@ -6,10 +6,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from elocute.errors import HeadError
+from elocute.files.array_reading import read_npz
+
 FOLDER = Path(__file__).parent / "assets"
+CARDS_MAX_BYTES = 10_000_000
 
 
 @lru_cache(maxsize=64)
@@ -25,5 +28,5 @@ def picture(place: str) -> bytes:
 @lru_cache(maxsize=64)
 def arrays(place: str) -> dict[str, NDArray[Any]]:
     """The arrays of a part that is worn."""
-    with np.load(FOLDER / f"{place}.npz", allow_pickle=False) as stored:
-        return {name: stored[name] for name in stored.files}
+    path = FOLDER / f"{place}.npz"
+    return read_npz(path, max_bytes=CARDS_MAX_BYTES, allowed="cards of a look", error=HeadError)
