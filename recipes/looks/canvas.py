@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import scipy.ndimage as nd
+import scipy.ndimage as ndimage
 from PIL import Image
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
@@ -56,12 +56,12 @@ def resized(values: np.ndarray, size: int) -> np.ndarray:
 
 
 def blurred(values: np.ndarray, sigma: float) -> np.ndarray:
-    return nd.gaussian_filter(values, (sigma, sigma, 0)[: values.ndim])
+    return ndimage.gaussian_filter(values, (sigma, sigma, 0)[: values.ndim])
 
 
 def noise(seed: int, size: int, sigma: float | tuple[float, float]) -> np.ndarray:
     """(size, size) smooth noise of mean 0 and deviation 1."""
-    drawn = nd.gaussian_filter(
+    drawn = ndimage.gaussian_filter(
         np.random.default_rng(seed).normal(size=(size, size)), sigma, mode="wrap"
     )
     return drawn / drawn.std()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import scipy.ndimage as nd
+import scipy.ndimage as ndimage
 from PIL import Image
 
 from recipes.head.eyeball import IRIS_RAD
@@ -40,7 +40,7 @@ def _unwrapped(path: Path, angle: np.ndarray, around: np.ndarray) -> np.ndarray:
     rows = (CENTRE[1] + radius * np.sin(around)) * size
     columns = (CENTRE[0] + radius * np.cos(around)) * size
     channels = [
-        nd.map_coordinates(picture[..., k], [rows, columns], order=1, mode="nearest")
+        ndimage.map_coordinates(picture[..., k], [rows, columns], order=1, mode="nearest")
         for k in range(3)
     ]
     return np.stack(channels, -1)

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import scipy.ndimage as nd
+import scipy.ndimage as ndimage
 from PIL import Image
 
 from recipes.head.atlas import SOURCE_PX, socket_patch, source_pixels
@@ -79,7 +79,8 @@ def baked(folder: Path, name: str, size: int) -> np.ndarray:
     rows, columns = source_pixels(size)
     full = source(folder, name)
     channels = [
-        nd.map_coordinates(full[..., k], [rows, columns], order=3, mode="nearest") for k in range(3)
+        ndimage.map_coordinates(full[..., k], [rows, columns], order=3, mode="nearest")
+        for k in range(3)
     ]
     return np.stack(channels, -1).clip(0, 1).astype(float)
 
@@ -135,7 +136,7 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     pits = np.minimum(noise(2, size, 1.5 * scale) + 0.6, 0)
     height += bare * outside * (0.0045 * pits + 0.0012 * noise(1, size, 0.9 * scale))
     height += 0.007 * masks.lip * noise(3, size, (9 * scale, 1.3 * scale))
-    slope_x, slope_y = nd.sobel(height, 1), nd.sobel(height, 0)
+    slope_x, slope_y = ndimage.sobel(height, 1), ndimage.sobel(height, 0)
     strength = 2.2
     normal = np.stack([-slope_x * strength, slope_y * strength, np.ones_like(height)], -1)
     return normal / np.linalg.norm(normal, axis=-1, keepdims=True) * 0.5 + 0.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import scipy.ndimage as nd
+import scipy.ndimage as ndimage
 from PIL import Image
 
 from recipes.looks.canvas import luma
@@ -26,7 +26,9 @@ def strands(path: Path, size: int, gain: float = 1.0) -> np.ndarray:
     solid = alpha > SOLID if (alpha > SOLID).any() else alpha > alpha.max() / 2
     low, high = np.percentile(bright[solid], [3, 98])
     tone = np.clip((bright - low) / max(high - low, 1e-3), 0, 1)
-    nearest = nd.distance_transform_edt(alpha < 0.3, return_distances=False, return_indices=True)
+    nearest = ndimage.distance_transform_edt(
+        alpha < 0.3, return_distances=False, return_indices=True
+    )
     rows, columns = np.asarray(nearest)
     tone = tone[rows, columns]
     grey = 0.30 + 0.70 * tone**0.9

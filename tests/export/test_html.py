@@ -164,6 +164,7 @@ def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
                 break
             time.sleep(0.2)
         assert browser.execute_script("return elocute.meshes.length") > 0
+        heard_s = None
         for _ in range(100):  # until the browser has read the sound's header
             heard_s = browser.execute_script("return elocute.sound.duration")
             if heard_s:
