@@ -17,24 +17,33 @@ from tests.support.commands import python
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of Unix")
 # It says when the module of the console script is there: from then on Ctrl-C is ours to mind.
 START = "import os; from elocute.cli import main; os.write(1, b'.'); main()"
+# A suite that runs in the background of a script was started with Ctrl-C ignored, under nohup with
+# SIGHUP ignored; what it starts would inherit that.
+AS_FROM_A_TERMINAL = (
+    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    "signal.signal(signal.SIGHUP, signal.SIG_DFL); signal.signal(signal.SIGTERM, signal.SIG_DFL); "
+)
 
 
 def interrupted(
     *arguments: object, after_s: float, cwd: Path, by: int = signal.SIGINT
 ) -> tuple[int, str]:
     """Exit code and stderr; the whole group hears it, as from a terminal."""
-    process = subprocess.Popen(
-        python("-c", START, *arguments),
+    with subprocess.Popen(
+        python("-c", AS_FROM_A_TERMINAL + START, *arguments),
         cwd=cwd,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         start_new_session=True,
-    )
-    assert process.stdout is not None
-    os.read(process.stdout.fileno(), 1)
-    time.sleep(after_s)
-    os.killpg(process.pid, by)
-    _, said = process.communicate(timeout=60)
+    ) as process:
+        assert process.stdout is not None
+        os.read(process.stdout.fileno(), 1)
+        time.sleep(after_s)
+        os.killpg(process.pid, by)
+        try:
+            _, said = process.communicate(timeout=60)
+        finally:
+            process.kill()
     return process.returncode, said.decode()
 
 
