@@ -6,8 +6,9 @@
 
 Black is the tracked mouth, its offset taken out; grey the rules; red the other model. Below each
 are the phones as the encoder hears them, and dots where it hears p, b or m. With `--frames`, so
-many pictures of the face in even steps stand below: in each pair of rows first the rules, then the
-other model. A step is a whole number of frames at 60 a second.
+many pictures in even steps stand below: the tracked lips, the head by the rules and by the other
+model. With `--blind SEED` the curves are left out, and the models are called A and B in an order
+drawn for each clip, which is printed: for judges who are not told which is which.
 """
 
 from __future__ import annotations
@@ -20,29 +21,41 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from benchmarks.face_rows import (
+    FACE,
+    FACES_A_ROW,
+    lip_faces,
+    model_faces,
+    phones_heard,
+    read_tracked_lips,
+    sheet_rows,
+    shown_frames,
+)
 from elocute.animation import animate
 from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.encoders.phone_encoder import builtin_encoder
-from elocute.evaluation.tracked_mouths import TrackedMouth, find_tracked_mouths, read_tracked_mouth
-from elocute.export.render import open_renderer, portrait
+from elocute.evaluation.tracked_mouths import (
+    TrackedClip,
+    TrackedMouth,
+    find_tracked_mouths,
+    read_tracked_mouth,
+)
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import TRACKED_RESTING, measure_mouth
 
-WIDTH, HEIGHT, FOOT, LEFT = 1400, 170, 30, 60
+WIDTH, HEIGHT, FOOT, LEFT = FACES_A_ROW * FACE, 170, 30, 60
 TOP_MM = 22.0
-FPS = 60.0
-FACES_A_ROW = 18
 Place = Callable[[float, float], tuple[float, float]]
 COLOURS = {"tracked": (0, 0, 0), "rules": (160, 160, 160), "model": (200, 30, 30)}
 
 
 def panel(
-    recorded: TrackedMouth, model: str, first_s: float, seconds: float, frames: int = 0
-) -> Image.Image:
-    """One talker: three curves, the phones below, and below them `frames` pictures a model."""
+    recorded: TrackedMouth, models: dict[str, str], first_s: float, seconds: float, fps: float
+) -> tuple[Image.Image, dict[str, Motion]]:
+    """One talker: three curves and the phones below; and the motions of the models."""
     image = Image.new("RGB", (WIDTH, HEIGHT + FOOT), "white")
     draw = ImageDraw.Draw(image)
     eyes_mm = 1000 * load_builtin_head().eye_distance_m
@@ -50,10 +63,10 @@ def panel(
     opening = np.maximum(recorded.opening[recorded.valid] - TRACKED_RESTING, 0) * eyes_mm
     tracks = {"tracked": (times, opening)}
     motions = {}
-    for name, chosen in (("rules", "articulation"), ("model", model)):
-        motion = motions[name] = animate(recorded.sound, model=chosen, fps=FPS, life=0).motion
+    for name, chosen in models.items():
+        motion = motions[name] = animate(recorded.sound, model=chosen, fps=fps, life=0).motion
         mm = measure_mouth(motion)["opening_mm"].astype(float)
-        tracks[name] = (np.arange(len(mm)) / FPS, mm)
+        tracks[name] = (np.arange(len(mm)) / fps, mm)
 
     def place(time_s: float, mm: float) -> tuple[float, float]:
         x = LEFT + (time_s - first_s) / seconds * (WIDTH - LEFT)
@@ -69,36 +82,23 @@ def panel(
         draw.line(points, fill=COLOURS[name], width=2)
     _phones(draw, recorded.sound, first_s, seconds, place)
     draw.text((LEFT + 4, 2), f"{recorded.name} ({recorded.language or 'en'}), mm", fill=(0, 0, 0))
-    if not frames:
-        return image
-    return stacked([image, *face_rows(list(motions.values()), first_s, seconds, frames)])
+    return image, motions
 
 
 def face_rows(
-    motions: list[Motion], first_s: float, seconds: float, frames: int
+    clip: TrackedClip,
+    recorded: TrackedMouth,
+    motions: dict[str, Motion],
+    first_s: float,
+    count: int,
 ) -> list[Image.Image]:
-    """Pictures of the lower face: a row of each motion, then the next times."""
-    step = max(1, round(seconds * FPS / frames))
-    shown = [round(first_s * FPS) + step * k for k in range(frames)]
-    shown = [frame for frame in shown if frame < min(m.frame_count for m in motions)]
-    side = WIDTH // FACES_A_ROW
-    head = motions[0].head
-    with open_renderer(head, (2 * side, 2 * side), camera=portrait(head, "mouth")) as renderer:
-        drawn = [
-            [renderer.frame(motion.vertices(frame, frame + 1)[0]) for frame in shown]
-            for motion in motions
-        ]
-    rows = []
-    for start in range(0, len(shown), FACES_A_ROW):
-        for name, pictures in zip(("rules", "model"), drawn, strict=True):
-            row = Image.new("RGB", (WIDTH, side), "white")
-            for k, picture in enumerate(pictures[start : start + FACES_A_ROW]):
-                row.paste(Image.fromarray(picture).resize((side, side)), (k * side, 0))
-            ImageDraw.Draw(row).rectangle([0, 0, 3, side], fill=COLOURS[name])
-            times = [shown[start] / FPS, shown[min(start + FACES_A_ROW, len(shown)) - 1] / FPS]
-            ImageDraw.Draw(row).text((8, 2), f"{times[0]:.2f} to {times[1]:.2f} s", fill="white")
-            rows.append(row)
-    return rows
+    """The tracked lips and the head by each model, frame after frame."""
+    frames = [shown_frames(motion, first_s, count, 1) for motion in motions.values()]
+    times = np.array(min(frames, key=len)) / next(iter(motions.values())).fps
+    rows = [("person", lip_faces(read_tracked_lips(clip.path, recorded.offset_s), times))]
+    for (name, motion), shown in zip(motions.items(), frames, strict=True):
+        rows.append((name, model_faces(motion, shown)))
+    return sheet_rows(rows, phones_heard(recorded.sound, times), times, WIDTH)
 
 
 def stacked(images: list[Image.Image]) -> Image.Image:
@@ -135,13 +135,25 @@ def main() -> None:
     parser.add_argument("--from", dest="first_s", type=float, default=0.0)
     parser.add_argument("--seconds", type=float, default=0.0, help="of each; all of it by default")
     parser.add_argument("--frames", type=int, default=0, help="pictures of the face, each model")
+    parser.add_argument("--fps", type=float, default=60.0, choices=(30.0, 60.0))
+    parser.add_argument("--blind", type=int, metavar="SEED", help="models without their names")
     parser.add_argument("-o", "--output", type=Path, required=True)
     given = parser.parse_args()
     panels = []
-    for clip in find_tracked_mouths(given.folder, given.names):
+    for number, clip in enumerate(find_tracked_mouths(given.folder, given.names)):
         recorded = read_tracked_mouth(clip)
         seconds = given.seconds or float(recorded.times_s[-1])
-        panels.append(panel(recorded, given.model, given.first_s, seconds, given.frames))
+        models = {"rules": "articulation", "model": given.model}
+        curves, motions = panel(recorded, models, given.first_s, seconds, given.fps)
+        if given.blind is not None:
+            order = np.random.default_rng([given.blind, number]).permutation(2)
+            hidden = [list(motions)[place] for place in order]
+            print(f"{recorded.name}: A is {hidden[0]}, B is {hidden[1]}")
+            motions = {label: motions[name] for label, name in zip("AB", hidden, strict=True)}
+        else:
+            panels.append(curves)
+        if given.frames:
+            panels += face_rows(clip, recorded, motions, given.first_s, given.frames)
     stacked(panels).save(given.output, optimize=True)
 
 
