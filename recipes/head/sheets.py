@@ -172,6 +172,37 @@ def hero_picture(path: Path) -> None:
     sheet([pictures], [""] * len(pictures), len(pictures), path)
 
 
+# Somebody talking, for pages that play no sound: who, which part of the shipped example.
+TALKERS = ("esi", "hana", "otto")
+TALK_S, TALK_FPS, TALK_SIZE, TALK_QUALITY = (0.3, 4.3), 20, (250, 310), 60
+
+
+def talking_pictures(path: Path) -> None:
+    """An animated WebP: people side by side who say the same."""
+    first, stop = (round(moment * TALK_FPS) for moment in TALK_S)
+    strips = [
+        Image.new("RGB", (len(TALKERS) * TALK_SIZE[0], TALK_SIZE[1])) for _ in range(first, stop)
+    ]
+    for place, who in enumerate(TALKERS):
+        motion = animate(EXAMPLE, fps=TALK_FPS, identity=who).motion.dressed()
+        view = camera(motion.head, 0.29, 0.0)
+        faces = drawn(motion.head, list(motion.vertices(first, stop)), TALK_SIZE, view)
+        for strip, face in zip(strips, faces, strict=True):
+            strip.paste(face, (place * TALK_SIZE[0], 0))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    shown_ms = round(1000 / TALK_FPS)
+    strips[0].save(
+        path,
+        save_all=True,
+        append_images=strips[1:],
+        duration=shown_ms,
+        loop=0,
+        quality=TALK_QUALITY,
+        method=6,
+    )
+    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "docs" / "images")
@@ -183,6 +214,7 @@ def main() -> None:
     visemes_sheet(head, folder / "visemes.jpg")
     identities_sheet(folder / "head_identities.jpg")
     moods_sheet(folder / "moods.jpg")
+    talking_pictures(folder / "talking.webp")
 
 
 if __name__ == "__main__":
