@@ -12,6 +12,7 @@ from elocute.articulation.contact_decoding import (
     contact_states,
     contact_track,
     decoded_contacts,
+    known_contacts,
 )
 from elocute.articulation.driver import posteriors_from_phones
 from elocute.audio.phones_and_visemes import PHONES
@@ -95,3 +96,31 @@ def test_the_track_is_full_in_contact_and_eased_outside():
 
 def test_nothing_heard_is_no_contact():
     assert contacts(np.zeros((0, 40))) == []
+
+
+def known(*phones, seconds=0.5):
+    return np.exp(posteriors_from_phones(list(phones), seconds))
+
+
+def test_a_known_p_is_sealed_however_short_and_wherever_it_falls():
+    """Heard, 25 ms of it would be a flash, unless it fills two rows."""
+    heard_too = 0
+    for start in np.arange(0.2, 0.22, 0.004):
+        posteriors = known(
+            (0.1, start, "AA"), (start, start + 0.025, "P"), (start + 0.025, 0.4, "AA")
+        )
+        (seal,) = known_contacts(posteriors, 50.0, SEALED)
+        assert seal.start_s < start + 0.0125 < seal.end_s
+        assert known_contacts(posteriors, 50.0, AT_TEETH) == []
+        heard_too += len(contacts(posteriors))
+    assert heard_too < 5
+
+
+def test_a_short_b_before_a_long_m_has_a_seal_of_its_own():
+    said = [(0.1, 0.2, "AA"), (0.2, 0.22, "B"), (0.22, 0.32, "EY"), (0.32, 0.42, "M")]
+    assert len(known_contacts(known(*said), 50.0, SEALED)) == 2
+
+
+def test_a_known_row_that_a_phone_hardly_touches_is_no_contact():
+    said = [(0.1, 0.2, "AA"), (0.2, 0.206, "P"), (0.206, 0.4, "AA")]
+    assert known_contacts(known(*said), 50.0, SEALED) == []

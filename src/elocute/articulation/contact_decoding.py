@@ -8,6 +8,7 @@ the evidence for it, summed over its rows.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +33,8 @@ HELD_S = 0.22  # a longer m is hummed, and sealed as long
 BETWEEN_S = 0.07  # lips do not part for less than this between two seals
 CLOSING_S, OPENING_S = 0.045, 0.045
 CORE = 0.5  # of the greatest evidence: where it falls below, a contact has ended
+KNOWN_SHARE = 0.1  # of a row, below which a known phone hardly touches it
+KNOWN_ROWS = 0.5  # that a known phone must last: half a row
 REACH_S = (BLOCK + AFTER) / 50.0 + HELD_S
 """Posteriors are looked at no further ahead of a moment than this."""
 
@@ -141,14 +144,54 @@ def decoded_contacts(
     """
     if not len(posteriors):
         return []
-    states, silence = contact_states(posteriors, first_row), posteriors[:, SILENCE]
+    evidence = contact_evidence(_pooled(posteriors, kind), posteriors[:, SILENCE])
+    likely = [
+        (start, stop)
+        for start, stop in runs(contact_states(posteriors, first_row) == kind)
+        if evidence[max(0, start - BESIDE) : stop + BESIDE].sum() >= EVIDENCE_ROWS[kind]
+    ]
+    return _contacts(likely, evidence, posteriors[:, SILENCE], rate)
+
+
+def known_contacts(posteriors: FloatArray, rate: float, kind: int) -> list[Contact]:
+    """Stretches in which lips meet, of phones that are known instead of heard.
+
+    Each of them counts, however short: nothing is weighed against what it might be instead.
+
+    Parameters
+    ----------
+    posteriors : (row, 40)
+        Of phones.
+    rate : float
+        Rows per second.
+    kind : int
+        SEALED or AT_TEETH.
+
+    Returns
+    -------
+    list of Contact
+        As `decoded_contacts` gives them.
+    """
+    shares = _pooled(posteriors, kind)
+    told = [
+        (start, stop)
+        for start, stop in runs(shares > KNOWN_SHARE)
+        if shares[start:stop].sum() >= KNOWN_ROWS
+    ]
+    return _contacts(told, shares, posteriors[:, SILENCE], rate)
+
+
+def _pooled(posteriors: FloatArray, kind: int) -> FloatArray:
+    return posteriors[:, [PHONES.index(phone) for phone in POOLS[kind]]].sum(axis=1)
+
+
+def _contacts(
+    stretches: Iterable[tuple[int, int]], evidence: FloatArray, silence: FloatArray, rate: float
+) -> list[Contact]:
+    """Stretches of rows as lips make them."""
     back = round(WAIT_S * rate)
-    pooled = posteriors[:, [PHONES.index(phone) for phone in POOLS[kind]]].sum(axis=1)
-    evidence = contact_evidence(pooled, silence)
     found: list[Contact] = []
-    for start, stop in runs(states == kind):
-        if evidence[max(0, start - BESIDE) : stop + BESIDE].sum() < EVIDENCE_ROWS[kind]:
-            continue
+    for start, stop in stretches:
         core = np.flatnonzero(evidence[start:stop] >= CORE * evidence[start:stop].max())
         start, stop = start + int(core[0]), start + int(core[-1]) + 1
         waiting = start

@@ -241,7 +241,9 @@ def extract_features(
         Features(np.concatenate([*given, stream.flush()]), stream.rate, stream.name)
         for stream, given in zip(used, rows, strict=True)
     ]
-    speech = SpeechFeatures(features[0], features[-1] if streams.phones is not None else None)
+    speech = SpeechFeatures(
+        features[0], features[-1] if streams.phones is not None else None, known=phones is not None
+    )
     return speech, samples / source.sample_rate
 
 

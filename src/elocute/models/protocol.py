@@ -66,10 +66,14 @@ class SpeechFeatures:
     phones : Features, optional
         (row, 40) log-posteriors of phones at 50 Hz, where contacts and rests are made from them and
         `features` are something else.
+    known : bool
+        Whether the phones are known instead of recognised; in words that were not found in the
+        sound they are still as heard.
     """
 
     features: Features
     phones: Features | None = None
+    known: bool = False
 
 
 class FeatureStream(Protocol):

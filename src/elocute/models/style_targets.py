@@ -110,7 +110,8 @@ def target_of(model: SpeechModel, take: ObservedMotion, directions: Float64Array
     places, beyond = _projected(motion.cut(frames), directions)
     end_s = frames / fps + BEYOND_S
     phones = None if take.speech.phones is None else _until(take.speech.phones, end_s)
-    return Target(SpeechFeatures(_until(features, end_s), phones), places, beyond)
+    speech = replace(take.speech, features=_until(features, end_s), phones=phones)
+    return Target(speech, places, beyond)
 
 
 def _projected(motion: VertexMotion, directions: Float64Array) -> tuple[Float64Array, float]:

@@ -24,8 +24,10 @@ from elocute.articulation.contact_decoding import (
     AT_TEETH,
     POOLS,
     SEALED,
+    Contact,
     contact_track,
     decoded_contacts,
+    known_contacts,
 )
 from elocute.articulation.contacts_and_rest import contact_evidence
 from elocute.articulation.driver import FRAME_S, finish_decoded
@@ -81,6 +83,7 @@ SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
 ROUNDED = ("mouthPucker", "mouthFunnel")
 ROUNDED_SHARE = 0.7  # of the rules' width where they round the lips fully
+KNOWN_ROUNDED = 0.75  # of full rounding, from which all of it, where phones are known
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,24 +199,24 @@ class TalkersModel(StyledAsRules):
         posteriors = np.exp(phones.values)
         rules = rule_curves(phones.values, phones.first, begin, stop - begin)
         told = self._told(speech, rules, begin)
-        voice, rest = np.ones(len(posteriors)), np.zeros(stop - begin)
-        if contacts:
+        voice = np.ones(len(posteriors))
+        if contacts and not speech.known:
             voice = voice_share(posteriors, phones.rate)
+        rest = np.zeros(stop - begin)
+        if contacts:
             silence = 1 - (1 - posteriors[:, SILENCE]) * voice
             rest = rest_share(silence, phones.rate, starts=phones.first == 0)
             rest = (1 - (1 - rest) * voice)[near]
         wanted = self._wanted_mm(told, style)
         parted = _parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM)
-        rows = _mouth_curves(rules, wanted, parted, rest, style, strength)
+        rounding = _rounding(rules, known=speech.known)
+        rows = _mouth_curves(rules, wanted, rounding, parted, rest, style, strength)
         places = frame_places(span.first, span.count, phones.rate, span.fps) - begin
         found = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
         since_first = times - phones.first / phones.rate
         heard = read_rows(voice[:, None].astype(np.float32), since_first * phones.rate)[:, 0]
         seals, teeth = (
-            heard
-            * contact_track(
-                decoded_contacts(posteriors, phones.rate, kind, phones.first), since_first
-            )
+            heard * contact_track(_contacts(speech, posteriors, kind), since_first)
             if contacts
             else np.zeros(span.count, np.float32)
             for kind in (SEALED, AT_TEETH)
@@ -258,6 +261,13 @@ class TalkersModel(StyledAsRules):
         return wanted
 
 
+def _contacts(speech: SpeechFeatures, posteriors: Float32Array, kind: int) -> list[Contact]:
+    phones = speech.phones or speech.features
+    if speech.known:
+        return known_contacts(posteriors, phones.rate, kind)
+    return decoded_contacts(posteriors, phones.rate, kind, phones.first)
+
+
 def _at_tempo(z: Float64Array, style: Style) -> Float64Array:
     """Movements blurred for a slow style and sharpened for a quick one."""
     plain = Style()
@@ -278,11 +288,15 @@ def _blurred(column: Float64Array, deviation: float) -> Float64Array:
     return np.convolve(padded, kernel / kernel.sum(), "valid").astype(np.float64)
 
 
-def _rounding(rules: Float32Array) -> Float64Array:
-    """(row,) how far a width is the rules': unsure of a rounded vowel, a network widens it."""
+def _rounding(rules: Float32Array, *, known: bool) -> Float64Array:
+    """(row,) how far a width is the rules'.
+
+    Unsure of a rounded vowel, a network widens it; of one that is known nobody is unsure.
+    """
     names = curve_names()
     rounded = rules[:, [names.index(name) for name in ROUNDED]].sum(axis=1).astype(np.float64)
-    return ROUNDED_SHARE * np.clip(rounded, 0, 1)
+    share, fully = (1.0, KNOWN_ROUNDED) if known else (ROUNDED_SHARE, 1.0)
+    return share * np.clip(rounded / fully, 0, 1)
 
 
 def _parted_mm(posteriors: Float32Array) -> Float64Array:
@@ -296,6 +310,7 @@ def _parted_mm(posteriors: Float32Array) -> Float64Array:
 def _mouth_curves(
     rules: Float32Array,
     speaking_mm: Float64Array,
+    rounding: Float64Array,
     parted_mm: Float64Array,
     rest: Float64Array,
     style: Style,
@@ -309,7 +324,7 @@ def _mouth_curves(
     gains = np.ones(len(MEASURES))
     gains[[OPENING, JAW]] = style.amplitude
     gains[WIDTH] = style.spread
-    moved[:, WIDTH] += _rounding(rules) * (rules @ response.effects[:, WIDTH] - moved[:, WIDTH])
+    moved[:, WIDTH] += rounding * (rules @ response.effects[:, WIDTH] - moved[:, WIDTH])
     lips_mm = np.maximum(
         gains[OPENING] * strength * moved[:, OPENING],
         (parted_mm - response.rest[OPENING]) * min(1.0, strength),
