@@ -22,9 +22,9 @@ from elocute.numerics.smoothing import smoothstep
 POOLS = (("P", "B", "M"), ("F", "V"))
 SEALED, AT_TEETH = 0, 1  # their states
 LEAST_ROWS = 2  # a phone lasts so long at least
-SWITCH_NATS = 0.5  # what a change of phones costs
-MISSING_NATS = (0.6, 0.5)  # how much worse a contact that is missed is than one too many
-EVIDENCE_ROWS = (0.55, 1.0)  # what rows of a contact must weigh, each up to 1
+SWITCH_NATS = 0.7  # what a change of phones costs
+MISSING_NATS = (0.75, 0.5)  # how much worse a contact that is missed is than one too many
+EVIDENCE_ROWS = (0.6, 1.0)  # what rows of a contact must weigh, each up to 1
 BLOCK, BEFORE, AFTER = 16, 30, 20  # rows that are decided together, and rows that have a say
 UNLIKELY = 1e-6
 BESIDE = 2  # rows beside a contact whose evidence counts too
