@@ -37,6 +37,7 @@ NATURAL_CLIPS = 40
 WAYS = (
     ("exact", "articulation", "auto"),
     ("rules", "articulation", "auto"),
+    ("exact", "talkers", "auto"),
     ("talkers", "talkers", "auto"),
     ("voca", "voca", "off"),
     ("voca", "voca", "auto"),
@@ -187,11 +188,10 @@ def score(
         label, model, contacts = way
         for sound, phones, arpabet in speech:
             exact = animate(sound, phones=arpabet, fps=FPS, life=0).motion
-            moved = (
-                exact
-                if label == "exact"
-                else animate(sound, model=model, contacts=contacts, fps=FPS, life=0).motion
-            )
+            known = arpabet if label == "exact" else None
+            moved = animate(
+                sound, phones=known, model=model, contacts=contacts, fps=FPS, life=0
+            ).motion
             yield SpokenTake(moved, phones, exact)
 
     return phone_mouth_score(takes())
@@ -200,9 +200,12 @@ def score(
 def row(language: str, way: tuple[str, str, str], found: PhoneMouthScore) -> str:
     """A row of the table in docs/measurements/voca.md."""
     lips, teeth = found.closures, found.labiodentals
-    name = {"exact": "rules, exact phone times", "rules": "rules"}.get(
-        way[0], f"`{way[0]}`, {'bare' if way[2] == 'off' else 'finished'}"
-    )
+    label, model, contacts = way
+    name = "rules" if model == "articulation" else f"`{model}`"
+    if label == "exact":
+        name += ", exact phone times"
+    elif model != "articulation":
+        name += ", bare" if contacts == "off" else ", finished"
     return (
         f"| {language} | {name} | {lips.met}, {lips.made - lips.right}, {lips.wanted - lips.met} "
         f"| {lips.recall:.2f} | {lips.precision:.2f} | {teeth.recall:.2f} | {teeth.precision:.2f} "

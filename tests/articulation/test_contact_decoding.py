@@ -103,14 +103,14 @@ def known(*phones, seconds=0.5):
 
 
 def test_a_known_p_is_sealed_however_short_and_wherever_it_falls():
-    """Heard, 25 ms of it would be a flash, unless it fills two rows."""
+    """Heard, 15 ms of it would be a flash where it fills no row."""
     heard_too = 0
     for start in np.arange(0.2, 0.22, 0.004):
         posteriors = known(
-            (0.1, start, "AA"), (start, start + 0.025, "P"), (start + 0.025, 0.4, "AA")
+            (0.1, start, "AA"), (start, start + 0.015, "P"), (start + 0.015, 0.4, "AA")
         )
         (seal,) = known_contacts(posteriors, 50.0, SEALED)
-        assert seal.start_s < start + 0.0125 < seal.end_s
+        assert seal.start_s < start + 0.0075 < seal.end_s
         assert known_contacts(posteriors, 50.0, AT_TEETH) == []
         heard_too += len(contacts(posteriors))
     assert heard_too < 5
