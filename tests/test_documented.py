@@ -52,7 +52,7 @@ from tests.support.documented_pages import (
 NOT_RUN_MAX = 5
 SMALLER = {
     r"say .*\.mp4": "--size 64 --fps 10",
-    r"animate .*\.mp4": "--size 64 --fps 10",
+    r"animate .*\.(mp4|webm|mov)": "--size 64 --fps 10",
     r"render .*\.mp4": "--size 64 --fps 10",
     r"head sample": "--size 128",
     r"capture scans": "--jobs 1",

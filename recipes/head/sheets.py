@@ -13,7 +13,10 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from elocute.animation import animate, identity_head
+from elocute.export.options import PictureOptions
+from elocute.export.pictures import open_pictures
 from elocute.export.render import Camera, open_renderer, portrait
+from elocute.export.render.lights import RIGS
 from elocute.head import HeadModel
 from elocute.head.identity import identity_names
 from elocute.head.looks import PEOPLE, dress, identity_look
@@ -118,6 +121,20 @@ def identities_sheet(path: Path) -> None:
     sheet(rows, labels, 4, path)
 
 
+def lights_sheet(path: Path) -> None:
+    """Two people in each of the lights, before the ground that belongs to it."""
+    rows: list[list[Image.Image]] = []
+    for who in ("ada", "esi"):
+        one = worn(who)
+        row = []
+        for light in RIGS:
+            with open_pictures(one, (400, 400), PictureOptions(light=light)) as renderer:
+                picture = Image.fromarray(renderer.frame(one.template.astype(np.float32)))
+                row.append(picture.resize((200, 200), Image.Resampling.LANCZOS))
+        rows.append(row)
+    sheet(rows, list(RIGS), 3, path)
+
+
 MOOD_MOMENTS_S = (0.5, 2.5, 5.0, 6.3)
 
 
@@ -214,6 +231,7 @@ def main() -> None:
     visemes_sheet(head, folder / "visemes.jpg")
     identities_sheet(folder / "head_identities.jpg")
     moods_sheet(folder / "moods.jpg")
+    lights_sheet(folder / "lights.jpg")
     talking_pictures(folder / "talking.webp")
 
 

@@ -8,6 +8,8 @@ from av.video.stream import VideoStream
 from PIL import Image
 
 from elocute.audio.read import read_audio
+from elocute.errors import OutputError
+from elocute.export.registry import write
 from elocute.motion.motion import Motion
 
 SMALL = {"size": (128, 128), "backend": "embreex"}
@@ -57,15 +59,74 @@ def test_the_picture_moves_when_the_mouth_does(video, take):
 
 
 def test_odd_sizes_are_made_even_and_no_sound_is_fine(motion, tmp_path):
-    from elocute.export.mp4 import write_mp4
     from elocute.export.options import PictureOptions
+    from elocute.export.video import write_video
 
     short = Motion(motion.head, motion.weights[:5], motion.fps)
-    write_mp4(short, tmp_path / "a.mp4", options=PictureOptions(size=(131, 97), backend="embreex"))
+    write_video(
+        short, tmp_path / "a.mp4", options=PictureOptions(size=(131, 97), backend="embreex")
+    )
     with av.open(str(tmp_path / "a.mp4")) as file:
         context = file.streams.video[0].codec_context
         assert (context.width, context.height) == (130, 96)
         assert not file.streams.audio
+
+
+@pytest.fixture(scope="module")
+def half_second(take):
+    motion = take.motion
+    return Motion(motion.head, motion.weights[40:55], motion.fps)
+
+
+def decoded(path, codec):
+    """The pictures of a video, by a decoder that is named: FFmpeg's own of VP9 drops alpha."""
+    with av.open(str(path)) as file:
+        stream = file.streams.video[0]
+        context = av.CodecContext.create(codec, "r")
+        context.extradata = stream.codec_context.extradata
+        context.codec_tag = stream.codec_context.codec_tag
+        assert isinstance(context, av.VideoCodecContext)
+        context.width, context.height = stream.width, stream.height
+        frames = [frame for packet in file.demux(stream) for frame in context.decode(packet)]
+    return [frame.reformat(format="rgba").to_ndarray() for frame in frames]
+
+
+VIDEOS = [(".webm", "libvpx-vp9", "vp9", "opus"), (".mov", "prores", "prores", "pcm_s16le")]
+
+
+@pytest.mark.parametrize(("suffix", "decoder", "picture", "sound"), VIDEOS)
+def test_a_transparent_video_is_laid_over_anything(
+    half_second, speech_wav, tmp_path, suffix, decoder, picture, sound
+):
+    path = tmp_path / f"talk{suffix}"
+    write(half_second, path, sound=speech_wav, background="transparent", **SMALL)
+    with av.open(str(path)) as file:
+        assert file.streams.video[0].codec_context.name.endswith(picture)
+        assert file.streams.audio[0].codec_context.name == sound
+    frames = decoded(path, decoder)
+    assert len(frames) == 15
+    alpha = frames[7][..., 3]
+    assert alpha[:20, :20].max() < 3 and alpha[50:70, 50:70].min() > 252
+    assert 0.2 < (alpha > 128).mean() < 0.7
+    # The edge has the colours of the head: no dark seam where it is laid over something light.
+    edge, inside = (alpha > 100) & (alpha < 220), alpha == 255
+    brightness = frames[7][..., :3].mean(axis=2)
+    assert brightness[edge].min() > np.percentile(brightness[inside], 1) - 12
+
+
+@pytest.mark.parametrize(("suffix", "decoder"), [v[:2] for v in VIDEOS])
+def test_other_videos_show_what_the_mp4_shows(half_second, tmp_path, suffix, decoder):
+    for name in ("talk.mp4", f"talk{suffix}"):
+        write(half_second, tmp_path / name, **SMALL)
+    ours = decoded(tmp_path / f"talk{suffix}", decoder)
+    theirs = decoded(tmp_path / "talk.mp4", "h264")
+    assert len(ours) == len(theirs) == 15
+    assert np.abs(ours[7].astype(int) - theirs[7])[..., :3].mean() < 3
+
+
+def test_mp4_has_no_alpha(take, tmp_path):
+    with pytest.raises(OutputError, match=r"transparent background in .mp4; allowed: one in .webm"):
+        take.write(tmp_path / "talk.mp4", background="transparent")
 
 
 def test_an_interrupted_video_leaves_nothing(take, tmp_path):
@@ -83,3 +144,10 @@ def test_a_contact_sheet_shows_twenty_moments(take, tmp_path):
     with Image.open(tmp_path / "talk.png") as sheet:
         assert sheet.size == (400, 320)
         assert np.asarray(sheet).std() > 20
+
+
+def test_a_transparent_contact_sheet(take, tmp_path):
+    take.write(tmp_path / "talk.png", size=(200, 200), backend="embreex", background="transparent")
+    with Image.open(tmp_path / "talk.png") as sheet:
+        alpha = np.asarray(sheet)[..., 3]
+    assert sheet.mode == "RGBA" and alpha[40, 40] == 255 and alpha[20, 75] == 0

@@ -63,10 +63,12 @@ def plan_motion(
     cut: bool = False,
 ) -> None:
     """Plan a motion of `source` as a file, with what is written beside it. Raises InputError."""
+    from elocute.export.background import background_file
     from elocute.export.registry import check_suffix, side_files
 
     check_suffix(target)
-    plan.add(target, source)
+    behind = background_file(settings_for_format(target, format_settings).get("background"))
+    plan.add(target, source, *([] if behind is None else [behind]))
     for side in side_files(target, sound, embed_audio=_embeds(format_settings), cut=cut):
         plan.add(side, sound or source, beside=target)
 

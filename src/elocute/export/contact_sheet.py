@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.options import PictureOptions
-from elocute.export.render import open_renderer, portrait
+from elocute.export.pictures import open_pictures
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
@@ -33,12 +33,11 @@ def write_png(
     motion = motion.dressed()
     frames = np.unique(np.linspace(0, motion.frame_count - 1, TILES).round().astype(int))
     options = options or PictureOptions()
-    backend, side = options.backend, max(32, 2 * options.size[0] // COLUMNS)
-    camera = portrait(motion.head, options.view)
+    side = max(32, 2 * options.size[0] // COLUMNS)
     pictures = []
     with (
         write_atomically(path) as draft,
-        open_renderer(motion.head, (side, side), backend=backend, camera=camera) as renderer,
+        open_pictures(motion.head, (side, side), options) as renderer,
     ):
         for done, frame in enumerate(frames, 1):
             pictures.append(renderer.frame(motion.vertices(frame, frame + 1)[0]))
@@ -55,8 +54,8 @@ def contact_sheet(
 
     Parameters
     ----------
-    pictures : sequence of (height, width, 3) uint8
-        sRGB, all of one size.
+    pictures : sequence of (height, width, 3 or 4) uint8
+        sRGB, all of one size; with a fourth channel the sheet is transparent too.
     labels : sequence of str
         One per picture.
     columns : int
@@ -68,13 +67,18 @@ def contact_sheet(
     """
     from PIL import Image, ImageDraw, ImageFont
 
-    height, width = pictures[0].shape[:2]
+    height, width, channels = pictures[0].shape
     rows = -(-len(pictures) // columns)
-    sheet = Image.new("RGB", (columns * width, rows * height), (24, 26, 30))
+    clear = channels == 4
+    mode, ground = ("RGBA", (0, 0, 0, 0)) if clear else ("RGB", (24, 26, 30))
+    sheet = Image.new(mode, (columns * width, rows * height), ground)
     draw = ImageDraw.Draw(sheet)
     font = ImageFont.load_default(max(11, width // 22))
     for index, (picture, label) in enumerate(zip(pictures, labels, strict=True)):
         x, y = index % columns * width, index // columns * height
         sheet.paste(Image.fromarray(picture), (x, y))
-        draw.text((x + width // 40, y + width // 60), label, fill=(235, 235, 235), font=font)
+        place = (x + width // 40, y + width // 60)
+        # What lies under a transparent sheet may be light or dark: its labels have an outline.
+        outline = {"stroke_width": 1, "stroke_fill": (24, 26, 30)} if clear else {}
+        draw.text(place, label, fill=(235, 235, 235), font=font, **outline)
     return sheet

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from elocute.errors import OutputError
-from elocute.export.render.backends_and_views import BACKENDS, VIEWS
+from elocute.export.background import TRANSPARENT, check_background
+from elocute.export.render.backends_and_views import BACKENDS, FRAMINGS, QUALITIES, VIEWS
+from elocute.export.render.lights import RIGS
 from elocute.settings import check_settings, described, setting
 
 PROFILES = ("arkit", "elocute")
@@ -14,7 +16,7 @@ PROFILES = ("arkit", "elocute")
 @described
 @dataclass(frozen=True)
 class PictureOptions:
-    """Options of .mp4 and .png.
+    """Options of .mp4, .webm, .mov and .png.
 
     Raises
     ------
@@ -31,9 +33,27 @@ class PictureOptions:
     )
     backend: str = setting("auto", choices=BACKENDS, help="Renderer.")
     view: str = setting("front", choices=tuple(VIEWS), help="Where the camera stands.")
+    framing: str = setting("head", choices=FRAMINGS, help="How much of somebody fills the picture.")
+    background: str = setting(
+        "studio",
+        help="What lies behind the head: studio, transparent (.webm, .mov and .png), a colour such "
+        "as #1e2a38 or white, or a picture file, which fills the frame.",
+    )
+    light: str = setting("studio", choices=tuple(RIGS), help="What lights the head.")
+    quality: str = setting(
+        "auto",
+        choices=QUALITIES,
+        help="How finely pictures are drawn; auto is high on a graphics card, else fast.",
+    )
 
     def __post_init__(self) -> None:
         check_settings(self, OutputError)
+        check_background(self.background)
+
+    @property
+    def transparent(self) -> bool:
+        """Whether nothing lies behind the head."""
+        return self.background == TRANSPARENT
 
 
 @described

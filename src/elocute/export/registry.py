@@ -36,6 +36,8 @@ class Format:
         Whether the sound may be written beside it.
     has_words : bool
         Whether it shows words that are known.
+    has_alpha : bool
+        Whether it can leave out what lies behind the head.
     """
 
     module: str
@@ -44,6 +46,7 @@ class Format:
     has_sound: bool = False
     sound_beside: bool = False
     has_words: bool = False
+    has_alpha: bool = False
 
     def option_names(self) -> tuple[str, ...]:
         """The names of its options; () where it has none."""
@@ -53,14 +56,16 @@ class Format:
 WRITERS: dict[str, Format] = {
     ".npz": Format("npz", "write_npz"),
     ".glb": Format("gltf", "write_glb", GlbOptions, has_sound=True, sound_beside=True),
-    ".mp4": Format("mp4", "write_mp4", PictureOptions, has_sound=True),
+    ".mp4": Format("video", "write_video", PictureOptions, has_sound=True),
+    ".webm": Format("video", "write_video", PictureOptions, has_sound=True, has_alpha=True),
+    ".mov": Format("video", "write_video", PictureOptions, has_sound=True, has_alpha=True),
     ".html": Format("html", "write_html", HtmlOptions, has_sound=True, has_words=True),
     ".csv": Format("arkit_csv", "write_csv"),
     ".json": Format("curves_json", "write_json"),
     ".npy": Format("meshes", "write_npy"),
     ".obj": Format("meshes", "write_obj"),
     ".ply": Format("meshes", "write_ply"),
-    ".png": Format("contact_sheet", "write_png", PictureOptions),
+    ".png": Format("contact_sheet", "write_png", PictureOptions, has_alpha=True),
 }
 
 
@@ -126,7 +131,13 @@ def format_options(path: str | Path, options: Mapping[str, Any]) -> Any:
                 allowed=", ".join(f"`{each}`" for each in known) or "none",
             )
     cls = WRITERS[suffix].options
-    return cls(**options) if cls else None
+    chosen = cls(**options) if cls else None
+    if isinstance(chosen, PictureOptions) and chosen.transparent and not WRITERS[suffix].has_alpha:
+        able = ", ".join(name for name, each in WRITERS.items() if each.has_alpha)
+        raise OutputError.about(
+            path, found=f"a transparent background in {suffix}", allowed=f"one in {able}"
+        )
+    return chosen
 
 
 def write(

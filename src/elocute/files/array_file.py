@@ -8,7 +8,6 @@ import os
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -177,20 +176,24 @@ class _Opened:
     """A file that is opened when it is first read, shared by an ArrayFile and its parts."""
 
     def __init__(self, path: Path) -> None:
-        self._path = path
+        self._path, self._lock = path, threading.Lock()
+        self._file: BinaryIO | None = None
 
-    @cached_property
+    @property
     def file(self) -> BinaryIO:
-        """Unbuffered."""
-        return self._path.open("rb", buffering=0)
+        """Unbuffered; opened once, whichever thread asks first."""
+        with self._lock:
+            if self._file is None:
+                self._file = self._path.open("rb", buffering=0)
+            return self._file
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __reduce__(self) -> tuple[Any, ...]:
         """The path alone: an open file cannot be sent to another process."""
-        return {"_path": self._path}
+        return _Opened, (self._path,)
 
     def __del__(self) -> None:
-        if "file" in self.__dict__:
-            self.file.close()
+        if self._file is not None:
+            self._file.close()
 
 
 def _fill_from(file: Any, array: NDArray[Any], place: int) -> bool:

@@ -32,13 +32,13 @@ def run(*arguments):
 def talking(filmed, speech_wav, tmp_path_factory):
     """The filmed head drawn as video, with its speech: what a camera would give."""
     from elocute.audio.waveform import Waveform
-    from elocute.export.mp4 import write_mp4
     from elocute.export.options import PictureOptions
+    from elocute.export.video import write_video
 
     path = tmp_path_factory.mktemp("video") / "talk.mp4"
     speech = read_audio(speech_wav).resample(16000)
     sound = Waveform(speech.samples[:64000], 16000)
-    write_mp4(filmed.motion, path, sound=sound, options=PictureOptions(size=(360, 360)))
+    write_video(filmed.motion, path, sound=sound, options=PictureOptions(size=(360, 360)))
     return path
 
 

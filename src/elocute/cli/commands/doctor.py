@@ -202,14 +202,14 @@ def _mp4(folder: Path) -> str:
     import numpy as np
 
     from elocute.capture.video.video_frames import Video
-    from elocute.export.mp4 import write_mp4
     from elocute.export.options import PictureOptions
+    from elocute.export.video import write_video
     from elocute.head.builtin import load_builtin_head
     from elocute.motion.motion import Motion
 
     head, path = load_builtin_head(), folder / "talk.mp4"
     still = Motion(head, np.zeros((5, len(head.expression_names)), np.float32), 10.0)
-    write_mp4(still, path, sound=_tone(), options=PictureOptions(size=(64, 64)))
+    write_video(still, path, sound=_tone(), options=PictureOptions(size=(64, 64)))
     with Video(path) as video:
         pictures = [picture for _, picture in video.pictures()]
     if len(pictures) != 5 or pictures[0].shape != (64, 64, 3) or np.ptp(pictures[0]) < 50:

@@ -1,8 +1,10 @@
-"""The renderers that a picture may be drawn by, and where its camera may stand."""
+"""The renderers that a picture may be drawn by, and what may be chosen of what it shows."""
 
 from __future__ import annotations
 
 BACKENDS = ("auto", "moderngl", "embreex")
+FRAMINGS = ("head", "face")
+QUALITIES = ("auto", "fast", "high")
 # name: (yaw, pitch in degrees, share of the portrait's height that is shown)
 VIEWS: dict[str, tuple[float, float, float]] = {
     "front": (0.0, 2.0, 1.0),

@@ -8,12 +8,14 @@ import numpy as np
 
 from elocute.array_types import Float32Array
 from elocute.errors import InputError
-from elocute.export.render.backends_and_views import VIEWS
+from elocute.export.render.backends_and_views import FRAMINGS, VIEWS
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
 
 FIELD_DEG = 18.0  # vertical field of view: a portrait lens
 MARGIN = 1.06
+FOREHEAD, BELOW_CHIN = 0.62, 0.22  # of the distance from eyes to chin, above and below a face
+SIDES = {"head": 1.12, "face": 0.8}  # of the head's width, kept in the picture
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,10 @@ class Camera:
         return (lens @ look).astype(np.float32)
 
 
-def portrait(head: HeadModel, view: str = "front") -> Camera:
-    """A camera that frames a head with some of its neck, or the mouth alone.
+def portrait(
+    head: HeadModel, view: str = "front", *, framing: str = "head", aspect: float = 1.0
+) -> Camera:
+    """A camera that frames a head with some of its neck, its face, or the mouth alone.
 
     Parameters
     ----------
@@ -66,6 +70,11 @@ def portrait(head: HeadModel, view: str = "front") -> Camera:
         What is framed.
     view : str
         A key of `VIEWS`: "front", "three-quarter", "side" or "mouth".
+    framing : str
+        "head", or "face": from the hairline to below the chin.
+    aspect : float
+        Width by height of the picture; in a tall one the camera steps back until the head is not
+        cut at its sides.
 
     Returns
     -------
@@ -74,20 +83,29 @@ def portrait(head: HeadModel, view: str = "front") -> Camera:
     Raises
     ------
     InputError
-        For an unknown view.
+        For an unknown view or framing.
     """
-    if not isinstance(view, str) or view not in VIEWS:
-        raise InputError.about(f"view {brief(view)}", found="unknown", allowed=", ".join(VIEWS))
+    for kind, value, known in (("view", view, VIEWS), ("framing", framing, FRAMINGS)):
+        if not isinstance(value, str) or value not in known:
+            raise InputError.about(
+                f"{kind} {brief(value)}", found="unknown", allowed=", ".join(known)
+            )
     yaw_deg, pitch_deg, share = VIEWS[view]
     low, high = head.template.min(axis=0), head.template.max(axis=0)
     # The bust below the chin fills the frame's foot; the crown keeps some air.
     top = high[1] + 0.02
     chin = head.template[head.landmarks[8], 1] if len(head.landmarks) else low[1]
     bottom = max(low[1] + 0.015, chin - 0.075)
+    eyes = head.template[head.landmarks[36:48], 1].mean() if len(head.landmarks) else high[1]
+    if framing == "face" and len(head.landmarks):
+        top, bottom = eyes + FOREHEAD * (eyes - chin), chin - BELOW_CHIN * (eyes - chin)
     target = np.array([0.0, (top + bottom) / 2, high[2] - 0.1])
     if view == "mouth" and len(head.lip_rings):
         target = head.template[head.lip_rings[0]].mean(axis=0)
     height = (top - bottom) * share * MARGIN
+    if view != "mouth":
+        shown = head.template[(head.template[:, 1] > bottom) & (head.template[:, 1] < top)]
+        height = max(height, SIDES[framing] * np.ptp(shown[:, 0]) * MARGIN / aspect)
     distance = height / 2 / np.tan(np.radians(FIELD_DEG) / 2)
     yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
     away = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])

@@ -1,4 +1,7 @@
-"""Video: H.264 and AAC, the sound in step with the lips."""
+"""Video with its sound in step with the lips: H.264, VP9 or ProRes.
+
+.webm and .mov can leave out what lies behind the head: VP9 and ProRes 4444 carry alpha, straight.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import contextlib
 import queue
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -14,17 +18,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
+from elocute.export.alpha import spread_colours
 from elocute.export.options import PictureOptions
-from elocute.export.render import open_renderer, portrait
+from elocute.export.pictures import open_pictures
 from elocute.export.soundtrack import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
-CRF = 18  # visually lossless for a face on a plain ground
 WAITING = 8  # frames between drawing and encoding
 
 
-def write_mp4(
+@dataclass(frozen=True)
+class Coding:
+    """How a format of video is coded.
+
+    Parameters
+    ----------
+    container, video, pixels, audio : str
+        FFmpeg's names of the container, the codec, its pixels, and the codec of the sound.
+    options : dict of str
+        Of the codec of the picture.
+    audio_bits : int
+        A second of sound; 0 where the codec knows.
+    """
+
+    container: str
+    video: str
+    pixels: str
+    audio: str
+    options: dict[str, str]
+    audio_bits: int = 0
+
+
+# Visually lossless for a face on a plain ground.
+_H264 = {"crf": "18", "preset": "veryfast", "tune": "animation"}
+_VP9 = {"crf": "20", "b": "0", "deadline": "good", "cpu-used": "5", "row-mt": "1"}
+_CLEAR_VP9 = _VP9 | {"auto-alt-ref": "0"}  # frames that are not shown would have no alpha
+CODINGS = {
+    (".mp4", False): Coding("mp4", "libx264", "yuv420p", "aac", _H264, 128_000),
+    (".webm", False): Coding("webm", "libvpx-vp9", "yuv420p", "libopus", _VP9, 96_000),
+    (".webm", True): Coding("webm", "libvpx-vp9", "yuva420p", "libopus", _CLEAR_VP9, 96_000),
+    (".mov", False): Coding("mov", "prores_ks", "yuv422p10le", "pcm_s16le", {"profile": "hq"}),
+    (".mov", True): Coding("mov", "prores_ks", "yuva444p10le", "pcm_s16le", {"profile": "4444"}),
+}
+"""By suffix, and whether the background is transparent."""
+
+
+def write_video(
     motion: Motion,
     path: str | Path,
     *,
@@ -32,7 +72,9 @@ def write_mp4(
     options: PictureOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Draw a motion as video with its sound: H.264 and AAC.
+    """Draw a motion as video with its sound, in the format of the suffix.
+
+    .mp4 is H.264 and AAC, .webm VP9 and Opus, .mov ProRes and linear PCM.
 
     Parameters
     ----------
@@ -43,25 +85,25 @@ def write_mp4(
     sound : str, Path or Waveform, optional
         The sound that belongs to the motion.
     options : PictureOptions, optional
-        Size, renderer and view. Odd sides lose a pixel, as H.264 demands.
+        Size, renderer, view, light and background. Odd sides lose a pixel, as codecs demand.
     progress : callable, optional
         Called with the share that is done, 0 to 1.
 
     Raises
     ------
     OutputError
-        For a place that cannot be written.
+        For a place that cannot be written, and a background that cannot be read.
     MachineError
         Where no renderer works.
     """
     motion, options = motion.dressed(), options or PictureOptions()
     wide, high = options.size
     size = (wide - wide % 2, high - high % 2)
-    camera = portrait(motion.head, options.view)
+    coding = CODINGS[Path(path).suffix.lower(), options.transparent]
     with (
         write_atomically(path) as draft,
-        open_renderer(motion.head, size, backend=options.backend, camera=camera) as renderer,
-        _Encoder(draft, motion, size, sound) as encoder,
+        open_pictures(motion.head, size, options) as renderer,
+        _Encoder(draft, coding, motion, size, sound) as encoder,
     ):
         done = 0
         for block in motion.blocks(60):
@@ -89,25 +131,33 @@ class _Encoder:
     """Encodes in a thread of its own while the next frame is drawn."""
 
     def __init__(
-        self, path: Path, motion: Motion, size: tuple[int, int], sound: Sound | None
+        self,
+        path: Path,
+        coding: Coding,
+        motion: Motion,
+        size: tuple[int, int],
+        sound: Sound | None,
     ) -> None:
         import av
 
         self._rate = Fraction(motion.fps).limit_denominator(1001)
-        self._file = av.open(f"file:{path}", "w", options={"movflags": "+faststart"})
-        self._video: Any = self._file.add_stream("libx264", rate=self._rate)
+        self._coding = coding
+        flags = {} if coding.container == "webm" else {"movflags": "+faststart"}
+        self._file = av.open(f"file:{path}", "w", format=coding.container, options=flags)
+        self._video: Any = self._file.add_stream(coding.video, rate=self._rate)
         self._video.width, self._video.height = size
-        self._video.pix_fmt = "yuv420p"
+        self._video.pix_fmt = coding.pixels
         self._video.time_base = 1 / self._rate
-        self._video.options = {"crf": str(CRF), "preset": "veryfast", "tune": "animation"}
+        self._video.options = coding.options
         context = self._video.codec_context
         context.color_primaries = context.color_trc = context.colorspace = 1  # BT.709
         context.color_range = 1
         self._audio: Any = None
         if sound is not None:
-            self._audio = self._file.add_stream("aac", rate=RATE)
+            self._audio = self._file.add_stream(coding.audio, rate=RATE)
             self._audio.layout = "mono"
-            self._audio.bit_rate = 128_000
+            if coding.audio_bits:
+                self._audio.bit_rate = coding.audio_bits
             self._blocks: Iterator[NDArray[np.float32]] = sound_blocks(sound)
         self._samples = self._frames = 0
         self._pictures: queue.Queue[NDArray[np.uint8] | None] = queue.Queue(WAITING)
@@ -156,8 +206,10 @@ class _Encoder:
         try:
             while (picture := self._pictures.get()) is not None:
                 with _told():
-                    frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
-                    frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709")
+                    clear = picture.shape[2] == 4
+                    given = spread_colours(picture) if clear else picture
+                    frame = av.VideoFrame.from_ndarray(given, format="rgba" if clear else "rgb24")
+                    frame = frame.reformat(format=self._coding.pixels, dst_colorspace="ITU709")
                     frame.pts, frame.time_base = self._frames, 1 / self._rate
                     self._frames += 1
                     for packet in self._video.encode(frame):
