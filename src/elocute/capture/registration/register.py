@@ -2,7 +2,8 @@
 
 The sequential fit of VOCA (2019, section 6, after Li et al. 2017): identity once per subject from
 a resting face; then pose and expression of every frame, warm from the frame before; then offsets
-that are free but smooth.
+that are free but smooth. No model spans every person: a neutral face leaves it by non-rigid ICP,
+led by landmarks, before its offsets are sought.
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ from elocute.capture.registration.accuracy import (
 )
 from elocute.capture.registration.correspondences import ScanSamples, sample_scan
 from elocute.capture.registration.initial_pose import find_initial_pose
+from elocute.capture.registration.inner_parts import carry_inner_parts
 from elocute.capture.registration.model_fit import ModelFit, ModelParameters
 from elocute.capture.registration.nonrigid_icp import NonrigidIcp
-from elocute.capture.registration.template import Template, adaptive_template
+from elocute.capture.registration.template import Template, adaptive_template, with_size
 from elocute.capture.registration.zero_pose import HeadPose, align_head, apply_pose, remove_pose
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
@@ -116,10 +118,11 @@ def register_neutral(
     CaptureError
         For a scan without a head.
     """
-    general = Template(head)
     if method == "nicp":
-        found, _ = register_nonrigid(general, scan, landmarks, adapted=False)
+        found, _ = register_nonrigid(Template(head), scan, landmarks, adapted=False)
         return Template(with_template(head, found.zero.astype(np.float32), head.name)), found
+    head = with_size(head)
+    general = Template(head)
     found = _register(general, ModelFit(general, True), scan, landmarks, None)
     shown = np.tensordot(found.parameters.expression, general.basis, 1)
     neutral = (found.zero - shown).astype(np.float32)
@@ -272,7 +275,16 @@ def _register(
         )
     model = fit.posed_vertices(parameters)
     some = samples.subset(SURFACE_POINTS, seed=1)
-    vertices = model + free_offsets.fit_offsets(template, model, some, start=added, stages=stages)
+    if fit.with_identity:
+        near, _ = NonrigidIcp(template).register(model, scan, landmarks)
+        vertices = near + free_offsets.fit_offsets(
+            template, near, some, stages=free_offsets.FINE_STAGES
+        )
+        vertices = carry_inner_parts(template, model, vertices)
+    else:
+        vertices = model + free_offsets.fit_offsets(
+            template, model, some, start=added, stages=stages
+        )
     seconds = time.thread_time() - started
     head = _with_joints(template.head, parameters)
     zero = remove_pose(head, vertices, parameters.pose)
@@ -306,7 +318,8 @@ def _cold_start(
     start = fit.neutral_start(find_initial_pose(template, samples, landmarks))
     if landmarks.enough and len(template.head.landmarks) and not fit.with_identity:
         start = replace(start, expression=_landmark_expression(template, landmarks, start.pose))
-    return fit.fit(samples.subset(MODEL_POINTS), landmarks, start, model_fit.COLD_STAGES)
+    stages = model_fit.NEUTRAL_STAGES if fit.with_identity else model_fit.COLD_STAGES
+    return fit.fit(samples.subset(MODEL_POINTS), landmarks, start, stages)
 
 
 def _landmark_expression(template: Template, landmarks: Landmarks, pose: HeadPose) -> Float64Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,6 +24,8 @@ UNSCANNED_MATERIALS = ("hair",)
 COTANGENT_MAX = 5.0
 STILL_M, STILL_SHARE, STILL_LEAST = 1e-4, 0.99, 60
 JAW_LINE_WEIGHT = 0.1
+SIZE_STEP = 0.05
+"""Share of a head's size: the standard deviation of adults'."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +188,26 @@ class Template:
         weights[np.isin(good, JAW_LINE)] *= JAW_LINE_WEIGHT
         vertices = self.head.landmarks[good].astype(np.intp)
         return vertices, landmarks.points[good], weights
+
+
+def with_size(head: HeadModel) -> HeadModel:
+    """The head with its overall size as one more direction of identity, the last.
+
+    People's heads differ in size by more than the others of a face's coefficients can say, and so
+    do scans whose unit is only nearly known. One standard deviation is `SIZE_STEP` of the size.
+    """
+    middle = head.template.mean(axis=0)
+    larger, apart = (
+        SIZE_STEP * (head.template - middle),
+        SIZE_STEP * (head.joint_positions - middle),
+    )
+    return replace(
+        head,
+        identity_basis=np.concatenate([head.identity_basis, larger[None]]).astype(np.float32),
+        joint_identity_basis=np.concatenate([head.joint_identity_basis, apart[None]]).astype(
+            np.float32
+        ),
+    )
 
 
 def adaptive_template(

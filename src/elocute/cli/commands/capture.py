@@ -57,7 +57,9 @@ def scan_command(
     head: str = HeadChoice,
     unit: str = typer.Option("m", help="Unit of the scan: m, mm, cm, dm or inch."),
     zero_pose: bool = typer.Option(
-        False, help="Write the mesh in zero pose and metres, not in the pose and unit of the scan."
+        False,
+        help="Write the mesh in zero pose and metres, not in the pose and unit of the scan; "
+        "without --template it is the person's neutral face, its expression taken out.",
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -80,8 +82,8 @@ def scan_command(
     model = open_head(head)
     scan = read_scan(file, unit)
     known = no_landmarks() if landmarks is None else read_landmarks(landmarks, unit_m(unit))
-    found = _registered(model, scan, known, template, method)
-    points = found.zero if zero_pose else found.vertices / unit_m(unit)
+    found, neutral = _registered(model, scan, known, template, method)
+    points = neutral if zero_pose else found.vertices / unit_m(unit)
     with plan.writing(output), write_atomically(output) as draft:
         draft.write_bytes(_mesh_bytes(model, output.suffix.lower(), points))
     _report(file, output, found, as_json)
@@ -89,7 +91,8 @@ def scan_command(
 
 def _registered(
     model: HeadModel, scan: Any, known: Any, template: Path | None, method: str
-) -> Registration:
+) -> tuple[Registration, Any]:
+    """The registration, and the mesh in zero pose (vertex, 3) m: a new person's at rest."""
     from elocute.capture.registration.register import (
         register_neutral,
         register_nonrigid,
@@ -100,11 +103,14 @@ def _registered(
 
     if template is not None:
         model = with_template(model, read_mesh(template)[0], model.name)
+    if template is None and method == "model":
+        own, found = register_neutral(model, scan, known)
+        return found, own.vertices
     if method == "nicp":
-        return register_nonrigid(Template(model), scan, known)[0]
-    if template is None:
-        return register_neutral(model, scan, known)[1]
-    return register_scan(Template(model), scan, known)
+        found, _ = register_nonrigid(Template(model), scan, known)
+    else:
+        found = register_scan(Template(model), scan, known)
+    return found, found.zero
 
 
 def _mesh_bytes(head: HeadModel, suffix: str, points: Any) -> bytes:
