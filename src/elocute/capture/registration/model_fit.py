@@ -138,6 +138,11 @@ class ModelFit:
             parts.insert(0, self.template.identity_basis)
         return np.concatenate(parts).reshape(sum(map(len, parts)), -1)
 
+    @property
+    def cold_stages(self) -> tuple[FitStage, ...]:
+        """From scratch: of a face that is sought with its identity, or of a known one."""
+        return NEUTRAL_STAGES if self.with_identity else COLD_STAGES
+
     def neutral_start(self, pose: HeadPose) -> ModelParameters:
         """The template itself at a pose."""
         count = len(self.template.identity_basis) if self.with_identity else 0
