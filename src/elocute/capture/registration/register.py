@@ -137,6 +137,20 @@ def register_neutral(
     return Template(replace(own, joint_positions=joints)), found
 
 
+def locate_head(head: HeadModel, scan: Scan) -> HeadPose:
+    """Roughly where a head is in a scan without landmarks, however it lies.
+
+    Raises
+    ------
+    CaptureError
+        For a scan without a head.
+    """
+    scan, _ = checked_scan(scan)
+    template = Template(with_size(head), mouth_shut=True)
+    fit = ModelFit(template, True)
+    return _located(template, fit, scan, sample_scan(scan), no_landmarks()).pose
+
+
 def _with_joints(head: HeadModel, parameters: ModelParameters) -> HeadModel:
     return (
         head.with_identity(parameters.identity.astype(np.float32))

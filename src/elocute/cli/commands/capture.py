@@ -23,6 +23,8 @@ from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.registration.register import Registration
+    from elocute.capture.scans.landmarks import Landmarks
+    from elocute.capture.scans.scan import Scan
     from elocute.capture.sequence_tracking import SequenceResult
     from elocute.head.model import HeadModel
 
@@ -45,7 +47,9 @@ def scan_command(
         ..., "-o", "--output", help="Registered mesh to write (.ply or .obj)."
     ),
     landmarks: Path | None = typer.Option(
-        None, help="The scan's 68 landmarks (.json, .ljson or .pts), in its unit."
+        None,
+        help="The scan's 68 landmarks (.json, .ljson or .pts), in its unit. Without them they are "
+        "detected, if the extra `video` is installed, or else the surface alone tells.",
     ),
     template: Path | None = typer.Option(
         None,
@@ -67,7 +71,7 @@ def scan_command(
 ) -> None:
     """Register one scan: lay the head's mesh over it."""
     _need_scipy()
-    from elocute.capture.scans.landmarks import no_landmarks, read_landmarks
+    from elocute.capture.scans.landmarks import read_landmarks
     from elocute.capture.scans.scan_file import read_scan, unit_m
     from elocute.files.atomic import write_atomically
     from elocute.head.registry import open_head
@@ -81,7 +85,7 @@ def scan_command(
         return
     model = open_head(head)
     scan = read_scan(file, unit)
-    known = no_landmarks() if landmarks is None else read_landmarks(landmarks, unit_m(unit))
+    known = read_landmarks(landmarks, unit_m(unit)) if landmarks else _detected(model, scan)
     found, neutral = _registered(model, scan, known, template, method)
     points = neutral if zero_pose else found.vertices / unit_m(unit)
     with plan.writing(output), write_atomically(output) as draft:
@@ -89,8 +93,23 @@ def scan_command(
     _report(file, output, found, as_json)
 
 
+def _detected(model: HeadModel, scan: Scan) -> Landmarks:
+    """Landmarks as a detector sees them; none of them known where there is no detector."""
+    from elocute.capture.found_landmarks import find_landmarks
+    from elocute.capture.scans import landmark_detection
+    from elocute.capture.scans.landmarks import no_landmarks
+
+    try:
+        with landmark_detection.mediapipe_landmarks() as detector:
+            found = find_landmarks(model, scan, detector)
+    except MachineError:
+        return no_landmarks()
+    typer.echo(f"elocute: {int(found.good.sum())} of 68 landmarks seen in pictures", err=True)
+    return found if found.enough else no_landmarks()
+
+
 def _registered(
-    model: HeadModel, scan: Any, known: Any, template: Path | None, method: str
+    model: HeadModel, scan: Scan, known: Landmarks, template: Path | None, method: str
 ) -> tuple[Registration, Any]:
     """The registration, and the mesh in zero pose (vertex, 3) m: a new person's at rest."""
     from elocute.capture.registration.register import (
