@@ -31,7 +31,7 @@ from elocute.array_types import Float64Array
 from elocute.capture.registration.accuracy import correspondence_mm, scan_distances, surface_error
 from elocute.capture.registration.closest_points import CoarseMesh, sample_triangles
 from elocute.capture.registration.correspondences import sample_scan
-from elocute.capture.registration.initial_pose import find_initial_pose
+from elocute.capture.registration.initial_pose import initial_poses
 from elocute.capture.registration.nonrigid_icp import NonrigidIcp
 from elocute.capture.registration.register import register_neutral, register_nonrigid, register_scan
 from elocute.capture.registration.template import Template
@@ -196,7 +196,7 @@ def theirs(template: Template, cases: list[Case]) -> list[Column]:
     for name, method in methods.items():
         column = Column(name)
         for case in cases:
-            pose = find_initial_pose(template, sample_scan(case.scan), case.landmarks)
+            pose = initial_poses(template, sample_scan(case.scan), case.landmarks)[0]
             start = apply_pose(template.head, template.vertices, pose)
             source = trimesh.Trimesh(start[template.skin], triangles, process=False)
             target = trimesh.Trimesh(case.scan.points, case.scan.triangles, process=False)

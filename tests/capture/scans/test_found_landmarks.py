@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import importlib.util
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from elocute.capture.scans.landmark_detection import _landmark_shares
+from elocute.capture.found_landmarks import find_landmarks
+from elocute.capture.scans.landmark_detection import _landmark_shares, detect_landmarks
 from elocute.capture.scans.landmarks import read_landmarks
+from elocute.capture.scans.scan import Scan
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.head.identity import sample_identity
@@ -65,3 +68,28 @@ def test_one_scan_needs_a_place(sequence_folder: Path, tmp_path: Path):
     refused("capture", "landmarks", scan, says="no -o")
     place = tmp_path / "marks.txt"
     refused("capture", "landmarks", scan, "-o", place, says="allowed: .json")
+
+
+def test_a_scan_is_shown_without_its_colours_and_turned_to_the_camera(
+    head: HeadModel, scans: list[Scan]
+):
+    """A detector that sees no face is shown all there is: of a scan that lies on its back, too."""
+    seen: list[np.ndarray] = []
+    down = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    lying = replace(scans[0], points=scans[0].points @ down.T)
+    assert not find_landmarks(head, lying, seen.append).good.any()
+    pictures = {}
+    for name, scan in (("as it lies", lying), ("upright", scans[0])):
+        for colors in (scan.colors, None):
+            shown: list[np.ndarray] = []
+            detect_landmarks(replace(scan, colors=colors), shown.append)
+            pictures[name, colors is None] = shown
+    assert len(seen) == 20
+    assert (seen[0] == pictures["as it lies", False][0]).all()
+    assert (seen[5] == pictures["as it lies", True][0]).all()
+    for first, grey in ((10, False), (15, True)):
+        apart = [
+            np.abs(seen[first].astype(float) - pictures[way, grey][0]).mean()
+            for way in ("upright", "as it lies")
+        ]
+        assert apart[0] < 0.5 * apart[1]

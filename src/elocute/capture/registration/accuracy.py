@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
 from elocute.head.model import HeadModel
+from elocute.head.normals import vertex_normals
 
 REACH_M = 0.02
 """Points of the scan further away than this are no part of the head."""
 FACE_REACH_M = 0.01
+FACING = 0.3
+"""Smallest cosine between the normals of a face and a scan where that shows it."""
+
+
+LIMIT_MM, LIMIT_NOISES, NOISE_MAX_MM = 0.4, 3.0, 2.0
+"""A face found lies nearer to the scan than this, or than so many times the scan's noise."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +36,15 @@ class SurfaceError:
     covered
         Share of the scan's points within 20 mm of the surface.
     face
-        Share of the face that has a point of the scan within 10 mm.
+        Share of the face around the nose that has a point of the scan within 10 mm that faces
+        as it does.
+    face_median
+        mm, of the points nearest to the face.
+    limit
+        mm; a face further off than this is none. A noisy scan may lie further off.
+    strange
+        mm, mean distance of the face from the nearest that the model makes. A surface that is free
+        to bend lies close to anything; but a wrong place looks like nobody's face.
     """
 
     median: float
@@ -36,6 +52,9 @@ class SurfaceError:
     p95: float
     covered: float
     face: float = 1.0
+    face_median: float = 0.0
+    limit: float = LIMIT_MM
+    strange: float = 0.0
 
     def record(self) -> dict[str, float]:
         """Values by name, rounded to 10 nm."""
@@ -54,20 +73,77 @@ def scan_distances(template: Template, vertices: Float64Array, scan: Scan) -> Fl
     -------
     (point,) mm; infinite beyond 20 mm.
     """
-    surface = template.surface(vertices)
-    squared = surface.closest(scan.points, REACH_M, near=3).squared
-    return 1000 * np.sqrt(squared)
+    return _distances_and_places(template, vertices, scan)[0]
 
 
-def face_coverage(head: HeadModel, vertices: Float64Array, points: Float64Array) -> float:
-    """Share of the face's vertices with a point (point, 3) m near; 1 for a head without regions."""
+def _distances_and_places(
+    template: Template, vertices: Float64Array, scan: Scan
+) -> tuple[Float64Array, NDArray[np.integer]]:
+    """Distances (point,) mm, and a vertex (point,) of the triangle where the surface is nearest."""
+    found = template.surface(vertices).closest(scan.points, REACH_M, near=3)
+    return 1000 * np.sqrt(found.squared), template.triangles[found.triangle, 0]
+
+
+def registration_error(
+    template: Template, vertices: Float64Array, scan: Scan, offsets: Float64Array | None = None
+) -> SurfaceError:
+    """How far a template's shape (vertex, 3) m lies from its scan, and how far it may lie.
+
+    offsets (vertex, 3) m are what it has beyond the model, where there is one.
+    """
+    distances, places = _distances_and_places(template, vertices, scan)
+    of_face = np.zeros(len(vertices), bool)
+    of_face[template.open_face] = True
+    face = distances[of_face[places] & np.isfinite(distances)]
+    strange = 0.0
+    if offsets is not None:
+        strange = float(1000 * np.linalg.norm(offsets[template.open_face], axis=1).mean())
+    found = replace(
+        surface_error(distances),
+        strange=strange,
+        face=face_coverage(template, vertices, scan),
+        face_median=float(np.median(face)) if len(face) else 0.0,
+    )
+    if found.face_median <= LIMIT_MM:
+        return found
+    noise = min(scan_noise_mm(scan), NOISE_MAX_MM)
+    return replace(found, limit=max(LIMIT_MM, LIMIT_NOISES * noise))
+
+
+def scan_noise_mm(scan: Scan) -> float:
+    """Standard deviation of a scan's noise along its normals, as far as neighbours differ by it.
+
+    Second differences over the mesh, so that a surface that bends evenly has none.
+    """
+    from scipy.sparse import coo_matrix, diags, identity
+
+    count = len(scan.points)
+    a, b, c = scan.triangles.T
+    rows, columns = np.r_[a, b, c], np.r_[b, c, a]
+    links = coo_matrix((np.ones(len(rows)), (rows, columns)), (count, count)).tocsr()
+    links = ((links + links.T) > 0).astype(np.float64)
+    degree = np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1)
+    difference = identity(count, format="csr") - diags(1 / degree) @ links
+    bends = np.einsum("ij,ij->i", difference @ scan.points, scan.normals)
+    # What such differences make of white noise of unit size.
+    twice = difference @ difference
+    gain = np.sqrt(np.asarray(twice.multiply(twice).sum(axis=1)).ravel())
+    kept = ~scan.boundary
+    if not kept.any():
+        return 0.0
+    return float(1000 * 1.4826 * np.median(np.abs((difference @ bends / gain)[kept])))
+
+
+def face_coverage(template: Template, vertices: Float64Array, scan: Scan) -> float:
+    """Share of the face's vertices with a point of the scan near that faces as they do."""
     from scipy.spatial import KDTree
 
-    face = vertices[head.regions["face"]] if "face" in head.regions else vertices[:0]
-    if not len(face):
-        return 1.0
-    apart, _ = KDTree(points).query(face, distance_upper_bound=FACE_REACH_M)
-    return float(np.isfinite(apart).mean())
+    face = template.open_face
+    normals = vertex_normals(vertices, template.triangles)[face]
+    apart, near = KDTree(scan.points).query(vertices[face], distance_upper_bound=FACE_REACH_M)
+    seen = np.isfinite(apart)
+    facing = np.einsum("ij,ij->i", normals[seen], scan.normals[near[seen]])
+    return float((facing > FACING).sum() / len(face))
 
 
 def surface_error(distances_mm: Float64Array) -> SurfaceError:

@@ -57,6 +57,8 @@ COLD_STAGES = (
     OffsetStage(0.004),
     OffsetStage(0.003, reach_m=0.003),
 )
+FINE_STAGES = (OffsetStage(0.004, anchor=0.0), OffsetStage(0.003, anchor=0.0, reach_m=0.003))
+"""From a surface that has left the model already, to which nothing is drawn back."""
 WARM_STAGES = (OffsetStage(0.004), OffsetStage(0.003, reach_m=0.003))
 
 

@@ -1,28 +1,24 @@
-"""Roughly where the head is in a scan: from landmarks, or by trying many poses without them."""
+"""Roughly where the head is in a scan: from landmarks, or wherever a face may be without them."""
 
 from __future__ import annotations
-
-import itertools
 
 import numpy as np
 
 from elocute.array_types import Float64Array
 from elocute.capture.registration.correspondences import ScanSamples
+from elocute.capture.registration.head_search import head_candidates
 from elocute.capture.registration.template import Template
 from elocute.capture.registration.zero_pose import HeadPose, align_head, apply_pose
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.errors import CaptureError
-from elocute.numerics.rigid_alignment import rigid_alignment
 
-TRIES, STEPS, POINTS = 4, 25, 700
-TRIM = 0.85  # share of the points that count: hair and shoulders may differ
 FAR_MM = 12.0
 """Mean distance of an aligned head beyond which the scan or the landmarks show no head."""
-FIRST_STEPS = 8
+CANDIDATES = 5
 
 
-def find_initial_pose(template: Template, samples: ScanSamples, landmarks: Landmarks) -> HeadPose:
-    """A pose within some millimetres and degrees.
+def initial_poses(template: Template, samples: ScanSamples, landmarks: Landmarks) -> list[HeadPose]:
+    """Poses of which one is within some millimetres and degrees, the likeliest first.
 
     Parameters
     ----------
@@ -31,17 +27,17 @@ def find_initial_pose(template: Template, samples: ScanSamples, landmarks: Landm
     samples
         Of the scan.
     landmarks
-        The scan's; without enough good ones 24 directions are tried.
+        The scan's. With enough good ones they tell the only pose; without, the scan is searched for
+        faces, of which a fit must find the right one.
 
     Raises
     ------
     CaptureError
-        For a scan that is mirrored or inside out, landmarks off the scan, and a scan in which no
-        head is found.
+        For a scan that is mirrored and landmarks off the scan.
     """
     vertices, places, weights = template.landmark_weights(landmarks)
     if not len(vertices) or not landmarks.enough:
-        return _search_pose(template, samples)
+        return head_candidates(template, samples, CANDIDATES)
     from scipy.spatial import KDTree
 
     off = np.median(KDTree(samples.points).query(places)[0])
@@ -62,66 +58,8 @@ def find_initial_pose(template: Template, samples: ScanSamples, landmarks: Landm
         raise CaptureError(
             f"landmarks: found {left:.1f} mm off a face on average; allowed: iBUG's 68 in order"
         )
-    return pose
+    return [pose]
 
 
 def _apart_mm(first: Float64Array, second: Float64Array) -> float:
     return float(1000 * np.linalg.norm(first - second, axis=1).mean())
-
-
-def _search_pose(template: Template, samples: ScanSamples) -> HeadPose:
-    """Rigid closest points from 24 directions; the upright ones are tried first."""
-    some = samples.subset(POINTS)
-    drafts = [_rigid_icp(template, some, turn, FIRST_STEPS) for turn in _directions()]
-    drafts.sort(key=lambda draft: draft[0])
-    settled = [_rigid_icp(template, some, rigid, STEPS) for _, rigid in drafts[:TRIES]]
-    best_mm, (rotation, shift) = min(settled, key=lambda found: found[0])
-    if best_mm > FAR_MM:
-        raise CaptureError(
-            f"scan: found no head (the nearest is {best_mm:.1f} mm off); allowed: a head, its "
-            "faces wound outwards; or give `landmarks`"
-        )
-    model = template.vertices
-    return align_head(template.head, model, model @ rotation.T + shift)
-
-
-_Rigid = tuple[Float64Array, Float64Array]  # rotation (3, 3) and shift (3,) m
-
-
-def _directions() -> list[Float64Array]:
-    """The 24 rotations (3, 3) that map axes to axes."""
-    found = []
-    for order in itertools.permutations(range(3)):
-        for signs in itertools.product((1.0, -1.0), repeat=3):
-            rotation = np.zeros((3, 3))
-            rotation[range(3), order] = signs
-            if np.linalg.det(rotation) > 0:
-                found.append(rotation)
-    return sorted(found, key=lambda rotation: -np.trace(rotation))
-
-
-def _rigid_icp(
-    template: Template, samples: ScanSamples, start: Float64Array | _Rigid, steps: int
-) -> tuple[float, _Rigid]:
-    """Trimmed distance in mm and the rigid motion after some steps of closest points.
-
-    The samples move into the frame of the template, whose surface so needs one tree only.
-    """
-    if isinstance(start, tuple):
-        rotation, shift = start
-    else:
-        rotation = start
-        shift = samples.points.mean(axis=0) - rotation @ template.vertices.mean(axis=0)
-    surface = template.neutral_surface
-    apart = np.inf
-    for _ in range(steps):
-        local = (samples.points - shift) @ rotation
-        found = surface.closest(local, near=1)
-        normals = template.neutral_normals[found.triangle]
-        facing = np.einsum("ij,ij->i", normals, samples.normals @ rotation)
-        # A point whose normal faces the other way counts as far off: a front is no back.
-        far = np.sqrt(found.squared) + 0.03 * (facing < 0.2)
-        kept = far <= np.quantile(far, TRIM)
-        apart = float(1000 * far[kept].mean())
-        rotation, shift = rigid_alignment(found.points[kept], samples.points[kept])
-    return apart, (rotation, shift)

@@ -7,8 +7,10 @@ Gauss-Newton on point-to-plane distances; each step finds its matches anew.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,15 +26,26 @@ from elocute.capture.registration.correspondences import (
 from elocute.capture.registration.template import Template
 from elocute.capture.registration.zero_pose import HeadPose, posed_joints
 from elocute.capture.scans.landmarks import Landmarks
+from elocute.head.skinning import joint_transforms
 from elocute.motion.joint_jacobians import Rig, joint_slopes, vertex_transforms
 from elocute.numerics.bounded_least_squares import solve_box
-from elocute.numerics.quaternions import from_axis_angle, multiply
+from elocute.numerics.quaternions import from_axis_angle, multiply, to_axis_angle
 
 MM = 1000.0
 NOISE_M = 1e-4
 """Smallest scale of the robust weights: about a scanner's noise."""
-TURN_COST = 1e-3
-"""Cost of a squared radian of the neck, in mm² of mean squared distance: it moves little."""
+NECK_COST = 5.0
+"""Cost of a squared radian of the neck and of the head on it, in mm² of mean squared distance: the
+root turns the whole head, and a face cropped at the chin says nothing about its neck."""
+LANDMARK_NOISE_M = 0.002
+"""Smallest scale of the robust weights of landmarks: nobody points at a lip more exactly."""
+UNSEEN_SHAPES = re.compile(r"eyeLook|tongue")
+"""Expressions that a resting face does not show: gaze and tongue are inside, and hardly scanned."""
+UNSEEN_COST = 1e3
+"""Cost of their squared weights at rest, relative to that of others."""
+BLINKS = re.compile(r"eyeBlink")
+BLINK_COST = 0.02
+"""The same of blinks: people close their eyes in a scanner, and no identity has them closed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +84,9 @@ class FitStage:
     identity, expression
         Cost of a squared coefficient in mm² of mean squared distance.
     trusted_m
-        Landmarks further off than this (root mean square) weigh less, by its fourth power: once the
-        surface is near, it is more accurate than a landmark detector.
+        Landmarks further off than this (root mean square) weigh less by the square, as noise of
+        that size does in least squares: once a known face is near, it is more accurate than a
+        landmark detector. A face that is not known yet is off for another reason.
     """
 
     steps: int
@@ -91,7 +105,15 @@ COLD_STAGES = (
     FitStage(4, 0.006, 0.5, 0.01, trusted_m=TRUSTED_LANDMARKS_M),
     FitStage(3, 0.003, 0.6, 0.003, 5e-4, 5e-4, TRUSTED_LANDMARKS_M),
 )
-"""From landmarks alone."""
+"""A known face, from landmarks alone."""
+NEUTRAL_STAGES = (
+    FitStage(3, 0.03, 0.3, 1.0, 0.2, 1.0),
+    FitStage(4, 0.015, 0.4, 0.3, 0.05, 0.5),
+    FitStage(4, 0.006, 0.5, 0.1, 0.02, 0.2),
+    FitStage(4, 0.003, 0.6, 0.1, 5e-4, 0.2),
+)
+"""A face of unknown identity at rest. Its expression is stiff: it must not explain the identity."""
+
 WARM_STAGES = (
     FitStage(3, 0.006, 0.5, 0.01, trusted_m=TRUSTED_LANDMARKS_M),
     FitStage(2, 0.003, 0.6, 0.003, 5e-4, 5e-4, TRUSTED_LANDMARKS_M),
@@ -115,6 +137,11 @@ class ModelFit:
         if self.with_identity:
             parts.insert(0, self.template.identity_basis)
         return np.concatenate(parts).reshape(sum(map(len, parts)), -1)
+
+    @property
+    def cold_stages(self) -> tuple[FitStage, ...]:
+        """From scratch: of a face that is sought with its identity, or of a known one."""
+        return NEUTRAL_STAGES if self.with_identity else COLD_STAGES
 
     def neutral_start(self, pose: HeadPose) -> ModelParameters:
         """The template itself at a pose."""
@@ -225,11 +252,37 @@ class ModelFit:
         spread: Any = csr_matrix(
             (rows.ravel(), columns.ravel(), starts), (len(corners), len(basis))
         )
+        shaping = spread @ basis
+        identities = len(parameters.identity)
+        shaping[:, :identities] += self._pivot_slopes(along, weights, parameters)
         points = np.einsum("pc,pca->pa", bary, self.zero_pose_vertices(parameters)[corners])
         turning = joint_slopes(rig, parameters.pose.turns, points, posed_joints(head))
-        return np.concatenate(
-            [spread @ basis, np.einsum("pa,pak->pk", along, turning), along], axis=1
-        )
+        return np.concatenate([shaping, np.einsum("pa,pak->pk", along, turning), along], axis=1)
+
+    def _pivot_slopes(
+        self, along: Float64Array, weights: Float64Array, parameters: ModelParameters
+    ) -> Float64Array:
+        """(point, identity): an identity moves the joints too, about which all else then turns.
+
+        What a joint adds to a vertex is linear in the joints' places.
+        """
+        head, count = self.template.head, len(parameters.identity)
+        moved = head.joint_identity_basis[:count].astype(np.float64)
+        turns = np.broadcast_to(parameters.pose.turns, (count, *parameters.pose.turns.shape))
+        _, shifts = joint_transforms(turns, moved, head.joint_parents)
+        carried = np.einsum("pj,kja->pka", weights, shifts, optimize=True)
+        return np.einsum("pka,pa->pk", carried, along)
+
+    @cached_property
+    def _stiffness(self) -> Float64Array:
+        """(expression,) relative cost: a face fitted with its identity is one at rest."""
+        cost = np.ones(len(self.template.head.expression_names))
+        for place, name in enumerate(self.template.head.expression_names):
+            if self.with_identity and UNSEEN_SHAPES.match(name):
+                cost[place] = UNSEEN_COST
+            elif self.with_identity and BLINKS.match(name):
+                cost[place] = BLINK_COST
+        return cost
 
     def _add_landmarks(
         self,
@@ -245,8 +298,9 @@ class ModelFit:
         if not len(vertices):
             return
         apart, shares = places - posed[vertices], shares / shares.sum()
-        off_m = float(np.sqrt(shares @ np.square(apart).sum(axis=1)))
-        belief = min(1.0, stage.trusted_m / max(off_m, 1e-9)) ** 4
+        shares = shares * robust_weights(np.linalg.norm(apart, axis=1), LANDMARK_NOISE_M)
+        off_m = float(np.sqrt(shares @ np.square(apart).sum(axis=1) / shares.sum()))
+        belief = min(1.0, stage.trusted_m / max(off_m, 1e-9)) ** 2
         shares = MM * np.sqrt(stage.landmarks * belief * shares)
         left = apart * shares[:, None]
         for axis in range(3):
@@ -265,13 +319,18 @@ class ModelFit:
         head = self.template.head
         identities, expressions = len(parameters.identity), len(parameters.expression)
         joints = posed_joints(head)
-        known = np.concatenate([parameters.identity, parameters.expression])
-        cost = np.r_[np.full(identities, stage.identity), np.full(expressions, stage.expression)]
-        count = len(known)
-        damping = np.r_[cost, np.zeros(3), np.full(3 * len(joints) - 3, TURN_COST), np.zeros(3)]
-        gram = gram + np.diag(damping + 1e-9 * np.diag(gram) + 1e-12)
-        side = side.copy()
-        side[:count] -= cost * known
+        count = identities + expressions
+        bends = to_axis_angle(parameters.pose.turns[joints[1:]]).ravel()
+        cost = np.r_[
+            np.full(identities, stage.identity),
+            stage.expression * self._stiffness,
+            np.zeros(3),
+            np.full(len(bends), NECK_COST),
+            np.zeros(3),
+        ]
+        known = np.r_[parameters.identity, parameters.expression, np.zeros(3), bends, np.zeros(3)]
+        gram = gram + np.diag(cost + 1e-9 * np.diag(gram) + 1e-12)
+        side = side - cost * known
         low, high = np.full(len(side), -np.inf), np.full(len(side), np.inf)
         if "jawOpen" in head.expression_names:
             span = slice(identities, count)

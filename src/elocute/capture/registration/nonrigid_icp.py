@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
 from elocute.capture.registration.closest_points import DenseMesh
+from elocute.capture.registration.correspondences import robust_weights
 from elocute.capture.registration.template import Template
 from elocute.capture.scans.landmarks import Landmarks
 from elocute.capture.scans.scan import Scan
@@ -64,19 +65,26 @@ class StiffnessLevel:
 
 
 COLD_LEVELS = (
-    StiffnessLevel(10.0, 5.0),
-    StiffnessLevel(2.0, 1.0),
-    StiffnessLevel(0.3, 0.1, reach_m=0.01),
-    StiffnessLevel(0.03, 0.0, reach_m=0.006),
-    StiffnessLevel(0.003, 0.0, reach_m=0.004),
+    StiffnessLevel(10.0, 10.0),
+    StiffnessLevel(2.0, 5.0),
+    StiffnessLevel(0.3, 2.0, reach_m=0.01),
+    StiffnessLevel(0.03, 0.3, reach_m=0.006),
+    StiffnessLevel(0.01, 0.05, reach_m=0.004),
 )
 """From a template that stands roughly where the scan does."""
 WARM_LEVELS = (
-    StiffnessLevel(0.3, 0.1, 1, reach_m=0.01),
-    StiffnessLevel(0.03, 0.0, 1, reach_m=0.006),
-    StiffnessLevel(0.003, 0.0, 2, reach_m=0.004),
+    StiffnessLevel(0.3, 2.0, 1, reach_m=0.01),
+    StiffnessLevel(0.03, 0.3, 1, reach_m=0.006),
+    StiffnessLevel(0.01, 0.05, 2, reach_m=0.004),
 )
 """From the shape of the frame before."""
+RIM_STIFFNESS, RIM_M = 10.0, 0.004
+"""How much stiffer the skin is on the rims of the lids and inside the mouth, and how far that
+reaches: there a scan shows eyes and teeth, or nothing, and the nearest point is no match."""
+RIM_MATCHED = 0.5
+LANDMARK_NOISE_M = 0.002
+NOWHERE = np.zeros(0, np.int32)
+LIDS = ("lid_upper_left", "lid_upper_right", "lid_lower_left", "lid_lower_right")
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,17 +122,32 @@ class NonrigidIcp:
         count = len(self.template.skin)
         a, b, c = self._triangles.T
         rows, columns = np.r_[a, b, c], np.r_[b, c, a]
-        links = coo_matrix((np.ones(len(rows)), (rows, columns)), (count, count)).tocsr()
-        links = ((links + links.T) > 0).astype(np.float64)
+        stiffness = 1 + (RIM_STIFFNESS - 1) * self._rim_share
+        weights = np.maximum(stiffness[rows], stiffness[columns])
+        links = coo_matrix((weights, (rows, columns)), (count, count)).tocsr()
+        links = links.maximum(links.T)
         laplacian = diags(np.asarray(links.sum(axis=1)).ravel()) - links
         return kron(laplacian, identity(4), format="csr")
 
     @cached_property
+    def _rim_share(self) -> Float64Array:
+        """(free,) 1 on the rims of the lids and inside the mouth, 0 on open skin."""
+        from scipy.spatial import KDTree
+
+        head, skin = self.template.head, self.template.vertices[self.template.skin]
+        share = np.zeros(head.vertex_count)
+        share[head.regions.get("inner_mouth", NOWHERE)] = 1
+        share = share[self.template.skin]
+        rims = np.concatenate([head.regions.get(name, NOWHERE) for name in LIDS])
+        if len(rims):
+            apart, _ = KDTree(self.template.vertices[rims]).query(skin)
+            share = np.maximum(share, np.exp(-np.square(apart / RIM_M)))
+        return share
+
+    @cached_property
     def _matchable(self) -> NDArray[np.bool_]:
-        """(free,) vertices that a scan can show: not the inside of the mouth."""
-        inside = np.zeros(self.template.head.vertex_count, bool)
-        inside[self.template.head.regions.get("inner_mouth", np.zeros(0, np.int32))] = True
-        return ~inside[self.template.skin]
+        """(free,) vertices that a scan can show, where what is nearest is what they are."""
+        return self._rim_share < RIM_MATCHED
 
     def register(
         self,
@@ -200,7 +223,8 @@ class NonrigidIcp:
         if level.landmarks:
             vertices, places, shares = self.template.landmark_weights(aim.landmarks)
             rows = self.template.skin_index[vertices]
-            pull = level.landmarks * shares
+            off = np.linalg.norm(places - current[rows], axis=1)
+            pull = level.landmarks * shares * robust_weights(off, LANDMARK_NOISE_M)
             total = weights[rows] + pull
             targets[rows] = (
                 weights[rows, None] * targets[rows] + pull[:, None] * places

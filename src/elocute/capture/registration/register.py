@@ -2,7 +2,8 @@
 
 The sequential fit of VOCA (2019, section 6, after Li et al. 2017): identity once per subject from
 a resting face; then pose and expression of every frame, warm from the frame before; then offsets
-that are free but smooth.
+that are free but smooth. No model spans every person: a neutral face leaves it by non-rigid ICP,
+led by landmarks, before its offsets are sought.
 """
 
 from __future__ import annotations
@@ -16,29 +17,32 @@ from elocute.array_types import Float64Array
 from elocute.capture.registration import free_offsets, model_fit, nonrigid_icp
 from elocute.capture.registration.accuracy import (
     SurfaceError,
-    face_coverage,
     landmark_error_mm,
-    scan_distances,
-    surface_error,
+    registration_error,
 )
 from elocute.capture.registration.correspondences import ScanSamples, sample_scan
-from elocute.capture.registration.initial_pose import find_initial_pose
+from elocute.capture.registration.head_search import face_distance_mm
+from elocute.capture.registration.initial_pose import FAR_MM, initial_poses
+from elocute.capture.registration.inner_parts import carry_inner_parts
 from elocute.capture.registration.model_fit import ModelFit, ModelParameters
 from elocute.capture.registration.nonrigid_icp import NonrigidIcp
-from elocute.capture.registration.template import Template, adaptive_template
+from elocute.capture.registration.template import Template, adaptive_template, with_size
 from elocute.capture.registration.zero_pose import HeadPose, align_head, apply_pose, remove_pose
-from elocute.capture.scans.landmarks import Landmarks
+from elocute.capture.scans.landmarks import Landmarks, no_landmarks
 from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.errors import CaptureError
 from elocute.head.mesh import with_template
 from elocute.head.model import HeadModel
 
 MODEL_POINTS = 6_000
+SEARCH_POINTS = 2_000
 SURFACE_POINTS = 40_000
-LOST_MEDIAN_MM = 0.6
 LOST_LANDMARK_MM = 6.0
-LOST_COVERED = 0.4
-LOST_FACE = 0.5
+LOST_COVERED = 0.2
+"""Low, as a scan may show clothes and hair: it is the face that tells."""
+LOST_FACE = 0.8
+LOST_STRANGE_MM, LOST_STRANGE_LED_MM = 3.5, 6.0
+"""Without landmarks, and with some. People came to 2.8, faces in wrong places to 4 to 7."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +85,11 @@ class Registration:
             return f"only {100 * self.surface.covered:.0f} % of the scan is near the head"
         if self.surface.face < LOST_FACE:
             return f"only {100 * self.surface.face:.0f} % of the face is in the scan"
-        if not self.surface.median <= LOST_MEDIAN_MM:
-            return f"the surface is {self.surface.median:.2f} mm off"
+        if not self.surface.face_median <= self.surface.limit:
+            return f"the face is {self.surface.face_median:.2f} mm off the scan"
+        allowed = LOST_STRANGE_MM if self.landmark_mm is None else LOST_STRANGE_LED_MM
+        if self.surface.strange > allowed:
+            return f"the face is {self.surface.strange:.1f} mm from any that the model knows"
         if self.landmark_mm is not None and self.landmark_mm > LOST_LANDMARK_MM:
             return f"the landmarks are {self.landmark_mm:.1f} mm off"
         return ""
@@ -116,10 +123,11 @@ def register_neutral(
     CaptureError
         For a scan without a head.
     """
-    general = Template(head)
     if method == "nicp":
-        found, _ = register_nonrigid(general, scan, landmarks, adapted=False)
+        found, _ = register_nonrigid(Template(head), scan, landmarks, adapted=False)
         return Template(with_template(head, found.zero.astype(np.float32), head.name)), found
+    head = with_size(head)
+    general = Template(head, mouth_shut=True)
     found = _register(general, ModelFit(general, True), scan, landmarks, None)
     shown = np.tensordot(found.parameters.expression, general.basis, 1)
     neutral = (found.zero - shown).astype(np.float32)
@@ -127,6 +135,20 @@ def register_neutral(
     # The joints were found with the identity; `with_template` would guess them once more.
     joints = head.identity_joints(found.parameters.identity.astype(np.float32)).astype(np.float32)
     return Template(replace(own, joint_positions=joints)), found
+
+
+def locate_head(head: HeadModel, scan: Scan) -> HeadPose:
+    """Roughly where a head is in a scan without landmarks, however it lies.
+
+    Raises
+    ------
+    CaptureError
+        For a scan without a head.
+    """
+    scan, _ = checked_scan(scan)
+    template = Template(with_size(head), mouth_shut=True)
+    fit = ModelFit(template, True)
+    return _located(template, fit, scan, sample_scan(scan), no_landmarks()).pose
 
 
 def _with_joints(head: HeadModel, parameters: ModelParameters) -> HeadModel:
@@ -219,7 +241,8 @@ def register_nonrigid(
     started = time.thread_time()
     scan, notes = checked_scan(scan)
     fit = ModelFit(template, False)
-    parameters = fit.neutral_start(find_initial_pose(template, sample_scan(scan), landmarks))
+    located = _located(template, fit, scan, sample_scan(scan), landmarks)
+    parameters = fit.neutral_start(located.pose)
     if adapted and landmarks.enough and len(template.head.landmarks):
         parameters = replace(
             parameters, expression=_landmark_expression(template, landmarks, parameters.pose)
@@ -237,7 +260,7 @@ def register_nonrigid(
         zero,
         parameters,
         zero - fit.zero_pose_vertices(parameters),
-        _surface(template, vertices, scan),
+        registration_error(template, vertices, scan),
         landmark_error_mm(template.head, vertices, landmarks),
         seconds,
         notes,
@@ -260,7 +283,7 @@ def _register(
     if not len(samples.points):
         raise CaptureError.about(scan.name, found="nothing but rims", allowed="a surface")
     if before is None:
-        parameters = _cold_start(template, fit, samples, landmarks)
+        parameters = _cold_start(template, fit, scan, samples, landmarks)
         added, stages = None, free_offsets.COLD_STAGES
     else:
         parameters = fit.fit(
@@ -272,16 +295,26 @@ def _register(
         )
     model = fit.posed_vertices(parameters)
     some = samples.subset(SURFACE_POINTS, seed=1)
-    vertices = model + free_offsets.fit_offsets(template, model, some, start=added, stages=stages)
+    if fit.with_identity:
+        near, _ = NonrigidIcp(template).register(model, scan, landmarks)
+        vertices = near + free_offsets.fit_offsets(
+            template, near, some, stages=free_offsets.FINE_STAGES
+        )
+        vertices = carry_inner_parts(template, model, vertices)
+    else:
+        vertices = model + free_offsets.fit_offsets(
+            template, model, some, start=added, stages=stages
+        )
     seconds = time.thread_time() - started
     head = _with_joints(template.head, parameters)
     zero = remove_pose(head, vertices, parameters.pose)
+    offsets = zero - fit.zero_pose_vertices(parameters)
     return Registration(
         vertices,
         zero,
         parameters,
-        zero - fit.zero_pose_vertices(parameters),
-        _surface(template, vertices, scan),
+        offsets,
+        registration_error(template, vertices, scan, offsets),
         landmark_error_mm(template.head, vertices, landmarks),
         seconds,
         notes,
@@ -294,19 +327,37 @@ def _settled_pose(template: Template, vertices: Float64Array) -> HeadPose:
     return align_head(template.head, template.vertices[still], vertices[still])
 
 
-def _surface(template: Template, vertices: Float64Array, scan: Scan) -> SurfaceError:
-    found = surface_error(scan_distances(template, vertices, scan))
-    return replace(found, face=face_coverage(template.head, vertices, scan.points))
-
-
 def _cold_start(
-    template: Template, fit: ModelFit, samples: ScanSamples, landmarks: Landmarks
+    template: Template, fit: ModelFit, scan: Scan, samples: ScanSamples, landmarks: Landmarks
 ) -> ModelParameters:
     """From scratch: pose by landmarks or search, expression by Eq. 1, then the model fit."""
-    start = fit.neutral_start(find_initial_pose(template, samples, landmarks))
+    start = _located(template, fit, scan, samples, landmarks)
     if landmarks.enough and len(template.head.landmarks) and not fit.with_identity:
         start = replace(start, expression=_landmark_expression(template, landmarks, start.pose))
-    return fit.fit(samples.subset(MODEL_POINTS), landmarks, start, model_fit.COLD_STAGES)
+    return fit.fit(samples.subset(MODEL_POINTS), landmarks, start, fit.cold_stages)
+
+
+def _located(
+    template: Template, fit: ModelFit, scan: Scan, samples: ScanSamples, landmarks: Landmarks
+) -> ModelParameters:
+    """Where the head is. Of several places the one where a fitted face lies nearest to the scan.
+
+    Raises CaptureError where there is no head.
+    """
+    starts = [fit.neutral_start(pose) for pose in initial_poses(template, samples, landmarks)]
+    if landmarks.enough and len(starts) == 1:
+        return starts[0]
+    some = samples.subset(SEARCH_POINTS)
+    tried = [fit.fit(some, no_landmarks(), start, fit.cold_stages[:2]) for start in starts]
+    apart = [face_distance_mm(template, fit.posed_vertices(one), samples) for one in tried]
+    if not apart or min(apart) > FAR_MM:
+        raise CaptureError.about(
+            scan.name,
+            found="no head",
+            allowed="a scan with a face",
+            remedy="give its landmarks",
+        )
+    return tried[int(np.argmin(apart))]
 
 
 def _landmark_expression(template: Template, landmarks: Landmarks, pose: HeadPose) -> Float64Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,15 +15,21 @@ from elocute.capture.registration.closest_points import (
     TriangleSamples,
     sample_triangles,
 )
+from elocute.capture.registration.visibility import seen_from_front
 from elocute.capture.scans.landmarks import JAW_LINE, Landmarks
 from elocute.head.model import HeadModel
 from elocute.numerics.ridge import ridge_coefficients
 
 UNSCANNED_MATERIALS = ("hair",)
 """Materials whose surface no scanner measures: brows and lashes stand on the skin."""
+INNER_MATERIALS = ("mouth", "teeth", "gums", "tongue")
 COTANGENT_MAX = 5.0
+FACE_M, NOSE_TIP = 0.07, 30
+PIXEL_M = 0.002
 STILL_M, STILL_SHARE, STILL_LEAST = 1e-4, 0.99, 60
 JAW_LINE_WEIGHT = 0.1
+SIZE_STEP = 0.05
+"""Share of a head's size: the standard deviation of adults'."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,15 +40,20 @@ class Template:
     ----------
     head
         Its template is the neutral face from which registration starts.
+    mouth_shut
+        Whether a scan is known to show nothing inside the mouth, as that of a resting face. What
+        is inside is then no surface: a scan that lies across it would seem to be near the head.
     """
 
     head: HeadModel
+    mouth_shut: bool = False
 
     @cached_property
     def triangles(self) -> NDArray[np.int32]:
         """(triangle, 3) of the surface that scans show."""
         names = self.head.material_names
-        unseen = [index for index, name in enumerate(names) if name in UNSCANNED_MATERIALS]
+        hidden = UNSCANNED_MATERIALS + (INNER_MATERIALS if self.mouth_shut else ())
+        unseen = [index for index, name in enumerate(names) if name in hidden]
         return self.head.triangles[~np.isin(self.head.triangle_material, unseen)]
 
     @cached_property
@@ -115,6 +126,25 @@ class Template:
         place[self.skin] = np.arange(len(self.skin))
         return place
 
+    @property
+    def nose_tip(self) -> int:
+        """The vertex at the tip of the nose: by the landmarks, or the foremost one."""
+        if len(self.head.landmarks):
+            return int(self.head.landmarks[NOSE_TIP])
+        return int(self.skin[self.vertices[self.skin, 2].argmax()])
+
+    @cached_property
+    def open_face(self) -> NDArray[np.intp]:
+        """(place,) vertices of the skin around the nose that every scan of a face must show.
+
+        Not those in folds: nostrils, sockets of the eyes, the insides of lids and lips.
+        """
+        places = self.vertices[self.skin]
+        near = np.linalg.norm(places - self.vertices[self.nose_tip], axis=1) < FACE_M
+        fine = sample_triangles(self.vertices, self.triangles, PIXEL_M / 2)
+        surface = fine.points(self.vertices, self.triangles)
+        return self.skin[near & seen_from_front(places, surface, PIXEL_M)]
+
     @cached_property
     def still(self) -> NDArray[np.intp]:
         """(still,) vertices of the skin that tell the pose: no expression moves them, nor the neck.
@@ -186,6 +216,26 @@ class Template:
         weights[np.isin(good, JAW_LINE)] *= JAW_LINE_WEIGHT
         vertices = self.head.landmarks[good].astype(np.intp)
         return vertices, landmarks.points[good], weights
+
+
+def with_size(head: HeadModel) -> HeadModel:
+    """The head with its overall size as one more direction of identity, the last.
+
+    People's heads differ in size by more than the others of a face's coefficients can say, and so
+    do scans whose unit is only nearly known. One standard deviation is `SIZE_STEP` of the size.
+    """
+    middle = head.template.mean(axis=0)
+    larger, apart = (
+        SIZE_STEP * (head.template - middle),
+        SIZE_STEP * (head.joint_positions - middle),
+    )
+    return replace(
+        head,
+        identity_basis=np.concatenate([head.identity_basis, larger[None]]).astype(np.float32),
+        joint_identity_basis=np.concatenate([head.joint_identity_basis, apart[None]]).astype(
+            np.float32
+        ),
+    )
 
 
 def adaptive_template(

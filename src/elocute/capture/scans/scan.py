@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
+from elocute.capture.scans.protrusion import protrusions
 from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, is_head_sized, longest_side
 from elocute.errors import CaptureError
 from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
 
 POINTS_RANGE = (500, 4_000_000)
+WINDING_POINTS = 2_000
 STRAY_SHARE = 0.001
 """A separate part with a smaller share of the points than this is removed."""
 
@@ -76,7 +78,7 @@ def checked_scan(scan: Scan) -> tuple[Scan, tuple[str, ...]]:
     """A scan fit for registration, and notes on what was removed.
 
     Points that are not finite, triangles without area, points without triangle and small stray
-    parts are removed.
+    parts are removed; triangles that are wound inside out are turned.
 
     Raises
     ------
@@ -99,7 +101,17 @@ def checked_scan(scan: Scan) -> tuple[Scan, tuple[str, ...]]:
         scan = _without_points(replace(scan, triangles=scan.triangles[part[scan.triangles[:, 0]]]))
         _check_count(scan)
     _check_size(scan)
+    if _inside_out(scan):
+        notes.append("its triangles were wound inside out")
+        scan = replace(scan, triangles=scan.triangles[:, ::-1].copy())
     return scan, tuple(notes)
+
+
+def _inside_out(scan: Scan) -> bool:
+    """Whether what stands out goes against the normals: a head is hollow nowhere for long."""
+    some = np.random.default_rng(0).permutation(len(scan.points))[:WINDING_POINTS]
+    away = protrusions(scan.points[some])
+    return bool(np.einsum("ij,ij->", away, scan.normals[some]) < 0)
 
 
 def _without_points(scan: Scan) -> Scan:

@@ -23,6 +23,8 @@ from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.registration.register import Registration
+    from elocute.capture.scans.landmarks import Landmarks
+    from elocute.capture.scans.scan import Scan
     from elocute.capture.sequence_tracking import SequenceResult
     from elocute.head.model import HeadModel
 
@@ -45,7 +47,9 @@ def scan_command(
         ..., "-o", "--output", help="Registered mesh to write (.ply or .obj)."
     ),
     landmarks: Path | None = typer.Option(
-        None, help="The scan's 68 landmarks (.json, .ljson or .pts), in its unit."
+        None,
+        help="The scan's 68 landmarks (.json, .ljson or .pts), in its unit. Without them they are "
+        "detected, if the extra `video` is installed, or else the surface alone tells.",
     ),
     template: Path | None = typer.Option(
         None,
@@ -57,7 +61,9 @@ def scan_command(
     head: str = HeadChoice,
     unit: str = typer.Option("m", help="Unit of the scan: m, mm, cm, dm or inch."),
     zero_pose: bool = typer.Option(
-        False, help="Write the mesh in zero pose and metres, not in the pose and unit of the scan."
+        False,
+        help="Write the mesh in zero pose and metres, not in the pose and unit of the scan; "
+        "without --template it is the person's neutral face, its expression taken out.",
     ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -65,7 +71,7 @@ def scan_command(
 ) -> None:
     """Register one scan: lay the head's mesh over it."""
     _need_scipy()
-    from elocute.capture.scans.landmarks import no_landmarks, read_landmarks
+    from elocute.capture.scans.landmarks import read_landmarks
     from elocute.capture.scans.scan_file import read_scan, unit_m
     from elocute.files.atomic import write_atomically
     from elocute.head.registry import open_head
@@ -79,17 +85,33 @@ def scan_command(
         return
     model = open_head(head)
     scan = read_scan(file, unit)
-    known = no_landmarks() if landmarks is None else read_landmarks(landmarks, unit_m(unit))
-    found = _registered(model, scan, known, template, method)
-    points = found.zero if zero_pose else found.vertices / unit_m(unit)
+    known = read_landmarks(landmarks, unit_m(unit)) if landmarks else _detected(model, scan)
+    found, neutral = _registered(model, scan, known, template, method)
+    points = neutral if zero_pose else found.vertices / unit_m(unit)
     with plan.writing(output), write_atomically(output) as draft:
         draft.write_bytes(_mesh_bytes(model, output.suffix.lower(), points))
     _report(file, output, found, as_json)
 
 
+def _detected(model: HeadModel, scan: Scan) -> Landmarks:
+    """Landmarks as a detector sees them; none of them known where there is no detector."""
+    from elocute.capture.found_landmarks import find_landmarks
+    from elocute.capture.scans import landmark_detection
+    from elocute.capture.scans.landmarks import no_landmarks
+
+    try:
+        with landmark_detection.mediapipe_landmarks() as detector:
+            found = find_landmarks(model, scan, detector)
+    except MachineError:
+        return no_landmarks()
+    typer.echo(f"elocute: {int(found.good.sum())} of 68 landmarks seen in pictures", err=True)
+    return found if found.enough else no_landmarks()
+
+
 def _registered(
-    model: HeadModel, scan: Any, known: Any, template: Path | None, method: str
-) -> Registration:
+    model: HeadModel, scan: Scan, known: Landmarks, template: Path | None, method: str
+) -> tuple[Registration, Any]:
+    """The registration, and the mesh in zero pose (vertex, 3) m: a new person's at rest."""
     from elocute.capture.registration.register import (
         register_neutral,
         register_nonrigid,
@@ -100,11 +122,14 @@ def _registered(
 
     if template is not None:
         model = with_template(model, read_mesh(template)[0], model.name)
+    if template is None and method == "model":
+        own, found = register_neutral(model, scan, known)
+        return found, own.vertices
     if method == "nicp":
-        return register_nonrigid(Template(model), scan, known)[0]
-    if template is None:
-        return register_neutral(model, scan, known)[1]
-    return register_scan(Template(model), scan, known)
+        found, _ = register_nonrigid(Template(model), scan, known)
+    else:
+        found = register_scan(Template(model), scan, known)
+    return found, found.zero
 
 
 def _mesh_bytes(head: HeadModel, suffix: str, points: Any) -> bytes:

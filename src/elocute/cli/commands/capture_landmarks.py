@@ -37,8 +37,8 @@ def landmarks_command(
 ) -> None:
     """Detect the 68 landmarks of scans in renders from several sides (needs the extra `video`).
 
-    Heads must be roughly upright and face +Z. Scans of a folder that have landmarks already are
-    left alone, so an interrupted run can be repeated.
+    Heads that are upright and face +Z are seen at once, others are turned so. Scans of a folder
+    that have landmarks already are left alone, so an interrupted run can be repeated.
     """
     from elocute.capture.scans.landmark_detection import mediapipe_landmarks
 
@@ -108,13 +108,14 @@ def _of_folder(
 
 def _written(scan: Scan, unit: str, path: Path, detector: LandmarkDetector) -> str:
     """Why there are no landmarks, or "". They are written in the scan's unit."""
-    from elocute.capture.scans.landmark_detection import detect_landmarks
+    from elocute.capture.found_landmarks import find_landmarks
     from elocute.capture.scans.landmarks import Landmarks, write_landmarks
     from elocute.capture.scans.scan_file import unit_m
+    from elocute.head.builtin import load_builtin_head
 
-    found = detect_landmarks(scan, detector)
+    found = find_landmarks(load_builtin_head(), scan, detector)
     if not found.enough:
-        return f"{int(found.good.sum())} landmarks seen; is the head upright, facing +Z?"
+        return f"{int(found.good.sum())} landmarks seen; is there a whole face in it?"
     path.parent.mkdir(exist_ok=True)
     write_landmarks(path, Landmarks(found.points / unit_m(unit), found.confidence))
     return ""
