@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.array_types import Float64Array
+from elocute.array_types import Float64Array, FloatArray
 from elocute.capture.registration import register
 from elocute.capture.registration.accuracy import scan_distances, scan_noise_mm
 from elocute.capture.registration.initial_pose import initial_poses
@@ -67,7 +67,7 @@ def scanned(
     return Case(scan, taken.landmarks, taken.truth.posed)
 
 
-def warped(shape: Float64Array, seed: int, size_m: float) -> Float64Array:
+def warped(shape: FloatArray, seed: int, size_m: float) -> Float64Array:
     """Another face: broad waves, some centimetres long, in every direction."""
     rng = np.random.default_rng(seed)
     moved = shape.astype(np.float64).copy()
@@ -93,7 +93,7 @@ def rotation_of(turn: tuple[float, float, float]) -> Float64Array:
     return np.asarray(to_matrices(from_axis_angle(np.array([turn])))[0], np.float64)
 
 
-def apart_mm(places: Float64Array, truth: Float64Array, where: object = slice(None)) -> float:
+def apart_mm(places: FloatArray, truth: Float64Array, where: object = slice(None)) -> float:
     return float(1000 * np.linalg.norm(places - truth, axis=1)[where].mean())
 
 

@@ -142,7 +142,7 @@ def face_coverage(template: Template, vertices: Float64Array, scan: Scan) -> flo
     normals = vertex_normals(vertices, template.triangles)[face]
     apart, near = KDTree(scan.points).query(vertices[face], distance_upper_bound=FACE_REACH_M)
     seen = np.isfinite(apart)
-    facing = np.einsum("ij,ij->i", normals[seen], scan.normals[near[seen]])
+    facing = np.einsum("ij,ij->i", normals[seen], scan.normals[np.asarray(near)[seen]])
     return float((facing > FACING).sum() / len(face))
 
 

@@ -202,7 +202,7 @@ def _turn_onto(start: Float64Array, goal: Float64Array) -> Float64Array:
         axis = np.cross(start, np.eye(3)[np.abs(start).argmin()])
         size = np.linalg.norm(axis)
     angle = np.arctan2(np.linalg.norm(np.cross(start, goal)), start @ goal)
-    return _matrix(angle * axis / size)
+    return _matrix(np.asarray(angle * axis / size, np.float64))
 
 
 def _settled(face: _Face, scan: _Target, pose: _Pose, steps: int) -> _Pose:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
 from elocute.capture.registration.template import Template
@@ -46,7 +45,7 @@ def carry_inner_parts(
     lips = regions.get("lips")
     parts = [regions[name] for name in MOUTH_PARTS if name in regions]
     if lips is not None and parts:
-        inside: NDArray[np.intp] = np.concatenate(parts)
+        inside = np.concatenate(parts)
         result[inside] = before[inside] + moved[lips].mean(axis=0)
     return result
 
