@@ -113,12 +113,16 @@ def map_character(
     mapping = Mapping()
     morphs = _from_names(parts, mapping)
     candidates = _chosen(morphs, _from_vrm(vrm, parts), mapping)
-    by_joint = _joint_controls(candidates, joints, vrm, mapping)
-    candidates = [each for each in candidates if each.name not in mapping.idle]
-    moving = [each for each in candidates if not each.still]
+    by_joint = _joint_controls(candidates, joints, vrm)
+    turned = {curve for control in by_joint for curve in control.looks}
+    moving = []
     for each in candidates:
         if each.still:
             mapping.idle[each.name] = "moves nothing"
+        elif turned.issuperset(each.meaning.looks):
+            mapping.idle[each.name] = "a joint does it"
+        else:
+            moving.append(each)
     taken = _shared(moving, by_joint, mapping)
     mapping.controls = [control for control in taken if control.shares or control.looks]
     mapping.turns = _turns(joints, by_joint, vrm)
@@ -307,7 +311,7 @@ def _with_speech_shapes(control: Control, whole: set[str]) -> Control:
 
 
 def _joint_controls(
-    candidates: list[Candidate], joints: dict[str, int], vrm: Vrm | None, mapping: Mapping
+    candidates: list[Candidate], joints: dict[str, int], vrm: Vrm | None
 ) -> list[Control]:
     """What joints do because no shape does: open the jaw, turn the eyes."""
     looks = {curve for each in candidates if not each.still for curve in each.meaning.looks}
@@ -318,9 +322,6 @@ def _joint_controls(
     by_shapes = any(curve.startswith("eyeLook") for curve in looks)
     if not eyes or (by_shapes and not (vrm is not None and vrm.eyes_by_joints)):
         return made
-    for each in candidates:
-        if all(curve.startswith("eyeLook") for curve in each.meaning.looks):
-            mapping.idle[each.name] = "eyes turn by their joints"
     for side in eyes:
         for way in REACH_DEG:
             curve = f"eyeLook{way}{side}"
