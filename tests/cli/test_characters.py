@@ -1,4 +1,4 @@
-"""Characters on the command line: described, adopted, animated; what cannot be is told in a line."""
+"""Characters on the command line: described, adopted, animated, or refused in a line."""
 
 from __future__ import annotations
 

@@ -10,7 +10,11 @@ from typing import Any
 from elocute.motion.curves import ARKIT_NAMES
 
 OCULUS = tuple(
-    f"viseme_{name}" for name in "sil PP FF TH DD kk CH SS nn RR aa E I O U".split(" ")
+    f"viseme_{name}"
+    for name in (
+        *("sil", "PP", "FF", "TH", "DD", "kk", "CH", "SS", "nn", "RR"),
+        *("aa", "E", "I", "O", "U"),
+    )
 )
 
 
@@ -23,9 +27,7 @@ def record(*heads: tuple[str, list[str]], **more: Any) -> dict[str, Any]:
     meshes, nodes = [], []
     for number, (name, targets) in enumerate(heads):
         primitive = {"attributes": {"POSITION": 0}, "targets": [{"POSITION": 1}] * len(targets)}
-        meshes.append(
-            {"name": name, "primitives": [primitive], "extras": {"targetNames": targets}}
-        )
+        meshes.append({"name": name, "primitives": [primitive], "extras": {"targetNames": targets}})
         nodes.append({"name": f"{name} node", "mesh": number, "translation": [float(number), 0, 0]})
     return {
         "asset": {"version": "2.0"},

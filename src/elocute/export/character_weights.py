@@ -75,7 +75,7 @@ def _control_weights(
     if fitted:
         fit = fit_controls(motion, [control.looks for control in fitted])
         found |= {c.name: fit.weights[:, i] for i, c in enumerate(fitted)}
-        told = (("skin", fit.skin_mm), ("gap", fit.gap_mm), ("closed", fit.closed_mm))
+        told = (("skin", fit.skin_mm), ("opening", fit.opening_mm), ("closed", fit.closed_mm))
         residual = {name: round(value, 3) for name, value in told}
     for control in controls:
         if not control.fitted:
@@ -100,7 +100,7 @@ def _shared(motion: Motion, shares: dict[str, float]) -> Float32Array:
 def _target_weights(
     character: Character, controls: dict[str, Float32Array]
 ) -> dict[int, Float32Array]:
-    """What rests keeps the weight that the file gives it; what moves starts from there."""
+    """What nothing moves keeps the weight that the file gives it; what is moved starts at zero."""
     nodes, meshes = character.document.records("nodes"), character.document.records("meshes")
     moved: dict[int, dict[int, Float64Array]] = {mesh: {} for mesh in character.meshes}
     frames = max((len(each) for each in controls.values()), default=1)
@@ -115,8 +115,7 @@ def _target_weights(
         rest = nodes[node].get("weights", meshes[mesh].get("weights", [0.0] * count))
         table = np.tile(np.array(rest, np.float32), (frames, 1))
         for target, column in moved[mesh].items():
-            limit = np.maximum(1.0, np.maximum(column, rest[target]))
-            table[:, target] = np.minimum(table[:, target] + column, limit)
+            table[:, target] = column
         result[node] = table
     return result
 

@@ -184,16 +184,15 @@ def _with_sound(text: str, character: Character, added: _Added, sound: Sound) ->
     view = added.view(data)
     extensions = record.get("extensions", {})
     there = extensions.get(AUDIO, {}) if isinstance(extensions, dict) else None
-    parts = [there.get(name, []) for name in _AUDIO_LISTS] if isinstance(there, dict) else [None]
+    parts = [there.get(name, []) if isinstance(there, dict) else None for name in _AUDIO_LISTS]
     scenes, used = record.get("scenes", []), record.get("extensionsUsed", [])
     if not all(isinstance(part, list) for part in (*parts, used)):
-        raise OutputError.about(
-            character.name, found=f"{AUDIO} in a form of its own", allowed="its specification's"
-        )
+        raise _own_form(character)
+    audio, sources, emitters = (len(part or ()) for part in parts)
     new = (
         {"bufferView": view, "mimeType": media},
-        {"audio": len(parts[0]), "autoPlay": True, "loop": False},
-        {"type": "global", "sources": [len(parts[1])]},
+        {"audio": audio, "autoPlay": True, "loop": False},
+        {"type": "global", "sources": [sources]},
     )
     text = _with_holder(text, ["extensions"], record)
     text = _with_holder(text, ["extensions", AUDIO], extensions)
@@ -201,7 +200,7 @@ def _with_sound(text: str, character: Character, added: _Added, sound: Sound) ->
         text = with_items(text, ["extensions", AUDIO, name], [item])
     shown = record.get("scene", 0)
     if isinstance(shown, int) and not isinstance(shown, bool) and 0 <= shown < len(scenes):
-        text = _with_emitter(text, scenes[shown], shown, len(parts[2]), character)
+        text = _with_emitter(text, scenes[shown], shown, emitters, character)
     return text if AUDIO in used else with_items(text, ["extensionsUsed"], [AUDIO])
 
 
@@ -214,9 +213,7 @@ def _with_emitter(
     own = scene.get("extensions", {})
     there = own.get(AUDIO, {}) if isinstance(own, dict) else None
     if not isinstance(there, dict) or not isinstance(there.get("emitters", []), list):
-        raise OutputError.about(
-            character.name, found=f"{AUDIO} in a form of its own", allowed="its specification's"
-        )
+        raise _own_form(character)
     place = ["scenes", number, "extensions"]
     text = _with_holder(text, place, scene)
     text = _with_holder(text, [*place, AUDIO], own)
@@ -226,3 +223,8 @@ def _with_emitter(
 def _with_holder(text: str, path: list[str | int], above: dict[str, Any]) -> str:
     """The text with an empty object at a path where there is none."""
     return text if path[-1] in above else with_value(text, path, {})
+
+
+def _own_form(character: Character) -> OutputError:
+    found = f"{AUDIO} in a form of its own"
+    return OutputError.about(character.name, found=found, allowed="its specification's")

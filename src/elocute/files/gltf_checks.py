@@ -7,7 +7,7 @@ and extensions are left to the programs that draw them.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeGuard
 
 from elocute.errors import InputError
 from elocute.files.json_records import finite_number
@@ -181,10 +181,10 @@ class _Checks:
             self.refuse(f"{what} that reaches beyond bufferViews[{number}]")
 
     def _sparse(self, what: str, sparse: Any, most: int, size: int) -> None:
-        parts = [sparse.get(name) for name in ("indices", "values")] if _is(sparse) else [None]
-        if not all(_is(part) for part in parts):
+        indices = sparse.get("indices") if _is(sparse) else None
+        values = sparse.get("values") if _is(sparse) else None
+        if not _is(indices) or not _is(values):
             self.refuse(f"{what} without indices or values")
-        indices, values = parts
         count = self._whole(sparse.get("count"), f"{what}.count", most, 1)
         component = indices.get("componentType")
         if not isinstance(component, int) or component not in COMPONENT_BYTES:
@@ -272,5 +272,5 @@ class _Checks:
             self.refuse("nodes that hold each other in a circle")
 
 
-def _is(value: Any) -> bool:
+def _is(value: Any) -> TypeGuard[dict[str, Any]]:
     return isinstance(value, dict)

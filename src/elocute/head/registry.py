@@ -51,7 +51,7 @@ def open_head(choice: str | Path) -> HeadModel:
         return head_from_mesh(path)
     if suffix in CHARACTER_SUFFIXES:
         found = "a character's file, whose mesh stays in it"
-        remedy = "`elocute animate --head` moves it, `elocute info` describes it"
+        remedy = "`elocute animate` moves it, `elocute info` describes it"
         raise HeadError.about(path, found=found, allowed=ALLOWED, remedy=remedy)
     found = f"suffix {suffix!r}" if suffix else "unknown"
     raise HeadError.about(str(choice) or "head ''", found=found, allowed=ALLOWED)

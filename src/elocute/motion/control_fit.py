@@ -9,20 +9,25 @@ is cut has the same weights.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
-from elocute.numerics.bounded_least_squares import solve_box_rows
+from elocute.motion.mouth_measures import measure_mouth
+from elocute.numerics.bounded_least_squares import solve_box
 
 MOUTH = ("jaw", "mouth", "tongue")
 MOVED_M = 1e-4
 """What no shape of the mouth moves further than this is left out."""
-LIPS, GAP = 4.0, 12.0
-"""How much more a vertex of the lips counts, and the gap between them."""
+LIPS, GAP, SHUT = 4.0, 12.0, 200.0
+"""How much more a vertex of the lips counts, the gap between them, and that of lips that touch."""
+TOUCH_M = 1e-3
+"""Lips this far apart count about a third of the way to those that touch."""
+CLOSED_MM = 0.05
+"""Lips that are this near touch."""
 RIDGE = 1e-3  # of the mean squared length of a shape
 SPARSE = 0.01  # of the same: what a weight costs, whatever the fit
 
@@ -37,15 +42,15 @@ class ControlFit:
         0 to 1.
     skin_mm : float
         Root mean square of what the skin around the mouth is off, over places that move and frames.
-    gap_mm : float
-        How far the gap of the lips is off, on average.
+    opening_mm : float
+        How far the opening of the lips is off, on average.
     closed_mm : float
-        The widest gap where the motion's lips touch.
+        The widest opening where the motion's lips touch.
     """
 
     weights: Float32Array
     skin_mm: float
-    gap_mm: float
+    opening_mm: float
     closed_mm: float
 
 
@@ -84,15 +89,41 @@ def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFi
     curves = np.ascontiguousarray(motion.weights[:, columns], np.float64)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
     parts, gaps, rows = _rows(head, columns)
-    whole = np.concatenate([rows, gaps * GAP], axis=1)
-    gram_all = whole @ whole.T  # (curve, curve): all that the fit needs of the mesh
-    gram = mixes @ gram_all @ mixes.T
-    mean = float(np.trace(gram)) / max(1, len(gram))
-    gram[np.diag_indices_from(gram)] += RIDGE * mean
-    sides = curves @ gram_all @ mixes.T - SPARSE * mean
-    weights = np.clip(solve_box_rows(gram, sides, 0.0, 1.0), 0.0, 1.0)
+    # (curve, curve): all that the fit needs of the mesh
+    skin, gap = rows @ rows.T, gaps @ gaps.T
+    plain, close = (mixes @ each @ mixes.T for each in (skin, gap))
+    mean = float(np.trace(plain)) / max(1, len(plain))
+    plain[np.diag_indices_from(plain)] += RIDGE * mean
+    shares = _gap_counts(curves, gaps)
+    sides = (curves @ skin + shares[:, None] * (curves @ gap)) @ mixes.T - SPARSE * mean
+    low, high = np.zeros(len(looks)), np.ones(len(looks))
+    weights = np.stack(
+        [
+            solve_box(plain + share * close, side, low, high)
+            for share, side in zip(shares, sides, strict=True)
+        ]
+    )
     off = weights @ mixes - curves
-    return ControlFit(weights.astype(np.float32), *_residual(off, curves, parts, gaps))
+    places = max(1, parts.shape[1] // 3)
+    squares = np.einsum("fc,cd,fd->f", off, parts @ parts.T, off) / places
+    moved = motion.weights.copy()
+    moved[:, columns] = weights @ mixes
+    had, wanted = (
+        measure_mouth(each)["opening_mm"] for each in (replace(motion, weights=moved), motion)
+    )
+    return ControlFit(
+        weights.astype(np.float32),
+        1000 * float(np.sqrt(max(0.0, squares.mean()))),
+        float(np.abs(had - wanted).mean()),
+        float(had[wanted < CLOSED_MM].max(initial=0.0)),
+    )
+
+
+def _gap_counts(curves: Float64Array, gaps: Float64Array) -> Float64Array:
+    """(frame,) how much the gap counts: more the nearer the lips are."""
+    apart = np.linalg.norm((curves @ gaps).reshape(len(curves), -1, 3), axis=2).mean(axis=1)
+    touching = np.exp(-((apart / TOUCH_M) ** 2))
+    return GAP**2 + (SHUT**2 - GAP**2) * touching
 
 
 def _rows(head: HeadModel, columns: list[int]) -> tuple[Float64Array, Float64Array, Float64Array]:
@@ -106,17 +137,3 @@ def _rows(head: HeadModel, columns: list[int]) -> tuple[Float64Array, Float64Arr
     upper, lower = head.inner_lip_upper, head.inner_lip_lower
     gaps = (basis[:, upper] - basis[:, lower]).reshape(len(columns), -1)
     return parts, gaps, parts * counts
-
-
-def _residual(
-    off: Float64Array, curves: Float64Array, parts: Float64Array, gaps: Float64Array
-) -> tuple[float, float, float]:
-    places = max(1, parts.shape[1] // 3)
-    gram = parts @ parts.T
-    squares = np.einsum("fc,cd,fd->f", off, gram, off) / places
-    skin = float(np.sqrt(max(0.0, squares.mean())))
-    wanted = np.linalg.norm((curves @ gaps).reshape(len(curves), -1, 3), axis=2).mean(axis=1)
-    had = np.linalg.norm(((curves + off) @ gaps).reshape(len(curves), -1, 3), axis=2).mean(axis=1)
-    touch = wanted < 2e-4
-    closed = float(had[touch].max()) if touch.any() else 0.0
-    return 1000 * skin, 1000 * float(np.abs(had - wanted).mean()), 1000 * closed

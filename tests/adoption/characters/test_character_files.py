@@ -10,9 +10,9 @@ import pytest
 
 from elocute.adoption.characters.open_character import character_head, open_character
 from elocute.animation import animate
+from elocute.errors import OutputError
 from elocute.export.gltf_character import character_glb
 from elocute.export.registry import write
-from elocute.errors import OutputError
 from elocute.head.character import Character
 from elocute.head.store import load_head, save_head
 from elocute.motion.control_fit import fit_controls
@@ -158,23 +158,22 @@ def test_shapes_that_nothing_moves_keep_their_rest(take, character):
     made = Written(character_glb(take, character(given)))
     first, second = (made.channel(node, "weights") for node in (0, 1))
     assert first is not None and second is not None
-    assert (first[:, 52:] == np.float32([0.3, 0])).all()
-    assert (second[:, 52:] == np.float32([0, 0.7])).all()
-    jaw = curve(take, "jawOpen")
-    assert np.allclose(second[:, 17], np.minimum(jaw + np.float32(0.1), 1))
+    assert (first[:, 52:] == np.array([0.3, 0], np.float32)).all()
+    assert (second[:, 52:] == np.array([0, 0.7], np.float32)).all()
+    assert np.array_equal(first[:, :52], second[:, :52])  # what is moved is the curve alone
 
 
 def test_visemes_are_few_and_near_the_mouth(take, character):
     face = character(record(("Head", [*OCULUS, "eyesClosed"])))
     made = Written(character_glb(take, face))
     weights = made.channel(0, "weights")
-    assert weights is not None and 0 <= weights.min() and weights.max() <= 1
+    assert weights is not None and weights.min() >= 0 and weights.max() <= 1
     assert np.allclose(
         weights[:, 15], (curve(take, "eyeBlinkLeft") + curve(take, "eyeBlinkRight")) / 2
     )
     assert (weights[:, :15] > 0.02).sum(axis=1).mean() < 4
     told = made.json["animations"][0]["extras"]["elocute"]["residual_mm"]
-    assert told["skin"] < 0.6 and told["gap"] < 0.3 and told["closed"] < 0.4
+    assert told["skin"] < 0.6 and told["opening"] < 0.2 and told["closed"] < 0.1
     half = Motion(take.head, take.weights[:100], take.fps)
     again = Written(character_glb(half, face)).channel(0, "weights")
     assert again is not None and np.array_equal(again, weights[:100])
@@ -282,9 +281,9 @@ def test_the_sound_inside_and_beside(take, character, speech_wav, tmp_path):
     path = tmp_path / "again.glb"
     path.write_bytes(character_glb(take, face, speech_wav))
     twice = Written(character_glb(take, open_character(path).character, speech_wav))
-    assert [len(twice.json["extensions"]["KHR_audio_emitter"][n]) for n in ("audio", "sources")] == (
-        [2, 2]
-    )
+    assert [
+        len(twice.json["extensions"]["KHR_audio_emitter"][n]) for n in ("audio", "sources")
+    ] == ([2, 2])
     assert twice.json["scenes"][0]["extensions"]["KHR_audio_emitter"]["emitters"] == [0, 1]
     moved = replace(take, head=character_head(face))
     write(moved, tmp_path / "talk.glb", sound=speech_wav)

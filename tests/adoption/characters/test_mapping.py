@@ -2,6 +2,7 @@
 
 import copy
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -93,7 +94,9 @@ def test_of_several_heads_one_is_named(opened):
 
 
 def test_two_skeletons_are_two_heads_wherever_they_stand(opened):
-    given = record(("Anna", list(ARKIT_NAMES)), ("Ben", list(ARKIT_NAMES)), ("Lash", ["eyeBlink_L"]))
+    given = record(
+        ("Anna", list(ARKIT_NAMES)), ("Ben", list(ARKIT_NAMES)), ("Lash", ["eyeBlink_L"])
+    )
     for number, skin in ((0, 0), (1, 1), (2, 1)):
         given["nodes"][number] |= {"skin": skin, "translation": [0, 0, 0]}
     given["nodes"] += [{"name": "Head"}, {"name": "Head"}]
@@ -178,7 +181,7 @@ def vrm(version):
     given["nodes"] += [{"name": "Kopf"}, {"name": "Auge L"}, {"name": "Auge R"}]
     presets = {"aa": 0, "ih": 1, "ou": 2, "ee": 3, "oh": 4, "blink": 5, "happy": 6}
     if version == 1:
-        preset = {
+        preset: dict[str, Any] = {
             name: {"morphTargetBinds": [{"node": 0, "index": index, "weight": 0.8}]}
             for name, index in presets.items()
         }
@@ -260,12 +263,14 @@ def test_a_head_stands_for_it_and_is_opened_once(tmp_path):
     path.write_bytes(glb(arkit()))
     head = open_speaking_head(path)
     assert head.character is not None and head.character.name == head.name == "face.glb"
-    assert head.expression_names[:52] == ARKIT_NAMES or set(ARKIT_NAMES) < set(head.expression_names)
+    assert head.expression_names[:52] == ARKIT_NAMES or set(ARKIT_NAMES) < set(
+        head.expression_names
+    )
     assert open_speaking_head(path) is head
     path.write_bytes(glb(record(("Face", ["nothing"]))))
     with pytest.raises(HeadError, match="none known among its morph targets"):
         open_speaking_head(path)
-    with pytest.raises(HeadError, match="`mesh`: 'x'; allowed: for a head in .glb"):
+    with pytest.raises(HeadError, match=r"`mesh`: 'x'; allowed: for a head in \.glb"):
         open_speaking_head("builtin", "x")
 
 
@@ -274,7 +279,8 @@ def changed(**places):
     given = arkit(bufferViews=[], buffers=[inline(bytes(64))])
     given["bufferViews"] = [{"buffer": 0, "byteLength": 36}]
     for place, value in places.items():
-        holder, *steps = given, *place.split("__")
+        holder: Any = given
+        steps = place.split("__")
         for step in steps[:-1]:
             holder = holder[int(step) if step.isdecimal() else step]
         holder[int(steps[-1]) if steps[-1].isdecimal() else steps[-1]] = value

@@ -75,7 +75,9 @@ def test_other_names(name, curves):
     assert looks(name) == curves
 
 
-@pytest.mark.parametrize("name", ["", "fat", "E", "Hair_Left", "not a shape", "中", "_", "L", "...."])
+@pytest.mark.parametrize(
+    "name", ["", "fat", "E", "Hair_Left", "not a shape", "中", "_", "L", "...."]
+)
 def test_what_is_no_name_of_a_face(name):
     assert looks(name) is None
 

@@ -107,7 +107,8 @@ def nearest_name(name: str) -> str | None:
 
 def _words(name: str) -> list[str]:
     """The words of a name, sides written out."""
-    return [_SIDE_WORDS.get(word.lower(), word.lower()) for word in _WORDS.findall(name)]
+    words: list[str] = [word.lower() for word in _WORDS.findall(name)]
+    return [_SIDE_WORDS.get(word, word) for word in words]
 
 
 def _common_words(names: Sequence[str]) -> frozenset[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeGuard
 
 from elocute.adoption.characters.joint_names import VRM_BONES
 from elocute.files.gltf_document import GltfDocument
@@ -163,7 +163,7 @@ def _ratio(given: dict[str, Any], output: str, input: str) -> float:
     return top / bottom
 
 
-def _is_index(value: Any, count: int) -> bool:
+def _is_index(value: Any, count: int) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < count
 
 
