@@ -138,6 +138,7 @@ def animate(
     fps: float = 60.0,
     identity: str | int | Path = "mean",
     head: str | Path = "builtin",
+    mesh: str | None = None,
     style: str | Style = "plain",
     strength: float = 1.0,
     model: str | Path = DEFAULT_MODEL,
@@ -167,8 +168,10 @@ def animate(
         A face of the head: a seed, or a JSON file of coefficients in standard deviations; of the
         built-in head also a name.
     head : str or Path
-        "builtin", a FLAME model (.pkl), or a head or mesh file in the topology that the model
-        moves.
+        "builtin", a character with shapes of its own (.glb, .gltf, .vrm), a FLAME model (.pkl), or
+        a head or mesh file in the topology that the model moves.
+    mesh : str, optional
+        The name of a mesh of the head, in a character's file with several heads.
     style : str or Style
         A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" and "talkers" also
         a Style.
@@ -229,7 +232,7 @@ def animate(
     sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved = chosen.style(checked_style(style), outputs=outputs)
-    rig = _rig(head, identity, own_shapes=not chosen.makes_contacts)
+    rig = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
     rig = chosen.rig(replace(rig, look=_look(look, head, identity, rig)))
     face = LivingFace(rig, alive, feeling)
     with _sound_blocks(sound, channel) as blocks:
@@ -275,7 +278,9 @@ class _Listener:
         return np.concatenate([*self._rows, self._stream.flush()])
 
 
-def _rig(head: str | Path, identity: str | int | Path, *, own_shapes: bool) -> HeadModel:
+def _rig(
+    head: str | Path, mesh: str | None, identity: str | int | Path, *, own_shapes: bool
+) -> HeadModel:
     """The head to animate, with its face; for a model with shapes of its own as its file has it.
 
     Raises HeadError.
@@ -283,9 +288,15 @@ def _rig(head: str | Path, identity: str | int | Path, *, own_shapes: bool) -> H
     check_kind("head", head, str | os.PathLike, "builtin, or a path", HeadError)
     if not isinstance(head, str):
         head = path_of(head, HeadError)
-    if str(head) == "builtin":
+    if str(head) == "builtin" and mesh is None:
         return identity_head(identity)
-    opened = open_head(head) if own_shapes else open_speaking_head(head)
+    opened = open_head(head) if own_shapes else open_speaking_head(head, mesh)
+    if own_shapes and opened.character is not None:
+        raise HeadError.about(
+            f"head {opened.name!r}",
+            found="a model that moves shapes of its own",
+            allowed="for a character: a model of the built-in head's curves",
+        )
     choice = _identity_choice(identity)
     if choice == "mean":
         return opened

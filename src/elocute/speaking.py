@@ -26,6 +26,7 @@ def say(
     fps: float = 60.0,
     identity: str | int | Path = "mean",
     head: str | Path = "builtin",
+    mesh: str | None = None,
     style: str | Style = "plain",
     strength: float = 1.0,
     model: str | Path = DEFAULT_MODEL,
@@ -52,7 +53,7 @@ def say(
         How fast, 80 to 450.
     pitch : int
         Of the voice, 0 to 99.
-    fps, identity, head, style, strength, model, contacts, mix, life, mood, look, progress
+    fps, identity, head, mesh, style, strength, model, contacts, mix, life, mood, look, progress
         As `animate` takes them.
 
     Returns
@@ -74,6 +75,7 @@ def say(
         fps=fps,
         identity=identity,
         head=head,
+        mesh=mesh,
         style=style,
         strength=strength,
         model=model,

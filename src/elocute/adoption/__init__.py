@@ -1,6 +1,7 @@
 """Heads that were not made here, given the built-in head's shapes.
 
 registry             any head by name or file, ready to speak
+characters           heads in glTF files and VRMs that bring shapes of their own
 flame                FLAME: landmarks, eyes and jaw joint are known
 carrying             a head and a face with landmarks in; the head's shapes on that face out
 registration         the source laid over the face
@@ -18,14 +19,23 @@ from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
     from elocute.adoption.carrying import Adoption, adopt
+    from elocute.adoption.characters.open_character import open_character
     from elocute.adoption.flame import adopt_flame, with_flame_landmarks
     from elocute.adoption.registry import open_speaking_head
 
-__all__ = ["Adoption", "adopt", "adopt_flame", "open_speaking_head", "with_flame_landmarks"]
+__all__ = [
+    "Adoption",
+    "adopt",
+    "adopt_flame",
+    "open_character",
+    "open_speaking_head",
+    "with_flame_landmarks",
+]
 __getattr__, __dir__ = lazy(
     __name__,
     {
         "carrying": ("Adoption", "adopt"),
+        "characters.open_character": ("open_character",),
         "flame": ("adopt_flame", "with_flame_landmarks"),
         "registry": ("open_speaking_head",),
     },

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from elocute.errors import HeadError, MachineError
+from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
@@ -18,31 +19,57 @@ FLAME_SUFFIX = ".pkl"
 KEPT = 2  # heads that stay in memory, so that a folder of recordings adopts one once
 
 
-def open_speaking_head(choice: str | Path) -> HeadModel:
+def open_speaking_head(choice: str | Path, mesh: str | None = None) -> HeadModel:
     """Open any head, ready for every speech model.
 
     Parameters
     ----------
     choice : str or Path
-        As `elocute.head.open_head` takes it.
+        As `elocute.head.open_head` takes it, or a character's file (.glb, .gltf, .vrm).
+    mesh : str, optional
+        The name of a mesh of the head that is meant, in a character's file with several.
 
     Returns
     -------
     HeadModel
         As it is where it has the built-in head's shapes. A FLAME model, or a mesh of FLAME's 5023
-        vertices, gets them carried over; other heads stay as they are.
+        vertices, gets them carried over; other heads stay as they are. A character's file becomes
+        the built-in head with that file as its `character`.
 
     Raises
     ------
     HeadError
-        For a file that is missing or no head, and for a FLAME model that no shapes can be carried
-        over to; MachineError where that needs SciPy and it is not installed.
+        For a file that is missing or no head, a FLAME model that no shapes can be carried over to,
+        and a character without shapes of a mouth; MachineError where carrying over needs SciPy and
+        it is not installed.
     """
     path = Path(choice) if isinstance(choice, str) else path_of(choice, HeadError)
+    if path.suffix.lower() in CHARACTER_SUFFIXES:
+        return _character(path, *_version(path), mesh)
+    if mesh is not None:
+        raise HeadError.about(
+            "`mesh`", found=repr(mesh), allowed=f"for a head in {', '.join(CHARACTER_SUFFIXES)}"
+        )
     if path.suffix.lower() in _ADOPTED_SUFFIXES and path.is_file():
-        stamp = path.stat()
-        return _adopted(path, stamp.st_mtime_ns, stamp.st_size)
+        return _adopted(path, *_version(path))
     return open_head(choice)
+
+
+def _version(path: Path) -> tuple[int, int]:
+    """What tells versions of a file apart; it need not be there."""
+    try:
+        stamp = path.stat()
+    except (OSError, ValueError):
+        return 0, 0
+    return stamp.st_mtime_ns, stamp.st_size
+
+
+@lru_cache(maxsize=KEPT)
+def _character(path: Path, changed: int, size: int, mesh: str | None) -> HeadModel:
+    """The head that stands for the character of a file."""
+    from elocute.adoption.characters.open_character import character_head, open_character
+
+    return character_head(open_character(path, mesh).character)
 
 
 _ADOPTED_SUFFIXES = (FLAME_SUFFIX, ".obj", ".ply", ".npz")

@@ -58,8 +58,11 @@ Model = typer.Option(
 Head = typer.Option(
     "builtin",
     "--head",
-    help="Head to animate: builtin, a FLAME model (.pkl), or a head or mesh file in the topology "
-    "of the model.",
+    help="Head to animate: builtin, a character with shapes of its own (.glb, .gltf, .vrm), a "
+    "FLAME model (.pkl), or a head or mesh file in the topology of the model.",
+)
+Mesh = typer.Option(
+    None, "--mesh", help="Name of a mesh of the head, where a character's file has several heads."
 )
 Split = typer.Option("default", help="Name of the split of the corpus.")
 Table = typer.Option(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,8 @@ from elocute.cli.outputs import write_motion
 from elocute.cli.pipes import PIPE, STDOUT, to_stdout
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import printable
+from elocute.export.registry import check_character
+from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "fps": (float, options.Fps),
     "identity": (str, options.Identity),
     "head": (str, options.Head),
+    "mesh": (str | None, options.Mesh),
     "style": (str, options.StyleName),
     "strength": (float, options.Strength),
     "model": (str, options.Model),
@@ -64,6 +67,25 @@ class _TakeSettingsGroup:
 def named_inputs(settings: TakeSettings) -> list[Any]:
     """Settings that may name files, which no output may replace."""
     return [settings[name] for name in ("head", "identity", "style", "model")]
+
+
+def check_character_formats(
+    settings: TakeSettings, targets: Iterable[Path], format_settings: FormatSettings
+) -> None:
+    """Raise OutputError for a format that cannot hold the head, before anything is computed."""
+    head = Path(settings["head"])
+    if head.suffix.lower() in CHARACTER_SUFFIXES:
+        from elocute.adoption.registry import open_speaking_head
+
+        opened = open_speaking_head(head, settings["mesh"])
+    elif head.suffix.lower() == ".npz":
+        from elocute.head.registry import open_head
+
+        opened = open_head(head)
+    else:
+        return
+    for target in targets:
+        check_character(opened, target, settings_for_format(target, format_settings))
 
 
 def named_target(target: Path, formats: Sequence[str]) -> Path:

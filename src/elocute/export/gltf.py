@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.export.gltf_character import character_glb
 from elocute.export.gltf_file import (
     ARRAY_BUFFER,
     ELEMENT_BUFFER,
@@ -60,6 +61,8 @@ def write_glb(
 ) -> None:
     """Write an animated head as .glb, its sound beside it as NAME.wav or inside.
 
+    A head that stands for a character in a file of its own moves there.
+
     Parameters
     ----------
     motion : Motion
@@ -87,14 +90,21 @@ def write_glb(
     if beside is None or sound is None:
         inside = sound if options.embed_audio else None
         with write_atomically(path) as draft:
-            draft.write_bytes(glb_bytes(motion, inside, options))
+            draft.write_bytes(_file_bytes(motion, inside, options))
         return
     plan = OutputPlan(remedy="overwrite=True replaces it")
     plan.add(beside, sound_source(sound), beside=path)
     plan.check(overwrite=overwrite)
     with plan.writing(beside), write_atomically(beside) as wav, write_atomically(path) as draft:
         write_wav(sound, wav)
-        draft.write_bytes(glb_bytes(motion, options=options))
+        draft.write_bytes(_file_bytes(motion, None, options))
+
+
+def _file_bytes(motion: Motion, sound: Sound | None, options: GlbOptions) -> bytes:
+    """A file of the head's own, or the file of the character that it moves."""
+    if motion.head.character is None:
+        return glb_bytes(motion, sound, options)
+    return character_glb(motion, motion.head.character, sound)
 
 
 def wav_beside(path: Path, sound: Sound) -> Path | None:

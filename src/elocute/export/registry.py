@@ -15,6 +15,7 @@ from elocute.one_line_repr import brief
 
 if TYPE_CHECKING:  # the command line knows the formats without loading NumPy
     from elocute.audio.waveform import Waveform
+    from elocute.head.model import HeadModel
     from elocute.motion.motion import Motion
 
 
@@ -38,6 +39,8 @@ class Format:
         Whether it shows words that are known.
     has_alpha : bool
         Whether it can leave out what lies behind the head.
+    has_mesh : bool
+        Whether it holds or shows the head's own mesh.
     """
 
     module: str
@@ -47,6 +50,7 @@ class Format:
     sound_beside: bool = False
     has_words: bool = False
     has_alpha: bool = False
+    has_mesh: bool = False
 
     def option_names(self) -> tuple[str, ...]:
         """The names of its options; () where it has none."""
@@ -56,17 +60,25 @@ class Format:
 WRITERS: dict[str, Format] = {
     ".npz": Format("npz", "write_npz"),
     ".glb": Format("gltf", "write_glb", GlbOptions, has_sound=True, sound_beside=True),
-    ".mp4": Format("video", "write_video", PictureOptions, has_sound=True),
-    ".webm": Format("video", "write_video", PictureOptions, has_sound=True, has_alpha=True),
-    ".mov": Format("video", "write_video", PictureOptions, has_sound=True, has_alpha=True),
-    ".html": Format("html", "write_html", HtmlOptions, has_sound=True, has_words=True),
+    ".mp4": Format("video", "write_video", PictureOptions, has_sound=True, has_mesh=True),
+    ".webm": Format(
+        "video", "write_video", PictureOptions, has_sound=True, has_alpha=True, has_mesh=True
+    ),
+    ".mov": Format(
+        "video", "write_video", PictureOptions, has_sound=True, has_alpha=True, has_mesh=True
+    ),
+    ".html": Format(
+        "html", "write_html", HtmlOptions, has_sound=True, has_words=True, has_mesh=True
+    ),
     ".csv": Format("arkit_csv", "write_csv"),
     ".json": Format("curves_json", "write_json"),
-    ".npy": Format("meshes", "write_npy"),
-    ".obj": Format("meshes", "write_obj"),
-    ".ply": Format("meshes", "write_ply"),
-    ".png": Format("contact_sheet", "write_png", PictureOptions, has_alpha=True),
+    ".npy": Format("meshes", "write_npy", has_mesh=True),
+    ".obj": Format("meshes", "write_obj", has_mesh=True),
+    ".ply": Format("meshes", "write_ply", has_mesh=True),
+    ".png": Format("contact_sheet", "write_png", PictureOptions, has_alpha=True, has_mesh=True),
 }
+SHAPE_OPTIONS = ("profile", "visemes")
+"""Options that say which shapes a file has."""
 
 
 def check_suffix(path: str | Path) -> str:
@@ -174,8 +186,8 @@ def write(
     MotionError
         For anything but a Motion.
     OutputError
-        For an unknown suffix, an option that the format does not have, and a place that cannot
-        be written.
+        For an unknown suffix, an option that the format does not have, a format that the head has
+        no mesh for, and a place that cannot be written.
     MachineError
         Where a picture is wanted and no renderer works.
     """
@@ -193,6 +205,7 @@ def write(
     ):
         check_kind(name, value, kinds, allowed, OutputError)
     known = WRITERS[check_suffix(path)]
+    check_character(motion.head, path, options)
     more: dict[str, Any] = {} if chosen is None else {"options": chosen}
     if known.sound_beside:
         more["overwrite"] = overwrite
@@ -200,6 +213,43 @@ def write(
         more["words"] = words
     writer = getattr(importlib.import_module(f"elocute.export.{known.module}"), known.function)
     writer(motion, Path(path), sound=sound, progress=progress, **more)
+
+
+def check_character(head: HeadModel, path: str | Path, options: Mapping[str, Any]) -> None:
+    """Refuse what a head that stands for a character in its own file cannot be written as.
+
+    Parameters
+    ----------
+    head : HeadModel
+        Any.
+    path : str or Path
+        The output.
+    options : mapping of str
+        Those of the format, by name.
+
+    Raises
+    ------
+    OutputError
+        For such a head, where the format needs a mesh or an option says which shapes there are.
+    """
+    suffix = check_suffix(path)
+    if head.character is None:
+        return
+    for name in options:
+        if name in SHAPE_OPTIONS:
+            raise OutputError.about(
+                f"`{name}`",
+                found=f"a head with shapes of its own ({head.character.name})",
+                allowed="for the built-in head",
+                remedy="leave it out",
+            )
+    if not WRITERS[suffix].has_mesh:
+        return
+    raise OutputError.about(
+        path,
+        found=f"{suffix} of {head.character.name}, whose mesh stays in its own file",
+        allowed=" ".join(each for each, known in WRITERS.items() if not known.has_mesh),
+    )
 
 
 def side_files(

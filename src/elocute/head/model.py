@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.errors import HeadError
+from elocute.head.character import Character
 from elocute.head.looks.look import Look
 from elocute.head.model_checks import check_head, refuse
 from elocute.head.skin_tone import TONE_SHARES, recoloured
@@ -87,6 +88,8 @@ class HeadModel:
         Images by the name of a material; a material without one shows its vertex colours.
     look : Look, optional
         What pictures and pages dress the head in; a head without one is drawn as it is.
+    character : Character, optional
+        Whom the head stands for: its curves and joints move that file's, and no mesh is drawn.
 
     Raises
     ------
@@ -131,6 +134,7 @@ class HeadModel:
     tone_basis: Float32Array = field(default_factory=lambda: np.zeros(0, np.float32))
     surfaces: dict[str, Surface] = field(default_factory=dict, repr=False)
     look: Look | None = field(default=None, repr=False)
+    character: Character | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         check_head(self)

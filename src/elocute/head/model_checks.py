@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from elocute.errors import HeadError
+from elocute.head.character import Character
 from elocute.head.looks.look import Look
 from elocute.numerics.input_checks import NUMBERS_MAX
 
@@ -60,6 +61,8 @@ def check_head(head: HeadModel) -> None:
     """Raise HeadError where the parts of a head do not fit each other."""
     if head.look is not None and not isinstance(head.look, Look):
         refuse(head, f"a look of {type(head.look).__name__}", "a Look or None")
+    if head.character is not None and not isinstance(head.character, Character):
+        refuse(head, f"a character of {type(head.character).__name__}", "a Character or None")
     _check_kinds(head)
     _check_shapes(head)
     _check_values(head)

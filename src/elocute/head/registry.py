@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from elocute.errors import HeadError
+from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.files.meshes import SUFFIXES as MESH_SUFFIXES
 from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
@@ -48,5 +49,9 @@ def open_head(choice: str | Path) -> HeadModel:
         return load_head(path)
     if suffix in MESH_SUFFIXES:
         return head_from_mesh(path)
+    if suffix in CHARACTER_SUFFIXES:
+        found = "a character's file, whose mesh stays in it"
+        remedy = "`elocute animate` moves it, `elocute info` describes it"
+        raise HeadError.about(path, found=found, allowed=ALLOWED, remedy=remedy)
     found = f"suffix {suffix!r}" if suffix else "unknown"
     raise HeadError.about(str(choice) or "head ''", found=found, allowed=ALLOWED)

@@ -13,6 +13,7 @@ from elocute.errors import HeadError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, parse_json
+from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
 
@@ -79,6 +80,8 @@ def save_head(path: Path, head: HeadModel) -> None:
     texts = {name: getattr(head, name) for name in (*_TEXTS, *_TUPLES)}
     if head.look is not None:
         texts["look"] = head.look.record()
+    if head.character is not None:
+        arrays |= head.character.arrays()
     arrays["texts"] = np.frombuffer(json.dumps(texts).encode(), np.uint8)
     write_npz(path, arrays, compressed=True)
 
@@ -120,6 +123,7 @@ def _head_of(stored: dict[str, NDArray[Any]]) -> HeadModel:
     fields: dict[str, Any] = {name: texts[name] for name in _TEXTS}
     fields |= {name: tuple(texts[name]) for name in _TUPLES}
     fields["look"] = look_of_record(texts.get("look"))
+    fields["character"] = character_of_arrays(stored)
     fields |= {name: stored[name] for name in _FLOATS}
     fields |= {name: _indices(name, stored[name]) for name in _INDICES}
     fields |= {name: _basis_of(name, stored[name]) for name in _BASES}

@@ -19,6 +19,7 @@ from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, finite_number, parse_json
 from elocute.files.unpacked_size import unpacked_limit
+from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion, check_motion
@@ -66,6 +67,8 @@ def save_motion(motion: Motion, path: str | Path) -> None:
             arrays[f"head/{field.name}"] = value
         elif field.name == "look":
             texts["look"] = head.look.record() if head.look else None
+        elif field.name == "character":
+            arrays |= head.character.arrays() if head.character else {}
         elif field.name == "regions":
             arrays |= {f"region/{name}": indices for name, indices in value.items()}
         else:
@@ -128,6 +131,7 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
         name: tuple(value) if isinstance(value, list) else value for name, value in texts.items()
     }
     parts["look"] = look_of_record(parts.get("look"))
+    parts["character"] = character_of_arrays(stored)
     parts |= _named(stored, "head/") | {"regions": _named(stored, "region/")}
     vertices, joints = len(parts["template"]), len(parts["joint_names"])
     weights = stored["weights"]

@@ -27,6 +27,7 @@ from elocute.cli.settings_options import option
 from elocute.cli.takes import (
     TakeOutputs,
     TakeSettings,
+    check_character_formats,
     make_outputs,
     named_inputs,
     named_target,
@@ -105,9 +106,9 @@ def animate_command(
     known.check(single)
     plan = OutputPlan([*named_inputs(settings), *known.files])
     jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
-    check_format_settings(
-        (named_target(t, format) for _, targets in jobs for t in targets), format_settings
-    )
+    named = [named_target(t, format) for _, targets in jobs for t in targets]
+    check_format_settings(named, format_settings)
+    check_character_formats(settings, dict.fromkeys(named), format_settings)
     for file, targets in jobs:
         source = stdin_source() if file == PIPE else file
         for target in targets:

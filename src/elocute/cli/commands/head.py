@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import format_options, options
+from elocute.cli.characters import tell_character
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
 from elocute.errors import OutputError
+from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
@@ -55,15 +57,22 @@ def _facts(head: HeadModel) -> dict[str, Any]:
 
 @app.command("adopt")
 def adopt_command(
-    file: str = typer.Argument(..., help="A FLAME model (.pkl), or a mesh of FLAME's vertices."),
+    file: str = typer.Argument(
+        ...,
+        help="A character with shapes of its own (.glb, .gltf, .vrm), a FLAME model (.pkl), or a "
+        "mesh of FLAME's vertices.",
+    ),
     output: Path = typer.Option(..., "-o", "--output", help="The head to write (.npz)."),
+    mesh: str | None = options.Mesh,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Give a head the built-in head's shapes, once for all that is made with it.
+    """Make a head of a file ready to speak, once for all that is made with it.
 
-    `--head` takes the file itself as well, and does this each time.
+    A character keeps its shapes: what moves them is told, and kept with the file in the head.
+    Other heads are given the built-in head's shapes. `--head` takes the file itself as well, and
+    does this each time.
     """
     from elocute.adoption.registry import open_speaking_head
     from elocute.head.store import save_head
@@ -74,12 +83,29 @@ def adopt_command(
     plan.add(output, file)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    head = open_speaking_head(file)
+    if Path(file).suffix.lower() in CHARACTER_SUFFIXES:
+        _adopt_character(Path(file), mesh, output, plan, as_json)
+        return
+    head = open_speaking_head(file, mesh)
     with plan.writing(output):
         save_head(output, head)
     if as_json:
         print(json.dumps({"file": file, "output": str(output), **_facts(head)}))
     else:
+        print(output)
+
+
+def _adopt_character(
+    file: Path, mesh: str | None, output: Path, plan: OutputPlan, as_json: bool
+) -> None:
+    from elocute.adoption.characters.open_character import character_head, open_character
+    from elocute.head.store import save_head
+
+    opened = open_character(file, mesh)
+    with plan.writing(output):
+        save_head(output, character_head(opened.character))
+    tell_character(file, opened, as_json, output=str(output))
+    if not as_json:
         print(output)
 
 

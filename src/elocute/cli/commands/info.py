@@ -10,13 +10,27 @@ from typing import Any
 import typer
 
 from elocute.cli import options
+from elocute.cli.characters import print_character
+from elocute.errors import HeadError
+from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 
 
 def info_command(
-    file: Path = typer.Argument(..., help="A sound, a video, a motion (.npz) or curves (.json)."),
+    file: Path = typer.Argument(
+        ...,
+        help="A sound, a video, a motion (.npz), curves (.json), or a character (.glb, .gltf, "
+        ".vrm).",
+    ),
+    mesh: str | None = options.Mesh,
     as_json: bool = options.Json,
 ) -> None:
-    """Describe a sound, a video, a motion or curves."""
+    """Describe a sound, a video, a motion, curves, or what of a character's shapes is moved."""
+    if file.suffix.lower() in CHARACTER_SUFFIXES:
+        print_character(file, mesh, as_json)
+        return
+    if mesh is not None:
+        allowed = f"for {', '.join(CHARACTER_SUFFIXES)}"
+        raise HeadError.about("--mesh", found=repr(mesh), allowed=allowed)
     facts = {".npz": _motion_facts, ".json": _curve_facts}.get(file.suffix.lower(), _sound_facts)
     record = facts(file)
     if as_json:

@@ -26,6 +26,7 @@ from elocute.cli.spoken_takes import TableRun, make_take, plan_take, spoken_sour
 from elocute.cli.takes import (
     TakeOutputs,
     TakeSettings,
+    check_character_formats,
     make_outputs,
     named_inputs,
     named_target,
@@ -85,7 +86,9 @@ def say_command(
     said = _text(text, file)
     plan = OutputPlan([*named_inputs(settings), *([file] if file else [])])
     source = spoken_source(said, voice, settings)
-    check_format_settings((named_target(t, format) for t in output), format_settings)
+    named = [named_target(t, format) for t in output]
+    check_format_settings(named, format_settings)
+    check_character_formats(settings, named, format_settings)
     for target in output:
         if target != PIPE:
             plan_take(plan, target, source, sound=None, format_settings=format_settings)
@@ -133,9 +136,9 @@ def _say_table(table: Path, run: TableRun, voice: VoiceSettings, jobs: int, as_j
     from elocute.jobs.process_pool import local_pool
 
     lines = read_lines(table, voice)
-    check_format_settings(
-        [run.folder / f"x.{kind.lstrip('.')}" for kind in run.formats], run.format_settings
-    )
+    named = [run.folder / f"x.{kind.lstrip('.')}" for kind in run.formats]
+    check_format_settings(named, run.format_settings)
+    check_character_formats(dict(run.settings), named, run.format_settings)
     prepare_folder(run.folder, resume=True)
     failures = 0
 

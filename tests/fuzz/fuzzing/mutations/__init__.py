@@ -16,6 +16,7 @@ from tests.fuzz.fuzzing.mutations.arrays import (
     npz_entry,
     zip_directory,
 )
+from tests.fuzz.fuzzing.mutations.gltf import glb_binary, glb_json
 from tests.fuzz.fuzzing.mutations.json_text import json_key_twice, json_value
 from tests.fuzz.fuzzing.mutations.media import png, riff
 from tests.fuzz.fuzzing.mutations.models import count, header_text, pickle, safetensors
@@ -33,6 +34,7 @@ KINDS: dict[str, tuple[Mutation, ...]] = {
     "proto": (proto,),
     "png": (png,),
     "riff": (riff,),
+    "glb": (glb_json, glb_json, glb_json, glb_binary),
     "ply": (header_text, header_text, edge),
     "safetensors": (safetensors,),
     "pickle": (pickle,),

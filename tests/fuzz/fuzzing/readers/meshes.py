@@ -31,6 +31,23 @@ def _mesh(path: Path) -> None:
     _ = open_head(path).triangles
 
 
+def _character(folder: Path, out: Path) -> None:
+    from elocute.adoption.characters.open_character import character_head, open_character
+    from elocute.adoption.characters.report import character_record, report_lines
+    from elocute.export.gltf_character import character_glb
+    from elocute.motion.motion import Motion
+
+    opened = open_character(next(iter(folder.iterdir())))
+    assert list(report_lines(character_record(opened)))
+    head = character_head(opened.character)
+    weights = np.full((2, len(head.expression_names)), 0.3, np.float32)
+    turns = np.tile(np.array([0.8, 0.6, 0, 0], np.float32), (2, len(head.joint_names), 1))
+    made = character_glb(Motion(head, weights, 30, turns), opened.character)
+    written = out / "face.glb"
+    written.write_bytes(made)
+    open_character(written)  # what was written is a file of its kind
+
+
 def _scan(folder: Path, _out: Path) -> None:
     from elocute.capture.scans.scan import checked_scan
     from elocute.capture.scans.scan_file import read_scan
@@ -75,6 +92,13 @@ READERS: tuple[Reader, ...] = (
         {"*.ply": "ply", "*.obj": "text"},
         ("elocute.head.registry", "trimesh"),
         short=150,
+    ),
+    Reader(
+        "character",
+        seeds.characters,
+        _character,
+        {"*.glb": "glb", "*.vrm": "glb", "*.gltf": "json"},
+        ("elocute.adoption.characters.open_character", "elocute.export.gltf_character"),
     ),
     Reader(
         "flame",

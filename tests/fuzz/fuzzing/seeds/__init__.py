@@ -12,6 +12,7 @@ from tests.fuzz.fuzzing.seeds.corpora import (
     vocaset,
 )
 from tests.fuzz.fuzzing.seeds.heads import (
+    characters,
     flame,
     flame_parameters,
     frames,
@@ -70,6 +71,7 @@ __all__ = [
     "biwi",
     "capture_folders",
     "captured",
+    "characters",
     "checkpoints",
     "corpora",
     "crnn_checkpoints",

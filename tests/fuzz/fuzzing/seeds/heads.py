@@ -26,6 +26,41 @@ def heads(folder: Path) -> None:
     save_head(place(folder, "small") / "head.npz", small_head())
 
 
+def characters(folder: Path) -> None:
+    """ARKit's shapes on a skeleton, visemes, and VRMs of both versions."""
+    from tests.support.gltf_files import OCULUS, arkit, glb, inline, record
+
+    joints = {"nodes": [{"mesh": 0, "skin": 0}, {"name": "Neck", "children": [2]}]}
+    joints["nodes"].append({"name": "Head", "rotation": [0, 0.6, 0, 0.8], "scale": [1, 2, 1]})
+    whole = arkit(**joints, skins=[{"joints": [1, 2]}], buffers=[{"byteLength": 8}])
+    (place(folder, "arkit") / "face.glb").write_bytes(glb(whole, bytes(8)))
+    spoken = record(("Head", [*OCULUS, "eyesClosed"]), ("Teeth", ["jaw_open"]))
+    spoken["nodes"][1]["translation"] = [0.01, 0, 0]
+    spoken |= {"buffers": [inline(bytes(8))], "bufferViews": [{"buffer": 0, "byteLength": 8}]}
+    (place(folder, "visemes") / "face.gltf").write_text(json.dumps(spoken))
+    vowels = record(("Face", ["m0", "m1"]))
+    bind = {"node": 0, "mesh": 0, "index": 0, "weight": 1}
+    bones = {"head": {"node": 0}, "leftEye": {"node": 0}}
+    look = {"type": "bone", "rangeMapVerticalUp": {"inputMaxValue": 90, "outputScale": 10}}
+    vowels["extensions"] = {
+        "VRMC_vrm": {
+            "expressions": {"preset": {"aa": {"morphTargetBinds": [bind], "isBinary": True}}},
+            "humanoid": {"humanBones": bones},
+            "lookAt": look,
+        }
+    }
+    (place(folder, "vrm1") / "face.vrm").write_bytes(glb(vowels))
+    group = {"name": "A", "presetName": "a", "binds": [bind | {"weight": 100}]}
+    vowels["extensions"] = {
+        "VRM": {
+            "blendShapeMaster": {"blendShapeGroups": [group]},
+            "humanoid": {"humanBones": [{"bone": "head", "node": 0}]},
+            "firstPerson": {"lookAtTypeName": "Bone"},
+        }
+    }
+    (place(folder, "vrm0") / "face.vrm").write_bytes(glb(vowels))
+
+
 def flame(folder: Path) -> None:
     python2 = module("tests/conftest.py").Python2()
     entries = python2.flame(vertices=60, components=400)

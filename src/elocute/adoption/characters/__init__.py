@@ -1,0 +1,11 @@
+"""Characters in files of their own, moved by the names of their morph targets and joints.
+
+open_character       a glTF file in, a head that stands for its character and a report out
+mapping              which of its shapes and joints take which curves
+shape_names          what a morph target does, by its name
+joint_names          neck, head, jaw and eyes among its joints
+vrm                  what a VRM says itself
+morphs               the meshes that have morph targets
+heads_in_file        which meshes are one head
+report               the mapping in words
+"""

@@ -1,0 +1,382 @@
+"""Which of a file's morph targets and joints take which of the built-in head's curves.
+
+A file that has all of ARKit's shapes that speech uses takes the curves as they are. Of any other
+mouth (visemes, a VRM's vowels, a jaw alone) the weights are fitted to the built-in head's mouth,
+frame by frame, where the motion is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from elocute.adoption.characters.heads_in_file import HeadPart
+from elocute.adoption.characters.joint_names import joint_of
+from elocute.adoption.characters.shape_names import Meaning, meanings_of, nearest_name, vrm_meaning
+from elocute.adoption.characters.vrm import Vrm
+from elocute.articulation.phone_targets import curve_names
+from elocute.export.shape_profiles import NEAREST
+from elocute.head.character import Control, Turn
+from elocute.head.character_nodes import NodeTree
+from elocute.life.face import REACH_DEG
+from elocute.motion.control_fit import is_of_mouth
+from elocute.motion.curves import ARKIT_NAMES
+
+SIDES = ("Left", "Right")
+JAW_DEG = 20.0
+"""How far the built-in head's jaw is turned where `jawOpen` is one."""
+SPEECH = frozenset({*curve_names(), "mouthClose"} & set(ARKIT_NAMES))
+"""ARKit's shapes that speech uses: a file that has them all needs no fit."""
+_RANK = ("vrm", "arkit", "cc", "viseme", "other", "facs")
+_GAZE_DEG = {  # nod and turn for a degree of gaze; a left eye looks out to the left
+    ("Up", "Left"): (-1, 0),
+    ("Up", "Right"): (-1, 0),
+    ("Down", "Left"): (1, 0),
+    ("Down", "Right"): (1, 0),
+    ("In", "Left"): (0, -1),
+    ("In", "Right"): (0, 1),
+    ("Out", "Left"): (0, 1),
+    ("Out", "Right"): (0, -1),
+}
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Morph targets that do the same, wherever they are.
+
+    Attributes
+    ----------
+    name : str
+        As the file has it.
+    meaning : Meaning
+        What they do.
+    binds : tuple of (int, int, float)
+        Mesh, target, weight.
+    still : bool
+        Whether all are known to move nothing.
+    switch : bool
+        Whether it is only ever off or on.
+    """
+
+    name: str
+    meaning: Meaning
+    binds: tuple[tuple[int, int, float], ...]
+    still: bool = False
+    switch: bool = False
+
+
+@dataclass
+class Mapping:
+    """What takes what, and what is left.
+
+    Attributes
+    ----------
+    controls, turns
+        Of the character.
+    mouth : str
+        "direct", "fitted" or "none".
+    idle : dict of str
+        Why a name that is known takes nothing.
+    unknown : dict of str
+        The nearest known name, "" for none, by a name that is not known.
+    """
+
+    controls: list[Control] = field(default_factory=list)
+    turns: list[Turn] = field(default_factory=list)
+    mouth: str = "none"
+    idle: dict[str, str] = field(default_factory=dict)
+    unknown: dict[str, str] = field(default_factory=dict)
+
+
+def map_character(
+    parts: Sequence[HeadPart], tree: NodeTree, joints: dict[str, int], vrm: Vrm | None
+) -> Mapping:
+    """Map a head's morph targets and joints.
+
+    Parameters
+    ----------
+    parts : sequence of HeadPart
+        Its meshes.
+    tree : NodeTree
+        The file's nodes.
+    joints : dict of str to int
+        Nodes by the names of the built-in head's joints.
+    vrm : Vrm or None
+        What the file says as a VRM.
+
+    Returns
+    -------
+    Mapping
+    """
+    mapping = Mapping()
+    morphs = _from_names(parts, mapping)
+    candidates = _chosen(morphs, _from_vrm(vrm, parts), mapping)
+    by_joint = _joint_controls(candidates, joints, vrm)
+    turned = {curve for control in by_joint for curve in control.looks}
+    moving = []
+    for each in candidates:
+        if each.still:
+            mapping.idle[each.name] = "moves nothing"
+        elif turned.issuperset(each.meaning.looks):
+            mapping.idle[each.name] = "a joint does it"
+        else:
+            moving.append(each)
+    taken = _shared(moving, by_joint, mapping)
+    mapping.controls = [control for control in taken if control.shares or control.looks]
+    mapping.turns = _turns(joints, by_joint, vrm)
+    return mapping
+
+
+def head_joints(
+    tree: NodeTree, skeleton: Iterable[int], parts: Sequence[HeadPart], vrm: Vrm | None
+) -> dict[str, int]:
+    """Neck, head, jaw and eyes of a head.
+
+    Parameters
+    ----------
+    tree : NodeTree
+        The file's nodes.
+    skeleton : iterable of int
+        The joints of its skins; nothing where it has none.
+    parts : sequence of HeadPart
+        Its meshes.
+    vrm : Vrm or None
+        What the file says as a VRM, which goes first.
+
+    Returns
+    -------
+    dict of str to int
+        Nodes by the names of the built-in head's joints.
+    """
+    given = set(skeleton)
+    if given:
+        near = set(given)
+        for joint in given:
+            near.update(tree.below(joint) if tree.parents[joint] not in given else ())
+        near.update(*(tree.line(joint) for joint in given if tree.parents[joint] not in given))
+    else:
+        near = {node for part in parts for node in tree.line(part.node)}
+        near |= {child for node in set(near) for child in tree.nodes[node].get("children", [])}
+    near = {node for node in near if "mesh" not in tree.nodes[node] or node in given}
+    found: dict[str, int] = {}
+    for node in sorted(near, key=lambda each: (len(tree.line(each)), each)):
+        joint = joint_of(tree.name(node))
+        if joint is not None:
+            found.setdefault(joint, node)
+    return found | (vrm.joints if vrm is not None else {})
+
+
+def _from_names(parts: Sequence[HeadPart], mapping: Mapping) -> dict[str, Candidate]:
+    """What the names of morph targets say, over all meshes, by what it does."""
+    found: dict[str, Candidate] = {}
+    meshes = {part.mesh.mesh: part.mesh for part in parts}
+    for mesh in meshes.values():
+        own: dict[str, list[tuple[int, Meaning]]] = {}
+        for target, meaning in enumerate(meanings_of(mesh.targets)):
+            name = mesh.targets[target]
+            if meaning is None:
+                if name and name not in mapping.unknown:
+                    mapping.unknown[name] = nearest_name(name) or ""
+            elif not meaning.looks:
+                mapping.idle[name] = "the mouth at rest"
+            else:
+                own.setdefault(meaning.key, []).append((target, meaning))
+        for key, same in own.items():
+            same.sort(key=lambda each: (mesh.still[each[0]], _RANK.index(each[1].family)))
+            first = same[0][1]
+            used = [each for each in same if each[1].part] if first.part else same[:1]
+            for target, _ in same:
+                if target not in [each for each, _ in used]:
+                    mapping.idle[mesh.targets[target]] = f"{mesh.targets[used[0][0]]} does it"
+            binds = tuple((mesh.mesh, target, 1.0) for target, _ in used)
+            still = all(mesh.still[target] for target, _ in used)
+            name = " + ".join(dict.fromkeys(mesh.targets[target] for target, _ in used))
+            old = found.get(key)
+            if old is None:
+                found[key] = Candidate(name, first, binds, still)
+            else:
+                found[key] = replace(old, binds=old.binds + binds, still=old.still and still)
+    return found
+
+
+def _from_vrm(vrm: Vrm | None, parts: Sequence[HeadPart]) -> dict[str, Candidate]:
+    """What the expressions of a VRM say, by what they do."""
+    found: dict[str, Candidate] = {}
+    if vrm is None:
+        return found
+    meshes = {part.mesh.mesh: part.mesh for part in parts}
+    for expression in vrm.expressions:
+        if expression.preset:
+            meaning = vrm_meaning(expression.name)
+        else:
+            (meaning,) = meanings_of([expression.name])
+        binds = tuple(bind for bind in expression.binds if bind[0] in meshes)
+        if meaning is None or not meaning.looks or not binds:
+            continue
+        still = all(meshes[mesh].still[target] for mesh, target, _ in binds)
+        found.setdefault(
+            meaning.key, Candidate(expression.name, meaning, binds, still, expression.switch)
+        )
+    return found
+
+
+def _chosen(
+    morphs: dict[str, Candidate], expressions: dict[str, Candidate], mapping: Mapping
+) -> list[Candidate]:
+    """Morph targets alone where they are a whole mouth, else expressions before them."""
+    if not expressions or _covered(morphs.values()) >= SPEECH:
+        for each in expressions.values():
+            mapping.idle.setdefault(each.name, "ARKit's shapes are there")
+        return list(morphs.values())
+    bound = {bind[:2] for each in expressions.values() for bind in each.binds}
+    rest = []
+    for key, each in morphs.items():
+        if key in expressions or bound.issuperset(bind[:2] for bind in each.binds):
+            mapping.idle[each.name] = "an expression of the VRM moves it"
+        else:
+            rest.append(each)
+    for each in expressions.values():
+        mapping.idle.pop(each.name, None)
+    return [*expressions.values(), *rest]
+
+
+def _is_single(looks: dict[str, float]) -> bool:
+    return list(looks.values()) == [1.0]
+
+
+def _covered(candidates: Iterable[Candidate]) -> set[str]:
+    """Curves that have a shape of their own, or one together with their other side."""
+    return {
+        curve
+        for each in candidates
+        if not each.still and set(each.meaning.looks.values()) == {1.0}
+        for curve in each.meaning.looks
+    }
+
+
+def _shared(moving: list[Candidate], by_joint: list[Control], mapping: Mapping) -> list[Control]:
+    """Controls with their shares of the curves; a mouth that is not whole is left to the fit."""
+    single = {c for each in moving if _is_single(each.meaning.looks) for c in each.meaning.looks}
+    single |= {curve for control in by_joint for curve in control.looks}
+    taken: list[Control] = []
+    for each in moving:
+        looks = each.meaning.looks
+        alone = _is_single(looks) or (set(looks.values()) == {1.0} and single.isdisjoint(looks))
+        shares = {curve: 1 / len(looks) for curve in looks} if alone else {}
+        taken.append(Control(each.name, looks, each.binds, shares, each.switch))
+    taken += by_joint
+    whole = {curve for control in taken if control.shares for curve in control.looks}
+    mouth = [control for control in taken if _moves_mouth(control)]
+    if whole >= SPEECH:
+        mapping.mouth = "direct"
+        kept = [control for control in taken if control.shares]
+        taken = [_with_speech_shapes(control, whole) for control in kept]
+    elif mouth:
+        mapping.mouth = "fitted"
+        kept = [replace(c, shares={}) if _moves_mouth(c) else c for c in taken]
+        taken = [c for c in kept if c.shares or not _is_doubled(c.looks, single)]
+    else:
+        kept = taken = [control for control in taken if control.shares]
+    for each in moving:
+        if each.name not in _names(taken):
+            mapping.idle[each.name] = "others do it"
+    return taken
+
+
+def _is_doubled(looks: dict[str, float], single: set[str]) -> bool:
+    """Whether two sides together have shapes of their own as well."""
+    return len(looks) > 1 and set(looks.values()) == {1.0} and single.issuperset(looks)
+
+
+def _names(controls: Iterable[Control]) -> set[str]:
+    return {control.name for control in controls}
+
+
+def _moves_mouth(control: Control) -> bool:
+    return any(map(is_of_mouth, control.looks))
+
+
+def _with_speech_shapes(control: Control, whole: set[str]) -> Control:
+    """The built-in head's own speech shapes, folded into ARKit's as a .glb of it folds them."""
+    shares = dict(control.shares)
+    for name, stand_ins in NEAREST.items():
+        if name in whole or not whole.issuperset(stand_ins):
+            continue
+        for curve, share in stand_ins.items():
+            if curve in control.shares:
+                shares[name] = shares.get(name, 0.0) + share * control.shares[curve]
+    return replace(control, shares=shares)
+
+
+def _joint_controls(
+    candidates: list[Candidate], joints: dict[str, int], vrm: Vrm | None
+) -> list[Control]:
+    """What joints do because no shape does: open the jaw, turn the eyes."""
+    looks = {curve for each in candidates if not each.still for curve in each.meaning.looks}
+    made = []
+    if "jaw" in joints and "jawOpen" not in looks:
+        made.append(Control("joint: jawOpen", {"jawOpen": 1.0}, (), {"jawOpen": 1.0}))
+    eyes = [side for side in SIDES if f"eye{side}" in joints]
+    by_shapes = any(curve.startswith("eyeLook") for curve in looks)
+    if not eyes or (by_shapes and not (vrm is not None and vrm.eyes_by_joints)):
+        return made
+    for side in eyes:
+        for way in REACH_DEG:
+            curve = f"eyeLook{way}{side}"
+            made.append(Control(f"joint: {curve}", {curve: 1.0}, (), {curve: 1.0}))
+    return made
+
+
+def _turns(joints: dict[str, int], by_joint: list[Control], vrm: Vrm | None) -> list[Turn]:
+    """Joints with what turns them; one that is missing hands its turn to the other."""
+    turns = []
+    if "head" in joints and "neck" in joints:
+        turns += [Turn(joints["neck"], ("neck",)), Turn(joints["head"], ("head",))]
+    elif "head" in joints or "neck" in joints:
+        turns.append(Turn(joints.get("head", joints.get("neck", 0)), ("neck", "head")))
+    names = _names(by_joint)
+    if "jaw" in joints:
+        opened = {"joint: jawOpen": (JAW_DEG, 0.0)} if "joint: jawOpen" in names else {}
+        turns.append(Turn(joints["jaw"], ("jaw",), opened))
+    for side in SIDES:
+        if f"eye{side}" not in joints:
+            continue
+        degrees = {}
+        for way, reach in REACH_DEG.items():
+            name = f"joint: eyeLook{way}{side}"
+            if name in names:
+                scale = reach * (1.0 if vrm is None else vrm.gaze.get(way, 1.0))
+                nod, turn = _GAZE_DEG[way, side]
+                degrees[name] = (scale * nod, scale * turn)
+        turns.append(Turn(joints[f"eye{side}"], (f"eye{side}",), degrees))
+    return turns
+
+
+def facing_deg(tree: NodeTree, joints: dict[str, int], vrm: Vrm | None) -> float:
+    """How far a face is turned about +Y from +Z.
+
+    Parameters
+    ----------
+    tree : NodeTree
+        The file's nodes.
+    joints : dict of str to int
+        Its eyes, where they have joints.
+    vrm : Vrm or None
+        A VRM of version 0 looks along -Z.
+
+    Returns
+    -------
+    float
+        Degrees; in quarters of a turn where the eyes are nearly so.
+    """
+    if {"eyeLeft", "eyeRight"} <= set(joints):
+        with np.errstate(all="ignore"):
+            left, right = (tree.world(joints[f"eye{side}"])[:3, 3] for side in SIDES)
+            x, _, z = left - right
+        if np.isfinite([x, z]).all() and np.hypot(x, z) > 1e-6:
+            angle = float(np.degrees(np.arctan2(-z, x)))
+            quarter = 90.0 * round(angle / 90)
+            return quarter if abs(angle - quarter) < 15 else angle
+    return 180.0 if vrm is not None and vrm.version == 0 else 0.0

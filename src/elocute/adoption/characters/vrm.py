@@ -1,0 +1,175 @@
+"""What a VRM, version 0 or 1, says of its face: expressions, joints, how its eyes turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, TypeGuard
+
+from elocute.adoption.characters.joint_names import VRM_BONES
+from elocute.files.gltf_document import GltfDocument
+from elocute.files.json_records import finite_number
+
+RANGES = {
+    "In": ("rangeMapHorizontalInner", "lookAtHorizontalInner"),
+    "Out": ("rangeMapHorizontalOuter", "lookAtHorizontalOuter"),
+    "Down": ("rangeMapVerticalDown", "lookAtVerticalDown"),
+    "Up": ("rangeMapVerticalUp", "lookAtVerticalUp"),
+}
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An expression of a VRM.
+
+    Attributes
+    ----------
+    name : str
+        As the file has it.
+    preset : bool
+        Whether the name is one of the specification's.
+    binds : tuple of (int, int, float)
+        Mesh, morph target and its weight where the expression is at one.
+    switch : bool
+        Whether it is only ever off or on.
+    """
+
+    name: str
+    preset: bool
+    binds: tuple[tuple[int, int, float], ...]
+    switch: bool
+
+
+@dataclass(frozen=True)
+class Vrm:
+    """What a VRM says of its face.
+
+    Attributes
+    ----------
+    version : int
+        0 or 1.
+    expressions : tuple of Expression
+        Those that move morph targets.
+    joints : dict of str to int
+        Nodes by the names of the built-in head's joints.
+    eyes_by_joints : bool
+        Whether its eyes look by their joints.
+    gaze : dict of str to float
+        Degrees that an eye turns for a degree of gaze, by direction.
+    """
+
+    version: int
+    expressions: tuple[Expression, ...] = ()
+    joints: dict[str, int] = field(default_factory=dict)
+    eyes_by_joints: bool = False
+    gaze: dict[str, float] = field(default_factory=dict)
+
+
+def read_vrm(document: GltfDocument) -> Vrm | None:
+    """What a file says as a VRM.
+
+    Parameters
+    ----------
+    document : GltfDocument
+        Any glTF file.
+
+    Returns
+    -------
+    Vrm or None
+        None for a file that is no VRM. What points at nothing is left out.
+    """
+    extensions = _record(document.record.get("extensions"))
+    if "VRMC_vrm" in extensions:
+        return _version_1(document, _record(extensions["VRMC_vrm"]))
+    if "VRM" in extensions:
+        return _version_0(document, _record(extensions["VRM"]))
+    return None
+
+
+def _version_1(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
+    nodes = document.records("nodes")
+    found = []
+    for kind in ("preset", "custom"):
+        for name, given in _record(_record(vrm.get("expressions")).get(kind)).items():
+            expression, binds = _record(given), []
+            for bind in _records(expression.get("morphTargetBinds")):
+                node = bind.get("node")
+                if _is_index(node, len(nodes)) and "mesh" in nodes[node]:
+                    binds.append((nodes[node]["mesh"], bind.get("index"), bind.get("weight"), 1.0))
+            switch = expression.get("isBinary") is True
+            found.append((str(name)[:200], kind == "preset", binds, switch))
+    bones = _record(_record(vrm.get("humanoid")).get("humanBones"))
+    joints = {name: _record(bone).get("node") for name, bone in bones.items()}
+    look = _record(vrm.get("lookAt"))
+    gaze = {
+        way: _ratio(_record(look.get(new)), "outputScale", "inputMaxValue")
+        for way, (new, _) in RANGES.items()
+    }
+    return _vrm(document, 1, found, joints, look.get("type") == "bone", gaze)
+
+
+def _version_0(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
+    found = []
+    for group in _records(_record(vrm.get("blendShapeMaster")).get("blendShapeGroups")):
+        preset = group.get("presetName")
+        known = isinstance(preset, str) and preset.lower() not in ("", "unknown")
+        name = preset if known else group.get("name")
+        binds = [
+            (bind.get("mesh"), bind.get("index"), bind.get("weight"), 0.01)  # in hundredths
+            for bind in _records(group.get("binds"))
+        ]
+        found.append((str(name)[:200], known, binds, group.get("isBinary") is True))
+    bones = _records(_record(vrm.get("humanoid")).get("humanBones"))
+    joints = {str(bone.get("bone")): bone.get("node") for bone in bones}
+    look = _record(vrm.get("firstPerson"))
+    gaze = {
+        way: _ratio(_record(look.get(old)), "yRange", "xRange") for way, (_, old) in RANGES.items()
+    }
+    return _vrm(document, 0, found, joints, look.get("lookAtTypeName") == "Bone", gaze)
+
+
+def _vrm(
+    document: GltfDocument,
+    version: int,
+    found: list[tuple[str, bool, list[Any], bool]],
+    joints: dict[str, Any],
+    by_joints: bool,
+    gaze: dict[str, float],
+) -> Vrm:
+    meshes, count = document.records("meshes"), len(document.records("nodes"))
+    expressions = []
+    for name, preset, given, switch in found:
+        binds = []
+        for mesh, target, weight, scale in given:
+            share = finite_number(weight)
+            if share is None or not _is_index(mesh, len(meshes)) or not 0 < share * scale <= 1:
+                continue
+            if _is_index(target, len(meshes[mesh]["primitives"][0].get("targets", []))):
+                binds.append((mesh, target, share * scale))
+        if binds:
+            expressions.append(Expression(name, preset, tuple(binds), switch))
+    known = {
+        VRM_BONES[name]: node
+        for name, node in joints.items()
+        if name in VRM_BONES and _is_index(node, count)
+    }
+    return Vrm(version, tuple(expressions), known, by_joints, gaze)
+
+
+def _ratio(given: dict[str, Any], output: str, input: str) -> float:
+    """Degrees out for a degree in; one where nothing sensible is said."""
+    top, bottom = finite_number(given.get(output)), finite_number(given.get(input))
+    if top is None or bottom is None or bottom <= 0 or not 0 <= top / bottom <= 1:
+        return 1.0
+    return top / bottom
+
+
+def _is_index(value: Any, count: int) -> TypeGuard[int]:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < count
+
+
+def _record(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _records(value: Any) -> list[dict[str, Any]]:
+    return [each for each in value if isinstance(each, dict)] if isinstance(value, list) else []

@@ -1,0 +1,183 @@
+"""A motion of the built-in head as weights and turns of a character's own shapes and joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elocute.array_types import Float32Array, Float64Array
+from elocute.head.character import Character, Control, Turn
+from elocute.head.character_nodes import NodeTree, rest_turn, without_matrix
+from elocute.motion.control_fit import fit_controls
+from elocute.motion.motion import Motion
+from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
+
+SWITCHED = 0.5
+"""From this weight on a control that is off or on is on."""
+STILL = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class CharacterMotion:
+    """What moves in a character's file.
+
+    Attributes
+    ----------
+    weights : dict of int to (frame, target) float32
+        Of the morph targets, by node.
+    turns : dict of int to (frame, 4) float32
+        Quaternions xyzw of joints that turn, by node, in place of their rest.
+    controls : dict of str to (frame,) float32
+        Weights of the controls, by name.
+    residual_mm : dict of str to float
+        How far a fitted mouth is from the motion, on the built-in head; {} where nothing was.
+    """
+
+    weights: dict[int, Float32Array]
+    turns: dict[int, Float32Array]
+    controls: dict[str, Float32Array]
+    residual_mm: dict[str, float]
+
+
+def character_motion(motion: Motion, character: Character) -> CharacterMotion:
+    """Move a character as a motion moves the built-in head.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of the built-in head.
+    character : Character
+        The character.
+
+    Returns
+    -------
+    CharacterMotion
+    """
+    controls, residual = _control_weights(motion, character.controls)
+    tree = NodeTree(character.document)
+    turns: dict[int, Float32Array] = {}
+    for turn in character.turns:
+        turned = _turned(motion, turn, controls, tree, character.facing_deg)
+        if turned is not None:
+            turns[turn.node] = turned
+    return CharacterMotion(_target_weights(character, controls), turns, controls, residual)
+
+
+def _control_weights(
+    motion: Motion, controls: tuple[Control, ...]
+) -> tuple[dict[str, Float32Array], dict[str, float]]:
+    """(frame,) weights by name, and what a fit leaves."""
+    found: dict[str, Float32Array] = {}
+    residual: dict[str, float] = {}
+    fitted = [control for control in controls if control.fitted]
+    if fitted:
+        fit = fit_controls(motion, [control.looks for control in fitted])
+        found |= {c.name: fit.weights[:, i] for i, c in enumerate(fitted)}
+        told = (("skin", fit.skin_mm), ("opening", fit.opening_mm), ("closed", fit.closed_mm))
+        residual = {name: round(value, 3) for name, value in told}
+    for control in controls:
+        if not control.fitted:
+            found[control.name] = _shared(motion, control.shares)
+        if control.switch:
+            found[control.name] = (found[control.name] >= SWITCHED).astype(np.float32)
+    return found, residual
+
+
+def _shared(motion: Motion, shares: dict[str, float]) -> Float32Array:
+    """Shares of curves, added up: never beyond one, or beyond what a curve had by itself."""
+    total = np.zeros(motion.frame_count, np.float32)
+    limit = np.ones_like(total)
+    for name, share in shares.items():
+        if name in motion.names:
+            curve = motion.weights[:, motion.names.index(name)]
+            total += np.float32(share) * curve
+            limit = np.maximum(limit, share * curve)
+    return np.minimum(total, limit).astype(np.float32)
+
+
+def _target_weights(
+    character: Character, controls: dict[str, Float32Array]
+) -> dict[int, Float32Array]:
+    """What nothing moves keeps the weight that the file gives it; what is moved starts at zero."""
+    nodes, meshes = character.document.records("nodes"), character.document.records("meshes")
+    moved: dict[int, dict[int, Float64Array]] = {mesh: {} for mesh in character.meshes}
+    frames = max((len(each) for each in controls.values()), default=1)
+    for control in character.controls:
+        for mesh, target, share in control.binds:
+            column = moved[mesh].setdefault(target, np.zeros(frames))
+            column += share * controls[control.name]
+    result = {}
+    for node in character.nodes:
+        mesh = nodes[node]["mesh"]
+        count = character.target_count(mesh)
+        rest = nodes[node].get("weights", meshes[mesh].get("weights", [0.0] * count))
+        table = np.tile(np.array(rest, np.float32), (frames, 1))
+        for target, column in moved[mesh].items():
+            table[:, target] = column
+        result[node] = table
+    return result
+
+
+def _turned(
+    motion: Motion,
+    turn: Turn,
+    controls: dict[str, Float32Array],
+    tree: NodeTree,
+    facing_deg: float,
+) -> Float32Array | None:
+    """(frame, 4) xyzw of a joint; None where it rests throughout, or cannot be turned."""
+    wanted = no_turn(motion.frame_count).astype(np.float64)
+    if motion.rotations is not None:
+        for name in turn.joints:
+            if name in motion.head.joint_names:
+                joint = motion.head.joint_names.index(name)
+                wanted = multiply(wanted, motion.rotations[:, joint])
+    degrees = np.zeros((motion.frame_count, 3))
+    for name, (nod, side) in turn.controls.items():
+        degrees[:, 0] += nod * controls[name]
+        degrees[:, 1] += side * controls[name]
+    wanted = multiply(wanted, from_axis_angle(np.radians(degrees)))
+    record, axes = without_matrix(tree.nodes[turn.node]), tree.axes(turn.node)
+    if record is None or axes is None or np.abs(wanted[:, 1:]).max() < STILL:
+        return None
+    angle = np.radians(facing_deg)
+    facing = np.array(
+        [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+    )
+    # From the built-in head's axes to the scene's, to those of what the joint hangs from; where
+    # these are a mirror image, turns go the other way round.
+    axis = np.linalg.det(axes) * wanted[:, 1:] @ facing.T @ axes
+    inside = np.concatenate([wanted[:, :1], axis], axis=1)
+    placed = _without_leaps(multiply(inside, rest_turn(record)))
+    placed /= np.linalg.norm(placed, axis=1, keepdims=True)
+    return placed[:, [1, 2, 3, 0]].astype(np.float32)
+
+
+def _without_leaps(turns: Float64Array) -> Float64Array:
+    """The same rotations, each with the sign that is nearer to the one before."""
+    leaps = (turns[1:] * turns[:-1]).sum(axis=1) < 0
+    signs = np.cumprod(np.concatenate([[1.0], np.where(leaps, -1.0, 1.0)]))
+    return turns * signs[:, None]
+
+
+def told(character: Character, moved: CharacterMotion) -> dict[str, Any]:
+    """What was done, for the file.
+
+    Parameters
+    ----------
+    character : Character
+        The character.
+    moved : CharacterMotion
+        Its motion.
+
+    Returns
+    -------
+    dict of str
+    """
+    record: dict[str, Any] = {
+        "controls": [control.name for control in character.controls if control.binds],
+        "joints": [turn.node for turn in character.turns if turn.node in moved.turns],
+    }
+    return record | ({"residual_mm": moved.residual_mm} if moved.residual_mm else {})

@@ -1,0 +1,230 @@
+"""A talking animation in a character's own glTF file, which stays as it was otherwise.
+
+What is added are items at the ends of lists (animation, accessors, buffer views) and bytes at the
+end of the buffer; every other letter of the JSON and every byte of the buffer stays where it was.
+A node that is given as a matrix and moves becomes a shift, a turn and a scale, since no other can
+be animated.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import OutputError
+from elocute.export.character_weights import CharacterMotion, character_motion, told
+from elocute.export.gltf_file import FLOAT
+from elocute.export.soundtrack import Sound, pack_sound
+from elocute.files.gltf_document import GltfDocument, packed
+from elocute.files.json_splices import with_items, with_value
+from elocute.head.character import Character
+from elocute.head.character_nodes import without_matrix
+from elocute.motion.motion import Motion
+
+NAME = "speech"
+ADDED_MAX_BYTES = 2_000_000_000
+AUDIO = "KHR_audio_emitter"
+
+
+def character_glb(motion: Motion, character: Character, sound: Sound | None = None) -> bytes:
+    """A character's file with a motion as one more animation, as a .glb.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of the built-in head.
+    character : Character
+        Whose file it is.
+    sound : str, Path or Waveform, optional
+        Embedded, where given.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    OutputError
+        For a motion so long that no .glb holds it.
+    """
+    moved = character_motion(motion, character)
+    added = _Added(character.document)
+    clock = added.accessor(motion.times_s.astype(np.float32), "SCALAR", bounds=True)
+    samplers: list[dict[str, Any]] = []
+    channels: list[dict[str, Any]] = []
+
+    def move(node: int, path: str, output: int) -> None:
+        samplers.append({"input": clock, "output": output, "interpolation": "LINEAR"})
+        channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
+
+    _check_size(character, moved)
+    for node, weights in moved.weights.items():
+        move(node, "weights", added.accessor(weights.reshape(-1), "SCALAR"))
+    for node, turns in moved.turns.items():
+        move(node, "rotation", added.accessor(turns, "VEC4"))
+    record = {"fps": motion.fps, **told(character, moved)}
+    text = _without_matrices(character.document, [*moved.weights, *moved.turns])
+    animation = {
+        "name": _free_name(character.document),
+        "samplers": samplers,
+        "channels": channels,
+        "extras": {"elocute": record},
+    }
+    text = with_items(text, ["animations"], [animation])
+    if sound is not None:
+        text = _with_sound(text, character, added, sound)
+    return added.pack(text)
+
+
+class _Added:
+    """What is added to a file: accessors, their views, and bytes after those of its buffer."""
+
+    def __init__(self, document: GltfDocument) -> None:
+        self.document = document
+        buffers = document.records("buffers")
+        # The binary chunk is the first buffer, which then has no uri, or there is none yet.
+        self.in_chunk = not buffers or (document.binary is not None and "uri" not in buffers[0])
+        there = document.binary if buffers and self.in_chunk else None
+        self._parts: list[bytes | memoryview] = [] if there is None else [there]
+        self._size = 0 if there is None else len(there)
+        self._pad()
+        self._views: list[dict[str, Any]] = []
+        self._accessors: list[dict[str, Any]] = []
+        self._known: dict[bytes, int] = {}
+
+    def view(self, data: bytes) -> int:
+        """A buffer view of these bytes."""
+        buffer = 0 if self.in_chunk else len(self.document.records("buffers"))
+        self._views.append({"buffer": buffer, "byteOffset": self._size, "byteLength": len(data)})
+        self._parts.append(data)
+        self._size += len(data)
+        self._pad()
+        return len(self.document.records("bufferViews")) + len(self._views) - 1
+
+    def accessor(self, values: NDArray[np.float32], kind: str, bounds: bool = False) -> int:
+        """An accessor of these numbers; equal ones are stored once."""
+        data = np.ascontiguousarray(values, "<f4").tobytes()
+        if data in self._known:
+            return self._known[data]
+        record: dict[str, Any] = {
+            "bufferView": self.view(data),
+            "componentType": FLOAT,
+            "count": len(values),
+            "type": kind,
+        }
+        if bounds:
+            record |= {"min": [float(values.min())], "max": [float(values.max())]}
+        self._accessors.append(record)
+        self._known[data] = len(self.document.records("accessors")) + len(self._accessors) - 1
+        return self._known[data]
+
+    def pack(self, text: str) -> bytes:
+        """The file: a JSON text, with what was added named in it."""
+        document = self.document
+        text = with_items(text, ["accessors"], self._accessors)
+        text = with_items(text, ["bufferViews"], self._views)
+        if not self.in_chunk:
+            content = base64.b64encode(b"".join(self._parts)).decode()
+            uri = f"data:application/octet-stream;base64,{content}"
+            text = with_items(text, ["buffers"], [{"byteLength": self._size, "uri": uri}])
+            binary: list[bytes | memoryview] = [document.binary] if document.binary else []
+            return packed(text, binary, document.others)
+        if document.records("buffers"):
+            text = with_value(text, ["buffers", 0, "byteLength"], self._size)
+        else:
+            text = with_items(text, ["buffers"], [{"byteLength": self._size}])
+        return packed(text, self._parts, document.others)
+
+    def _pad(self) -> None:
+        rest = -self._size % 4
+        if rest:
+            self._parts.append(b"\0" * rest)
+            self._size += rest
+
+
+def _check_size(character: Character, moved: CharacterMotion) -> None:
+    size = sum(each.nbytes for each in (*moved.weights.values(), *moved.turns.values()))
+    there = 0 if character.document.binary is None else len(character.document.binary)
+    if size + there > ADDED_MAX_BYTES:
+        raise OutputError.about(
+            character.name,
+            found=f"an animation of {size / 1e9:.1f} GB",
+            allowed=f"{ADDED_MAX_BYTES / 1e9:g} GB",
+            remedy="a lower `fps` makes it smaller",
+        )
+
+
+def _without_matrices(document: GltfDocument, nodes: list[int]) -> str:
+    text = document.text
+    for node in nodes:
+        record = document.records("nodes")[node]
+        turned = without_matrix(record)
+        if turned is not None and turned is not record:
+            text = with_value(text, ["nodes", node], turned)
+    return text
+
+
+def _free_name(document: GltfDocument) -> str:
+    """`speech`, or with a number where there is an animation of that name."""
+    taken = {each.get("name") for each in document.records("animations") if each}
+    number, name = 1, NAME
+    while name in taken:
+        number += 1
+        name = f"{NAME} {number}"
+    return name
+
+
+def _with_sound(text: str, character: Character, added: _Added, sound: Sound) -> str:
+    """The sound as KHR_audio_emitter describes it, beside what the file has of it."""
+    record = character.document.record
+    data, media = pack_sound(sound)
+    view = added.view(data)
+    extensions = record.get("extensions", {})
+    there = extensions.get(AUDIO, {}) if isinstance(extensions, dict) else None
+    parts = [there.get(name, []) if isinstance(there, dict) else None for name in _AUDIO_LISTS]
+    scenes, used = record.get("scenes", []), record.get("extensionsUsed", [])
+    if not all(isinstance(part, list) for part in (*parts, used)):
+        raise _own_form(character)
+    audio, sources, emitters = (len(part or ()) for part in parts)
+    new = (
+        {"bufferView": view, "mimeType": media},
+        {"audio": audio, "autoPlay": True, "loop": False},
+        {"type": "global", "sources": [sources]},
+    )
+    text = _with_holder(text, ["extensions"], record)
+    text = _with_holder(text, ["extensions", AUDIO], extensions)
+    for name, item in zip(_AUDIO_LISTS, new, strict=True):
+        text = with_items(text, ["extensions", AUDIO, name], [item])
+    shown = record.get("scene", 0)
+    if isinstance(shown, int) and not isinstance(shown, bool) and 0 <= shown < len(scenes):
+        text = _with_emitter(text, scenes[shown], shown, emitters, character)
+    return text if AUDIO in used else with_items(text, ["extensionsUsed"], [AUDIO])
+
+
+_AUDIO_LISTS = ("audio", "sources", "emitters")
+
+
+def _with_emitter(
+    text: str, scene: dict[str, Any], number: int, emitter: int, character: Character
+) -> str:
+    own = scene.get("extensions", {})
+    there = own.get(AUDIO, {}) if isinstance(own, dict) else None
+    if not isinstance(there, dict) or not isinstance(there.get("emitters", []), list):
+        raise _own_form(character)
+    place = ["scenes", number, "extensions"]
+    text = _with_holder(text, place, scene)
+    text = _with_holder(text, [*place, AUDIO], own)
+    return with_items(text, [*place, AUDIO, "emitters"], [emitter])
+
+
+def _with_holder(text: str, path: list[str | int], above: dict[str, Any]) -> str:
+    """The text with an empty object at a path where there is none."""
+    return text if path[-1] in above else with_value(text, path, {})
+
+
+def _own_form(character: Character) -> OutputError:
+    found = f"{AUDIO} in a form of its own"
+    return OutputError.about(character.name, found=found, allowed="its specification's")
