@@ -9,6 +9,7 @@ import numpy as np
 
 from elocute.files.array_writing import write_npz
 from recipes.head.face import NeutralFace
+from recipes.looks import clothes
 from recipes.looks.canvas import save
 from recipes.looks.cards import Cards, Fitting
 from recipes.looks.strands import strands
@@ -43,6 +44,19 @@ def bake(face: NeutralFace, looks: Path, assets: Path) -> None:
         save(assets / "brows" / f"{name}.webp", strands(folder / f"{name}.png", BROW_PX, 1.1), 80)
     for name in LASHES:
         bake_lashes(fitting, looks / "eyelashes", name, assets)
+    bake_clothes(fitting, assets)
+
+
+def bake_clothes(fitting: Fitting, assets: Path) -> None:
+    shirt = clothes.shirt(fitting.face)
+    places = {"skull": shirt.skull, "covers": shirt.covers}
+    path = assets / "clothes" / "crew.npz"
+    write(path, fitting, shirt.cards, skull_m=shirt.skull_m, **places)
+    colour, normal = clothes.pictures(shirt)
+    sizes = [path.stat().st_size]
+    sizes.append(save(path.with_suffix(".webp"), colour, 75))
+    sizes.append(save(path.with_name("crew_normal.webp"), normal, 80))
+    print(f"crew: {len(shirt.cards.points)} vertices, {sum(sizes) / 1e3:.0f} kB")
 
 
 def softened(cards: Cards) -> Cards:
@@ -93,9 +107,13 @@ def _same_lid(skin: np.ndarray, root: int, middle: float) -> np.ndarray:
     return np.argsort(away + 1.0 * (other | behind))[:NEIGHBOURS]
 
 
-def write(path: Path, fitting: Fitting, cards: Cards, shade=None, **more: np.ndarray) -> None:
+def write(
+    path: Path, fitting: Fitting, cards: Cards, shade=None, skull_m=None, **more: np.ndarray
+) -> None:
+    """Places in `more` are whole numbers; a skull there takes the place of the head's own."""
     path.parent.mkdir(parents=True, exist_ok=True)
     pairs, between = fitting.skull()
+    between = between if skull_m is None else skull_m
     shade = cards.shade if shade is None else shade
     arrays = {
         "index": cards.index.astype(np.uint16),

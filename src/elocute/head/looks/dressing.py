@@ -9,7 +9,7 @@ import numpy as np
 from elocute.errors import HeadError
 from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
-from elocute.head.looks.look import BROWS, HAIR, HAIR_COLOURS, Look
+from elocute.head.looks.look import BROWS, CLOTHES, CLOTHES_COLOURS, HAIR, HAIR_COLOURS, Look
 from elocute.head.looks.skin import normal_picture, skin_picture
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
@@ -62,6 +62,11 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
     if look.hair != "none":
         place = f"hair/{HAIR[look.hair]}"
         dressed = _wearing(dressed, head, "hair", read_cards(place), _strands(place, hair))
+    if look.clothes != "none":
+        place = f"clothes/{CLOTHES[look.clothes]}"
+        cards, cloth = read_cards(place), _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
+        covered = np.union1d(cards.covers, head.regions["bust"])
+        dressed = _wearing(_without(dressed, covered), head, "clothes", cards, cloth)
     return dressed
 
 
@@ -87,6 +92,24 @@ def _strands(place: str, colour: tuple[float, ...]) -> Surface:
         roughness_factor=0.5,
         opacity="blend",
         both_sides=True,
+    )
+
+
+def _cloth(place: str, colour: tuple[float, float, float]) -> Surface:
+    return Surface(
+        color=baked.picture(place),
+        normal=baked.picture(f"{place}_normal"),
+        tint=colour,
+        roughness_factor=0.85,
+        both_sides=True,
+    )
+
+
+def _without(head: HeadModel, vertices: np.ndarray) -> HeadModel:
+    """A head without the faces between some vertices, which stay."""
+    kept = ~np.isin(head.quads, vertices).all(1)
+    return replace(
+        head, quads=head.quads[kept], uv_quads=head.uv_quads[kept], material=head.material[kept]
     )
 
 

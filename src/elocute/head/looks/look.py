@@ -39,6 +39,22 @@ HAIR_COLOURS = {
     "white": (0.720, 0.700, 0.670),
 }
 """Linear colour of a bright strand."""
+CLOTHES = {"none": "", "crew": "crew"}
+CLOTHES_COLOURS = {
+    "white": (0.74, 0.73, 0.71),
+    "grey": (0.24, 0.245, 0.25),
+    "black": (0.022, 0.022, 0.024),
+    "navy": (0.025, 0.040, 0.085),
+    "blue": (0.080, 0.170, 0.330),
+    "green": (0.060, 0.130, 0.085),
+    "olive": (0.130, 0.130, 0.070),
+    "red": (0.300, 0.045, 0.040),
+    "plum": (0.130, 0.040, 0.075),
+    "rust": (0.360, 0.130, 0.055),
+    "sand": (0.520, 0.430, 0.320),
+    "teal": (0.035, 0.150, 0.160),
+}
+"""Linear colour of cloth."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +81,10 @@ class Look:
         One of `HAIR`.
     hair_colour : str
         One of `HAIR_COLOURS`.
+    clothes : str
+        One of `CLOTHES`.
+    clothes_colour : str
+        One of `CLOTHES_COLOURS`.
 
     Raises
     ------
@@ -82,6 +102,8 @@ class Look:
     lashes: float = 1.0
     hair: str = "ponytail"
     hair_colour: str = "dark-brown"
+    clothes: str = "crew"
+    clothes_colour: str = "grey"
 
     def __post_init__(self) -> None:
         for name, known in (
@@ -89,6 +111,8 @@ class Look:
             ("brows", (*BROWS, "none")),
             ("hair", HAIR),
             ("hair_colour", HAIR_COLOURS),
+            ("clothes", CLOTHES),
+            ("clothes_colour", CLOTHES_COLOURS),
         ):
             given = getattr(self, name)
             if not isinstance(given, str) or given not in known:
