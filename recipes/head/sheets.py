@@ -114,7 +114,7 @@ def identities_sheet(path: Path) -> None:
     people = [worn(label.split()[-1]) for label in labels]
     rows = []
     for yaw in (0.0, 35.0, 85.0):
-        rows.append([still(one, (150, 180), camera(one, 0.34, yaw)) for one in people])
+        rows.append([still(one, (150, 180), camera(one, 0.36, yaw)) for one in people])
     sheet(rows, labels, 4, path)
 
 
@@ -143,8 +143,7 @@ HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
     (
         "otto",
         "three-quarter",
-        VISEME_SHAPES["ih"]
-        | dict.fromkeys(("mouthSmileLeft", "mouthSmileRight"), 0.5)
+        dict.fromkeys(("mouthSmileLeft", "mouthSmileRight"), 0.6)
         | dict.fromkeys(("cheekSquintLeft", "cheekSquintRight"), 0.4),
     ),
 )
@@ -154,7 +153,7 @@ def people_sheet(path: Path) -> None:
     people = {who: worn(who) for who in PEOPLE if who != "mean"}
     rows = [
         [
-            next(drawn(one, [one.template], (230, 280), camera(one, 0.32, yaw)))
+            next(drawn(one, [one.template], (230, 280), camera(one, 0.36, yaw)))
             for one in people.values()
         ]
         for yaw in (0.0, 38.0)

@@ -16,7 +16,6 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import KDTree
 
-from elocute.head.normals import vertex_normals
 from elocute.numerics.smoothing import smoothstep
 from recipes.head.face import NeutralFace
 from recipes.head.makehuman import MakeHuman
@@ -24,6 +23,7 @@ from recipes.head.pose import axis_rotation
 from recipes.head.topology import SmoothSpread, adjacency, limit_stencil
 from recipes.looks.canvas import noise
 from recipes.looks.cards import SKULL, Cards
+from recipes.looks.surface import Skin, subdivided, unit
 
 SHOULDER_DEG, ARM_DEG = 4.0, 27.0
 """How far MakeHuman's arms, which stand off, are lowered."""
@@ -68,78 +68,6 @@ class Shirt:
     skull_m: np.ndarray  # (3,)
 
 
-class Skin:
-    """A dense surface to walk on."""
-
-    def __init__(self, points: np.ndarray, quads: np.ndarray) -> None:
-        for _ in range(2):
-            points, quads, _ = subdivided(points, quads)
-        self.points = points
-        self.normals = vertex_normals(points, triangles(quads)).astype(float)
-        self.tree = KDTree(points)
-
-    def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 3) places on the surface and (n, 3) its unit normals there."""
-        away, index = map(np.asarray, self.tree.query(points, 6))
-        share = 1 / np.maximum(away, 1e-5) ** 2
-        share = (share / share.sum(1, keepdims=True))[..., None]
-        normal = (self.normals[index] * share).sum(1)
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        off = ((points[:, None] - self.points[index]) * self.normals[index]).sum(-1, keepdims=True)
-        return points - normal * (off * share).sum(1), normal
-
-    def walk(
-        self, points: np.ndarray, towards: np.ndarray, length: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Where one comes by keeping on straight along the surface; the direction there."""
-        steps = max(1, int(np.ceil(length / 0.001)))
-        for _ in range(steps):
-            points, normal = self.nearest(points)
-            towards = unit(towards - (towards * normal).sum(1, keepdims=True) * normal)
-            points = points + towards * (length / steps)
-        return self.nearest(points)[0], towards
-
-
-def unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-
-
-def triangles(quads: np.ndarray) -> np.ndarray:
-    return np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-
-
-def subdivided(points: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Each quad in four, old vertices where they are; the vertex of each edge.
-
-    New ones lie on the cubic through the edge as the normals at its ends say (Bézier), so that
-    a round mesh stays round.
-    """
-    normals = vertex_normals(points, triangles(quads)).astype(float)
-    edges: dict[tuple[int, int], int] = {}
-    for quad in quads.tolist():
-        for a, b in zip(quad, quad[1:] + quad[:1], strict=True):
-            edges.setdefault((min(a, b), max(a, b)), len(points) + len(edges))
-    first, last = np.array(list(edges)).T
-    chord = points[last] - points[first]
-    rise = (chord * (normals[last] - normals[first])).sum(1) / 8
-    bulge = unit(normals[first] + normals[last]) * rise[:, None]
-    middles = (points[first] + points[last]) / 2 + bulge
-    start = len(points) + len(edges)
-    pieces = []
-    sides = np.zeros((len(quads), 4), int)
-    for face, quad in enumerate(quads.tolist()):
-        side = [
-            edges[min(a, b), max(a, b)] for a, b in zip(quad, quad[1:] + quad[:1], strict=True)
-        ]
-        sides[face] = side
-        for k in range(4):
-            pieces.append([quad[k], side[k], start + face, side[k - 1]])
-    own = sides - len(points)
-    centres = middles[own].mean(1) * 2 - points[quads].mean(1)
-    centres = 0.5 * centres + 0.5 * middles[own].mean(1)
-    return np.vstack([points, middles, centres]), np.array(pieces), edges
-
-
 def lowered(mh: MakeHuman, body: np.ndarray) -> np.ndarray:
     """A body whose arms hang."""
     posed = body.copy()
@@ -180,14 +108,15 @@ class Torso:
         edge = np.isin(used, self._open_rim(self.quads, used))
         points[edge] = body[used[edge]]
         own = anatomy.local[used]
+        is_skin = np.greater_equal(own, 0)
         rim_local = np.searchsorted(used, anatomy.rim_of_base)
         cut = np.zeros_like(points)
-        cut[own >= 0] = face.skin[own[own >= 0]] - points[own >= 0]
+        cut[is_skin] = face.skin[own[is_skin]] - points[is_skin]
         away = KDTree(points[rim_local]).query(points)[0]
-        free = np.flatnonzero((away < JOIN_M) & (own < 0))
+        free = np.flatnonzero((away < JOIN_M) & ~is_skin)
         spread = SmoothSpread(self.quads, len(used), rim_local, free, alpha=0.002)
         moved = spread(cut[rim_local])
-        moved[own >= 0] = cut[own >= 0]
+        moved[is_skin] = cut[is_skin]
         self.points = points + moved
         self.rim = rim_local
         self.plane = face.bust
@@ -248,8 +177,10 @@ def shirt(face: NeutralFace) -> Shirt:
     own = count * len(BAND)
     whole = np.vstack([*rings, points])
     band = np.vstack(
-        [_strip(k * count + np.arange(count), (k + 1) * count + np.arange(count))
-         for k in range(len(BAND) - 1)]
+        [
+            _strip(k * count + np.arange(count), (k + 1) * count + np.arange(count))
+            for k in range(len(BAND) - 1)
+        ]
         + [_strip((len(BAND) - 1) * count + np.arange(count), rim + own)]
     )
     if not _outwards(whole, band):
@@ -332,7 +263,9 @@ def _strip(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
 
 def _outwards(points: np.ndarray, band: np.ndarray) -> bool:
     middle = points[band].mean((0, 1))
-    normal = np.cross(points[band[:, 1]] - points[band[:, 0]], points[band[:, 2]] - points[band[:, 0]])
+    normal = np.cross(
+        points[band[:, 1]] - points[band[:, 0]], points[band[:, 2]] - points[band[:, 0]]
+    )
     return bool((normal * (points[band].mean(1) - middle) * [1, 0, 1]).sum() > 0)
 
 
@@ -371,7 +304,7 @@ def _carried_angle(points, quads, rim, angle) -> np.ndarray:
     degree = np.asarray(links.sum(1)).ravel()
     used = np.flatnonzero(degree > 0)
     free = np.setdiff1d(used, rim)
-    laplace = sp.diags(degree) - links
+    laplace = (sp.diags(degree) - links).tocsr()
     given = np.stack([np.cos(angle), np.sin(angle)], 1)
     solved = spsolve(laplace[free][:, free].tocsc(), -(laplace[free][:, rim] @ given))
     whole = np.zeros(count)
@@ -453,7 +386,13 @@ def pictures(shirt: Shirt) -> tuple[np.ndarray, np.ndarray]:
     height -= 0.35 * seam
     shoulder = _shoulder_seam(turn, down)
     height -= 0.25 * shoulder
-    grey = 0.93 - 0.15 * shoulder - 0.33 * seam + 0.018 * noise(13, SIZE, 1.2) - 0.05 * band * (1 - ribs) / 2
+    grey = (
+        0.93
+        - 0.15 * shoulder
+        - 0.33 * seam
+        + 0.018 * noise(13, SIZE, 1.2)
+        - 0.05 * band * (1 - ribs) / 2
+    )
     slope_x, slope_y = ndimage.sobel(height, 1), ndimage.sobel(height, 0)
     normal = np.stack([-slope_x, slope_y, np.ones_like(height)], -1)
     normal = unit(normal) * 0.5 + 0.5

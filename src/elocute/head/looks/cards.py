@@ -42,7 +42,7 @@ class Cards:
         Those distances on the face that the offsets were made for.
     around : (vertex, n) int32
         For what turns with the skin beside it: that skin; (vertex, 0) for what does not.
-    covers : (n,) int32
+    covers : (covered,) int32
         Vertices of the head that lie under it and are not drawn.
     """
 
@@ -60,6 +60,10 @@ class Cards:
 
     def __len__(self) -> int:
         return len(self.index)
+
+    def scaled(self, factor: float) -> Cards:
+        """The same with shorter or longer offsets."""
+        return replace(self, offset=self.offset * np.float32(factor))
 
     def scaled_to(self, head: HeadModel) -> Cards:
         """The same with offsets in the size of a head's skull."""

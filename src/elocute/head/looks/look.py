@@ -18,14 +18,7 @@ HAIR = {
     "ponytail": "ponytail01",
     "afro": "afro01",
 }
-BROWS = {
-    "natural": "eyebrow001",
-    "straight": "eyebrow002",
-    "full": "eyebrow003",
-    "fine": "eyebrow006",
-    "arched": "eyebrow008",
-    "soft": "eyebrow010",
-}
+BROWS = ("natural", "straight", "full", "fine", "arched", "soft")
 EYES = ("brown", "brownlight", "green", "blue", "lightblue", "bluegreen", "grey", "ice")
 HAIR_COLOURS = {
     "black": (0.016, 0.013, 0.012),
@@ -41,18 +34,18 @@ HAIR_COLOURS = {
 """Linear colour of a bright strand."""
 CLOTHES = {"none": "", "crew": "crew"}
 CLOTHES_COLOURS = {
-    "white": (0.74, 0.73, 0.71),
-    "grey": (0.24, 0.245, 0.25),
-    "black": (0.022, 0.022, 0.024),
-    "navy": (0.025, 0.040, 0.085),
-    "blue": (0.080, 0.170, 0.330),
-    "green": (0.060, 0.130, 0.085),
-    "olive": (0.130, 0.130, 0.070),
-    "red": (0.300, 0.045, 0.040),
-    "plum": (0.130, 0.040, 0.075),
-    "rust": (0.360, 0.130, 0.055),
-    "sand": (0.520, 0.430, 0.320),
-    "teal": (0.035, 0.150, 0.160),
+    "white": (0.66, 0.65, 0.63),
+    "grey": (0.17, 0.174, 0.178),
+    "black": (0.014, 0.014, 0.015),
+    "navy": (0.016, 0.024, 0.050),
+    "blue": (0.050, 0.100, 0.190),
+    "green": (0.030, 0.075, 0.048),
+    "olive": (0.078, 0.078, 0.042),
+    "red": (0.190, 0.024, 0.022),
+    "plum": (0.078, 0.026, 0.046),
+    "rust": (0.200, 0.066, 0.030),
+    "sand": (0.400, 0.330, 0.245),
+    "teal": (0.018, 0.075, 0.082),
 }
 """Linear colour of cloth."""
 
