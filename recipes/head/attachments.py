@@ -47,7 +47,7 @@ def brows(anatomy: Anatomy, skin: np.ndarray, eye: np.ndarray) -> Attachment:
         for row in range(BROW_ROWS):
             place = np.array([x[column], middle[column] + across[row] * half[column]]) / 1000
             end = 1.0 if 0 < column < BROW_COLUMNS - 1 else 0.0
-            mixture, outward = _under(anatomy, skin, place + np.array([0, eye[1]]))
+            mixture, outward = under(anatomy, skin, place + np.array([0, eye[1]]))
             rows.append(mixture)
             offsets.append(outward * (lift[row] * end - 0.3 * (1 - end)) / 1000)
     shade = np.tile(np.abs(across) < 0.9, (BROW_COLUMNS, 1)).astype(float)
@@ -145,7 +145,7 @@ def _mixture(rows: list[dict[int, float]], skin_count: int) -> sp.csr_matrix:
     return sp.csr_matrix((share, (i, j)), shape=(len(rows), skin_count))
 
 
-def _under(
+def under(
     anatomy: Anatomy, skin: np.ndarray, place: np.ndarray
 ) -> tuple[dict[int, float], np.ndarray]:
     """Barycentric mixture of the foremost skin triangle at (x, y), and its normal."""

@@ -16,7 +16,7 @@ from recipes.head.pose import PoseUnits
 from recipes.head.topology import SmoothSpread, mirrored, symmetrised
 
 SOFTENING = (
-    ("mouth/mouth-angles-up", 0.28),
+    ("mouth/mouth-angles-up", 0.44),
     ("head/head-scale-vert-decr", 0.15),
     ("eyes/l-eye-corner2-up", 0.18),
     ("eyes/r-eye-corner2-up", 0.18),

@@ -59,7 +59,10 @@ PEOPLE = (
     ),
     Person(
         "feng", 61, 1.0, (0.0, 1.0, 0.0), 0.46, 0.46,
-        (("head/head-square", 0.2), *_both("cheek/cheek-bones-incr", 0.3)),
+        (
+            ("head/head-square", 0.2), ("mouth/mouth-angles-up", 0.15),
+            *_both("cheek/cheek-bones-incr", 0.3),
+        ),
     ),
     Person(
         "hana", 20, 0.0, (0.0, 1.0, 0.0), 0.45, 0.45,
@@ -67,11 +70,14 @@ PEOPLE = (
     ),
     Person(
         "otto", 74, 1.0, (0.0, 0.0, 1.0), 0.60, 0.42,
-        (("nose/nose-hump-incr", 0.35), ("neck/neck-double-incr", 0.4)),
+        (
+            ("nose/nose-hump-incr", 0.35), ("neck/neck-double-incr", 0.4),
+            ("mouth/mouth-angles-up", 0.25),
+        ),
     ),
 )  # fmt: skip
 """Four women and four men, of 20 to 74 years."""
-FRIENDLY = 0.7
+FRIENDLY = 1.0
 """Share of the mean face's friendly touches in theirs."""
 
 

@@ -117,7 +117,7 @@ def identities_sheet(path: Path) -> None:
     people = [worn(label.split()[-1]) for label in labels]
     rows = []
     for yaw in (0.0, 35.0, 85.0):
-        rows.append([still(one, (150, 180), camera(one, 0.34, yaw)) for one in people])
+        rows.append([still(one, (150, 180), camera(one, 0.36, yaw)) for one in people])
     sheet(rows, labels, 4, path)
 
 
@@ -152,6 +152,7 @@ def moods_sheet(path: Path) -> None:
     sheet(rows, list(MOODS), 2, path)
 
 
+SIDES = ("Left", "Right")
 # The picture at the top of the README: who, seen from where, doing what.
 HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
     ("mean", "front", {}),
@@ -160,9 +161,8 @@ HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
     (
         "otto",
         "three-quarter",
-        VISEME_SHAPES["ih"]
-        | dict.fromkeys(("mouthSmileLeft", "mouthSmileRight"), 0.5)
-        | dict.fromkeys(("cheekSquintLeft", "cheekSquintRight"), 0.4),
+        {f"mouthSmile{side}": 0.6 for side in SIDES}
+        | {f"cheekSquint{side}": 0.4 for side in SIDES},
     ),
 )
 
@@ -171,7 +171,7 @@ def people_sheet(path: Path) -> None:
     people = {who: worn(who) for who in PEOPLE if who != "mean"}
     rows = [
         [
-            next(drawn(one, [one.template], (230, 280), camera(one, 0.32, yaw)))
+            next(drawn(one, [one.template], (230, 280), camera(one, 0.36, yaw)))
             for one in people.values()
         ]
         for yaw in (0.0, 38.0)

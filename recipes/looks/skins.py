@@ -32,6 +32,10 @@ LIP_OF_SKIN = {"female": (0.86, 0.60, 0.59), "male": (0.86, 0.68, 0.65)}
 """Lips as factors of the skin around them (sRGB)."""
 LIP_NATURAL = {"female": 0.72, "male": 0.85}
 """How far painted lips give way to natural ones."""
+SIDES = ("Left", "Right")
+LID_MOVES_M = (0.0008, 0.0035)
+"""Skin that a blink moves by less is no lid; by more, all lid."""
+LID_OF_SKIN, LID_GRAIN = (1.0, 0.965, 0.955), 0.2
 SOCKET = (0.60, 0.33, 0.30)
 
 
@@ -48,12 +52,22 @@ class Masks:
         crown = np.clip((at[:, 1] - 55) / 14, 0, 1)
         behind = np.clip((-95 - at[:, 2]) / 14, 0, 1) * np.clip((at[:, 1] + 62) / 20, 0, 1)
         self.scalp = blurred(canvas.spread(np.maximum(crown, behind), size), size / 200)
+        self.lid = lids(canvas, size)
         self.open = canvas.spread(head.occlusion.astype(float), size).clip(0, 1)
         middle = np.exp(-((at[:, 0] / 16) ** 2)) * (at[:, 1] > -48) * front
         self.t_zone = canvas.chosen(middle, size, 1 / 128)
         self.front = canvas.chosen(front & (at[:, 1] < 60), size, 1 / 100)
         self.beard = beard(canvas, size) * (1 - self.lip)
         self.cheek = canvas.chosen(front & (at[:, 1] < 20) & (at[:, 1] > -80), size, 1 / 80)
+
+
+def lids(canvas: Canvas, size: int) -> np.ndarray:
+    """What a blink unfolds."""
+    head = canvas.head
+    blinks = [head.expression_basis[head.expression_index(f"eyeBlink{side}")] for side in SIDES]
+    moved = np.linalg.norm(sum(blinks), axis=1)
+    share = np.clip((moved - LID_MOVES_M[0]) / np.ptp(LID_MOVES_M), 0, 1)
+    return blurred(canvas.spread(share, size), size / 250).clip(0, 1)
 
 
 def beard(canvas: Canvas, size: int) -> np.ndarray:
@@ -95,6 +109,7 @@ def skin(folder: Path, name: str, masks: Masks, size: int) -> np.ndarray:
         colour = blurred(coarse, wide) + strength * (colour - blurred(colour, wide))
     sex = name.split("_")[-1]
     colour = _shaven(colour.clip(0, 1), masks)
+    colour = _plain_lids(colour, masks)
     colour = _natural_lips(colour, masks, sex)
     colour[socket_patch(size)] = np.array(SOCKET) * np.clip(_skin_colour(colour, masks) * 1.3, 0, 1)
     return colour.clip(0, 1)
@@ -117,6 +132,19 @@ def _shaven(colour: np.ndarray, masks: Masks) -> np.ndarray:
     return colour * (1 - share) + bare * share
 
 
+def _plain_lids(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Lids in the colour of the skin round them: what is painted there is shade, and is drawn
+    out to streaks when they shut."""
+    outside = (1 - masks.lid)[..., None] ** 2 * (masks.open > 0.75)[..., None]
+    wide = colour.shape[0] / 30
+    around = blurred(colour * outside, wide) / np.maximum(blurred(outside, wide), 1e-4)
+    cheek = _skin_colour(colour, masks)
+    plain = (0.75 * around + 0.25 * cheek) * LID_OF_SKIN
+    grain = colour - blurred(colour, colour.shape[0] / 500)
+    share = masks.lid[..., None]
+    return colour * (1 - share) + (plain + LID_GRAIN * grain) * share
+
+
 def _natural_lips(colour: np.ndarray, masks: Masks, sex: str) -> np.ndarray:
     bright = luma(colour)[..., None]
     inside = masks.lip > 0.9
@@ -131,7 +159,7 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     scale = size / 2048
     fine = blurred(bright, 0.9 * scale) - blurred(bright, 8 * scale)
     outside = 1 - masks.lip
-    bare = 1 - masks.scalp.clip(0, 1)
+    bare = (1 - masks.scalp.clip(0, 1)) * (1 - 0.8 * masks.lid)
     height = depth * fine * bare * outside
     pits = np.minimum(noise(2, size, 1.5 * scale) + 0.6, 0)
     height += bare * outside * (0.0045 * pits + 0.0012 * noise(1, size, 0.9 * scale))
@@ -146,7 +174,7 @@ def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
     rough = 0.56 - 0.10 * masks.t_zone - 0.17 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
-    shade = 0.35 + 0.65 * masks.open
+    shade = np.maximum(0.35 + 0.65 * masks.open, masks.lid)
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
 

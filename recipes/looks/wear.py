@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from elocute.files.array_writing import write_npz
 from recipes.head.face import NeutralFace
+from recipes.looks import brows, clothes
 from recipes.looks.canvas import save
 from recipes.looks.cards import Cards, Fitting
 from recipes.looks.strands import strands
 
 HAIR = ("short01", "short02", "short04", "long01", "ponytail01", "afro01")
 """Styles that leave both eyes free."""
-HAIR_PX, BROW_PX, LASH_PX = 1024, 512, 512
-BROWS = ("eyebrow001", "eyebrow002", "eyebrow003", "eyebrow006", "eyebrow008", "eyebrow010")
+HAIR_PX, LASH_PX = 1024, 512
 LASHES = ("eyelashes01",)
 ROOT_M, ROOT_SHADE = 0.012, 0.45
 """Hair nearer to the skin than this lies in its own shadow."""
 NEIGHBOURS = 10
-INNER_LIFT_M, INNER_FORWARD_M, INNER_THINNER = 0.0032, 0.0006, 0.3
+UPPER_LASH, LOWER_LASH = 0.85, 0.5
+"""Length of lashes by that of MakeHuman's, which look painted."""
 
 
 def bake(face: NeutralFace, looks: Path, assets: Path) -> None:
@@ -36,28 +36,29 @@ def bake(face: NeutralFace, looks: Path, assets: Path) -> None:
             assets / "hair" / f"{name}.webp", strands(next(folder.glob("*.png")), HAIR_PX), 78
         )
         print(f"{name}: {len(cards.points)} vertices, {size / 1e3:.0f} kB")
-    for name in BROWS:
-        folder = looks / "eyebrows"
-        cards = softened(fitting.cards(folder, name))
-        write(assets / "brows" / f"{name}.npz", fitting, cards)
-        save(assets / "brows" / f"{name}.webp", strands(folder / f"{name}.png", BROW_PX, 1.1), 80)
+    bake_brows(fitting, assets)
     for name in LASHES:
         bake_lashes(fitting, looks / "eyelashes", name, assets)
+    bake_clothes(fitting, assets)
 
 
-def softened(cards: Cards) -> Cards:
-    """Brows that do not frown: as drawn, their inner ends are low, wide and square."""
-    points = cards.points.copy()
-    for side in (-1, 1):
-        own = points[:, 0] * side > 0
-        across = np.abs(points[own, 0])
-        inner = 1 - np.clip((across - across.min()) / np.ptp(across), 0, 1)
-        middle = points[own, 1].mean()
-        height = points[own, 1] - middle
-        thinner = 1 - INNER_THINNER * np.clip(2 * inner - 1, 0, 1)
-        points[own, 1] = middle + height * thinner + INNER_LIFT_M * inner**1.5
-        points[own, 2] += INNER_FORWARD_M * inner
-    return replace(cards, offset=cards.offset + points - cards.points, points=points)
+def bake_brows(fitting: Fitting, assets: Path) -> None:
+    for name, brow in brows.STYLES.items():
+        write(assets / "brows" / f"{name}.npz", fitting, brows.cards(fitting.face, brow))
+        size = save(assets / "brows" / f"{name}.webp", brows.picture(brow), 80)
+        print(f"brows {name}: {size / 1e3:.0f} kB")
+
+
+def bake_clothes(fitting: Fitting, assets: Path) -> None:
+    shirt = clothes.shirt(fitting.face)
+    places = {"skull": shirt.skull, "covers": shirt.covers}
+    path = assets / "clothes" / "crew.npz"
+    write(path, fitting, shirt.cards, skull_m=shirt.skull_m, **places)
+    colour, normal = clothes.pictures(shirt)
+    sizes = [path.stat().st_size]
+    sizes.append(save(path.with_suffix(".webp"), colour, 75))
+    sizes.append(save(path.with_name("crew_normal.webp"), normal, 80))
+    print(f"crew: {len(shirt.cards.points)} vertices, {sum(sizes) / 1e3:.0f} kB")
 
 
 def bake_lashes(fitting: Fitting, folder: Path, name: str, assets: Path) -> None:
@@ -68,17 +69,18 @@ def bake_lashes(fitting: Fitting, folder: Path, name: str, assets: Path) -> None
     skin = fitting.skin
     away = np.linalg.norm(cards.points[:, None] - skin[roots][None], axis=2)
     root = roots[away.argmin(1)]
+    middle = skin[roots, 1].mean()
+    shorter = np.where(skin[root, 1] > middle, UPPER_LASH, LOWER_LASH)[:, None]
     cards = Cards(
         np.repeat(root[:, None], 3, 1),
         np.tile([1.0, 0, 0], (len(root), 1)),
-        cards.points - skin[root],
+        (cards.points - skin[root]) * shorter,
         cards.quads,
         cards.uv,
         cards.uv_quads,
         cards.shade,
         cards.points,
     )
-    middle = skin[roots, 1].mean()
     around = np.stack([_same_lid(skin, vertex, middle) for vertex in root])
     write(assets / "lashes" / f"{name}.npz", fitting, cards, around=around)
     save(assets / "lashes" / f"{name}.webp", strands(folder / f"{name}.png", LASH_PX), 80)
@@ -93,9 +95,13 @@ def _same_lid(skin: np.ndarray, root: int, middle: float) -> np.ndarray:
     return np.argsort(away + 1.0 * (other | behind))[:NEIGHBOURS]
 
 
-def write(path: Path, fitting: Fitting, cards: Cards, shade=None, **more: np.ndarray) -> None:
+def write(
+    path: Path, fitting: Fitting, cards: Cards, shade=None, skull_m=None, **more: np.ndarray
+) -> None:
+    """Places in `more` are whole numbers; a skull there takes the place of the head's own."""
     path.parent.mkdir(parents=True, exist_ok=True)
     pairs, between = fitting.skull()
+    between = between if skull_m is None else skull_m
     shade = cards.shade if shade is None else shade
     arrays = {
         "index": cards.index.astype(np.uint16),

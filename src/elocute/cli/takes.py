@@ -42,10 +42,12 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "hair_colour": (str | None, options.HairColour),
     "eyes": (str | None, options.Eyes),
     "brows": (str | None, options.Brows),
+    "clothes": (str | None, options.Clothes),
+    "clothes_colour": (str | None, options.ClothesColour),
 }
 
 
-_PARTS_OF_LOOK = ("hair", "hair_colour", "eyes", "brows")
+_PARTS_OF_LOOK = ("hair", "hair_colour", "eyes", "brows", "clothes", "clothes_colour")
 
 
 def options_of_takes() -> Any:

@@ -47,6 +47,7 @@ FINISHES = {
     "tongue": Finish(0.45, 0.25, both_sides=True),
     "eyeball": Finish(0.25, 0.5, clearcoat=1.0),
     "hair": Finish(0.8, 0.3, both_sides=True),
+    "clothes": Finish(0.85, 0.3, both_sides=True),
 }
 CLEARCOAT_ROUGHNESS = 0.03
 

@@ -60,7 +60,7 @@ FINISHES: dict[str, Finish] = {
 }
 """By the name of a material; `finish_of` finds the one for any name."""
 
-ALIASES = {"brows": "hair", "lashes": "hair", "beard": "hair", "collar": "cloth"}
+ALIASES = {"brows": "hair", "lashes": "hair", "beard": "hair", "clothes": "cloth"}
 WRAP = (0.34, 0.13, 0.07)  # how far red, green and blue reach round on skin
 BLUNT = (0.70, 0.55, 0.30)  # how much of the smooth normal diffuse light takes
 PENUMBRA = (0.55, 0.90, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow

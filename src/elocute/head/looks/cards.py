@@ -42,6 +42,8 @@ class Cards:
         Those distances on the face that the offsets were made for.
     around : (vertex, n) int32
         For what turns with the skin beside it: that skin; (vertex, 0) for what does not.
+    covers : (covered,) int32
+        Vertices of the head that lie under it and are not drawn.
     """
 
     index: Int32Array
@@ -54,9 +56,14 @@ class Cards:
     skull: Int32Array
     skull_m: Float32Array
     around: Int32Array
+    covers: Int32Array
 
     def __len__(self) -> int:
         return len(self.index)
+
+    def scaled(self, factor: float) -> Cards:
+        """The same with shorter or longer offsets."""
+        return replace(self, offset=self.offset * np.float32(factor))
 
     def scaled_to(self, head: HeadModel) -> Cards:
         """The same with offsets in the size of a head's skull."""
@@ -127,4 +134,5 @@ def read_cards(place: str) -> Cards:
         skull=stored["skull"].astype(np.int32),
         skull_m=stored["skull_m"].astype(np.float32),
         around=around.astype(np.int32),
+        covers=stored.get("covers", np.zeros(0, np.uint16)).astype(np.int32),
     )

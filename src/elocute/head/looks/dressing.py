@@ -9,13 +9,14 @@ import numpy as np
 from elocute.errors import HeadError
 from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
-from elocute.head.looks.look import BROWS, HAIR, HAIR_COLOURS, Look
+from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR, HAIR_COLOURS, Look
 from elocute.head.looks.skin import normal_picture, skin_picture
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
 
 DEFAULT_TONE = 0.2
 LASHES = "eyelashes01"
+SHORTEST_LASH = 0.4
 LASH_COLOUR = (0.012, 0.009, 0.008)
 MODELLED = ("brows", "lashes")
 """Parts of the bare head that a look puts cards in place of."""
@@ -52,16 +53,23 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
     brow = tuple(0.55 * c for c in hair)
     dressed = _bare(head, look, hair)
     if look.lashes > 0:
-        cards = read_cards(f"lashes/{LASHES}")
+        cards = read_cards(f"lashes/{LASHES}").scaled(
+            SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes
+        )
         dressed = _wearing(
             dressed, head, "lashes", cards, _strands(f"lashes/{LASHES}", LASH_COLOUR)
         )
     if look.brows != "none":
-        place = f"brows/{BROWS[look.brows]}"
+        place = f"brows/{look.brows}"
         dressed = _wearing(dressed, head, "brows", read_cards(place), _strands(place, brow))
     if look.hair != "none":
         place = f"hair/{HAIR[look.hair]}"
         dressed = _wearing(dressed, head, "hair", read_cards(place), _strands(place, hair))
+    if look.clothes != "none":
+        place = f"clothes/{CLOTHES[look.clothes]}"
+        cards, cloth = read_cards(place), _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
+        covered = np.union1d(cards.covers, head.regions["bust"])
+        dressed = _wearing(_without(dressed, covered), head, "clothes", cards, cloth)
     return dressed
 
 
@@ -87,6 +95,24 @@ def _strands(place: str, colour: tuple[float, ...]) -> Surface:
         roughness_factor=0.5,
         opacity="blend",
         both_sides=True,
+    )
+
+
+def _cloth(place: str, colour: tuple[float, float, float]) -> Surface:
+    return Surface(
+        color=baked.picture(place),
+        normal=baked.picture(f"{place}_normal"),
+        tint=colour,
+        roughness_factor=0.85,
+        both_sides=True,
+    )
+
+
+def _without(head: HeadModel, vertices: np.ndarray) -> HeadModel:
+    """A head without the faces between some vertices, which stay."""
+    kept = ~np.isin(head.quads, vertices).all(1)
+    return replace(
+        head, quads=head.quads[kept], uv_quads=head.uv_quads[kept], material=head.material[kept]
     )
 
 

@@ -18,14 +18,7 @@ HAIR = {
     "ponytail": "ponytail01",
     "afro": "afro01",
 }
-BROWS = {
-    "natural": "eyebrow001",
-    "straight": "eyebrow002",
-    "full": "eyebrow003",
-    "fine": "eyebrow006",
-    "arched": "eyebrow008",
-    "soft": "eyebrow010",
-}
+BROWS = ("natural", "straight", "full", "fine", "arched", "soft")
 EYES = ("brown", "brownlight", "green", "blue", "lightblue", "bluegreen", "grey", "ice")
 HAIR_COLOURS = {
     "black": (0.016, 0.013, 0.012),
@@ -39,6 +32,22 @@ HAIR_COLOURS = {
     "white": (0.720, 0.700, 0.670),
 }
 """Linear colour of a bright strand."""
+CLOTHES = {"none": "", "crew": "crew"}
+CLOTHES_COLOURS = {
+    "white": (0.66, 0.65, 0.63),
+    "grey": (0.17, 0.174, 0.178),
+    "black": (0.014, 0.014, 0.015),
+    "navy": (0.016, 0.024, 0.050),
+    "blue": (0.050, 0.100, 0.190),
+    "green": (0.030, 0.075, 0.048),
+    "olive": (0.078, 0.078, 0.042),
+    "red": (0.190, 0.024, 0.022),
+    "plum": (0.078, 0.026, 0.046),
+    "rust": (0.200, 0.066, 0.030),
+    "sand": (0.400, 0.330, 0.245),
+    "teal": (0.018, 0.075, 0.082),
+}
+"""Linear colour of cloth."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +74,10 @@ class Look:
         One of `HAIR`.
     hair_colour : str
         One of `HAIR_COLOURS`.
+    clothes : str
+        One of `CLOTHES`.
+    clothes_colour : str
+        One of `CLOTHES_COLOURS`.
 
     Raises
     ------
@@ -82,6 +95,8 @@ class Look:
     lashes: float = 1.0
     hair: str = "ponytail"
     hair_colour: str = "dark-brown"
+    clothes: str = "crew"
+    clothes_colour: str = "grey"
 
     def __post_init__(self) -> None:
         for name, known in (
@@ -89,6 +104,8 @@ class Look:
             ("brows", (*BROWS, "none")),
             ("hair", HAIR),
             ("hair_colour", HAIR_COLOURS),
+            ("clothes", CLOTHES),
+            ("clothes_colour", CLOTHES_COLOURS),
         ):
             given = getattr(self, name)
             if not isinstance(given, str) or given not in known:

@@ -9,50 +9,66 @@ import numpy as np
 from elocute.errors import HeadError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
-from elocute.head.looks.look import BROWS, EYES, HAIR, HAIR_COLOURS, Look
+from elocute.head.looks.look import (
+    BROWS,
+    CLOTHES_COLOURS,
+    EYES,
+    HAIR,
+    HAIR_COLOURS,
+    Look,
+)
 from elocute.one_line_repr import brief
 
 PEOPLE = {
     "mean": Look(
         age=27, sex=0.2, tone=0.22, eyes="brown", brows="soft", hair="ponytail",
         hair_colour="dark-brown",
+        clothes_colour="grey",
     ),
     "ada": Look(
         age=29, sex=0.0, tone=0.14, freckles=0.5, eyes="green", brows="arched", hair="long",
         hair_colour="auburn",
+        clothes_colour="green",
     ),
     "ben": Look(
         age=35, sex=1.0, tone=0.25, stubble=0.5, lashes=0.4, eyes="blue", brows="straight",
         hair="crop", hair_colour="brown",
+        clothes_colour="navy",
     ),
     "chidi": Look(
         age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="crop",
         hair_colour="black",
+        clothes_colour="sand",
     ),
     "dana": Look(
         age=53, sex=0.0, tone=0.18, eyes="lightblue", brows="fine", hair="swept",
         hair_colour="blond",
+        clothes_colour="teal",
     ),
     "esi": Look(
         age=23, sex=0.0, tone=0.8, eyes="brown", brows="soft", hair="curls",
         hair_colour="black",
+        clothes_colour="rust",
     ),
     "feng": Look(
         age=61, sex=1.0, tone=0.34, stubble=0.15, lashes=0.4, eyes="brownlight", brows="straight",
         hair="swept", hair_colour="black",
+        clothes_colour="blue",
     ),
     "hana": Look(
         age=20, sex=0.0, tone=0.2, eyes="brown", brows="natural", hair="long",
         hair_colour="dark-brown",
+        clothes_colour="white",
     ),
     "otto": Look(
         age=74, sex=1.0, tone=0.16, stubble=0.1, lashes=0.3, eyes="grey", brows="full",
         hair="swept", hair_colour="grey",
+        clothes_colour="plum",
     ),
 }  # fmt: skip
 """By the name of the identity."""
 NUMBERS = ("age", "sex", "tone", "freckles", "stubble", "lashes")
-CHOICES = ("eyes", "brows", "hair", "hair_colour")
+CHOICES = ("eyes", "brows", "hair", "hair_colour", "clothes", "clothes_colour")
 ALLOWED = (
     f"auto, none, {', '.join(PEOPLE)} or a seed, and parts of it ("
     f"{', '.join((*NUMBERS, *CHOICES))}), as in otto or auto,hair=long,age=60"
@@ -188,9 +204,10 @@ def random_look(seed: int, tone: float | None = None) -> Look:
         stubble=float(np.round(draw.uniform(0, 0.8), 2)) if man else 0.0,
         lashes=0.4 if man else 1.0,
         eyes="brown" if dark else _one_of(draw, EYES),
-        brows=_one_of(draw, ("straight", "full", "natural") if man else tuple(BROWS)),
+        brows=_one_of(draw, ("straight", "full", "natural") if man else BROWS),
         hair=_one_of(draw, ("swept", "crop", "curls") if man else tuple(HAIR)[1:]),
         hair_colour=_hair_colour(draw, dark, bool(grey)),
+        clothes_colour=_one_of(draw, tuple(CLOTHES_COLOURS)),
     )
 
 

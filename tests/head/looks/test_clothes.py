@@ -1,0 +1,80 @@
+"""The shirt sits on every neck: its edge in the skin, no skin through the cloth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elocute.animation import identity_head
+from elocute.capture.registration.closest_points import DenseMesh
+from elocute.head import HeadModel
+from elocute.head.looks import PEOPLE, Look, dress
+from elocute.head.looks.cards import read_cards
+from elocute.head.normals import vertex_normals
+
+FACES = ("mean", *(str(seed) for seed in range(12)), "otto", "esi", "dana")
+
+
+def shirt_of(worn: HeadModel) -> np.ndarray:
+    """Vertices of the shirt; they are the last."""
+    faces = worn.material == worn.material_names.index("clothes")
+    return np.unique(worn.quads[faces])
+
+
+def mesh(head: HeadModel, material: str) -> DenseMesh:
+    quads = head.quads[head.material == head.material_names.index(material)]
+    used, local = np.unique(quads, return_inverse=True)
+    local = local.reshape(-1, 4)
+    triangles = np.vstack([local[:, [0, 1, 2]], local[:, [0, 2, 3]]])
+    return DenseMesh(head.template[used].astype(float), triangles)
+
+
+def outside_m(surface: DenseMesh, points: np.ndarray) -> np.ndarray:
+    """How far points lie off a surface, along its normals."""
+    found = surface.closest(points.astype(float))
+    normals = vertex_normals(surface.points, surface.triangles)
+    corners = normals[surface.triangles[found.triangle]]
+    normal = np.einsum("pk,pkc->pc", found.bary, corners)
+    return ((points - found.points) * normal).sum(1)
+
+
+@pytest.mark.parametrize("who", FACES)
+def test_no_skin_comes_through_and_no_gap_is_left(who: str) -> None:
+    head = identity_head(who)
+    worn = dress(head, Look(hair="none"))
+    shirt = shirt_of(worn)
+    skin, cloth, columns = mesh(head, "skin"), mesh(worn, "clothes"), 84
+    faces = len(cloth.triangles) // 2
+    edge, rolled = shirt[:columns], shirt[2 * columns : 5 * columns]
+    assert outside_m(skin, worn.template[edge]).max() < 0.0004
+    assert outside_m(skin, worn.template[rolled]).min() > 0.0008
+    under = np.intersect1d(read_cards("clothes/crew").covers, worn.quads)
+    under = under[cloth.closest(worn.template[under].astype(float)).triangle % faces >= 2 * columns]
+    assert len(under)
+    assert outside_m(cloth, worn.template[under]).max() < 0
+
+
+def test_shoulders_grow_with_the_neck() -> None:
+    def wide(head: HeadModel) -> float:
+        worn = dress(head, Look())
+        return float(np.ptp(worn.template[shirt_of(worn), 0]))
+
+    assert wide(identity_head("ben")) > wide(identity_head("ada")) + 0.02
+
+
+def test_a_shirt_stands_still_while_the_face_moves() -> None:
+    worn = dress(identity_head("mean"), Look())
+    shirt = shirt_of(worn)
+    moves = np.linalg.norm(worn.expression_basis[:, shirt], axis=2)
+    assert moves.max() < 0.002
+    np.testing.assert_allclose(worn.skin_weights[shirt].sum(1), 1, atol=1e-4)
+
+
+def test_without_clothes_the_head_is_whole() -> None:
+    head = identity_head("mean")
+    bare = dress(head, replace(PEOPLE["mean"], clothes="none", hair="none", brows="none"))
+    covered = np.union1d(read_cards("clothes/crew").covers, head.regions["bust"])
+    assert np.isin(covered, bare.quads).all()
+    assert "clothes" not in bare.surfaces
