@@ -304,9 +304,9 @@ def _carried_angle(points, quads, rim, angle) -> np.ndarray:
     degree = np.asarray(links.sum(1)).ravel()
     used = np.flatnonzero(degree > 0)
     free = np.setdiff1d(used, rim)
-    rows = sp.csr_matrix((sp.diags(degree) - links).tocsr()[free])
+    laplace = (sp.diags(degree) - links).tocsr()
     given = np.stack([np.cos(angle), np.sin(angle)], 1)
-    solved = spsolve(sp.csc_matrix(rows[:, free]), -(rows[:, rim] @ given))
+    solved = np.asarray(spsolve(laplace[free][:, free].tocsc(), -(laplace[free][:, rim] @ given)))
     whole = np.zeros(count)
     whole[free] = np.arctan2(solved[:, 1], solved[:, 0])
     whole[rim] = angle
