@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import FloatArray
-from elocute.articulation.contacts_and_rest import WAIT_S, contact_evidence, runs
+from elocute.articulation.contacts_and_rest import contact_evidence, runs
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.numerics.smoothing import smoothstep
 
@@ -30,8 +30,11 @@ UNLIKELY = 1e-6
 BESIDE = 2  # rows beside a contact whose evidence counts too
 HOLD_S, LONGEST_S = 0.04, 0.12  # of a seal in running speech
 HELD_S = 0.22  # a longer m is hummed, and sealed as long
-BETWEEN_S = 0.09  # lips do not part for less than this between two seals
+WAIT_S = 0.08  # lips are shut this long before a first burst at most
+RELEASE_S = 0.04  # lips part so long before a p, b or m is no longer heard
+BETWEEN_S = 0.10  # lips do not part for less than this between two seals
 CLOSING_S, OPENING_S = 0.045, 0.045
+HUMMED, HUM_SHARE = PHONES.index("M"), 0.5  # of the evidence for it
 CORE = 0.5  # of the greatest evidence: where it falls below, a contact has ended
 KNOWN_SHARE = 0.1  # of a row, below which a known phone hardly touches it
 KNOWN_ROWS = 0.5  # that a known phone must last: half a row
@@ -150,7 +153,7 @@ def decoded_contacts(
         for start, stop in runs(contact_states(posteriors, first_row) == kind)
         if evidence[max(0, start - BESIDE) : stop + BESIDE].sum() >= EVIDENCE_ROWS[kind]
     ]
-    return _contacts(likely, evidence, posteriors[:, SILENCE], rate)
+    return _contacts(likely, evidence, posteriors, rate, kind, heard=True)
 
 
 def known_contacts(posteriors: FloatArray, rate: float, kind: int) -> list[Contact]:
@@ -178,7 +181,7 @@ def known_contacts(posteriors: FloatArray, rate: float, kind: int) -> list[Conta
         for start, stop in runs(shares > KNOWN_SHARE)
         if shares[start:stop].sum() >= KNOWN_ROWS
     ]
-    return _contacts(told, shares, posteriors[:, SILENCE], rate)
+    return _contacts(told, shares, posteriors, rate, kind, heard=False)
 
 
 def _pooled(posteriors: FloatArray, kind: int) -> FloatArray:
@@ -186,10 +189,17 @@ def _pooled(posteriors: FloatArray, kind: int) -> FloatArray:
 
 
 def _contacts(
-    stretches: Iterable[tuple[int, int]], evidence: FloatArray, silence: FloatArray, rate: float
+    stretches: Iterable[tuple[int, int]],
+    evidence: FloatArray,
+    posteriors: FloatArray,
+    rate: float,
+    kind: int,
+    *,
+    heard: bool,
 ) -> list[Contact]:
     """Stretches of rows as lips make them."""
-    back = round(WAIT_S * rate)
+    back, silence = round(WAIT_S * rate), posteriors[:, SILENCE]
+    early_s = RELEASE_S if heard and kind == SEALED else 0.0
     found: list[Contact] = []
     for start, stop in stretches:
         core = np.flatnonzero(evidence[start:stop] >= CORE * evidence[start:stop].max())
@@ -197,22 +207,24 @@ def _contacts(
         waiting = start
         while waiting > max(0, start - back) and silence[waiting - 1] > 0.5:
             waiting -= 1
-        contact = _shaped(waiting / rate, start / rate, (stop - 1) / rate)
+        hummed = posteriors[start:stop, HUMMED].sum() > HUM_SHARE * evidence[start:stop].sum()
+        begin_s, end_s = _shaped(start / rate, (stop - 1) / rate, early_s, hummed=bool(hummed))
+        contact = Contact(min(waiting / rate, begin_s), end_s)
         if found and contact.start_s - found[-1].end_s < BETWEEN_S:
             contact = Contact(found.pop().start_s, contact.end_s)
         found.append(contact)
     return found
 
 
-def _shaped(waiting_s: float, start_s: float, end_s: float) -> Contact:
-    """A contact as lips make it: not too short, and in running speech not too long."""
-    short = HOLD_S - (end_s - start_s)
-    if short > 0:
-        start_s, end_s = start_s - short / 2, end_s + short / 2
-    elif end_s - start_s < HELD_S:
-        spare = max(0.0, end_s - start_s - LONGEST_S)
-        start_s, end_s = start_s + spare / 2, end_s - spare / 2
-    return Contact(min(waiting_s, start_s), end_s)
+def _shaped(
+    start_s: float, end_s: float, early_s: float, *, hummed: bool
+) -> tuple[float, float]:
+    """A contact as lips make it: not too short, and not too long unless it is hummed."""
+    if hummed and end_s - start_s >= HELD_S:
+        return start_s, end_s
+    end_s = min(max(end_s - early_s, start_s), start_s + LONGEST_S)
+    short = max(0.0, HOLD_S - (end_s - start_s))
+    return start_s - short / 2, end_s + short / 2
 
 
 def contact_track(contacts: list[Contact], times_s: FloatArray) -> NDArray[np.float32]:

@@ -63,7 +63,8 @@ OPENING, WIDTH, PROTRUSION, JAW = range(len(MEASURES))
 REACH_ROWS = 10  # that an output of the network sees on both sides
 TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
 MARGIN = REACH_ROWS + TEMPO_ROWS
-PARTED_MM, NEARLY_MM = 2.0, 0.8  # lips in speech come no nearer; where a p may have been heard
+PARTED_MM, NEARLY_MM = 1.8, 0.7  # lips in speech come no nearer; where a p may have been heard
+EASE_MM = 0.8  # above which they slow down
 MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
 FREEDOM = {
     "jawOpen": 0.25,
@@ -82,7 +83,7 @@ TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
 ROUNDED = ("mouthPucker", "mouthFunnel")
-ROUNDED_SHARE = 0.7  # of the rules' width where they round the lips fully
+ROUNDED_SHARE = 0.85  # of the rules' width where they round the lips fully
 KNOWN_ROUNDED = 0.75  # of full rounding, from which all of it, where phones are known
 
 
@@ -325,10 +326,10 @@ def _mouth_curves(
     gains[[OPENING, JAW]] = style.amplitude
     gains[WIDTH] = style.spread
     moved[:, WIDTH] += rounding * (rules @ response.effects[:, WIDTH] - moved[:, WIDTH])
-    lips_mm = np.maximum(
-        gains[OPENING] * strength * moved[:, OPENING],
-        (parted_mm - response.rest[OPENING]) * min(1.0, strength),
-    )
+    # Towards the least they slow down, so that near closures differ from each other.
+    least = (parted_mm - response.rest[OPENING]) * min(1.0, strength)
+    above = (gains[OPENING] * strength * moved[:, OPENING] - least) / EASE_MM
+    lips_mm = least + EASE_MM * np.logaddexp(0.0, above)
     wanted = response.rest + (speech * strength)[:, None] * gains * moved
     resting_mm = strength * style.parted_mm
     if resting_mm:
