@@ -30,7 +30,7 @@ UNLIKELY = 1e-6
 BESIDE = 2  # rows beside a contact whose evidence counts too
 HOLD_S, LONGEST_S = 0.04, 0.12  # of a seal in running speech
 HELD_S = 0.22  # a longer m is hummed, and sealed as long
-WAIT_S = 0.08  # lips are shut this long before a first burst at most
+WAIT_S = 0.12  # lips are shut this long before a first burst at most
 RELEASE_S = 0.04  # lips part so long before a p, b or m is no longer heard
 BETWEEN_S = 0.10  # lips do not part for less than this between two seals
 CLOSING_S, OPENING_S = 0.045, 0.045
@@ -216,9 +216,7 @@ def _contacts(
     return found
 
 
-def _shaped(
-    start_s: float, end_s: float, early_s: float, *, hummed: bool
-) -> tuple[float, float]:
+def _shaped(start_s: float, end_s: float, early_s: float, *, hummed: bool) -> tuple[float, float]:
     """A contact as lips make it: not too short, and not too long unless it is hummed."""
     if hummed and end_s - start_s >= HELD_S:
         return start_s, end_s

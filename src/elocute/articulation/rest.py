@@ -1,8 +1,10 @@
-"""Where a mouth rests: a matter of how long a pause has lasted and how soon speech comes.
+"""Where a mouth rests, and where it breathes in: a matter of how long pauses last.
 
 A pause under 0.4 s belongs to the speech around it: people keep their lips parted there. In a
 longer one the mouth settles after the last sound and wakes before the next; what lies between is
-rest, and of a pause of half a second there is little. Nothing is looked at further than REACH_S.
+rest, and of a pause of half a second there is little. A take begins and ends at rest where there
+is any silence to do it in. Before people speak they open to breathe in, before a first p too.
+Nothing is looked at further than REACH_S.
 """
 
 from __future__ import annotations
@@ -10,17 +12,24 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.array_types import FloatArray
+from elocute.array_types import Float64Array, FloatArray
 from elocute.articulation.contacts_and_rest import SPEECH_AT_LEAST_S, runs
 from elocute.numerics.smoothing import smoothstep
 
-PAUSE_S = 0.40  # a shorter pause is speech; so is one at the edge of a take cut within speech
-SETTLE_S = 0.25  # from the last sound until the mouth rests
+PAUSE_S = 0.40  # a shorter pause is speech
+EDGE_S = 0.30  # and so is one at an edge of a recording, which may be cut within speech
+KNOWN_EDGE_S = 0.08  # but not of speech that is known
+SETTLE_S = 0.16  # from the last sound until the mouth rests
 WAKE_S = 0.60  # from rest until the next sound
+BREATH_S, OPENED_S, LEFT_S = 0.50, 0.22, 0.12  # before a sound: people open, are open, and leave
+BREATH_PAUSE_S = (0.25, 0.60)  # pauses without a breath, and with a whole one
 REACH_S = WAKE_S + PAUSE_S + SPEECH_AT_LEAST_S
+_FAR = 10**6  # rows
 
 
-def rest_share(silence: FloatArray, rate: float, *, starts: bool = True) -> NDArray[np.float64]:
+def rest_share(
+    silence: FloatArray, rate: float, *, starts: bool = True, edge_s: float = EDGE_S
+) -> Float64Array:
     """How far a mouth is at rest.
 
     Parameters
@@ -31,30 +40,68 @@ def rest_share(silence: FloatArray, rate: float, *, starts: bool = True) -> NDAr
         Rows per second.
     starts : bool
         Whether the first row is the first of the take.
+    edge_s : float
+        A shorter pause at an edge of the take is speech.
 
     Returns
     -------
     (row,) float64
         0 in speech, 1 at rest, eased in between.
     """
-    speaking = _speaking(silence, rate, starts)
-    count = len(speaking)
-    places = np.arange(count)
-    last = np.maximum.accumulate(np.where(speaking, places, -(10**6)))
-    coming = np.minimum.accumulate(np.where(speaking, places, 10**6)[::-1])[::-1]
-    settled = smoothstep(np.clip((places - last) / rate / SETTLE_S, 0, 1))
-    asleep = smoothstep(np.clip((coming - places) / rate / WAKE_S, 0, 1))
-    return settled * asleep
+    passed, coming = _sounds_beside(_speaking(silence, rate, starts, edge_s))
+    wake, settle = WAKE_S * rate, SETTLE_S * rate
+    if starts and len(coming):
+        wake = np.where(passed > _FAR / 2, np.clip(coming[0], 1, wake), wake)
+    if len(passed):
+        settle = np.where(coming > _FAR / 2, np.clip(passed[-1], 1, settle), settle)
+    settled = smoothstep(np.clip(passed / settle, 0, 1))
+    return settled * smoothstep(np.clip(coming / wake, 0, 1))
 
 
-def _speaking(silence: FloatArray, rate: float, starts: bool) -> NDArray[np.bool_]:
+def breath_share(
+    silence: FloatArray, rate: float, *, starts: bool = True, edge_s: float = EDGE_S
+) -> Float64Array:
+    """How far a mouth is open to breathe in before it speaks.
+
+    Parameters
+    ----------
+    silence, rate, starts, edge_s
+        As `rest_share` takes them.
+
+    Returns
+    -------
+    (row,) float64
+        0 to 1, by how long the pause before a sound has lasted.
+    """
+    passed, coming = _sounds_beside(_speaking(silence, rate, starts, edge_s))
+    if starts:
+        passed = np.where(passed > _FAR / 2, np.arange(len(passed)), passed)
+    pause_s = np.where(coming > _FAR / 2, 0.0, (passed + coming) / rate)
+    shortest, longest = BREATH_PAUSE_S
+    deep = smoothstep(np.clip((pause_s - shortest) / (longest - shortest), 0, 1))
+    begin_s = np.clip(pause_s, OPENED_S + 0.1, BREATH_S)
+    before_s = coming / rate
+    opening = smoothstep(np.clip((begin_s - before_s) / (begin_s - OPENED_S), 0, 1))
+    return deep * opening * smoothstep(np.clip(before_s / LEFT_S, 0, 1))
+
+
+def _sounds_beside(speaking: NDArray[np.bool_]) -> tuple[Float64Array, Float64Array]:
+    """(row,) rows since the last sound and until the next; "_FAR" and more where there is none."""
+    places = np.arange(len(speaking))
+    last = np.maximum.accumulate(np.where(speaking, places, -_FAR))
+    coming = np.minimum.accumulate(np.where(speaking, places, 2 * _FAR)[::-1])[::-1]
+    return (places - last).astype(np.float64), (coming - places).astype(np.float64)
+
+
+def _speaking(silence: FloatArray, rate: float, starts: bool, edge_s: float) -> NDArray[np.bool_]:
     """(row,) speech without noises that are too short, and with pauses that are."""
     speaking = silence < 0.5
     for start, stop in runs(speaking):
         if (stop - start) / rate < SPEECH_AT_LEAST_S:
             speaking[start:stop] = False
     for start, stop in runs(~speaking):
+        edge = (start == 0 and starts) or stop == len(silence)
         alone = start == 0 and (stop == len(silence) or not starts)
-        if (stop - start) / rate < PAUSE_S and not alone:
+        if (stop - start) / rate < (edge_s if edge else PAUSE_S) and not alone:
             speaking[start:stop] = True
     return speaking

@@ -14,7 +14,7 @@ def _both(name: str, weight: float) -> dict[str, float]:
 VISEME_SHAPES: dict[str, dict[str, float]] = {
     "sil": {},
     "PP": {"jawOpen": 0.06, "mouthClose": 0.06, **_both("mouthPress", 0.45)},
-    "FF": {"jawOpen": 0.04, "mouthLabiodental": 1.0},
+    "FF": {"jawOpen": 0.04, "mouthLabiodental": 1.0, **_both("mouthUpperUp", 0.25)},
     "TH": {
         "jawOpen": 0.13,
         "tongueDental": 1.0,
@@ -32,8 +32,8 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
     "CH": {"jawOpen": 0.04, "mouthFunnel": 0.46, "mouthPucker": 0.20},
     "SS": {
         "jawOpen": 0.02,
-        **_both("mouthLowerDown", 0.17),
-        **_both("mouthUpperUp", 0.18),
+        **_both("mouthLowerDown", 0.14),
+        **_both("mouthUpperUp", 0.24),
         **_both("mouthStretch", 0.30),
     },
     "nn": {

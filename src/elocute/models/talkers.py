@@ -11,6 +11,7 @@ ONNX alone, no torch. Nothing in the file is executed but the network.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from elocute.array_types import Float32Array, Float64Array
+from elocute.array_types import Float32Array, Float64Array, FloatArray
 from elocute.articulation.coarticulation import DIPHTHONG_S, REACH_S
 from elocute.articulation.contact_decoding import (
     AT_TEETH,
@@ -32,7 +33,7 @@ from elocute.articulation.contact_decoding import (
 from elocute.articulation.contacts_and_rest import contact_evidence
 from elocute.articulation.driver import FRAME_S, finish_decoded
 from elocute.articulation.phone_targets import curve_names
-from elocute.articulation.rest import rest_share
+from elocute.articulation.rest import EDGE_S, KNOWN_EDGE_S, breath_share, rest_share
 from elocute.articulation.style import Style
 from elocute.articulation.voice_evidence import voice_share
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
@@ -63,8 +64,8 @@ OPENING, WIDTH, PROTRUSION, JAW = range(len(MEASURES))
 REACH_ROWS = 10  # that an output of the network sees on both sides
 TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
 MARGIN = REACH_ROWS + TEMPO_ROWS
-PARTED_MM, NEARLY_MM = 1.8, 0.7  # lips in speech come no nearer; where a p may have been heard
-EASE_MM = 0.8  # above which they slow down
+PARTED_MM, NEARLY_MM = 1.0, 0.6  # lips in speech come no nearer; where a p may have been heard
+EASE_MM = 0.5  # above which they slow down
 MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
 FREEDOM = {
     "jawOpen": 0.25,
@@ -79,6 +80,9 @@ FREEDOM = {
     "mouthSmileLeft": 0.14,
     "mouthSmileRight": 0.14,
 }
+HISSED = ("S", "Z", "SH", "ZH", "CH", "JH")
+BREATH_MM = 4.2  # that lips part before a phrase
+STIFF_JAW = 0.8  # of its freedom that a jaw loses in them: teeth meet, and lips do the rest
 TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
@@ -203,15 +207,19 @@ class TalkersModel(StyledAsRules):
         voice = np.ones(len(posteriors))
         if contacts and not speech.known:
             voice = voice_share(posteriors, phones.rate)
-        rest = np.zeros(stop - begin)
+        rest = breath = np.zeros(stop - begin)
         if contacts:
-            silence = 1 - (1 - posteriors[:, SILENCE]) * voice
-            rest = rest_share(silence, phones.rate, starts=phones.first == 0)
+            silence, starts = 1 - (1 - posteriors[:, SILENCE]) * voice, phones.first == 0
+            edge_s = KNOWN_EDGE_S if speech.known else EDGE_S
+            rest = rest_share(silence, phones.rate, starts=starts, edge_s=edge_s)
             rest = (1 - (1 - rest) * voice)[near]
+            breath = breath_share(silence, phones.rate, starts=starts, edge_s=edge_s)
+            breath = (breath * voice)[near]
         wanted = self._wanted_mm(told, style)
         parted = _parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM)
         rounding = _rounding(rules, known=speech.known)
-        rows = _mouth_curves(rules, wanted, rounding, parted, rest, style, strength)
+        stiff = STIFF_JAW * _heard(posteriors, HISSED)[near]
+        rows = _mouth_curves(rules, wanted, rounding, parted, stiff, rest, breath, style, strength)
         places = frame_places(span.first, span.count, phones.rate, span.fps) - begin
         found = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
         since_first = times - phones.first / phones.rate
@@ -302,10 +310,14 @@ def _rounding(rules: Float32Array, *, known: bool) -> Float64Array:
 
 def _parted_mm(posteriors: Float32Array) -> Float64Array:
     """(row,) how near lips may come without a contact, mm."""
-    pooled = posteriors[:, [PHONES.index(phone) for phone in POOLS[SEALED]]].sum(axis=1)
-    evidence = contact_evidence(pooled, posteriors[:, SILENCE])
+    evidence = contact_evidence(_heard(posteriors, POOLS[SEALED]), posteriors[:, SILENCE])
     share = np.clip(evidence / MAYBE, 0, 1).astype(np.float64)
     return PARTED_MM + (NEARLY_MM - PARTED_MM) * share
+
+
+def _heard(posteriors: Float32Array, phones: Sequence[str]) -> Float32Array:
+    """(row,) posterior of any of some phones."""
+    return posteriors[:, [PHONES.index(phone) for phone in phones]].sum(axis=1)
 
 
 def _mouth_curves(
@@ -313,7 +325,9 @@ def _mouth_curves(
     speaking_mm: Float64Array,
     rounding: Float64Array,
     parted_mm: Float64Array,
+    stiff: Float32Array,
     rest: Float64Array,
+    breath: Float64Array,
     style: Style,
     strength: float,
 ) -> Float32Array:
@@ -335,11 +349,14 @@ def _mouth_curves(
     if resting_mm:
         resting_mm -= response.rest[OPENING]
     wanted[:, OPENING] = response.rest[OPENING] + speech * lips_mm + rest * resting_mm
+    breath_mm = gains[OPENING] * strength * BREATH_MM * breath
+    wanted[:, OPENING] = np.maximum(wanted[:, OPENING], breath_mm)
     base = rules * (speech * strength)[:, None].astype(np.float32)
     for name in ROUNDED:
         base[:, names.index(name)] *= style.rounding
-    freedom = {
+    freedom: dict[str, float | FloatArray] = {
         name: free * (style.upper_lip if name.startswith("mouthUpperUp") else 1.0)
         for name, free in FREEDOM.items()
     }
+    freedom["jawOpen"] = FREEDOM["jawOpen"] * (1 - stiff)
     return corrected_curves(response, np.clip(base, 0, 1), wanted, freedom, TOLERANCE_MM)

@@ -101,7 +101,7 @@ def corrected_curves(
     response: MouthResponse,
     values: Float32Array,
     wanted_mm: FloatArray,
-    freedom: Mapping[str, float],
+    freedom: Mapping[str, float | FloatArray],
     tolerance_mm: Mapping[str, float],
 ) -> Float32Array:
     """Change curves as little as possible, so that the mouth measures what is wanted.
@@ -116,7 +116,7 @@ def corrected_curves(
         0 to 1, in the order of `response.names`.
     wanted_mm : (frame, measure)
         In the order of `MEASURES`.
-    freedom : dict of str to float
+    freedom : dict of str to float, or to (frame,)
         How far each curve may well be moved; others stay.
     tolerance_mm : dict of str to float
         How exactly each measure is wanted, mm; the others are free.
@@ -128,10 +128,12 @@ def corrected_curves(
     """
     used = [MEASURES.index(name) for name in tolerance_mm]
     effects = response.effects[:, used]
-    variance = np.array([freedom.get(name, 0.0) for name in response.names]) ** 2
-    noise = np.diag([tolerance_mm[name] ** 2 for name in tolerance_mm])
     start = values.astype(np.float64)
-    current, free = start, np.broadcast_to(variance, start.shape)
+    free = np.zeros_like(start)
+    for name, far in freedom.items():
+        free[:, response.names.index(name)] = np.square(far)
+    noise = np.diag([tolerance_mm[name] ** 2 for name in tolerance_mm])
+    current = start
     for _ in range(ROUNDS):
         # What has met a limit stays there, and the others take its part.
         held = np.where(free > 0, start, current)
