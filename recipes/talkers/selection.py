@@ -18,6 +18,8 @@ SENTENCES_EVERY = 10  # of the sentences, sorted by name
 LAGS_S = tuple(round(lag, 2) for lag in np.arange(-0.08, 0.081, 0.02))
 QUANTILES = (2, 10, 25, 50, 75, 90, 98, 99.5)
 GAIN_MOST = 1.3
+PEAKS = 1.12  # of openings beyond the median: a finished model's 99th percentile was 0.87 of that
+# of held-out talkers, and 0.93 of held-out sentences
 
 
 def split_talkers(clips: Sequence[Clip]) -> tuple[list[Clip], list[Clip]]:
@@ -100,4 +102,6 @@ def calibrate(
     opening_mm = mean[0] * eye_distance_mm
     knots = np.percentile(mine[:, 0], QUANTILES)
     values = opening_mm + deviation[0] * np.percentile(theirs[:, 0], QUANTILES)
+    median = values[QUANTILES.index(50)]
+    values += (PEAKS - 1) * np.maximum(values - median, 0)
     return Calibration(middle, gain * deviation, np.stack([knots, np.maximum.accumulate(values)]))

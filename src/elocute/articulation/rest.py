@@ -17,9 +17,9 @@ from elocute.articulation.contacts_and_rest import SPEECH_AT_LEAST_S, runs
 from elocute.numerics.smoothing import smoothstep
 
 PAUSE_S = 0.40  # a shorter pause is speech
-EDGE_S = 0.30  # and so is one at an edge of a recording, which may be cut within speech
+EDGE_S = 0.32  # and so is one at an edge of a recording, which may be cut within speech
 KNOWN_EDGE_S = 0.08  # but not of speech that is known
-SETTLE_S = 0.16  # from the last sound until the mouth rests
+SETTLE_S = 0.18  # from the last sound until the mouth rests
 WAKE_S = 0.60  # from rest until the next sound
 BREATH_S, OPENED_S, LEFT_S = 0.50, 0.22, 0.12  # before a sound: people open, are open, and leave
 BREATH_PAUSE_S = (0.25, 0.60)  # pauses without a breath, and with a whole one
@@ -86,7 +86,7 @@ def breath_share(
 
 
 def _sounds_beside(speaking: NDArray[np.bool_]) -> tuple[Float64Array, Float64Array]:
-    """(row,) rows since the last sound and until the next; "_FAR" and more where there is none."""
+    """(row,) rows since the last sound and until the next; `_FAR` and more where there is none."""
     places = np.arange(len(speaking))
     last = np.maximum.accumulate(np.where(speaking, places, -_FAR))
     coming = np.minimum.accumulate(np.where(speaking, places, 2 * _FAR)[::-1])[::-1]

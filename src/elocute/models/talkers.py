@@ -81,6 +81,7 @@ FREEDOM = {
     "mouthSmileRight": 0.14,
 }
 HISSED = ("S", "Z", "SH", "ZH", "CH", "JH")
+BEYOND = 0.4  # of its slope, with which the map goes on above its last knot: lips stretch no more
 BREATH_MM = 4.2  # that lips part before a phrase
 STIFF_JAW = 0.8  # of its freedom that a jaw loses in them: teeth meet, and lips do the rest
 TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
@@ -265,7 +266,7 @@ class TalkersModel(StyledAsRules):
         low, high = np.diff(millimetres)[[0, -1]] / np.diff(knots)[[0, -1]]
         opening = np.interp(z[:, OPENING], knots, millimetres)
         opening += low * np.minimum(z[:, OPENING] - knots[0], 0)
-        opening += high * np.maximum(z[:, OPENING] - knots[-1], 0)
+        opening += BEYOND * high * np.maximum(z[:, OPENING] - knots[-1], 0)
         wanted[:, OPENING] = opening
         return wanted
 
