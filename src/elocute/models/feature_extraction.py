@@ -13,8 +13,9 @@ import numpy as np
 
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import known_posteriors
+from elocute.audio.band_levels import BANDS, BandLevels
 from elocute.audio.features import Features
-from elocute.audio.loudness import ROW_RATE, Loudness
+from elocute.audio.loudness import COLUMNS, ROW_RATE, Loudness
 from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.resampling_stream import RESAMPLING_S, ResamplingStream
 from elocute.audio.waveform import SPEECH_RATE, Waveform
@@ -52,21 +53,34 @@ class PhonePosteriorStream:
         return np.concatenate([rest, self._stream.flush()])
 
 
-class LoudnessStream:
-    """Loudness of the voice at 50 Hz (row, 2), as `Loudness` gives it."""
+class VoiceSoundStream:
+    """Loudness and spectrum of a sound at 50 Hz: the columns of `Loudness`, then of `BandLevels`."""
 
-    name, rate = "loudness", ROW_RATE
+    name, rate = "loudness and bands", ROW_RATE
 
     def __init__(self, sample_rate: int) -> None:
         self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
-        self._rows = Loudness()
+        self._loudness, self._bands = Loudness(), BandLevels()
+        self._louder = np.zeros((0, COLUMNS), np.float32)
+        self._coloured = np.zeros((0, BANDS), np.float32)
 
     def push(self, samples: Float32Array) -> Float32Array:
-        return self._rows.push(self._resampled.push(samples))
+        return self._joined(self._resampled.push(samples))
 
     def flush(self) -> Float32Array:
-        rest = self._rows.push(self._resampled.push(np.zeros(0, np.float32), last=True))
-        return np.concatenate([rest, self._rows.flush()])
+        rest = self._joined(self._resampled.push(np.zeros(0, np.float32), last=True))
+        self._louder = np.concatenate([self._louder, self._loudness.flush()])
+        self._coloured = np.concatenate([self._coloured, self._bands.flush()])
+        return np.concatenate([rest, self._joined(np.zeros(0, np.float32))])
+
+    def _joined(self, samples: Float32Array) -> Float32Array:
+        """Rows that are certain in both."""
+        self._louder = np.concatenate([self._louder, self._loudness.push(samples)])
+        self._coloured = np.concatenate([self._coloured, self._bands.push(samples)])
+        count = min(len(self._louder), len(self._coloured))
+        rows = np.concatenate([self._louder[:count], self._coloured[:count]], axis=1)
+        self._louder, self._coloured = self._louder[count:], self._coloured[count:]
+        return rows
 
 
 class KnownPhoneStream:

@@ -35,13 +35,13 @@ from elocute.articulation.driver import FRAME_S, finish_decoded
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.rest import EDGE_S, KNOWN_EDGE_S, breath_share, rest_share
 from elocute.articulation.style import Style
-from elocute.articulation.voice_evidence import voice_share
+from elocute.audio.loudness import COLUMNS
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import ModelError
 from elocute.models.feature_extraction import (
-    LoudnessStream,
     PhonePosteriorStream,
+    VoiceSoundStream,
 )
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
@@ -52,6 +52,7 @@ from elocute.models.talker_inputs import (
     rule_measures,
     talker_inputs,
 )
+from elocute.models.talker_voice import voice_share
 from elocute.motion.curves import Curves
 from elocute.motion.mouth_measures import MEASURES
 from elocute.motion.mouth_response import builtin_response, corrected_curves
@@ -180,7 +181,7 @@ class TalkersModel(StyledAsRules):
     def feature_streams(
         self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
     ) -> FeatureStreams:
-        return FeatureStreams(LoudnessStream(sample_rate), PhonePosteriorStream(sample_rate))
+        return FeatureStreams(VoiceSoundStream(sample_rate), PhonePosteriorStream(sample_rate))
 
     def curves(
         self,
@@ -207,7 +208,8 @@ class TalkersModel(StyledAsRules):
         told = self._told(speech, rules, begin)
         voice = np.ones(len(posteriors))
         if contacts and not speech.known:
-            voice = voice_share(posteriors, phones.rate)
+            bands = _sound_rows(speech, len(posteriors))[:, COLUMNS:]
+            voice = voice_share(posteriors, bands, phones.rate)
         rest = breath = np.zeros(stop - begin)
         if contacts:
             silence, starts = 1 - (1 - posteriors[:, SILENCE]) * voice, phones.first == 0
@@ -236,17 +238,14 @@ class TalkersModel(StyledAsRules):
     def _told(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
         """(row, output) of the network, for rows from `begin` on."""
         phones, sound = speech.phones, speech.features
-        if phones is None or sound.encoder != LoudnessStream.name:
+        if phones is None or sound.encoder != VoiceSoundStream.name:
             raise ModelError.about(
                 self.path,
                 found=f"features of {sound.encoder} alone",
                 allowed="phones and loudness, as its feature streams give them",
             )
         at = begin - phones.first
-        # Known phones may have a row more than the sound, or one less.
-        sound_rows = sound.values[
-            np.minimum(np.arange(at, len(phones.values)), len(sound.values) - 1)
-        ]
+        sound_rows = _sound_rows(speech, len(phones.values))[at:, :COLUMNS]
         given = talker_inputs(phones.values[at:], sound_rows, rule_measures(rules))
         if given.shape[1] != self.record.inputs:
             raise ModelError.about(
@@ -269,6 +268,12 @@ class TalkersModel(StyledAsRules):
         opening += BEYOND * high * np.maximum(z[:, OPENING] - knots[-1], 0)
         wanted[:, OPENING] = opening
         return wanted
+
+
+def _sound_rows(speech: SpeechFeatures, count: int) -> Float32Array:
+    """(count, column) rows of the sound, beside those of phones: there may be one more or less."""
+    sound = speech.features.values
+    return sound[np.minimum(np.arange(count), len(sound) - 1)]
 
 
 def _contacts(speech: SpeechFeatures, posteriors: Float32Array, kind: int) -> list[Contact]:
