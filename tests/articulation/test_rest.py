@@ -1,12 +1,8 @@
-"""Rest in pauses, and sounds that are no voice."""
+"""Rest in pauses, and the breath before speech."""
 
 import numpy as np
-import pytest
 
-from elocute.articulation.driver import posteriors_from_phones
-from elocute.articulation.rest import rest_share
-from elocute.articulation.voice_evidence import voice_share
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.articulation.rest import KNOWN_EDGE_S, breath_share, rest_share
 
 RATE = 50
 
@@ -48,22 +44,14 @@ def test_a_stretch_rests_as_the_whole_take_does():
     assert np.allclose(part[60:-50], whole[100:250])
 
 
-def spoken(*phones, each_s=0.08):
-    times = [(i * each_s, (i + 1) * each_s, phone) for i, phone in enumerate(phones)]
-    return np.exp(posteriors_from_phones(times, len(phones) * each_s))
+def test_a_breath_is_drawn_before_speech_after_a_long_pause():
+    breath = breath_share(silence(1, 1.2, 1), RATE)
+    assert breath[110 - 13 : 110 - 9].min() > 0.9
+    assert breath[:85].max() == 0 and breath[110:].max() == 0
+    assert breath_share(silence(1, 0.2, 1), RATE).max() == 0
+    assert 0 < breath_share(silence(1, 0.42, 1), RATE).max() < 0.9
 
 
-def test_phones_that_change_are_a_voice_and_so_is_a_vowel_that_is_held():
-    assert voice_share(spoken(*("AA", "T", "IY", "S", "OW", "N") * 3), RATE).min() > 0.99
-    assert voice_share(spoken("AA", each_s=2.0), RATE).min() > 0.99
-
-
-def test_silence_is_no_noise():
-    assert voice_share(spoken("SIL", each_s=2.0), RATE).min() == 1
-
-
-@pytest.mark.parametrize("likely", [0.1, 0.3])
-def test_a_vowel_that_the_ear_doubts_and_that_never_changes_is_noise(likely):
-    steady = np.full((100, len(PHONES)), (1 - likely) / (len(PHONES) - 1))
-    steady[:, PHONES.index("AA")] = likely
-    assert voice_share(steady, RATE).max() < 0.01
+def test_a_known_text_begins_and_ends_at_rest():
+    rest = rest_share(silence(0, 0.2, 1, 0.12), RATE, edge_s=KNOWN_EDGE_S)
+    assert rest[0] == 1 and rest[-1] == 1 and rest[11:60].max() == 0

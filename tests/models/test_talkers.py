@@ -18,6 +18,7 @@ from elocute.models import talkers
 from elocute.models.registry import open_model
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
+from recipes.voice.made_sounds import laughter, levelled, song
 
 LIPS_CLOSE_S = {"me": 1.69, "p": 5.46, "m": 6.34, "blue": 8.18}  # as recipes/example.py says
 RATE = 16000
@@ -73,9 +74,23 @@ def test_nothing_moves_in_boxes(mouth) -> None:
 
 @pytest.mark.parametrize("name", sorted(noises(0.1)))
 def test_what_is_no_voice_leaves_the_mouth_shut(name) -> None:
-    if name in ("bark", "chord"):
-        pytest.xfail("a bark, and a chord of some lengths, are heard much as a syllable is")
     assert opening_mm(noises(3.0)[name], "talkers") < 1.0
+
+
+@pytest.mark.parametrize("make", [song, laughter])
+def test_a_song_and_laughter_move_it(make) -> None:
+    draw = np.random.default_rng(2026)
+    assert min(opening_mm(levelled(make(draw)), "talkers") for _ in range(2)) > 2
+
+
+def test_known_speech_begins_and_ends_at_rest_and_opens_before_it_sounds() -> None:
+    said = [(0.6, 0.8, "AA"), (0.8, 0.9, "B"), (0.9, 1.3, "AA")]
+    take = elocute.animate(
+        np.zeros(round(1.42 * RATE), np.float32), rate=RATE, model="talkers", phones=said, life=0
+    )
+    opening = measure_mouth(take.motion)["opening_mm"]
+    assert opening[0] < 0.1 and opening[-1] < 0.1
+    assert opening[round(0.38 * 60)] > 2.5  # a breath
 
 
 def test_a_pause_under_four_tenths_of_a_second_stays_parted(speech_wav) -> None:

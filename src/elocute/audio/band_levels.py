@@ -1,6 +1,6 @@
 """The spectrum of a sound in a few bands, at the rate of the phones: what a sound is like.
 
-Causal and block-wise, so a stream gives exactly what a whole sound gives.
+Causal and block-wise, so a stream gives what a whole sound gives.
 """
 
 from __future__ import annotations

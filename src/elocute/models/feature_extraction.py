@@ -54,7 +54,7 @@ class PhonePosteriorStream:
 
 
 class VoiceSoundStream:
-    """Loudness and spectrum of a sound at 50 Hz: the columns of `Loudness`, then of `BandLevels`."""
+    """Loudness and spectrum at 50 Hz: the columns of `Loudness`, then those of `BandLevels`."""
 
     name, rate = "loudness and bands", ROW_RATE
 
