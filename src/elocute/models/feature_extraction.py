@@ -65,22 +65,23 @@ class VoiceSoundStream:
         self._coloured = np.zeros((0, BANDS), np.float32)
 
     def push(self, samples: Float32Array) -> Float32Array:
-        return self._joined(self._resampled.push(samples))
+        return self._heard(self._resampled.push(samples))
 
     def flush(self) -> Float32Array:
-        rest = self._joined(self._resampled.push(np.zeros(0, np.float32), last=True))
-        self._louder = np.concatenate([self._louder, self._loudness.flush()])
-        self._coloured = np.concatenate([self._coloured, self._bands.flush()])
-        return np.concatenate([rest, self._joined(np.zeros(0, np.float32))])
+        rest = self._heard(self._resampled.push(np.zeros(0, np.float32), last=True))
+        last = self._joined(self._loudness.flush(), self._bands.flush())
+        return np.concatenate([rest, last])
 
-    def _joined(self, samples: Float32Array) -> Float32Array:
+    def _heard(self, samples: Float32Array) -> Float32Array:
+        return self._joined(self._loudness.push(samples), self._bands.push(samples))
+
+    def _joined(self, louder: Float32Array, coloured: Float32Array) -> Float32Array:
         """Rows that are certain in both."""
-        self._louder = np.concatenate([self._louder, self._loudness.push(samples)])
-        self._coloured = np.concatenate([self._coloured, self._bands.push(samples)])
-        count = min(len(self._louder), len(self._coloured))
-        rows = np.concatenate([self._louder[:count], self._coloured[:count]], axis=1)
-        self._louder, self._coloured = self._louder[count:], self._coloured[count:]
-        return rows
+        louder = np.concatenate([self._louder, louder])
+        coloured = np.concatenate([self._coloured, coloured])
+        count = min(len(louder), len(coloured))
+        self._louder, self._coloured = louder[count:], coloured[count:]
+        return np.concatenate([louder[:count], coloured[:count]], axis=1)
 
 
 class KnownPhoneStream:
