@@ -50,6 +50,7 @@ PARTING = (
     "mouthShrugUpper",
 )
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
+INCISORS = 0.31  # of mouthUpperUp with which an f shows the teeth that the lower lip meets
 ONE_SIDED_SMILE = 0.45  # of a whole unit of asymmetry, on the side that it favours
 CHEEK_OF_SMILE = 0.6  # how much a smile lifts the cheek
 ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
@@ -135,7 +136,7 @@ def articulate(
     _apply_style(curves, style, strength)
     position = _TakePosition(first_frame, first_row)
     if contacts:
-        _lay_contacts(curves, posteriors, rate, fps, style, position)
+        _lay_contacts(curves, posteriors, rate, fps, style, position, strength)
     _pose(curves, style)
     _lean(curves, style.asymmetry)
     return _limited(curves, fps)
@@ -178,6 +179,8 @@ def finish_decoded(
     seals: FloatArray,
     teeth: FloatArray,
     style: Style,
+    strength: float = 1.0,
+    sure: FloatArray | float = 1.0,
 ) -> Curves:
     """Lay contacts that are known over curves, then what a style adds to any mouth.
 
@@ -189,13 +192,17 @@ def finish_decoded(
         How far the lips are shut, and the lower lip is at the upper teeth, 0 to 1.
     style : Style
         How the person articulates.
+    strength : float
+        How far the mouth moves; lips meet whatever it is.
+    sure : (frame,) or float
+        How surely the teeth are meant, and not a p heard as an f: so far they are shown.
 
     Returns
     -------
     Curves
     """
     columns = _columns(curves)
-    _meet_teeth(columns, teeth)
+    _meet_teeth(columns, teeth, style, strength * sure)
     _close_lips(columns, seals)
     _pose(columns, style)
     _lean(columns, style.asymmetry)
@@ -224,6 +231,7 @@ def _lay_contacts(
     fps: float,
     style: Style,
     position: _TakePosition,
+    strength: float = 1.0,
 ) -> None:
     """Rest, labiodental and bilabial contacts, in this order."""
     frame_count = len(curves["jawOpen"])
@@ -232,7 +240,8 @@ def _lay_contacts(
     speech = speech_gate(posteriors[:, SILENCE], rate, times_s)
     for name in curves:
         curves[name] = curves[name] * speech
-    _meet_teeth(curves, _contact(posteriors, LABIODENTALS, rate, times_s, style) * speech)
+    teeth = _contact(posteriors, LABIODENTALS, rate, times_s, style) * speech
+    _meet_teeth(curves, teeth, style, strength)
     _close_lips(curves, _contact(posteriors, BILABIALS, rate, times_s, style) * speech)
 
 
@@ -328,9 +337,13 @@ def _apply_style(curves: dict[str, FloatArray], style: Style, strength: float) -
         curves[name] = np.clip(curves[name] * factor, 0, 1)
 
 
-def _meet_teeth(curves: dict[str, FloatArray], gate: FloatArray) -> None:
+def _meet_teeth(
+    curves: dict[str, FloatArray], gate: FloatArray, style: Style, shown: FloatArray | float
+) -> None:
     """Replace what the lips do by the labiodental shape, as far as the gate is open."""
     _replace(curves, VISEME_SHAPES["FF"], gate)
+    for name in ("mouthUpperUpLeft", "mouthUpperUpRight"):
+        curves[name] = curves[name] + gate * INCISORS * style.upper_lip * shown
 
 
 def _close_lips(curves: dict[str, FloatArray], gate: FloatArray) -> None:

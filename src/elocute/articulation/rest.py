@@ -21,7 +21,7 @@ EDGE_S = 0.32  # and so is one at an edge of a recording, which may be cut withi
 KNOWN_EDGE_S = 0.08  # but not of speech that is known
 SETTLE_S = 0.18  # from the last sound until the mouth rests
 WAKE_S = 0.60  # from rest until the next sound
-BREATH_S, OPENED_S, LEFT_S = 0.50, 0.22, 0.12  # before a sound: people open, are open, and leave
+BREATH_S, OPENED_S = 0.50, 0.22  # before a sound: people open for it, and are widest open
 BREATH_PAUSE_S = (0.25, 0.60)  # pauses without a breath, and with a whole one
 REACH_S = WAKE_S + PAUSE_S + SPEECH_AT_LEAST_S
 _FAR = 10**6  # rows
@@ -82,7 +82,7 @@ def breath_share(
     begin_s = np.clip(pause_s, OPENED_S + 0.1, BREATH_S)
     before_s = coming / rate
     opening = smoothstep(np.clip((begin_s - before_s) / (begin_s - OPENED_S), 0, 1))
-    return deep * opening * smoothstep(np.clip(before_s / LEFT_S, 0, 1))
+    return deep * opening * smoothstep(np.clip(before_s / OPENED_S, 0, 1))
 
 
 def _sounds_beside(speaking: NDArray[np.bool_]) -> tuple[Float64Array, Float64Array]:

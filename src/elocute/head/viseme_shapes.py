@@ -14,7 +14,7 @@ def _both(name: str, weight: float) -> dict[str, float]:
 VISEME_SHAPES: dict[str, dict[str, float]] = {
     "sil": {},
     "PP": {"jawOpen": 0.06, "mouthClose": 0.06, **_both("mouthPress", 0.45)},
-    "FF": {"jawOpen": 0.04, "mouthLabiodental": 1.0, **_both("mouthUpperUp", 0.25)},
+    "FF": {"jawOpen": 0.04, "mouthLabiodental": 1.0},
     "TH": {
         "jawOpen": 0.13,
         "tongueDental": 1.0,

@@ -57,6 +57,7 @@ from elocute.motion.curves import Curves
 from elocute.motion.mouth_measures import MEASURES
 from elocute.motion.mouth_response import builtin_response, corrected_curves
 from elocute.numerics.resampling import frame_places, read_rows
+from elocute.numerics.smoothing import smoothstep
 
 KIND = SHIPPED = "talkers"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "talkers.onnx"
@@ -83,6 +84,7 @@ FREEDOM = {
 }
 HISSED = ("S", "Z", "SH", "ZH", "CH", "JH")
 BEYOND = 0.4  # of its slope, with which the map goes on above its last knot: lips stretch no more
+SURE = (0.6, 0.9)  # of the evidence for a contact, that for teeth: where none, and all, are shown
 BREATH_MM = 4.2  # that lips part before a phrase
 STIFF_JAW = 0.8  # of its freedom that a jaw loses in them: teeth meet, and lips do the rest
 TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
@@ -233,7 +235,8 @@ class TalkersModel(StyledAsRules):
             else np.zeros(span.count, np.float32)
             for kind in (SEALED, AT_TEETH)
         )
-        return finish_decoded(found, seals, teeth, style)
+        sure = read_rows(_surely_teeth(posteriors)[:, None], since_first * phones.rate)[:, 0]
+        return finish_decoded(found, seals, teeth, style, strength, sure)
 
     def _told(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
         """(row, output) of the network, for rows from `begin` on."""
@@ -319,6 +322,17 @@ def _parted_mm(posteriors: Float32Array) -> Float64Array:
     evidence = contact_evidence(_heard(posteriors, POOLS[SEALED]), posteriors[:, SILENCE])
     share = np.clip(evidence / MAYBE, 0, 1).astype(np.float64)
     return PARTED_MM + (NEARLY_MM - PARTED_MM) * share
+
+
+def _surely_teeth(posteriors: Float32Array) -> Float32Array:
+    """(row,) how surely an f or v is heard rather than a p, b or m."""
+    silence = posteriors[:, SILENCE]
+    teeth, lips = (
+        contact_evidence(_heard(posteriors, POOLS[k]), silence) for k in (AT_TEETH, SEALED)
+    )
+    low, high = SURE
+    share = teeth / np.maximum(teeth + lips, 1e-6)
+    return smoothstep(np.clip((share - low) / (high - low), 0, 1)).astype(np.float32)
 
 
 def _heard(posteriors: Float32Array, phones: Sequence[str]) -> Float32Array:
