@@ -46,7 +46,7 @@ def test_a_stretch_rests_as_the_whole_take_does():
 
 def test_a_breath_is_drawn_before_speech_after_a_long_pause():
     breath = breath_share(silence(1, 1.2, 1), RATE)
-    assert breath[110 - 13 : 110 - 9].min() > 0.9
+    assert breath[110 - 15 : 110 - 12].min() > 0.9
     assert breath[:85].max() == 0 and breath[110:].max() == 0
     assert breath_share(silence(1, 0.2, 1), RATE).max() == 0
     assert 0 < breath_share(silence(1, 0.42, 1), RATE).max() < 0.9
