@@ -51,18 +51,15 @@ def skin_picture(
     bytes
     """
     colour = _blend(age, sex, tone)
-    for name, strength, tint in (
-        ("freckles", 0.9 * freckles, colour * np.array(FRECKLE, np.float32)),
-        ("stubble", STUBBLE_STRENGTH * stubble, np.array(hair, np.float32)),
+    strand = np.array(hair, np.float32)
+    for place, strength, tint in (
+        ("skins/freckles", 0.9 * freckles, colour * np.array(FRECKLE, np.float32)),
+        ("skins/stubble", STUBBLE_STRENGTH * stubble, strand),
+        (f"hair/{style}_roots", ROOTS_STRENGTH if style else 0, np.float32(ROOT_OF_HAIR) * strand),
     ):
         if strength > 0:
-            share = np.float32(strength) * _grey(f"skins/{name}")[..., None]
+            share = np.float32(strength) * _grey(place)[..., None]
             colour = colour * (1 - share) + tint * share
-    if style:
-        share = np.float32(ROOTS_STRENGTH) * _grey(f"hair/{style}_roots")[..., None]
-        colour = (
-            colour * (1 - share) + np.float32(ROOT_OF_HAIR) * np.array(hair, np.float32) * share
-        )
     return jpeg(np.round(255 * _srgb(colour)).astype(np.uint8))
 
 
