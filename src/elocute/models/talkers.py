@@ -369,8 +369,8 @@ def _mouth_curves(
     if resting_mm:
         resting_mm -= response.rest[OPENING]
     wanted[:, OPENING] = response.rest[OPENING] + speech * lips_mm + rest * resting_mm
-    breath_mm = gains[OPENING] * strength * BREATH_MM * breath
-    wanted[:, OPENING] = np.maximum(wanted[:, OPENING], breath_mm)
+    inhaling_mm = gains[OPENING] * strength * (BREATH_MM - response.rest[OPENING]) * breath
+    wanted[:, OPENING] = np.maximum(wanted[:, OPENING], response.rest[OPENING] + inhaling_mm)
     base = rules * (speech * strength)[:, None].astype(np.float32)
     for name in ROUNDED:
         base[:, names.index(name)] *= style.rounding
