@@ -35,7 +35,9 @@ void main() {
 }`;
 
 const FRAGMENT = `
-uniform vec3 tint; uniform float exposure; uniform float normal_scale; uniform bool shadowed;
+uniform Finish finish; uniform vec3 tint; uniform float rough_factor; uniform bool turns;
+uniform float core; uniform bool fringe; uniform float shadow_bias;
+uniform float exposure; uniform float normal_scale; uniform bool shadowed;
 uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
 uniform sampler2D shadow_map;
 varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
@@ -54,18 +56,18 @@ void main() {
     vec3 view = normalize(cameraPosition - place);
     #ifdef CARDS
     texel.a *= edge_on(place, view);
-    if (CUT) discard;
+    if (fringe ? texel.a >= core || texel.a < 0.01 : texel.a < core) discard;
     #endif
     Point p;
     p.albedo = paint.rgb * texel.rgb * tint;
     p.view = view;
-    p.blunt = normalize(smooth_normal) * (TURNS && !gl_FrontFacing ? -1.0 : 1.0);
+    p.blunt = normalize(smooth_normal) * (turns && !gl_FrontFacing ? -1.0 : 1.0);
     p.normal = p.blunt;
     #ifdef RELIEF
     p.normal = bumped(texture2D(normal_map, texel_at()).xyz, normal_scale, place, at, p.blunt);
     #endif
     p.strand = strand_of(p.blunt);
-    p.occlusion = paint.a; p.roughness = ROUGHNESS;
+    p.occlusion = paint.a; p.roughness = rough_factor;
     #ifdef ROUGH
     vec2 rough = texture2D(roughness_map, texel_at()).rg;
     p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;
@@ -73,9 +75,10 @@ void main() {
     p.roughness = clamp(p.roughness, 0.05, 1.0);
     p.shadow = 1.0;
     if (shadowed)
-        p.shadow = open_to_key(texture2D(shadow_map, from_key.xy * 0.5 + 0.5).xy, from_key.z - SHADOW_BIAS);
-    float alpha = FRINGE ? texel.a : 1.0;
-    gl_FragColor = vec4(shown(lit(p, FINISH), exposure) * alpha, alpha);
+        p.shadow = open_to_key(texture2D(shadow_map, from_key.xy * 0.5 + 0.5).xy, 
+            from_key.z - shadow_bias);
+    float alpha = fringe ? texel.a : 1.0;
+    gl_FragColor = vec4(shown(lit(p, finish), exposure) * alpha, alpha);
 }`;
 
 const DEPTHS = `
@@ -88,9 +91,7 @@ void main() {
     gl_FragColor = vec4(from_key.z, from_key.z * from_key.z, 0.0, 1.0);
 }`;
 
-const filled = (text, parts) =>
-  Object.entries(parts).reduce((whole, [name, value]) => whole.replaceAll(name, value), text);
-const EYE = "projectionMatrix * viewMatrix * world";
+const EYE = "projectionMatrix * viewMatrix * world", KEY = "key_view * world";
 
 export class Shading {
   // stage: as export/viewer_stage.py writes it.
@@ -101,54 +102,56 @@ export class Shading {
       exposure: { value: stage.exposure },
       shadow_map: { value: null },
       shadowed: { value: false },
+      shadow_bias: { value: stage.shadow_bias },
     };
   }
 
-  // Take a mesh's material from the file and give it ours.
+  // Take the pictures of a mesh's material in the file, and draw them our way. Few programs do:
+  // what differs between materials is told by uniforms where that can be.
   dress(mesh) {
     const given = mesh.material;
     const fringe = given.name.endsWith("_fringe");
     const part = this.stage.parts[given.name.replace(/_fringe$/, "")];
     if (!part) return;
-    const cards = part.core > 0;
-    const cut = fringe ? `texel.a >= ${part.core} || texel.a < 0.01` : `texel.a < ${part.core}`;
-    const defines = { ...this.defines(given), ...(part.rounded && { ROUNDED: "" }) };
-    if (cards) defines.CARDS = "";
+    const shape = {
+      ...(part.core > 0 && { CARDS: "" }),
+      ...(part.rounded && { ROUNDED: "" }),
+      SHARPER: part.core > 0 ? "-1.0" : "0.0", // coarse levels thin hair out
+    };
     const uniforms = {
       ...this.shared,
-      middle: { value: middleOf(mesh) },
+      finish: { value: part.finish },
       tint: { value: new THREE.Vector3(...part.tint) },
+      rough_factor: { value: part.rough },
+      turns: { value: part.turns },
+      core: { value: part.core },
+      fringe: { value: fringe },
+      middle: { value: middleOf(mesh) },
       normal_scale: { value: part.normal_scale },
       color_map: { value: given.map },
       normal_map: { value: given.normalMap },
       roughness_map: { value: given.roughnessMap },
     };
-    const side = part.both_sides ? THREE.DoubleSide : THREE.FrontSide;
-    mesh.material = new THREE.ShaderMaterial({
-      name: given.name, uniforms, defines, side, vertexColors: given.vertexColors,
-      vertexShader: filled(VERTEX, { VIEW: EYE }),
-      fragmentShader: this.stage.glsl + filled(FRAGMENT, {
-        CUT: cut, SHARPER: cards ? "-1.0" : "0.0", TURNS: String(part.turns),
-        ROUGHNESS: part.rough.toFixed(6), SHADOW_BIAS: this.stage.shadow_bias.toFixed(6),
-        FRINGE: String(fringe), FINISH: part.finish,
-      }),
+    const program = (vertex, fragment, more) => new THREE.ShaderMaterial({
+      uniforms, vertexColors: given.vertexColors, vertexShader: VERTEX.replace("VIEW", vertex),
+      fragmentShader: fragment, ...more,
+    });
+    mesh.material = program(EYE, this.stage.glsl + FRAGMENT, {
+      name: given.name,
+      side: part.both_sides ? THREE.DoubleSide : THREE.FrontSide,
+      defines: {
+        ...shape,
+        ...(given.map && { PICTURE: "" }),
+        ...(given.normalMap && { RELIEF: "" }),
+        ...(given.roughnessMap && { ROUGH: "" }),
+      },
       ...(fringe && {
         transparent: true, depthWrite: false, blending: THREE.CustomBlending,
         blendSrc: THREE.OneFactor, blendDst: THREE.OneMinusSrcAlphaFactor,
       }),
     });
-    mesh.userData.depths = part.casts && !fringe && new THREE.ShaderMaterial({
-      uniforms, defines, side: THREE.DoubleSide, vertexColors: given.vertexColors,
-      vertexShader: filled(VERTEX, { VIEW: "key_view * world" }), fragmentShader: DEPTHS,
-    });
-  }
-
-  defines(given) {
-    return {
-      ...(given.map && { PICTURE: "" }),
-      ...(given.normalMap && { RELIEF: "" }),
-      ...(given.roughnessMap && { ROUGH: "" }),
-    };
+    const casts = part.casts && !fringe;
+    mesh.userData.depths = casts && program(KEY, DEPTHS, { side: THREE.DoubleSide, defines: shape });
   }
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
 
 def _part(part: Part) -> dict[str, Any]:
     return {
-        "finish": shading.finish_glsl(part.finish),
+        "finish": asdict(part.finish),
         "rough": float(part.rough),
         "tint": list(map(float, part.surface.tint)),
         "normal_scale": float(part.surface.normal_scale),
