@@ -13,8 +13,10 @@ import { Clock, soundOf } from "./sound.js";
 const $ = (id) => document.getElementById(id);
 
 function bytesOf(id) {
-  const text = $(id).textContent.trim();
-  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const letters = atob($(id).textContent.trim());
+  const bytes = new Uint8Array(letters.length);
+  for (let place = 0; place < letters.length; place++) bytes[place] = letters.charCodeAt(place);
+  return bytes;
 }
 
 function canvasOf(stage) {
@@ -96,7 +98,7 @@ function start() {
     show();
     renderer.setAnimationLoop(show);
     // What a script or a test may want to hold on to.
-    window.elocute = { take, sound, meshes, camera, show, jump };
+    window.elocute = { take, sound, meshes, camera, renderer, show, jump };
     document.body.classList.add("ready");
   }, (error) => { $("title").textContent = `This take cannot be shown: ${error.message}`; });
 }
