@@ -57,8 +57,10 @@ def say(
         How fast, 80 to 450.
     pitch : int
         Of the voice, 0 to 99.
-    fps, identity, head, mesh, style, strength, model, contacts, mix, life, mood, look, edits
+    fps, identity, head, mesh, style, strength, model, contacts, mix, life, mood, look
         As `animate` takes them.
+    edits, progress
+        Likewise.
 
     Returns
     -------

@@ -116,6 +116,8 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
         *named_inputs(settings),
         *([sound] if sound else []),
     ]
+    mark = run.folder / MARKS / hashlib.sha256(line.name.encode()).hexdigest()[:32]
+    _remember_cut_off(mark, run, line, sound, source)
     plan, made = OutputPlan(inputs), []
     for target in run.targets(line):
         if _is_made(target, source):
@@ -123,7 +125,6 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
         else:
             plan.make_folder(target.parent)
             plan_take(plan, target, source, sound=sound, format_settings=run.format_settings)
-    mark = run.folder / MARKS / hashlib.sha256(line.name.encode()).hexdigest()[:32]
     plan.check(overwrite=run.overwrite or mark.exists(), no_clobber=run.no_clobber)
     wanted = plan.wanted([target for target in run.targets(line) if target not in made])
     record: dict[str, Any] = {"id": line.name, "outputs": [str(target) for target in wanted]}
@@ -133,7 +134,7 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     if not wanted:
         return record
     animation = _animated(line, sound, settings)
-    with _in_work(mark):
+    with _in_work(mark, source):
         for target in wanted:
             write_motion(
                 plan,
@@ -151,21 +152,44 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
 
 
 @contextmanager
-def _in_work(mark: Path) -> Iterator[None]:
-    """A mark while the files of a take are written.
+def _in_work(mark: Path, source: str) -> Iterator[None]:
+    """A mark while the files of a take are written, which says what from.
 
     A run that is killed between writing a file and remembering it would otherwise take the file
     for somebody else's.
     """
     try:
         mark.parent.mkdir(parents=True, exist_ok=True)
-        mark.touch()
+        mark.write_text(source, encoding="utf-8")
     except OSError as error:
         raise OutputError.about(mark, found=f"cannot be made ({error.strerror})") from error
     try:
         yield
     finally:
         mark.unlink(missing_ok=True)
+
+
+def _remember_cut_off(
+    mark: Path, run: TableRun, line: Line, sound: Path | None, source: str
+) -> None:
+    """Remember files that a killed run had written whole, and had no time to remember."""
+    from elocute.export.registry import side_files
+    from elocute.files.output_history import remember_output
+
+    try:
+        begun_ns, told = mark.stat().st_mtime_ns, mark.read_bytes()
+    except OSError:
+        return
+    if told != source.encode():
+        return
+    for target in run.targets(line):
+        sides = side_files(
+            target, sound or PIPE, embed_audio=run.format_settings.get("embed_audio", False)
+        )
+        files = [target, *sides]
+        if all(file.is_file() and file.stat().st_mtime_ns >= begun_ns for file in files):
+            for file in files:
+                remember_output(file, [source])
 
 
 def _animated(line: Line, sound: Path | None, settings: dict[str, Any]) -> Animation:

@@ -44,7 +44,8 @@ def say_command(
     table: Path | None = typer.Option(
         None,
         help="CSV of lines, a take for each: id, text or audio (a recording, with its text or "
-        "without), and any of language, voice, rate, pitch, style, identity, strength, life, mood, edits.",
+        "without), and any of language, voice, rate, pitch, style, identity, strength, life, mood, "
+        "edits.",
     ),
     output: list[Path] = options.Output,
     format: list[str] = typer.Option(
