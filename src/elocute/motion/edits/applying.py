@@ -147,6 +147,10 @@ def _amplitude(motion: Motion, item: AmplitudeItem, duration_s: float) -> Motion
 def _curve(motion: Motion, item: CurveItem, duration_s: float) -> Motion:
     keys = _keys(item.keys, duration_s)
     edited = with_shape(motion, item.curve, keys, add=item.mode == "add", between=item.between)
+    if item.mode == "add":  # two halves of a smile are one smile
+        before = motion.weights
+        within = np.clip(edited.weights, np.minimum(0, before), np.maximum(1, before))
+        edited = replace(edited, weights=within)
     edited = _within(motion, edited, item.span, duration_s)
     mouth = item.curve.startswith(("jaw", "mouth", "tongue"))
     return keep_contacts(motion, edited) if mouth and item.contacts == "keep" else edited

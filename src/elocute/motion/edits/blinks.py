@@ -106,28 +106,29 @@ def without_blinks(motion: Motion, times_s: Sequence[float] | None = None) -> Mo
     columns = [shape_index(motion, f"eyeBlink{side}") for side in SIDES]
     lids = motion.weights[:, columns].copy()
     held = np.median(lids, axis=0)
-    blinking = (lids > held + FALLING).any(axis=1)
     taken = np.ones(motion.frame_count, bool)
     if times_s is not None:
         allowed = f"seconds, 0 to {motion.duration_s:g}"
         given = floats_of(times_s, "blinks", error=MotionError, allowed=allowed, most=BLINKS_MAX)
-        taken = _blinks_at(blinking, given, motion.fps)
+        taken = _blinks_at((lids - held).max(axis=1), given, motion.fps)
     weights = motion.weights.copy()
     weights[:, columns] = np.where(taken[:, None], np.minimum(lids, held), lids)
     return dataclasses.replace(motion, weights=weights)
 
 
 def _blinks_at(
-    blinking: NDArray[np.bool_], times_s: NDArray[np.floating], fps: float
+    closure: NDArray[np.floating], times_s: NDArray[np.floating], fps: float
 ) -> NDArray[np.bool_]:
     """(frame,) the blinks that are nearest to these moments. Raises MotionError."""
-    shut = np.flatnonzero(blinking)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], blinking.astype(np.int8), [0]])))
-    taken = np.zeros(len(blinking), bool)
+    shut = np.flatnonzero(closure > FALLING)
+    lower = closure > 1e-4
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], lower.astype(np.int8), [0]])))
+    taken = np.zeros(len(closure), bool)
     for time in times_s:
         nearest = int(shut[np.abs(shut - time * fps).argmin()]) if len(shut) else -1
         if nearest < 0 or abs(nearest / fps - time) > NEAR_S:
-            known = ", ".join(f"{(a + b - 1) / 2 / fps:.2f}" for a, b in edges.reshape(-1, 2)[:20])
+            runs = [(a, b) for a, b in edges.reshape(-1, 2) if closure[a:b].max() > FALLING]
+            known = ", ".join(f"{(a + b - 1) / 2 / fps:.2f}" for a, b in runs[:20])
             raise MotionError.about(
                 "blinks",
                 found=f"none at {time:g} s",

@@ -46,8 +46,9 @@ from elocute.one_line_repr import brief
 
 MARK, VERSION = "edits", 1
 BYTES_MAX = 20_000_000
-EDITS_MAX = 10_000
+EDITS_MAX = 1000
 KEYS_MAX = 100_000
+FACES_MAX = 1000
 TIME_MAX_S = 1e6
 WEIGHT_MAX = 3.0
 DEGREES_MAX = 180.0
@@ -363,7 +364,7 @@ def _blinks(given: _Object) -> Item:
 
 def _face(given: _Object) -> Item:
     keys: list[tuple[Moment, str]] = []
-    for number, row in enumerate(_rows(given, "keys", KEYS_MAX)):
+    for number, row in enumerate(_rows(given, "keys", FACES_MAX)):
         place = f"keys[{number}]"
         pair = isinstance(row, list | tuple) and len(row) == 2
         name = str(row[1]) if pair and type(row[1]) in (str, int) else ""

@@ -12,7 +12,7 @@ from elocute.motion.edits.closures import mouth_columns
 from elocute.motion.edits.keyframes import read_keyframes
 from elocute.motion.edits.windows import mixed
 from elocute.motion.motion import Motion, check_motion, read_frames
-from elocute.numerics.input_checks import real_number
+from elocute.numerics.input_checks import NUMBERS_MAX, real_number
 from elocute.numerics.smoothing import smoothstep
 from elocute.one_line_repr import brief
 
@@ -102,6 +102,9 @@ def retimed(motion: Motion, times_s: Sequence[tuple[float, float]]) -> Motion:
             allowed=f"{1 / STRETCH_MAX:g} to {STRETCH_MAX:g} times",
         )
     count = max(1, round((new[-1] - new[0]) * motion.fps))
+    if count * len(motion.names) > NUMBERS_MAX:
+        most = NUMBERS_MAX // max(1, len(motion.names))
+        raise MotionError.about("new times", found=f"{count} frames", allowed=f"up to {most}")
     places = np.interp(np.arange(count) / motion.fps + new[0], new, old) * motion.fps
     return read_frames(motion, places, motion.fps)
 
