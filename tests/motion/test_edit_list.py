@@ -279,11 +279,11 @@ def test_turns_of_the_head_are_added_or_replaced_within_a_window(talk: Motion):
 def test_blinks_are_taken_out_where_they_are(talk: Motion):
     two = with_blinks(talk, [2.0])
     lids = column(without_blinks(two, [0.75]), "eyeBlinkLeft")
-    assert lids[:60].max() == 0 and np.array_equal(lids[60:], column(two, "eyeBlinkLeft")[60:])
+    assert lids[:60].max() < 1e-4 and np.array_equal(lids[60:], column(two, "eyeBlinkLeft")[60:])
     assert column(without_blinks(two), "eyeBlinkRight").max() == 0
     edited = talk.edited(listed({"edit": "blinks", "remove": "all", "add": [1.5]}))
     lids = column(edited, "eyeBlinkLeft")
-    assert lids[35] == 0 and lids[75] > 0.9
+    assert lids[35] < 1e-4 and lids[75] > 0.9
 
 
 def test_faces_follow_each_other(talk: Motion):
