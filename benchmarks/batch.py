@@ -95,7 +95,8 @@ def measure(folder: Path, table: Path, count: int, options: list[str]) -> dict[s
     started = time.perf_counter()
     _, again = run(table, made, options, stop_at=2 * count)
     again_s = time.perf_counter() - started
-    twice += sum(state_of(made).get(name) != facts for name, facts in seen.items())
+    now = state_of(made)
+    twice += sum(now.get(name) != facts for name, facts in seen.items())
     wanted = {f"line{number:05d}.csv" for number in range(count)}
     return {
         "lines": count,

@@ -132,6 +132,7 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     if kept:
         record["kept"] = kept
     if not wanted:
+        mark.unlink(missing_ok=True)
         return record
     animation = _animated(line, sound, settings)
     with _in_work(mark, source):
