@@ -67,7 +67,7 @@ def main() -> None:
     if "eyes" in parts:
         bake_eyes(looks)
     if "wear" in parts:
-        wear.bake(NeutralFace(MakeHuman(choice.data / "makehuman")), looks, ASSETS)
+        wear.bake(NeutralFace(MakeHuman(choice.data / "makehuman")), canvas, looks, ASSETS)
     sizes = [path.stat().st_size for path in ASSETS.rglob("*.*")]
     print(f"{ASSETS}: {len(sizes)} files, {sum(sizes) / 1e6:.2f} MB")
 

@@ -53,7 +53,7 @@ NOT_RUN_MAX = 5
 SMALLER = {
     r"say .*\.mp4": "--size 64 --fps 10",
     r"animate .*\.(mp4|webm|mov)": "--size 64 --fps 10",
-    r"render .*\.mp4": "--size 64 --fps 10",
+    r"(render|edit) .*\.mp4": "--size 64 --fps 10",
     r"head sample": "--size 128",
     r"capture scans": "--jobs 1",
     r"capture simulate": "--seconds 0.05 --points 15000",
@@ -103,7 +103,8 @@ def split(line: str) -> tuple[list[str], list[str]]:
         word.rstrip("/")
         for before, word in zip(["", *words], words, strict=False)
         if re.search(
-            r"\.(wav|npz|npy|onnx|pkl|ply|json|txt|TextGrid|mp4)$|/|^VOCASET|^(lines|recordings).csv", word
+            r"\.(wav|npz|npy|onnx|pkl|ply|json|txt|TextGrid|mp4|glb)$|/|^VOCASET|^(lines|recordings).csv",
+            word,
         )
         and before not in ("-o", "--output", "--plot", "--textgrid")
     ]
@@ -287,6 +288,7 @@ def test_python_of_a_page_runs(
         "recordings",
         "parameters.npz",
         "generic_model.pkl",
+        "hero.glb",
     ):
         if f'"{name}' in code:
             given = give(name)

@@ -36,6 +36,8 @@ SIDES = ("Left", "Right")
 LID_MOVES_M = (0.0008, 0.0035)
 """Skin that a blink moves by less is no lid; by more, all lid."""
 LID_OF_SKIN, LID_GRAIN = (1.0, 0.965, 0.955), 0.2
+ORBIT_EVENED = 0.65
+"""How far the shade between lid and brow, painted as if by a light, gives way to skin."""
 SOCKET = (0.60, 0.33, 0.30)
 
 
@@ -53,6 +55,8 @@ class Masks:
         behind = np.clip((-95 - at[:, 2]) / 14, 0, 1) * np.clip((at[:, 1] + 62) / 20, 0, 1)
         self.scalp = blurred(canvas.spread(np.maximum(crown, behind), size), size / 200)
         self.lid = lids(canvas, size)
+        x, y = np.abs(at[:, 0]), at[:, 1]
+        self.orbit = canvas.chosen(front & (x > 12) & (x < 48) & (y > 1) & (y < 24), size, 1 / 60)
         self.open = canvas.spread(head.occlusion.astype(float), size).clip(0, 1)
         middle = np.exp(-((at[:, 0] / 16) ** 2)) * (at[:, 1] > -48) * front
         self.t_zone = canvas.chosen(middle, size, 1 / 128)
@@ -109,6 +113,7 @@ def skin(folder: Path, name: str, masks: Masks, size: int) -> np.ndarray:
         colour = blurred(coarse, wide) + strength * (colour - blurred(colour, wide))
     sex = name.split("_")[-1]
     colour = _shaven(colour.clip(0, 1), masks)
+    colour = _lit_orbits(colour, masks)
     colour = _plain_lids(colour, masks)
     colour = _natural_lips(colour, masks, sex)
     colour[socket_patch(size)] = np.array(SOCKET) * np.clip(_skin_colour(colour, masks) * 1.3, 0, 1)
@@ -130,6 +135,12 @@ def _shaven(colour: np.ndarray, masks: Masks) -> np.ndarray:
     bare = plain * 0.97 + 0.15 * grain
     share = masks.scalp.clip(0, 1)[..., None]
     return colour * (1 - share) + bare * share
+
+
+def _lit_orbits(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    wide = np.maximum(blurred(colour, colour.shape[0] / 90), 0.02)
+    share = ORBIT_EVENED * masks.orbit[..., None]
+    return colour * np.maximum(_skin_colour(colour, masks) / wide, 1) ** share
 
 
 def _plain_lids(colour: np.ndarray, masks: Masks) -> np.ndarray:

@@ -9,8 +9,9 @@ import numpy as np
 from elocute.files.array_writing import write_npz
 from recipes.head.face import NeutralFace
 from recipes.looks import brows, clothes
-from recipes.looks.canvas import save
+from recipes.looks.canvas import Canvas, save
 from recipes.looks.cards import Cards, Fitting
+from recipes.looks.roots import roots
 from recipes.looks.strands import strands
 
 HAIR = ("short01", "short02", "short04", "long01", "ponytail01", "afro01")
@@ -24,7 +25,7 @@ UPPER_LASH, LOWER_LASH = 0.85, 0.5
 """Length of lashes by that of MakeHuman's, which look painted."""
 
 
-def bake(face: NeutralFace, looks: Path, assets: Path) -> None:
+def bake(face: NeutralFace, canvas: Canvas, looks: Path, assets: Path) -> None:
     fitting = Fitting(face)
     for name in HAIR:
         folder = looks / "hair" / name
@@ -32,8 +33,10 @@ def bake(face: NeutralFace, looks: Path, assets: Path) -> None:
         away, _ = fitting.tree.query(cards.points)
         shade = ROOT_SHADE + (1 - ROOT_SHADE) * np.clip(away / ROOT_M, 0, 1)
         write(assets / "hair" / f"{name}.npz", fitting, cards, shade=shade)
-        size = save(
-            assets / "hair" / f"{name}.webp", strands(next(folder.glob("*.png")), HAIR_PX), 78
+        picture = strands(next(folder.glob("*.png")), HAIR_PX, even=HAIR_PX / 14)
+        size = save(assets / "hair" / f"{name}.webp", picture, 78)
+        size += save(
+            assets / "hair" / f"{name}_roots.webp", roots(canvas, cards, picture[..., 3]), 60
         )
         print(f"{name}: {len(cards.points)} vertices, {size / 1e3:.0f} kB")
     bake_brows(fitting, assets)

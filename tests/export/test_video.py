@@ -7,12 +7,19 @@ from av.audio.stream import AudioStream
 from av.video.stream import VideoStream
 from PIL import Image
 
+from elocute.animation import animate
 from elocute.audio.read import read_audio
 from elocute.errors import OutputError
 from elocute.export.registry import write
 from elocute.motion.motion import Motion
 
 SMALL = {"size": (128, 128), "backend": "embreex"}
+
+
+@pytest.fixture(scope="module")
+def take(speech_wav):
+    """At 12 fps: a picture takes a tenth of a second here."""
+    return animate(speech_wav, fps=12, life=0, look="none")
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +82,7 @@ def test_odd_sizes_are_made_even_and_no_sound_is_fine(motion, tmp_path):
 @pytest.fixture(scope="module")
 def half_second(take):
     motion = take.motion
-    return Motion(motion.head, motion.weights[40:55], motion.fps)
+    return Motion(motion.head, motion.weights[16:31], motion.fps)
 
 
 def decoded(path, codec):

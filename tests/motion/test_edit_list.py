@@ -53,7 +53,7 @@ def talk() -> Motion:
     return with_blinks(with_pose(motion, "head", [(0.0, (0, 0, 0)), (3.0, (0, 20, 0))]), [0.7])
 
 
-def listed(*edits: dict[str, Any]) -> dict[str, Any]:
+def listed(*edits: Any) -> dict[str, Any]:
     return {"elocute": "edits", "version": 1, "edits": list(edits)}
 
 

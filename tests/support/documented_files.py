@@ -14,6 +14,7 @@ import pytest
 import soundfile
 
 from tests.support.documented_pages import ROOT
+from tests.support.gltf_files import arkit, glb
 
 SPEECH_S = 0.7
 SPOKEN = (
@@ -71,6 +72,8 @@ def file_maker(
                 "--points",
                 15000,
             )
+        elif name == "hero.glb":
+            place.write_bytes(glb(arkit()))
         elif name == "face.ply":
             shutil.copy(one("sequence") / "00000.ply", place)
         elif name == "speech.npz":

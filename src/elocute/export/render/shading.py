@@ -64,6 +64,7 @@ ALIASES = {"brows": "hair", "lashes": "hair", "beard": "hair", "clothes": "cloth
 WRAP = (0.34, 0.13, 0.07)  # how far red, green and blue reach round on skin
 BLUNT = (0.70, 0.55, 0.30)  # how much of the smooth normal diffuse light takes
 PENUMBRA = (0.55, 0.90, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow
+GRAZING = 0.6  # of the surroundings at a grazing angle, as the whole lobe gives it (Karis 2014)
 CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
 STRAND_POWER, STRAND_TINT = 90.0, (0.006, 0.12)  # strength: white, and of its own colour
 LID_UPPER, LID_LOWER, LID_CORNER = (0.02, 0.48), (-0.7, -0.3), (0.55, 0.93)  # of an eye's normals
@@ -128,7 +129,8 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     up = _mix(p.normal[:, 1:2], p.blunt[:, 1:2], 0.5 * f.softness)
     light = _around(up, rig) * _bounced(p.occlusion, p.albedo) * f.ambient
     edge = (1 - facing) ** 5
-    glance = f.reflectance + np.maximum((1 - p.roughness) ** 2 - f.reflectance, 0) * edge
+    grazing = GRAZING * (1 - p.roughness) ** 2
+    glance = f.reflectance + np.maximum(grazing - f.reflectance, 0) * edge
     mirrored = 2 * facing * p.normal[:, 1:2] - p.view[:, 1:2]
     shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient * (1 - f.strand))
     for index, lamp in enumerate(rig.lamps):
@@ -391,8 +393,8 @@ vec3 lit(Point p, Finish f) {{
     float facing = max(dot(p.normal, p.view), 0.02);
     vec3 light = around(mix(p.normal.y, p.blunt.y, 0.5 * f.softness))
         * bounced(p.occlusion, p.albedo) * f.ambient;
-    float glance = f.reflectance
-        + max((1.0 - p.roughness) * (1.0 - p.roughness) - f.reflectance, 0.0) * fifth(1.0 - facing);
+    float grazing = {GRAZING:f} * (1.0 - p.roughness) * (1.0 - p.roughness);
+    float glance = f.reflectance + max(grazing - f.reflectance, 0.0) * fifth(1.0 - facing);
     vec3 shine = around(2.0 * facing * p.normal.y - p.view.y)
         * (glance * p.occlusion * f.ambient * (1.0 - f.strand));
     float through;

@@ -129,7 +129,9 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
         color[np.unique(head.quads[faces & kept])] = 255
     tone = DEFAULT_TONE if look.tone is None else look.tone
     skin = Surface(
-        color=skin_picture(look.age, look.sex, tone, look.freckles, look.stubble, hair),
+        color=skin_picture(
+            look.age, look.sex, tone, look.freckles, look.stubble, hair, HAIR[look.hair]
+        ),
         normal=normal_picture(look.age),
         roughness=baked.picture("skins/roughness"),
         roughness_factor=1.0,

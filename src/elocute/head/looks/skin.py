@@ -19,6 +19,7 @@ TONE_STRENGTH = 0.85
 """How far the blend is moved to the tone's own colour."""
 FRECKLE = (0.72, 0.50, 0.40)
 STUBBLE_STRENGTH = 0.55
+ROOTS_STRENGTH, ROOT_OF_HAIR = 0.9, 0.5
 LEAST_SHARE = 0.02
 MEAN_PLACE = (slice(480, 700), slice(300, 724))
 """Rows and columns of the atlas (1024 px) whose mean says what colour a skin is: the cheeks."""
@@ -26,7 +27,13 @@ MEAN_PLACE = (slice(480, 700), slice(300, 724))
 
 @lru_cache(maxsize=8)
 def skin_picture(
-    age: float, sex: float, tone: float, freckles: float, stubble: float, hair: tuple[float, ...]
+    age: float,
+    sex: float,
+    tone: float,
+    freckles: float,
+    stubble: float,
+    hair: tuple[float, ...],
+    style: str = "",
 ) -> bytes:
     """A JPEG of the head's atlas.
 
@@ -35,19 +42,23 @@ def skin_picture(
     age, sex, tone, freckles, stubble
         As in `Look`; the tone is a number.
     hair : tuple of float
-        Linear colour of the hair, which stubble has too.
+        Linear colour of the hair, which stubble and the roots have too.
+    style : str
+        File of the hair whose roots shade the scalp; '' for none.
 
     Returns
     -------
     bytes
     """
     colour = _blend(age, sex, tone)
-    for name, strength, tint in (
-        ("freckles", 0.9 * freckles, colour * np.array(FRECKLE, np.float32)),
-        ("stubble", STUBBLE_STRENGTH * stubble, np.array(hair, np.float32)),
+    strand = np.array(hair, np.float32)
+    for place, strength, tint in (
+        ("skins/freckles", 0.9 * freckles, colour * np.array(FRECKLE, np.float32)),
+        ("skins/stubble", STUBBLE_STRENGTH * stubble, strand),
+        (f"hair/{style}_roots", ROOTS_STRENGTH if style else 0, np.float32(ROOT_OF_HAIR) * strand),
     ):
         if strength > 0:
-            share = np.float32(strength) * _grey(name)[..., None]
+            share = np.float32(strength) * _grey(place)[..., None]
             colour = colour * (1 - share) + tint * share
     return jpeg(np.round(255 * _srgb(colour)).astype(np.uint8))
 
@@ -89,8 +100,8 @@ def _log_skin(name: str) -> Float32Array:
     return _LOGS[decoded(baked.picture(f"skins/{name}"))]
 
 
-def _grey(name: str) -> Float32Array:
-    return (decoded(baked.picture(f"skins/{name}"))[..., 0] / 255).astype(np.float32)
+def _grey(place: str) -> Float32Array:
+    return (decoded(baked.picture(place))[..., 0] / 255).astype(np.float32)
 
 
 def _logs() -> Float32Array:

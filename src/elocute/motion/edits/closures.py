@@ -88,8 +88,8 @@ def keep_contacts(before: Motion, after: Motion, size: NDArray[np.float64] | flo
 def _ramped(frames: NDArray[np.bool_], fps: float) -> NDArray[np.float64]:
     """(frame,) 1 at these frames, down to 0 within RAMP_S of them."""
     gate = np.zeros(len(frames))
-    for step in range(int(np.ceil(RAMP_S * fps)) + 1):
-        height = smoothstep(max(0.0, 1 - step / fps / RAMP_S)) if step else 1.0
+    steps = np.arange(int(np.ceil(RAMP_S * fps)) + 1)
+    for step, height in enumerate(smoothstep(np.clip(1 - steps / fps / RAMP_S, 0, 1))):
         gate[step:] = np.maximum(gate[step:], height * frames[: len(frames) - step])
         gate[: len(frames) - step] = np.maximum(gate[: len(frames) - step], height * frames[step:])
     return gate

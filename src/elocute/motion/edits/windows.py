@@ -76,6 +76,7 @@ def mixed(before: Motion, after: Motion, share: NDArray[np.float64]) -> Motion:
     rotations = before.rotations
     if after.rotations is not before.rotations:
         still = no_turn(before.frame_count, len(before.head.joint_names))
-        turns = [still if each.rotations is None else each.rotations for each in (before, after)]
-        rotations = blend(*turns, share[:, None, None]).astype(np.float32)
+        first = still if before.rotations is None else before.rotations
+        second = still if after.rotations is None else after.rotations
+        rotations = blend(first, second, share[:, None, None]).astype(np.float32)
     return replace(after, weights=weights, rotations=rotations)
