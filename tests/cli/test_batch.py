@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 import soundfile
 
 from elocute.cli import spoken_takes
+from elocute.jobs.pool import one_after_another
 from tests.support.commands import run_here
 
 FAST = ("--format", "csv", "--fps", 25)
@@ -156,3 +160,19 @@ def test_what_cannot_be_a_batch_is_refused(place: Path):
     shutil.copy(sound, place / "in/b.flac")
     told = refused("animate", place / "in", "-r", *out, "--format", "csv", "--jobs", 2)
     assert "the same name as" in told
+
+
+def test_what_is_told_goes_to_the_output_also_where_a_pool_takes_it(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """A Ray cluster's notices are sent to standard error while its pool runs."""
+
+    def pool(work: Any, tasks: Any) -> Any:
+        with contextlib.redirect_stdout(sys.stderr):
+            yield from one_after_another(work, tasks)
+
+    monkeypatch.setattr("elocute.cli.commands.animate.chosen_pool", lambda *_: pool)
+    table = place / "in/lines.csv"
+    table.write_text("id,audio\none,a.wav\n")
+    done = run_here("animate", "--table", table, "-o", place / "takes", *FAST, "--json")
+    assert json.loads(done.stdout)["id"] == "one" and not done.stderr

@@ -84,13 +84,14 @@ def run_lines(
     check_character_formats(dict(run.settings), named, run.format_settings)
     prepare_folder(run.folder, resume=True)
     failures = 0
+    out = sys.stdout  # a cluster's notices go elsewhere while its pool runs
 
     def fail(name: str, reason: str) -> None:
         nonlocal failures
         failures += 1
         print(f"elocute: {printable(f'{name}: {in_flags(reason)}')}", file=sys.stderr)
         if as_json:
-            print(json.dumps({"id": name, "error": in_flags(reason)}), flush=True)
+            print(json.dumps({"id": name, "error": in_flags(reason)}), file=out, flush=True)
 
     for line in lines:
         if isinstance(line, UnusableLine):
@@ -113,10 +114,10 @@ def run_lines(
             for note in result.get("notes", []):
                 print(f"elocute: {printable(f'{task[0].name}: {in_flags(note)}')}", file=sys.stderr)
             if as_json:
-                print(json.dumps(result), flush=True)
+                print(json.dumps(result), file=out, flush=True)
             else:
                 for path in result["outputs"]:
-                    print(printable(path))
+                    print(printable(path), file=out)
     with contextlib.suppress(OSError):
         (run.folder / MARKS).rmdir()
     if kept:
