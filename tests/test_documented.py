@@ -103,7 +103,8 @@ def split(line: str) -> tuple[list[str], list[str]]:
         word.rstrip("/")
         for before, word in zip(["", *words], words, strict=False)
         if re.search(
-            r"\.(wav|npz|npy|onnx|pkl|ply|json|txt|TextGrid|mp4|glb)$|/|^VOCASET|^lines.csv", word
+            r"\.(wav|npz|npy|onnx|pkl|ply|json|txt|TextGrid|mp4|glb)$|/|^VOCASET|^(lines|recordings).csv",
+            word,
         )
         and before not in ("-o", "--output", "--plot", "--textgrid")
     ]
@@ -131,6 +132,8 @@ def test_a_command_runs(
     if words[0] == "say" or "--text-file" in words:
         need(has_espeak(), "espeak-ng")
     monkeypatch.chdir(tmp_path)
+    if "recordings.csv" in reads:
+        reads.append("reading.wav")
     for name in reads:
         place = tmp_path / name
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -250,6 +253,12 @@ def test_tables_of_lines_are_read(table: str, tmp_path: Path) -> None:
     place.write_text(table, encoding="utf-8")
     lines = read_lines(place, VoiceSettings())
     assert lines and all(isinstance(line, Line) for line in lines)
+
+
+def test_the_edit_list_of_the_page_is_the_example() -> None:
+    shown = [json.loads(b.text) for b in BLOCKS if b.kind == "json" and '"edits"' in b.text]
+    examples = [json.loads(p.read_text()) for p in (ROOT / "examples").glob("*.json")]
+    assert shown and all(each in examples for each in shown)
 
 
 @pytest.mark.parametrize("page", PYTHON)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -37,6 +37,7 @@ from elocute.life.face import LivingFace, rows_of_frames
 from elocute.life.moods import Mood, resolve_mood
 from elocute.life.settings import Life, resolve_life
 from elocute.life.stream import LifeStream
+from elocute.manners import Manner, Manners, mixed_manners
 from elocute.models.feature_extraction import (
     PhoneTimes,
     Progress,
@@ -48,7 +49,9 @@ from elocute.models.protocol import FrameSpan
 from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.streaming import check_animation_settings, strength_in_mood
 from elocute.models.style_mixes import checked_style
-from elocute.motion.curves import Curves, motion_from_curves
+from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
+from elocute.motion.edits.applying import shaped
+from elocute.motion.edits.edit_list import EditList, edits_of
 from elocute.motion.motion import Motion
 from elocute.numerics.input_checks import check_kind
 from elocute.numerics.resampling import frames_in
@@ -151,6 +154,7 @@ def animate(
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
     look: str | Look | None = "auto",
+    edits: EditList | str | Path | Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> Animation:
     """Animate a head with speech.
@@ -209,6 +213,9 @@ def animate(
         What pictures, pages and .glb dress the built-in head in: "auto", the look of its identity;
         "none", the bare head; a person's name or a seed; either with parts changed, as in
         "auto,hair=long,hair-colour=grey,eyes=green,age=60".
+    edits : EditList, str, Path or mapping, optional
+        An edit list, its file (.json), or what such a file holds: styles and moods for a while,
+        amplitudes, keys, closed lips, blinks and more, applied after the model.
     progress : callable, optional
         Called with the share of the sound that is done, 0 to 1.
 
@@ -220,8 +227,8 @@ def animate(
     Raises
     ------
     InputError
-        For anything that cannot be used; AlignmentError for a text that is not what is said;
-        AudioError for sound, HeadError for heads and identities,
+        For anything that cannot be used; MotionError for edits; AlignmentError for a text that is
+        not what is said; AudioError for sound, HeadError for heads and identities,
         ModelError for models and styles.
     """
     check_animation_settings(fps, strength)
@@ -232,6 +239,8 @@ def animate(
     sound = resolve_speech(speech, rate, channel)
     chosen = open_model(model)
     resolved = chosen.style(checked_style(style), outputs=outputs)
+    wanted = None if edits is None else edits_of(edits)
+    manners = Manners(chosen, resolved, feeling, outputs, wanted)
     rig = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
     rig = chosen.rig(replace(rig, look=_look(look, head, identity, rig)))
     face = LivingFace(rig, alive, feeling)
@@ -245,11 +254,19 @@ def animate(
             progress=progress,
         )
     span = FrameSpan.whole(frames_in(duration_s, fps), fps)
-    moved = strength_in_mood(strength, feeling)
-    curves = chosen.curves(features, resolved, span, moved, contacts=finished)
     rows = rows_of_frames(listener.rows(), 0, 0, span.count, fps)
-    curves = face.curves(curves, rows)
-    motion = replace(motion_from_curves(rig, curves), rotations=face.rotations(rows))
+
+    def made(manner: Manner) -> tuple[Curves, NDArray[np.float32] | None]:
+        moved = strength_in_mood(strength, manner.mood)
+        mouth = chosen.curves(features, manner.style, span, moved, contacts=finished)
+        lived = replace(face, mood=manner.mood)
+        return lived.curves(mouth, rows), lived.rotations(rows)
+
+    curves, rotations = mixed_manners(manners.shares(span.count, fps), made)
+    motion = replace(motion_from_curves(rig, curves), rotations=rotations)
+    if wanted is not None:
+        motion = shaped(motion, wanted)
+        curves = curves_from_motion(motion).select(curves.names)
     if known.phones is not None and chosen.encoder != "phones":
         known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
     return Animation(motion, curves, sound, tuple(known.notes), tuple(known.words))

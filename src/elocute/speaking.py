@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from elocute.animation import Animation, animate
 from elocute.articulation.style import Style
@@ -14,6 +16,7 @@ from elocute.life.moods import Mood
 from elocute.life.settings import Life
 from elocute.models.feature_extraction import Progress
 from elocute.models.registry import DEFAULT_MODEL
+from elocute.motion.edits.edit_list import EditList
 
 
 def say(
@@ -35,6 +38,7 @@ def say(
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
     look: str | Look | None = "auto",
+    edits: EditList | str | Path | Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> Animation:
     """Speak a text and animate a head with it.
@@ -53,8 +57,10 @@ def say(
         How fast, 80 to 450.
     pitch : int
         Of the voice, 0 to 99.
-    fps, identity, head, mesh, style, strength, model, contacts, mix, life, mood, look, progress
+    fps, identity, head, mesh, style, strength, model, contacts, mix, life, mood, look
         As `animate` takes them.
+    edits, progress
+        Likewise.
 
     Returns
     -------
@@ -84,6 +90,7 @@ def say(
         life=life,
         mood=mood,
         look=look,
+        edits=edits,
         progress=progress,
     )
     words = tuple((w.phones[0][0], w.phones[-1][1], w.text) for w in spoken.words if w.phones)

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import time
 
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 
 from elocute.animation import animate
 from elocute.export.html import ASSETS, write_html
+from tests.support.browser import headless_browser, open_viewer, wait_for_viewer
 
 
 @pytest.fixture(scope="module")
@@ -23,45 +23,14 @@ def page(speech_wav, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def browser(need, tmp_path_factory):
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    need(chromium and shutil.which("chromedriver"), "chromium and chromium-driver")
-    assert chromium is not None
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    profile = tmp_path_factory.mktemp("profile")
-    for flag in (
-        "headless",
-        "no-sandbox",
-        "use-angle=swiftshader",
-        "enable-unsafe-swiftshader",
-        "disable-quic",
-        "no-first-run",
-        "disable-background-networking",
-        "mute-audio",
-        "disable-component-update",
-        "disable-sync",
-        "window-size=700,700",
-        "autoplay-policy=no-user-gesture-required",
-        f"user-data-dir={profile}",
-    ):
-        options.add_argument(f"--{flag}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    service = webdriver.ChromeService(shutil.which("chromedriver"))
-    driver = webdriver.Chrome(options=options, service=service)
-    yield driver
-    driver.quit()
+    with headless_browser(need, tmp_path_factory.mktemp("profile"), "700,700") as driver:
+        yield driver
 
 
 @pytest.fixture(scope="module")
 def shown(browser, page):
-    browser.get(page[0].as_uri())
-    for _ in range(100):
-        if browser.execute_script("return document.body.classList.contains('ready')"):
-            return browser
-        time.sleep(0.2)
-    pytest.fail(f"the page never got ready: {browser.get_log('browser')}")
+    open_viewer(browser, page[0])
+    return browser
 
 
 pytestmark = pytest.mark.browser
@@ -144,8 +113,7 @@ def test_the_page_carries_the_notice_of_three_js(page):
 
 def test_without_sound_a_clock_keeps_time(page, browser, tmp_path):
     write_html(page[1], tmp_path / "silent.html")
-    browser.get((tmp_path / "silent.html").as_uri())
-    time.sleep(2)
+    open_viewer(browser, tmp_path / "silent.html")
     browser.execute_script("document.getElementById('play').click()")
     time.sleep(0.6)
     assert browser.execute_script("return elocute.sound.currentTime") > 0.3
@@ -159,10 +127,7 @@ def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
     browser.get(notebook.as_uri())
     browser.switch_to.frame(0)
     try:
-        for _ in range(100):
-            if browser.execute_script("return document.body.classList.contains('ready')"):
-                break
-            time.sleep(0.2)
+        wait_for_viewer(browser)
         assert browser.execute_script("return elocute.meshes.length") > 0
         heard_s = None
         for _ in range(100):  # until the browser has read the sound's header
@@ -180,11 +145,7 @@ def test_known_words_are_captions(page, browser, tmp_path):
     """A word is shown as it is, and marked while it is said."""
     words = [(0.1, 0.5, "one"), (0.5, 0.9, "</script><b>")]
     write_html(page[1], tmp_path / "words.html", words=words)
-    browser.get((tmp_path / "words.html").as_uri())
-    for _ in range(100):
-        if browser.execute_script("return document.body.classList.contains('ready')"):
-            break
-        time.sleep(0.2)
+    open_viewer(browser, tmp_path / "words.html")
     room = "const c = document.getElementById('captions');"
     at = f"elocute.jump(arguments[0]); elocute.show(); {room}"
     told = f"{at} return [c.innerText.trim(), c.querySelector('.said')?.innerText ?? '']"

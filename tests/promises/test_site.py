@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import time
 from collections.abc import Iterator
 from html.parser import HTMLParser
@@ -14,6 +13,7 @@ from urllib.parse import unquote, urldefrag, urlsplit
 
 import pytest
 
+from tests.support.browser import headless_browser
 from tests.support.commands import run_python
 
 pytest.importorskip("mkdocs", reason="needs the dependency group `dev`")
@@ -108,29 +108,8 @@ def test_every_command_and_public_package_is_in_the_reference(site: Path) -> Non
 
 @pytest.fixture(scope="module")
 def browser(need: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    need(chromium and shutil.which("chromedriver"), "chromium and chromium-driver")
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium or ""
-    for flag in (
-        "headless",
-        "no-sandbox",
-        "no-first-run",
-        "disable-background-networking",
-        "disable-component-update",
-        "disable-sync",
-        "window-size=1280,900",
-        f"user-data-dir={tmp_path_factory.mktemp('profile')}",
-    ):
-        options.add_argument(f"--{flag}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(
-        options=options, service=webdriver.ChromeService(shutil.which("chromedriver"))
-    )
-    yield driver
-    driver.quit()
+    with headless_browser(need, tmp_path_factory.mktemp("profile"), "1280,900") as driver:
+        yield driver
 
 
 @pytest.mark.browser

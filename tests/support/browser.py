@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,8 +11,13 @@ from typing import Any
 
 
 @contextmanager
-def headless_browser(need: Callable[[object, str], None], profile: Path) -> Iterator[Any]:
-    """A driver; it is ended with the block. Skips where there is no browser."""
+def headless_browser(
+    need: Callable[[object, str], None], profile: Path, size: str = "600,600"
+) -> Iterator[Any]:
+    """A driver; it is ended with the block. Skips where there is no browser.
+
+    Its logs "browser" and "performance" tell errors, and what was asked of whom.
+    """
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     need(chromium and shutil.which("chromedriver"), "chromium and chromium-driver")
     assert chromium is not None
@@ -30,10 +36,12 @@ def headless_browser(need: Callable[[object, str], None], profile: Path) -> Iter
         "disable-component-update",
         "disable-sync",
         "mute-audio",
-        "window-size=600,600",
+        "autoplay-policy=no-user-gesture-required",
+        f"window-size={size}",
         f"user-data-dir={profile}",
     ):
         options.add_argument(f"--{flag}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     driver = webdriver.Chrome(
         options=options, service=webdriver.ChromeService(shutil.which("chromedriver"))
     )
@@ -41,3 +49,17 @@ def headless_browser(need: Callable[[object, str], None], profile: Path) -> Iter
         yield driver
     finally:
         driver.quit()
+
+
+def open_viewer(driver: Any, page: Path) -> None:
+    """Open a page of the viewer, and wait until its head is there."""
+    driver.get(page.as_uri())
+    wait_for_viewer(driver)
+
+
+def wait_for_viewer(driver: Any) -> None:
+    for _ in range(300):
+        if driver.execute_script("return document.body.classList.contains('ready')"):
+            return
+        time.sleep(0.1)
+    raise AssertionError(f"the page never got ready: {driver.get_log('browser')}")

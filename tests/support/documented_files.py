@@ -127,6 +127,10 @@ def file_maker(
             )
         elif name == "reading.txt":
             place.write_text(SPOKEN)
+        elif name in ("take.json", "loop.json"):
+            shutil.copy(ROOT / "examples" / name, place)
+        elif name == "recordings.csv":
+            place.write_text("id,audio\na,reading.wav\n")
         elif name in ("speech.txt", "lines.csv", "speech.TextGrid", "speech.json"):
             place.write_text(KNOWN[name])
         elif name in ("vocaset", "ours", "theirs"):

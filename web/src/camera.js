@@ -52,7 +52,13 @@ export class CameraMan {
     this.controls.enableDamping = false;
     this.controls.update();
     this.controls.enableDamping = true;
+    this.moved = true;
   }
 
-  update() { this.controls.update(); }
+  // Whether it stands elsewhere than before.
+  update() {
+    const moved = this.controls.update() || this.moved;
+    this.moved = false;
+    return moved;
+  }
 }

@@ -16,7 +16,7 @@ BYTES_MAX = 50_000_000
 LINES_MAX = 100_000
 COLUMNS = (
     *("id", "text", "audio", "language", "voice", "rate", "pitch"),
-    *("style", "identity", "strength", "life", "mood"),
+    *("style", "identity", "strength", "life", "mood", "edits"),
 )
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 # Names that Windows keeps for devices, whatever follows their first dot.
@@ -43,6 +43,8 @@ class Line:
         None for what the command says.
     life, mood : str
         "" for what the command says.
+    edits : str
+        An edit list below the table's folder; "" for what the command says.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Line:
     strength: float | None
     life: str
     mood: str
+    edits: str = ""
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     path : str or Path
         A CSV in UTF-8 whose first row names its columns: `id`, `text` or `audio` or both, and any
         of `language`, `voice`, `rate`, `pitch`, `style`, `identity`,
-        `strength`, `life` and `mood`.
+        `strength`, `life`, `mood` and `edits`.
     voice : VoiceSettings
         What an empty cell means.
 
@@ -178,6 +181,7 @@ def _checked(cells: dict[str, str], voice: VoiceSettings) -> Line:
         _number(cells["strength"], "strength"),
         cells["life"],
         cells["mood"],
+        cells["edits"],
     )
 
 

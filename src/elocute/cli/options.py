@@ -53,6 +53,21 @@ Clothes = typer.Option(None, "--clothes", help="Clothes of the look: crew, none.
 ClothesColour = typer.Option(
     None, "--clothes-colour", help="Their colour: white, grey, black, navy, teal, rust, …"
 )
+Edits = typer.Option(
+    None,
+    "--edits",
+    help="Edit list (.json): amplitudes, styles, moods, keys, closed lips and more over time, "
+    "applied after the model.",
+)
+Jobs = typer.Option(
+    1, help="Number of processes for a table or many recordings; 0 takes all processors."
+)
+Ray = typer.Option(
+    None,
+    "--ray",
+    help="Run on a Ray cluster at HOST:PORT, or on a node of its own (local); --jobs is then the "
+    "number of workers, 1 for all.",
+)
 Mix = option(AnimationSettings, "mix")
 Model = typer.Option(
     "articulation",

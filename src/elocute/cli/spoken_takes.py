@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +15,18 @@ from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli.format_options import FormatSettings
 from elocute.cli.outputs import write_motion
 from elocute.cli.pipes import PIPE
-from elocute.errors import InputError
+from elocute.cli.takes import named_inputs
+from elocute.errors import InputError, OutputError
 from elocute.files.output_plan import OutputPlan
+from elocute.files.reading import read_bytes
+from elocute.motion.edits.edit_list import BYTES_MAX
 
 if TYPE_CHECKING:
     from elocute.animation import Animation
     from elocute.audio.line_table import Line
+
+
+MARKS = ".takes-in-work"
 
 
 def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) -> str:
@@ -53,12 +60,21 @@ class TableRun:
     """What all takes of a table share."""
 
     folder: Path
-    table: Path
+    table: Path | None
     formats: tuple[str, ...]
     settings: Mapping[str, Any]
     format_settings: FormatSettings
     overwrite: bool
     no_clobber: bool
+
+    def file_of(self, name: str, cell: str, allowed: str) -> Path | None:
+        """A file that a cell names, below the table's folder; None for an empty cell."""
+        folder = Path() if self.table is None else self.table.parent
+        return _file_below(folder, name, cell, allowed)
+
+    def sound_of(self, line: Line) -> Path | None:
+        """The recording of a line, None where its text is spoken. Raises InputError."""
+        return self.file_of(line.audio, "audio", "a sound file")
 
     def targets(self, line: Line) -> list[Path]:
         return [self.folder / f"{line.name}.{kind.lstrip('.')}" for kind in self.formats]
@@ -67,7 +83,16 @@ class TableRun:
         """Those of the command, but for what the line says."""
         names = ("style", "identity", "strength", "life", "mood")
         own = {name: getattr(line, name) for name in names}
+        own["edits"] = self.file_of(line.edits, "edits", "an edit list")
         return {**self.settings, **{n: v for n, v in own.items() if v not in ("", None)}}
+
+
+class FolderRun(TableRun):
+    """What all recordings of folders share: a line names its file itself."""
+
+    def sound_of(self, line: Line) -> Path | None:
+        """The recording."""
+        return Path(line.audio)
 
 
 def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
@@ -77,42 +102,95 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     """
     line, run = task
     settings = run.settings_of(line)
-    sound = _recording(run.table.parent, line.audio)
+    sound = run.sound_of(line)
     told = {**settings, **run.format_settings}
+    if settings["edits"] is not None:
+        data = read_bytes(settings["edits"], max_bytes=BYTES_MAX, allowed="an edit list (.json)")
+        told["edits"] = hashlib.sha256(data).hexdigest()
     if sound is not None:
         facts = sound.stat()
         told["recording"] = [line.audio, facts.st_size, facts.st_mtime_ns]
     source = spoken_source(line.text, line.voice, told)
-    inputs = [run.table, settings["head"], settings["model"], *([sound] if sound else [])]
+    inputs = [
+        *([run.table] if run.table else []),
+        *named_inputs(settings),
+        *([sound] if sound else []),
+    ]
+    mark = run.folder / MARKS / hashlib.sha256(line.name.encode()).hexdigest()[:32]
+    _remember_cut_off(mark, run, line, sound, source)
     plan, made = OutputPlan(inputs), []
     for target in run.targets(line):
         if _is_made(target, source):
             made.append(target)
         else:
+            plan.make_folder(target.parent)
             plan_take(plan, target, source, sound=sound, format_settings=run.format_settings)
-    plan.check(overwrite=run.overwrite, no_clobber=run.no_clobber)
+    plan.check(overwrite=run.overwrite or mark.exists(), no_clobber=run.no_clobber)
     wanted = plan.wanted([target for target in run.targets(line) if target not in made])
     record: dict[str, Any] = {"id": line.name, "outputs": [str(target) for target in wanted]}
     kept = [str(target) for target in run.targets(line) if target not in wanted]
     if kept:
         record["kept"] = kept
     if not wanted:
+        mark.unlink(missing_ok=True)
         return record
     animation = _animated(line, sound, settings)
-    for target in wanted:
-        write_motion(
-            plan,
-            animation.motion,
-            target,
-            sound=animation.sound,
-            words=animation.words,
-            progress=None,
-            format_settings=run.format_settings,
-        )
+    with _in_work(mark, source):
+        for target in wanted:
+            write_motion(
+                plan,
+                animation.motion,
+                target,
+                sound=animation.sound,
+                words=animation.words,
+                progress=None,
+                format_settings=run.format_settings,
+            )
     record["duration_s"] = round(animation.motion.duration_s, 4)
     if animation.notes:
         record["notes"] = list(animation.notes)
     return record
+
+
+@contextmanager
+def _in_work(mark: Path, source: str) -> Iterator[None]:
+    """A mark while the files of a take are written, which says what from.
+
+    A run that is killed between writing a file and remembering it would otherwise take the file
+    for somebody else's.
+    """
+    try:
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.write_text(source, encoding="utf-8")
+    except OSError as error:
+        raise OutputError.about(mark, found=f"cannot be made ({error.strerror})") from error
+    try:
+        yield
+    finally:
+        mark.unlink(missing_ok=True)
+
+
+def _remember_cut_off(
+    mark: Path, run: TableRun, line: Line, sound: Path | None, source: str
+) -> None:
+    """Remember files that a killed run had written whole, and had no time to remember."""
+    from elocute.export.registry import side_files
+    from elocute.files.output_history import remember_output
+
+    try:
+        begun_ns, told = mark.stat().st_mtime_ns, mark.read_bytes()
+    except OSError:
+        return
+    if told != source.encode():
+        return
+    for target in run.targets(line):
+        sides = side_files(
+            target, sound or PIPE, embed_audio=run.format_settings.get("embed_audio", False)
+        )
+        files = [target, *sides]
+        if all(file.is_file() and file.stat().st_mtime_ns >= begun_ns for file in files):
+            for file in files:
+                remember_output(file, [source])
 
 
 def _animated(line: Line, sound: Path | None, settings: dict[str, Any]) -> Animation:
@@ -133,8 +211,8 @@ def _is_made(target: Path, source: str) -> bool:
     return known is not None and known[1] and known[0] == source_text([source])
 
 
-def _recording(folder: Path, name: str) -> Path | None:
-    """A recording below a folder; None for no name. Raises InputError for any other place."""
+def _file_below(folder: Path, name: str, cell: str, allowed: str) -> Path | None:
+    """A file below a folder; None for no name. Raises InputError for any other place."""
     if not name:
         return None
     from elocute.corpus.word_clip import is_inside
@@ -145,8 +223,8 @@ def _recording(folder: Path, name: str) -> Path | None:
     )
     if not inside or not path.is_file():
         raise InputError.about(
-            "audio",
+            cell,
             found=repr(name[:80]) + ("" if not inside else ", which is not there"),
-            allowed="a sound file below the folder of the table",
+            allowed=f"{allowed} below the folder of the table",
         )
     return path

@@ -38,6 +38,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "life": (str, options.Life),
     "mood": (str, options.Mood),
     "look": (str, options.Look),
+    "edits": (Path | None, options.Edits),
     "hair": (str | None, options.Hair),
     "hair_colour": (str | None, options.HairColour),
     "eyes": (str | None, options.Eyes),
@@ -68,7 +69,17 @@ class _TakeSettingsGroup:
 
 def named_inputs(settings: TakeSettings) -> list[Any]:
     """Settings that may name files, which no output may replace."""
-    return [settings[name] for name in ("head", "identity", "style", "model")]
+    return [
+        settings[name] for name in ("head", "identity", "style", "model", "edits") if settings[name]
+    ]
+
+
+def check_edits(settings: TakeSettings) -> None:
+    """Raise MotionError for a malformed edit list, before anything is computed."""
+    if settings["edits"] is not None:
+        from elocute.motion.edits import read_edits
+
+        read_edits(settings["edits"])
 
 
 def check_character_formats(

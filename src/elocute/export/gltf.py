@@ -148,7 +148,7 @@ def glb_bytes(
     file.json["asset"]["extras"] = {"elocute": _record(motion, shapes, materials, options)}
     mesh = {
         "name": "head",
-        "primitives": _primitives(file, head, shapes, materials),
+        "primitives": _primitives(file, head, shapes, materials, options.profile == "elocute"),
         "weights": [0.0] * len(shapes.names),
         "extras": {"targetNames": list(shapes.names)},
     }
@@ -192,7 +192,11 @@ def _record(
 
 
 def _primitives(
-    file: GltfFile, head: HeadModel, shapes: TargetShapes, materials: list[MaterialIndices]
+    file: GltfFile,
+    head: HeadModel,
+    shapes: TargetShapes,
+    materials: list[MaterialIndices],
+    occlusion: bool,
 ) -> list[dict[str, Any]]:
     """Primitives of each material that has faces; corners are split where texture seams need it."""
     triangles = head.triangles
@@ -210,6 +214,10 @@ def _primitives(
         corners, faces = np.unique(keys, return_inverse=True)
         vertices, texels = np.divmod(corners, len(head.uv))
         attributes = _attributes(file, head, vertices, texels, normals, colors)
+        if occlusion:
+            attributes["_OCCLUSION"] = file.array(
+                head.occlusion[vertices].astype(np.float32), "SCALAR", FLOAT, ARRAY_BUFFER
+            )
         targets = [
             {
                 name: _target(file, vertices, *part, bounds=name == "POSITION")

@@ -14,6 +14,7 @@ from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
 from elocute.export.options import GlbOptions, HtmlOptions
 from elocute.export.soundtrack import Sound, pack_sound
+from elocute.export.viewer_stage import viewer_stage, viewer_views
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
 
@@ -36,27 +37,31 @@ def write_html(
     words: start in s, end in s and word of each, where they are known: its captions.
     """
     path = Path(path)
-    title = (options or HtmlOptions()).title or path.stem
-    pieces = page_pieces(motion, sound, title, words)
+    options = options or HtmlOptions()
+    pieces = page_pieces(motion, sound, options.title or path.stem, words, options.light)
     with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
         for piece in pieces:
             file.write(piece)
 
 
 def page_pieces(
-    motion: Motion, sound: Sound | None, title: str, words: Sequence[Label] = ()
+    motion: Motion,
+    sound: Sound | None,
+    title: str,
+    words: Sequence[Label] = (),
+    light: str = "studio",
 ) -> list[str]:
     """The page, to be joined. Raises MachineError where the viewer was not built."""
     page, viewer = _asset("viewer.html"), _asset("viewer.js")
     packed, media = pack_sound(sound) if sound is not None else (b"", None)
-    template = motion.head.template
+    head = motion.dressed().head
     take = {
         "fps": motion.fps,
         "duration": motion.duration_s,
         "sound": media,
         "words": [[float(start), float(end), printable(word)] for start, end, word in words],
-        "low": template.min(axis=0).tolist(),
-        "high": template.max(axis=0).tolist(),
+        "stage": viewer_stage(head, light),
+        **viewer_views(head),
     }
     parts = {
         "@TITLE@": html.escape(printable(title)),

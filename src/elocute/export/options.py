@@ -94,6 +94,7 @@ class HtmlOptions:
     """
 
     title: str | None = setting(None, help="Title of the page; by default the name of the file.")
+    light: str = setting("studio", choices=tuple(RIGS), help="What lights the head.")
 
     def __post_init__(self) -> None:
         check_settings(self, OutputError)

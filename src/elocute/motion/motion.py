@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -176,6 +177,27 @@ class Motion:
         worn = dressed(self.head)
         return self if worn is self.head else replace(self, head=worn)
 
+    def edited(self, edits: Any) -> Motion:
+        """The same motion with an edit list applied.
+
+        Parameters
+        ----------
+        edits : EditList, str, Path or mapping
+            As `elocute.motion.edits.with_edits` takes them.
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        MotionError
+            For a malformed list, and an edit that does not fit the motion.
+        """
+        from elocute.motion.edits.applying import with_edits
+
+        return with_edits(self, edits)
+
     def _check_frames(self, start: int, stop: int | None) -> None:
         bounds = (start, stop)
         if all(bound is None or whole_number(bound) is not None for bound in bounds) and len(
@@ -239,11 +261,16 @@ class Motion:
                 allowed=f"up to {NUMBERS_MAX // max(1, len(self.names))}",
             )
         places = frame_places(0, count, self.fps, fps)
-        rotations = None
-        if self.rotations is not None:
-            below, above, share = neighbours(places, self.frame_count)
-            rotations = blend(self.rotations[below], self.rotations[above], share[:, None, None])
-        return replace(self, weights=read_rows(self.weights, places), fps=fps, rotations=rotations)
+        return read_frames(self, places, fps)
+
+
+def read_frames(motion: Motion, places: NDArray[np.float64], fps: float) -> Motion:
+    """A motion of the frames at these places, (frame,) numbers with fractions; linear between."""
+    rotations = None
+    if motion.rotations is not None:
+        below, above, share = neighbours(places, motion.frame_count)
+        rotations = blend(motion.rotations[below], motion.rotations[above], share[:, None, None])
+    return replace(motion, weights=read_rows(motion.weights, places), fps=fps, rotations=rotations)
 
 
 def checked_fps(fps: float) -> float:

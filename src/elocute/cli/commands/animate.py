@@ -24,10 +24,13 @@ from elocute.cli.outputs import nothing_to_do, plan_motion
 from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source
 from elocute.cli.progress import counted
 from elocute.cli.settings_options import option
+from elocute.cli.spoken_takes import FolderRun, TableRun
+from elocute.cli.table_runs import chosen_pool, one_folder, recorded_lines, run_lines
 from elocute.cli.takes import (
     TakeOutputs,
     TakeSettings,
     check_character_formats,
+    check_edits,
     make_outputs,
     named_inputs,
     named_target,
@@ -37,7 +40,7 @@ from elocute.errors import ElocuteError, InputError, OutputError
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
-    pass
+    from elocute.audio.line_table import Line, UnusableLine
 
 SOUND_SUFFIXES = (
     ".wav",
@@ -58,8 +61,13 @@ SOUND_SUFFIXES = (
 
 
 def animate_command(
-    speech: list[Path] = typer.Argument(
-        ..., help="Sound or video files, or folders of them; - reads standard input."
+    speech: list[Path] | None = typer.Argument(
+        None, help="Sound or video files, or folders of them; - reads standard input."
+    ),
+    table: Path | None = typer.Option(
+        None,
+        help="CSV of recordings instead, a take for each: id, audio, and any of text, language, "
+        "style, identity, strength, life, mood, edits.",
     ),
     output: list[Path] = options.Output,
     format: list[str] = typer.Option(
@@ -91,6 +99,8 @@ def animate_command(
     recursive: bool = typer.Option(
         False, "-r", "--recursive", help="Include subfolders, and mirror them in the output."
     ),
+    jobs: int = options.Jobs,
+    ray: str | None = options.Ray,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -98,18 +108,58 @@ def animate_command(
     """Animate a head with speech.
 
     An output without a suffix is a folder where --format or several recordings are given; it is
-    created if need be. The folder of an output file has to exist.
+    created if need be. The folder of an output file has to exist. A table, and folders with --jobs
+    or --ray, are resumed where they were cut off: takes that are made are left.
     """
+    speech = speech or []
     check_pipes(speech, output, format, as_json)
-    takes, single = _takes(speech, recursive)
+    check_edits(settings)
     known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
+    formats = tuple(dict.fromkeys(format or ["npz"]))
+    if table is not None:
+        _check_table_alone(speech, known)
+        pool = chosen_pool(jobs, ray)
+        lines = recorded_lines(table, VoiceSettings(language=language))
+        run = TableRun(
+            one_folder(output),
+            table,
+            formats,
+            {**settings, "channel": channel},
+            format_settings,
+            overwrite,
+            no_clobber,
+        )
+        run_lines(lines, run, pool, label=f"animating {table.name}", as_json=as_json)
+        return
+    takes, single = _takes(speech, recursive)
     known.check(single)
+    if not single and (jobs != 1 or ray is not None):
+        pool = chosen_pool(jobs, ray)
+        folder = one_folder(output)
+        run = FolderRun(
+            folder,
+            None,
+            formats,
+            {**settings, "channel": channel},
+            format_settings,
+            overwrite,
+            no_clobber,
+        )
+        label = f"animating {len(takes)} recordings"
+        run_lines(_lines(takes, language), run, pool, label=label, as_json=as_json)
+        return
+    if ray is not None or jobs != 1:
+        raise InputError.about(
+            "--ray" if ray is not None else "--jobs",
+            found="one recording",
+            allowed="with several recordings, a folder or --table",
+        )
     plan = OutputPlan([*named_inputs(settings), *known.files])
-    jobs = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
-    named = [named_target(t, format) for _, targets in jobs for t in targets]
+    work = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
+    named = [named_target(t, format) for _, targets in work for t in targets]
     check_format_settings(named, format_settings)
     check_character_formats(settings, dict.fromkeys(named), format_settings)
-    for file, targets in jobs:
+    for file, targets in work:
         source = stdin_source() if file == PIPE else file
         for target in targets:
             if target != PIPE:
@@ -118,10 +168,34 @@ def animate_command(
     if nothing_to_do(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
     outputs = TakeOutputs(plan, format, format_settings, as_json)
-    failures = _animate_all(jobs, settings, outputs, single)
+    failures = _animate_all(work, settings, outputs, single)
     if failures:
-        print(f"elocute: {failures} of {len(jobs)} failed", file=sys.stderr)
+        print(f"elocute: {failures} of {len(work)} failed", file=sys.stderr)
         raise typer.Exit(1)
+
+
+def _check_table_alone(speech: list[Path], known: KnownSpeechOptions) -> None:
+    """Raise InputError for a table and something else that is said in it."""
+    if speech:
+        raise InputError.about("--table", found="recordings too", allowed="one of them")
+    known.check(False)
+
+
+def _lines(takes: list[_Take], language: str) -> list[Line | UnusableLine]:
+    """Recordings as lines, called by their names. Raises InputError for two of one name."""
+    from elocute.audio.line_table import Line
+
+    lines: dict[str, Line | UnusableLine] = {}
+    for take in takes:
+        name = (take.below / take.file.stem).as_posix()
+        voice = VoiceSettings(language=language)
+        line = Line(name, "", str(take.file), voice, "", "", None, "", "")
+        other = lines.setdefault(name.casefold(), line)
+        if isinstance(other, Line) and other is not line:
+            raise InputError.about(
+                take.file, found=f"the same name as {other.audio}", allowed="each name once"
+            )
+    return list(lines.values())
 
 
 def _animate_all(
@@ -175,6 +249,10 @@ class _Take:
 
 def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
     """The recordings that the arguments name, and whether they are just one file."""
+    if not given:
+        raise InputError.about(
+            "animate", found="no recording", allowed="sound files, folders of them, or --table"
+        )
     takes: list[_Take] = []
     for path in given:
         if not path.is_dir():

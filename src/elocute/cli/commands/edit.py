@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from elocute.audio.waveform import Waveform
     from elocute.head.model import HeadModel
+    from elocute.motion.edits import EditList
     from elocute.motion.motion import Motion
 
 Edit = Callable[["Motion"], "Motion"]
@@ -34,6 +35,7 @@ _AXES = "+x nods, +y turns to the head's own left, +z tilts to its right."
 def edit_command(
     motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` wrote."),
     output: list[Path] = options.Output,
+    edit_list: Path | None = options.Edits,
     neck: str | None = typer.Option(None, help=f"Turn the neck, {_TURN}. {_AXES}"),
     head_pose: str | None = typer.Option(None, help=f"Turn the head, {_TURN}. {_AXES}"),
     jaw: str | None = typer.Option(
@@ -87,14 +89,16 @@ def edit_command(
 ) -> None:
     """Edit a stored motion: pose, gaze, blinks, shapes, face and length.
 
-    All times are those of the input.
+    An edit list is applied first, the options after it. All times are those of the input, or of
+    what an edit list with new times makes of it.
     """
     from elocute.motion.store import load_motion
 
     faces = [identity] if identity else _faces_over_time(identity_over_time)
     if head is not None and not faces:
         raise InputError.about("--head", found="no --identity", allowed="with --identity")
-    plan = OutputPlan([*faces, *([head] if head else [])])
+    listed = None if edit_list is None else _listed(edit_list)
+    plan = OutputPlan([*faces, *(each for each in (head, edit_list) if each)])
     check_format_settings(output, format_settings)
     for target in output:
         plan_motion(
@@ -109,6 +113,8 @@ def edit_command(
         return
     targets = plan.wanted(output)
     edited = load_motion(motion)
+    if listed is not None:
+        edited = edited.edited(listed)
     space = _identity_space(edited, head) if faces else None
     edits = [
         *_faces(identity, identity_over_time, space),
@@ -134,8 +140,18 @@ def edit_command(
     )
     if as_json:
         record: dict[str, Any] = {"input": str(motion), "outputs": [str(t) for t in targets]}
-        record |= {"frames": edited.frame_count, "fps": edited.fps, "edits": len(edits)}
+        record |= {
+            "frames": edited.frame_count,
+            "fps": edited.fps,
+            "edits": len(edits) + len(listed.items if listed else ()),
+        }
         print(json.dumps(record))
+
+
+def _listed(file: Path) -> EditList:
+    from elocute.motion.edits import read_edits
+
+    return read_edits(file)
 
 
 def _poses(given: dict[str, str | None]) -> list[Edit]:

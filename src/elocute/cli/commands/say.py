@@ -12,7 +12,6 @@ import typer
 
 from elocute.audio.voice_settings import TEXT_MAX, VoiceSettings
 from elocute.cli import options
-from elocute.cli.flags import in_flags
 from elocute.cli.format_options import (
     FormatSettings,
     check_format_settings,
@@ -20,19 +19,20 @@ from elocute.cli.format_options import (
 )
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.pipes import PIPE, STDIN, check_pipes
-from elocute.cli.progress import counted, progress_bar, resumable
 from elocute.cli.settings_options import options_of
-from elocute.cli.spoken_takes import TableRun, make_take, plan_take, spoken_source
+from elocute.cli.spoken_takes import TableRun, plan_take, spoken_source
+from elocute.cli.table_runs import chosen_pool, one_folder, run_lines
 from elocute.cli.takes import (
     TakeOutputs,
     TakeSettings,
     check_character_formats,
+    check_edits,
     make_outputs,
     named_inputs,
     named_target,
     options_of_takes,
 )
-from elocute.errors import InputError, OutputError, printable
+from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
 
 TEXT_MAX_BYTES = 4 * TEXT_MAX
@@ -44,7 +44,8 @@ def say_command(
     table: Path | None = typer.Option(
         None,
         help="CSV of lines, a take for each: id, text or audio (a recording, with its text or "
-        "without), and any of language, voice, rate, pitch, style, identity, strength, life, mood.",
+        "without), and any of language, voice, rate, pitch, style, identity, strength, life, mood, "
+        "edits.",
     ),
     output: list[Path] = options.Output,
     format: list[str] = typer.Option(
@@ -55,7 +56,8 @@ def say_command(
     ),
     voice: VoiceSettings = options_of(VoiceSettings, flags={"words_per_minute": "--rate"}),
     settings: TakeSettings = options_of_takes(),
-    jobs: int = typer.Option(1, help="Number of processes for a table; 0 takes all processors."),
+    jobs: int = options.Jobs,
+    ray: str | None = options.Ray,
     format_settings: FormatSettings = options_of_formats(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -67,13 +69,16 @@ def say_command(
     of takes; run again, it makes those that are missing.
     """
     check_pipes([], output, format, as_json)
-    check_jobs(jobs)
+    check_edits(settings)
+    pool = chosen_pool(jobs, ray)
     if table is not None:
+        from elocute.audio.line_table import read_lines
+
         if text is not None or file is not None:
             found = "a text" if text is not None else "--file"
             raise InputError.about("--table", found=f"{found} too", allowed="one of them")
         run = TableRun(
-            _folder(output),
+            one_folder(output),
             table,
             tuple(dict.fromkeys(format or ["npz"])),
             settings,
@@ -81,7 +86,9 @@ def say_command(
             overwrite,
             no_clobber,
         )
-        _say_table(table, run, voice, jobs, as_json)
+        run_lines(
+            read_lines(table, voice), run, pool, label=f"speaking {table.name}", as_json=as_json
+        )
         return
     said = _text(text, file)
     plan = OutputPlan([*named_inputs(settings), *([file] if file else [])])
@@ -105,81 +112,6 @@ def say_command(
     )
     if as_json:
         print(json.dumps({"outputs": [str(target) for target in wanted], **made}))
-
-
-def check_jobs(jobs: int) -> None:
-    """Raise InputError for a number of processes that cannot be."""
-    from elocute.jobs.process_pool import checked_jobs
-
-    checked_jobs(jobs)
-
-
-def _folder(output: list[Path]) -> Path:
-    """The one folder that takes go into. Raises OutputError."""
-    from elocute.export.registry import WRITERS
-
-    if len(output) != 1 or output[0] == PIPE or output[0].suffix.lower() in WRITERS:
-        raise OutputError.about(
-            "-o " + " ".join(map(str, output))[:100],
-            found="no single folder",
-            allowed="a folder for the takes of a table",
-            remedy="use -o FOLDER --format glb",
-        )
-    return output[0]
-
-
-def _say_table(table: Path, run: TableRun, voice: VoiceSettings, jobs: int, as_json: bool) -> None:
-    """Make the takes of a table; the good ones also where others fail."""
-    from elocute.audio.line_table import Line, UnusableLine, read_lines
-    from elocute.files.work_folder import no_empty_folder, prepare_folder
-    from elocute.jobs.pool import FailedTask, one_after_another
-    from elocute.jobs.process_pool import local_pool
-
-    lines = read_lines(table, voice)
-    named = [run.folder / f"x.{kind.lstrip('.')}" for kind in run.formats]
-    check_format_settings(named, run.format_settings)
-    check_character_formats(dict(run.settings), named, run.format_settings)
-    prepare_folder(run.folder, resume=True)
-    failures = 0
-
-    def fail(name: str, reason: str) -> None:
-        nonlocal failures
-        failures += 1
-        print(f"elocute: {printable(f'{name}: {in_flags(reason)}')}", file=sys.stderr)
-        if as_json:
-            print(json.dumps({"id": name, "error": in_flags(reason)}), flush=True)
-
-    for line in lines:
-        if isinstance(line, UnusableLine):
-            fail(line.name, line.fault)
-    tasks = [(line, run) for line in lines if isinstance(line, Line)]
-    pool = one_after_another if jobs == 1 else local_pool(jobs)
-    kept = 0
-    with (
-        no_empty_folder(run.folder),
-        resumable("run it again to continue"),
-        counted(len(tasks)) as one_done,
-        progress_bar(f"speaking {table.name}", as_json) as progress,
-    ):
-        for done, (task, result) in enumerate(pool(make_take, tasks), 1):
-            one_done()
-            progress(done / len(tasks))
-            if isinstance(result, FailedTask):
-                fail(task[0].name, result.reason)
-                continue
-            kept += not result["outputs"]
-            for note in result.get("notes", []):
-                print(f"elocute: {printable(f'{task[0].name}: {in_flags(note)}')}", file=sys.stderr)
-            if as_json:
-                print(json.dumps(result), flush=True)
-            else:
-                for path in result["outputs"]:
-                    print(printable(path))
-    if kept:
-        print(f"elocute: {kept} of {len(lines)} there already", file=sys.stderr)
-    if failures:
-        print(f"elocute: {failures} of {len(lines)} failed", file=sys.stderr)
-        raise typer.Exit(1)
 
 
 def _text(text: str | None, file: Path | None) -> str:

@@ -31,6 +31,8 @@ IDENTITY_NAME = re.compile(r"identity(\d{3})")
 SIDES = ("Left", "Right")
 PER_MINUTE_MAX = 120.0
 BLINKS_MAX = 1_000_000
+FALLING = 0.03  # weight above its usual one from which on a lid blinks
+NEAR_S = 0.15
 SHUT_S = CLOSING_S + CLOSED_S / 2  # from a blink's start to the middle of its shut lids
 
 
@@ -79,6 +81,62 @@ def with_blinks(
         drawn = closure * lid_scale(motion, side.lower())
         weights[:, column] = drawn if replace else np.maximum(weights[:, column], drawn)
     return dataclasses.replace(motion, weights=weights)
+
+
+def without_blinks(motion: Motion, times_s: Sequence[float] | None = None) -> Motion:
+    """Take blinks out; lids that hang lower all the time, as of a sad face, stay as they are.
+
+    Parameters
+    ----------
+    motion : Motion
+        On a head with the shapes eyeBlinkLeft and eyeBlinkRight.
+    times_s : sequence of float, optional
+        Moments in or within 0.15 s of the blinks, s; None for all blinks.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    MotionError
+        For a head without these shapes, and a moment without a blink.
+    """
+    check_motion(motion)
+    columns = [shape_index(motion, f"eyeBlink{side}") for side in SIDES]
+    lids = motion.weights[:, columns].copy()
+    held = np.median(lids, axis=0)
+    taken = np.ones(motion.frame_count, bool)
+    if times_s is not None:
+        allowed = f"seconds, 0 to {motion.duration_s:g}"
+        given = floats_of(times_s, "blinks", error=MotionError, allowed=allowed, most=BLINKS_MAX)
+        taken = _blinks_at((lids - held).max(axis=1), given, motion.fps)
+    weights = motion.weights.copy()
+    weights[:, columns] = np.where(taken[:, None], np.minimum(lids, held), lids)
+    return dataclasses.replace(motion, weights=weights)
+
+
+def _blinks_at(
+    closure: NDArray[np.floating], times_s: NDArray[np.floating], fps: float
+) -> NDArray[np.bool_]:
+    """(frame,) the blinks that are nearest to these moments. Raises MotionError."""
+    shut = np.flatnonzero(closure > FALLING)
+    lower = closure > 1e-4
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], lower.astype(np.int8), [0]])))
+    taken = np.zeros(len(closure), bool)
+    for time in times_s:
+        nearest = int(shut[np.abs(shut - time * fps).argmin()]) if len(shut) else -1
+        if nearest < 0 or abs(nearest / fps - time) > NEAR_S:
+            runs = [(a, b) for a, b in edges.reshape(-1, 2) if closure[a:b].max() > FALLING]
+            known = ", ".join(f"{(a + b - 1) / 2 / fps:.2f}" for a, b in runs[:20])
+            raise MotionError.about(
+                "blinks",
+                found=f"none at {time:g} s",
+                allowed=f"within {NEAR_S:g} s of: {known}" if known else "none: nobody blinks",
+            )
+        place = int(np.searchsorted(edges, nearest, side="right"))
+        taken[edges[place - 1] : edges[place]] = True
+    return taken
 
 
 def _moments(

@@ -9,17 +9,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, between_keys, read_keyframes
 from elocute.motion.edits.pose import with_pose
 from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.rigid_alignment import nearest_rotation, turned_degrees
 
 SIDES = ("Left", "Right")
 DIRECTIONS = ("Up", "Down", "In", "Out")
 
 
-def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
+def with_gaze(
+    motion: Motion, directions: Keyframes | ArrayLike, *, between: str = "smooth"
+) -> Motion:
     """Let both eyes look in a direction.
 
     On a head with ARKit's eyeLook shapes these are set, and the lids follow; what the shapes did
@@ -32,6 +33,8 @@ def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
     directions : (x, y) or keyframes [(time s, (x, y)), …]
         Degrees: +x looks down, +y to the head's own left. One direction holds for the whole motion;
         between keyframes each component follows a cubic without overshoot.
+    between : str
+        "smooth" follows cubics without overshoot between keyframes, "linear" straight lines.
 
     Returns
     -------
@@ -49,16 +52,18 @@ def with_gaze(motion: Motion, directions: Keyframes | ArrayLike) -> Motion:
         raise MotionError.about("gaze", found=f"{angles.shape[1]} numbers", allowed="two: x, y")
     names = [f"eyeLook{way}{side}" for side in SIDES for way in DIRECTIONS]
     if set(names) <= set(motion.names) and _eyeballs(motion.head):
-        return _by_shapes(motion, times, angles)
+        return _by_shapes(motion, times, angles, between)
     keyframes = [(time, (x, y, 0.0)) for time, (x, y) in zip(times, angles, strict=True)]
     for side in SIDES:
-        motion = with_pose(motion, f"eye{side}", keyframes)
+        motion = with_pose(motion, f"eye{side}", keyframes, between=between)
     return motion
 
 
-def _by_shapes(motion: Motion, times: NDArray[np.float64], angles: NDArray[np.float64]) -> Motion:
+def _by_shapes(
+    motion: Motion, times: NDArray[np.float64], angles: NDArray[np.float64], between: str
+) -> Motion:
     weights = motion.weights.copy()
-    curve = monotone_cubic(times, angles, motion.times_s)
+    curve = between_keys(times, angles, motion.times_s, between)
     for side in SIDES:
         outwards = curve[:, 1] if side == "Left" else -curve[:, 1]
         ways = {"Up": -curve[:, 0], "Down": curve[:, 0], "In": -outwards, "Out": outwards}

@@ -12,11 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
 from elocute.numerics.input_checks import floats_of
+from elocute.numerics.monotone_cubic import monotone_cubic
+from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import brief
 
 KEYS_MAX = 1_000_000
 LARGEST = 1e6
 """Of times in seconds, degrees and weights: eleven days, and far beyond any face."""
+WAYS = ("smooth", "linear")
 Keyframes = Sequence[tuple[float, ArrayLike]]
 """(time s, value or values) each, times rising. Before the first and after the last they hold."""
 
@@ -82,3 +85,15 @@ def _numbers(given: Any, what: str, allowed: str) -> NDArray[np.float64]:
     return floats_of(
         given, what, error=MotionError, allowed=allowed, most=KEYS_MAX, dtype=np.float64
     )
+
+
+def between_keys(
+    times: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64], way: str
+) -> NDArray[np.float64]:
+    """(moment, value) between keyframes: "smooth", cubics without overshoot, or "linear".
+
+    Raises MotionError.
+    """
+    if way not in WAYS:
+        raise MotionError.about("between keyframes", found=brief(way), allowed=", ".join(WAYS))
+    return (monotone_cubic if way == "smooth" else interpolate)(times, values, at)

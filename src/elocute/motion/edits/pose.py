@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
 from elocute.head.model import HeadModel
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, between_keys, read_keyframes
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.input_checks import check_kind
-from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
 # Elocute's and FLAME's words for the same joints.
@@ -34,6 +33,7 @@ def with_pose(
     rotations: Keyframes | ArrayLike,
     *,
     degrees: bool = True,
+    between: str = "smooth",
 ) -> Motion:
     """Turn a joint, after whatever it did already.
 
@@ -50,6 +50,8 @@ def with_pose(
         them it holds.
     degrees : bool
         Whether angles are degrees; radians otherwise.
+    between : str
+        "smooth" follows cubics without overshoot between keyframes, "linear" straight lines.
 
     Returns
     -------
@@ -80,7 +82,7 @@ def with_pose(
             f"pose of {joint}", found=f"{vectors.shape[1]} numbers", allowed="three: x, y, z"
         )
     vectors = np.radians(vectors) if degrees else vectors
-    turns = from_axis_angle(monotone_cubic(times, vectors, motion.times_s))
+    turns = from_axis_angle(between_keys(times, vectors, motion.times_s, between))
     posed = _rotations(motion)
     posed[:, index] = multiply(turns, posed[:, index])
     return replace(motion, rotations=posed)

@@ -7,14 +7,18 @@ from dataclasses import replace
 import numpy as np
 
 from elocute.errors import MotionError
-from elocute.motion.edits.keyframes import Keyframes, as_keyframes, read_keyframes
+from elocute.motion.edits.keyframes import Keyframes, as_keyframes, between_keys, read_keyframes
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.input_checks import check_kind
-from elocute.numerics.monotone_cubic import monotone_cubic
 
 
 def with_shape(
-    motion: Motion, name: str, weights: Keyframes | float, *, add: bool = False
+    motion: Motion,
+    name: str,
+    weights: Keyframes | float,
+    *,
+    add: bool = False,
+    between: str = "smooth",
 ) -> Motion:
     """Set the weight of a shape over time, or add to it.
 
@@ -28,6 +32,8 @@ def with_shape(
         One number holds for the whole motion; keyframes have cubics without overshoot between them.
     add : bool
         Add to the weight that is there instead of replacing it.
+    between : str
+        "smooth" follows cubics without overshoot between keyframes, "linear" straight lines.
 
     Returns
     -------
@@ -44,7 +50,7 @@ def with_shape(
     if values.shape[1] != 1:
         raise MotionError.about(f"shape {name}", found=f"{values.shape[1]} numbers", allowed="one")
     changed = motion.weights.copy()
-    curve = monotone_cubic(times, values, motion.times_s)[:, 0].astype(np.float32)
+    curve = between_keys(times, values, motion.times_s, between)[:, 0].astype(np.float32)
     changed[:, column] = changed[:, column] + curve if add else curve
     return replace(motion, weights=changed)
 

@@ -109,6 +109,12 @@ def _names(path: Path) -> None:
     read_names(path)
 
 
+def _edits(path: Path) -> None:
+    from elocute.motion.edits import read_edits
+
+    read_edits(path)
+
+
 def _output_history(folder: Path, _out: Path) -> None:
     from elocute.files.output_history import recall_output, remember_output
 
@@ -183,6 +189,7 @@ READERS: tuple[Reader, ...] = (
         _JSON,
         ("elocute.export.curves_json",),
     ),
+    Reader("edits", seeds.edit_lists, only(_edits), _JSON, ("elocute.motion.edits.edit_list",)),
     Reader("names", seeds.names, only(_names), {"*.txt": "text"}, ("elocute.cli.name_lists",)),
     Reader(
         "output history",

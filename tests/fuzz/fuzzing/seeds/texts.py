@@ -164,6 +164,31 @@ def curves_json(folder: Path) -> None:
     write_json(small_motion(turning=False), place(folder, "one") / "talk.json")
 
 
+def edit_lists(folder: Path) -> None:
+    """A list of each kind of edit, and one of all that a small motion takes."""
+    span = {"from": 0.05, "to": "end-0.05", "blend": [0.02, 0.03]}
+    keys = [[0, 0.1], [0.1, 0.5], ["end", 0]]
+    edits = [
+        {"edit": "style", "style": "calm", **span},
+        {"edit": "mood", "mood": "sad:0.4"},
+        {"edit": "offset", "seconds": -0.04},
+        {"edit": "amplitude", "regions": {"jaw": 1.2, "head": 0.5}, **span},
+        {"edit": "curve", "curve": "jawOpen", "keys": keys, "mode": "add", "between": "linear"},
+        {"edit": "closed", "from": 0.05, "to": 0.1},
+        {"edit": "head", "keys": [[0, [1, 2, 3]]], "mode": "replace"},
+        {"edit": "gaze", "keys": [["end-0.1", [1, 2]]]},
+        {"edit": "blinks", "add": [0.1], "remove": [0.1], "per_minute": 20, "seed": 3},
+        {"edit": "face", "keys": [[0, "ada"], [0.1, 7]]},
+        {"edit": "retime", "times": [[0, 0], ["end", 0.5]]},
+        {"edit": "loop", "blend": 0.02},
+    ]
+    for edit in edits:
+        record = {"elocute": "edits", "version": 1, "edits": [edit]}
+        (place(folder, edit["edit"]) / "take.json").write_text(json.dumps(record))
+    record = {"elocute": "edits", "version": 1, "edits": edits}
+    (place(folder, "all") / "take.json").write_text(json.dumps(record))
+
+
 def names(folder: Path) -> None:
     (place(folder, "one") / "names.txt").write_text("anna.ahanna\nbob.ahbob\n\ncy.ahcy\n")
 

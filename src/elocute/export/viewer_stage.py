@@ -1,0 +1,82 @@
+"""What the viewer needs to draw a head as pictures show it: light, finishes, views."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from elocute.export.render import shading
+from elocute.export.render.backends_and_views import VIEWS
+from elocute.export.render.camera import FIELD_DEG, portrait
+from elocute.export.render.lights import RIGS
+from elocute.export.render.parts import Part, Parts
+from elocute.export.render.shadow import shadow_view
+from elocute.head.model import HeadModel
+
+SHADOW_SIDE = 192
+"""Pixels of the viewer's shadow: those of the fast profile."""
+
+
+def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
+    """The light that falls on a head, in the words of `web/src/shading.js`.
+
+    Parameters
+    ----------
+    head : HeadModel
+        The head as it is drawn.
+    light : str
+        A key of `RIGS`.
+
+    Returns
+    -------
+    dict
+        Of plain values: `glsl` (`shading.glsl`), `exposure`, `key_view` (16, by columns), `taps`,
+        `shadow_side`, `shadow_bias`, `ground` (two sRGB colours of 0 to 255), and `parts`, by the
+        name of the material.
+    """
+    rig, parts = RIGS[light], Parts(head)
+    key = shadow_view(head, rig)
+    return {
+        "glsl": shading.glsl(rig),
+        "exposure": parts.exposure(rig),
+        "key_view": key.matrix.T.ravel().tolist(),
+        "taps": key.taps(SHADOW_SIDE),
+        "shadow_side": SHADOW_SIDE,
+        "shadow_bias": shading.SHADOW_BIAS,
+        "ground": [np.round(255 * np.array(each)).tolist() for each in (rig.middle, rig.margin)],
+        "parts": {part.name: _part(part) for part in parts.parts},
+    }
+
+
+def _part(part: Part) -> dict[str, Any]:
+    return {
+        "finish": asdict(part.finish),
+        "rough": float(part.rough),
+        "tint": list(map(float, part.surface.tint)),
+        "normal_scale": float(part.surface.normal_scale),
+        "both_sides": part.surface.both_sides,
+        "turns": part.turns,
+        "rounded": part.rounded,
+        "casts": part.casts,
+        "core": part.core,
+    }
+
+
+def viewer_views(head: HeadModel) -> dict[str, Any]:
+    """Where the camera of a picture stands in each view of a square one.
+
+    Returns
+    -------
+    dict
+        `field_deg`, and `views`: by name, `position` and `target` (3,) in m.
+    """
+    cameras = {name: portrait(head, name) for name in VIEWS}
+    return {
+        "field_deg": FIELD_DEG,
+        "views": {
+            name: {"position": one.position.tolist(), "target": one.target.tolist()}
+            for name, one in cameras.items()
+        },
+    }

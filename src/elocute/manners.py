@@ -1,0 +1,182 @@
+"""Styles and moods over time: a take in each manner that occurs in it, mixed frame by frame.
+
+Frames of a mix lie between frames of the same sound, so contacts that all its manners
+make are made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import InputError, MotionError
+from elocute.life.moods import Mood, resolve_mood
+from elocute.models.protocol import SpeechModel
+from elocute.models.style_mixes import checked_style
+from elocute.motion.curves import Curves
+from elocute.motion.edits.applying import share_of
+from elocute.motion.edits.edit_items import MoodItem, Span, StyleItem
+from elocute.motion.edits.edit_list import EditList
+from elocute.numerics.quaternions import no_turn
+
+MANNERS_MAX = 64
+"""Of styles times moods in one take; each is computed for the whole of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Manner:
+    """A style, as the model has resolved it, and a mood."""
+
+    style: Any
+    mood: Mood
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """Something else for a while, the edit's place in its list, and when it holds."""
+
+    value: Any
+    name: Hashable
+    place: int
+    span: Span
+
+
+class Manners:
+    """The styles and moods of a take, checked before anything is computed.
+
+    Parameters
+    ----------
+    model : SpeechModel
+        What resolves styles.
+    style
+        The style of the take, resolved.
+    mood : Mood
+        Its mood.
+    outputs : bool
+        As `SpeechModel.style` takes it.
+    edits : EditList, optional
+        What has style and mood items, perhaps.
+
+    Raises
+    ------
+    MotionError
+        For a style or mood that is not known, naming the edit, and for too many of them.
+    """
+
+    def __init__(
+        self, model: SpeechModel, style: Any, mood: Mood, outputs: bool, edits: EditList | None
+    ) -> None:
+        self._base, self._source = Manner(style, mood), edits.source if edits else ""
+        self._styles: list[_Layer] = []
+        self._moods: list[_Layer] = []
+        for place, item in enumerate(edits.items if edits else ()):
+            try:
+                if isinstance(item, StyleItem):
+                    value = model.style(_named(item.style), outputs=outputs)
+                    self._styles.append(_Layer(value, item.style, place, item.span))
+                elif isinstance(item, MoodItem):
+                    value = resolve_mood(item.mood)
+                    self._moods.append(_Layer(value, item.mood, place, item.span))
+            except InputError as error:
+                raise MotionError(f"{self._source}: edits[{place}]: {error}") from None
+        names = [len({layer.name for layer in part}) + 1 for part in (self._styles, self._moods)]
+        if names[0] * names[1] > MANNERS_MAX:
+            raise MotionError.about(
+                self._source,
+                found=f"{names[0]} styles and {names[1]} moods in one take",
+                allowed=f"up to {MANNERS_MAX} pairs of them",
+                remedy="cut the take",
+            )
+
+    def shares(self, count: int, fps: float) -> list[tuple[Manner, NDArray[np.float64]]]:
+        """How much of each manner is in each frame.
+
+        Parameters
+        ----------
+        count : int
+            Number of frames.
+        fps : float
+            Frames per second.
+
+        Returns
+        -------
+        list of (Manner, (frame,))
+            Shares that sum to one; none that is zero throughout.
+
+        Raises
+        ------
+        MotionError
+            For times outside the take.
+        """
+        times_s = np.arange(count) / fps
+        styles = self._layered(self._styles, self._base.style, times_s, count / fps)
+        moods = self._layered(self._moods, self._base.mood, times_s, count / fps)
+        pairs = [
+            (Manner(style, mood), of_style * of_mood)
+            for style, of_style in styles
+            for mood, of_mood in moods
+        ]
+        return [(manner, share) for manner, share in pairs if share.any()]
+
+    def _layered(
+        self, layers: Sequence[_Layer], base: Any, times_s: NDArray[np.float64], duration_s: float
+    ) -> list[tuple[Any, NDArray[np.float64]]]:
+        """Each value and its (frame,) share; a later layer covers those before it."""
+        values: dict[Hashable, Any] = {None: base}
+        shares: dict[Hashable, NDArray[np.float64]] = {None: np.ones(len(times_s))}
+        for layer in layers:
+            try:
+                over = share_of(layer.span, times_s, duration_s)
+            except InputError as error:
+                raise MotionError(f"{self._source}: edits[{layer.place}]: {error}") from None
+            shares = {name: share * (1 - over) for name, share in shares.items()}
+            shares[layer.name] = shares.get(layer.name, 0) + over
+            values[layer.name] = layer.value
+        return [(values[name], share) for name, share in shares.items()]
+
+
+def _named(style: str) -> str:
+    """A style by its name or mix. Raises InputError for a file: a list stands for itself."""
+    if style.lower().endswith(".json") or "/" in style or "\\" in style:
+        raise InputError.about("style", found=repr(style[:60]), allowed="a name or a mix, no file")
+    checked_style(style)
+    return style
+
+
+def mixed_manners(
+    shares: Sequence[tuple[Manner, NDArray[np.float64]]],
+    made: Callable[[Manner], tuple[Curves, NDArray[np.float32] | None]],
+) -> tuple[Curves, NDArray[np.float32] | None]:
+    """A take in all its manners.
+
+    Parameters
+    ----------
+    shares : list of (Manner, (frame,))
+        From `Manners.shares`.
+    made : callable
+        The curves of a manner and its rotations (frame, joint, 4), or None.
+
+    Returns
+    -------
+    Curves, (frame, joint, 4) or None
+        Those of the one manner as they are, or the means of several.
+    """
+    takes = [(*made(manner), share) for manner, share in shares]
+    if len(takes) == 1:
+        return takes[0][:2]
+    names = tuple(dict.fromkeys(name for curves, _, _ in takes for name in curves.names))
+    values = sum(share[:, None] * curves.select(names).values for curves, _, share in takes)
+    curves = Curves(np.asarray(values, np.float32), names, takes[0][0].fps)
+    turned = [turns for _, turns, _ in takes if turns is not None]
+    if not turned:
+        return curves, None
+    still = no_turn(*turned[0].shape[:2])
+    mean = sum(
+        share[:, None, None] * (still if turns is None else turns) for _, turns, share in takes
+    )
+    mean = np.asarray(mean) / np.linalg.norm(np.asarray(mean), axis=-1, keepdims=True)
+    return curves, mean.astype(np.float32)

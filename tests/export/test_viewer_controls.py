@@ -1,0 +1,233 @@
+"""What a person does with the viewer, in a real browser: buttons, keys, sizes, files."""
+
+import io
+import json
+import shutil
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+from elocute.animation import animate
+from elocute.export.html import write_html
+from elocute.export.options import HtmlOptions, PictureOptions
+from elocute.export.pictures import open_pictures
+from tests.support.browser import headless_browser, open_viewer
+
+pytestmark = pytest.mark.browser
+AXE = Path(__file__).parents[2] / "web/node_modules/axe-core/axe.min.js"
+WORDS = [(0.1, 0.5, "one"), (0.5, 0.9, "two")]
+
+
+@pytest.fixture(scope="module")
+def motion(speech_wav):
+    return animate(speech_wav, fps=30, identity="esi").motion
+
+
+@pytest.fixture(scope="module")
+def viewer(motion, speech_wav, need, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("viewer")
+    write_html(motion, folder / "talk.html", sound=speech_wav, words=WORDS)
+    with headless_browser(need, tmp_path_factory.mktemp("profile"), "640,700") as driver:
+        saved = folder / "saved"
+        driver.execute_cdp_cmd(
+            "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(saved)}
+        )
+        open_viewer(driver, folder / "talk.html")
+        driver.saved = saved
+        yield driver
+
+
+@pytest.fixture(autouse=True)
+def at_rest(viewer):
+    viewer.execute_script("document.getElementById('reset').click(); elocute.show()")
+
+
+def state(viewer, expression):
+    return viewer.execute_script(f"elocute.show(); return {expression}")
+
+
+def press(viewer, keys):
+    viewer.find_element(By.TAG_NAME, "canvas").send_keys(keys)
+
+
+def place(viewer):
+    return np.array(state(viewer, "elocute.camera.camera.position.toArray()"))
+
+
+def test_it_shows_what_a_picture_shows(viewer, motion):
+    """The mean face of both in the middle of the same view, pixel by pixel."""
+    viewer.execute_script("elocute.jump(2.5); elocute.show()")
+    page = canvas(viewer)
+    size = (page.shape[1], page.shape[0])
+    dressed, frame = motion.dressed(), round(2.5 * motion.fps)
+    with open_pictures(dressed.head, size, PictureOptions()) as renderer:
+        points = next(iter(dressed.vertices(frame, frame + 1)))
+        picture = renderer.frame(points.astype(np.float32)).astype(int)
+    assert page[5, 5, 3] == 0  # the ground is the page's own
+    face = (slice(size[1] // 3, size[1] * 2 // 3), slice(size[0] * 2 // 5, size[0] * 3 // 5))
+    apart = np.abs(page[face][..., :3].astype(int) - picture[face])
+    assert apart.mean() < 4
+    assert picture[face].mean((0, 1)) == pytest.approx(page[face][..., :3].mean((0, 1)), abs=2.5)
+
+
+def canvas(viewer) -> np.ndarray:
+    """(height, width, 4) of what is drawn."""
+    raw = viewer.execute_async_script(
+        "const done = arguments[0]; elocute.show(); document.querySelector('canvas').toBlob("
+        "async (b) => done(Array.from(new Uint8Array(await b.arrayBuffer()))))"
+    )
+    return np.asarray(Image.open(io.BytesIO(bytes(raw))).convert("RGBA"))
+
+
+def test_a_turned_head_stays_turned_when_the_window_changes(viewer):
+    press(viewer, "ddw")
+    turned = place(viewer)
+    viewer.set_window_size(500, 640)
+    time.sleep(0.3)
+    try:
+        assert place(viewer) == pytest.approx(turned, abs=1e-6)
+        assert state(viewer, "document.querySelectorAll('#views [aria-pressed=true]').length") == 0
+    finally:
+        viewer.set_window_size(640, 700)
+
+
+def test_a_view_is_framed_anew_when_the_window_changes(viewer):
+    wide = place(viewer)
+    viewer.set_window_size(320, 700)
+    time.sleep(0.3)
+    try:
+        assert np.linalg.norm(place(viewer)) > np.linalg.norm(wide)
+    finally:
+        viewer.set_window_size(640, 700)
+
+
+def test_views_by_button_and_by_key(viewer):
+    front = place(viewer)
+    viewer.find_element(By.CSS_SELECTOR, "[data-view=side]").click()
+    side = place(viewer)
+    assert side[0] > 0.5 * np.linalg.norm(side) > front[0]
+    press(viewer, "1")
+    assert place(viewer) == pytest.approx(front, abs=1e-6)
+    press(viewer, "4")
+    pressed = "document.querySelector('#views [aria-pressed=true]').dataset.view"
+    assert state(viewer, pressed) == "mouth"
+
+
+def test_keys_play_step_and_come_nearer(viewer, motion):
+    press(viewer, Keys.ARROW_RIGHT)
+    assert state(viewer, "elocute.sound.currentTime") == pytest.approx(1 / motion.fps, abs=1e-3)
+    press(viewer, Keys.END)
+    assert state(viewer, "elocute.sound.currentTime") == pytest.approx(motion.duration_s, abs=0.05)
+    press(viewer, Keys.HOME)
+    away = np.linalg.norm(place(viewer))
+    press(viewer, "=")
+    assert np.linalg.norm(place(viewer)) < away
+    press(viewer, " ")
+    assert state(viewer, "elocute.sound.paused") is False
+    press(viewer, " ")
+    assert state(viewer, "elocute.sound.paused") is True
+
+
+def test_reset_stops_at_the_start(viewer):
+    front = place(viewer)
+    viewer.execute_script("elocute.jump(2); document.getElementById('play').click()")
+    press(viewer, "aaa")
+    viewer.find_element(By.ID, "reset").click()
+    assert state(viewer, "[elocute.sound.paused, elocute.sound.currentTime]") == [True, 0]
+    assert place(viewer) == pytest.approx(front, abs=1e-6)
+
+
+@pytest.mark.parametrize("looping", [False, True])
+def test_at_the_end_it_stops_or_begins_again(viewer, motion, looping):
+    if looping:
+        press(viewer, "l")
+    viewer.execute_script(
+        "elocute.jump(arguments[0]); document.getElementById('play').click()",
+        motion.duration_s - 0.3,
+    )
+    for _ in range(50):
+        time.sleep(0.1)
+        ended, at_s = state(viewer, "[elocute.sound.ended, elocute.sound.currentTime]")
+        if ended or at_s < 5:
+            break
+    playing = state(viewer, "document.body.classList.contains('playing')")
+    assert playing == looping
+    if looping:
+        press(viewer, "l")
+
+
+def test_captions_can_be_put_away(viewer):
+    viewer.execute_script("elocute.jump(0.3); elocute.show()")
+    captions = viewer.find_element(By.ID, "captions")
+    assert captions.text == "one two"
+    viewer.find_element(By.ID, "caption").click()
+    assert not captions.is_displayed()
+    viewer.find_element(By.ID, "caption").click()
+
+
+def test_what_is_saved_is_whole(viewer):
+    viewer.find_element(By.CSS_SELECTOR, "summary").click()
+    for name, begins in (("png", b"\x89PNG"), ("glb", b"glTF"), ("sound", b"")):
+        button = {"png": "get-picture", "glb": "get-head", "sound": "get-sound"}[name]
+        viewer.find_element(By.ID, button).click()
+        found = []
+        for _ in range(100):
+            found = [each for each in files(viewer.saved) if each.read_bytes().startswith(begins)]
+            if found:
+                break
+            time.sleep(0.1)
+        assert found, f"{name}: {list(files(viewer.saved))}"
+        assert found[0].stem == "talk" and found[0].stat().st_size > 10_000
+        shutil.rmtree(viewer.saved)
+    viewer.find_element(By.TAG_NAME, "canvas").click()
+    assert state(viewer, "document.getElementById('downloads').open") is False
+
+
+def files(folder: Path) -> list[Path]:
+    done = [each for each in folder.glob("*") if each.suffix != ".crdownload"]
+    return [each for each in done if not each.name.startswith(".")]
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+@pytest.mark.parametrize("size", [(640, 700), (390, 760)])
+def test_axe_finds_nothing_serious(viewer, need, theme, size):
+    need(AXE.is_file(), "web/node_modules/axe-core (npm ci)")
+    viewer.set_window_size(*size)
+    viewer.execute_script("document.documentElement.dataset.theme = arguments[0]", theme)
+    viewer.execute_script("document.getElementById('downloads').open = true")
+    viewer.execute_script(AXE.read_text(encoding="utf-8"))
+    result = viewer.execute_async_script("axe.run().then(arguments[0])")
+    viewer.execute_script("document.getElementById('downloads').open = false")
+    viewer.set_window_size(640, 700)
+    told = [(each["id"], [n["html"][:80] for n in each["nodes"]]) for each in result["violations"]]
+    assert result["passes"] and not told
+
+
+def test_the_theme_is_chosen_by_hand(viewer):
+    scheme = "getComputedStyle(document.documentElement).colorScheme"
+    before = state(viewer, scheme)
+    viewer.find_element(By.ID, "theme").click()
+    assert {before, state(viewer, scheme)} == {"dark", "light"}
+
+
+def test_nothing_is_drawn_while_nothing_changes(viewer):
+    """A page that is left open costs no battery."""
+    frames = "elocute.renderer.info.render.frame"
+    time.sleep(1.5)  # until a coarse picture, if there was one, has been drawn sharply
+    before = viewer.execute_script(f"return {frames}")
+    time.sleep(0.5)
+    assert viewer.execute_script(f"return {frames}") == before
+
+
+def test_a_light_is_carried_into_the_page(viewer, motion, tmp_path):
+    write_html(motion, tmp_path / "day.html", options=HtmlOptions(light="day"))
+    text = (tmp_path / "day.html").read_text(encoding="utf-8")
+    begin = text.index('<script id="take"')
+    take = json.loads(text[text.index(">", begin) + 1 : text.index("</script>", begin)])
+    red, _, blue = take["stage"]["ground"][1]
+    assert blue > red + 50

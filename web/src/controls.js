@@ -1,0 +1,143 @@
+// Buttons, keys and what is told of the time.
+
+const $ = (id) => document.getElementById(id);
+const VIEW_NAMES = { "front": "Front", "three-quarter": "Three-quarter", "side": "Side", "mouth": "Mouth" };
+const TURNS = { KeyA: [-1, 0], KeyD: [1, 0], KeyW: [0, 1], KeyS: [0, -1] };
+const NEARER = { Equal: 0.92, NumpadAdd: 0.92, Minus: 1 / 0.92, NumpadSubtract: 1 / 0.92 };
+const VIEW_KEYS = { Digit1: 0, Digit2: 1, Digit3: 2, Digit4: 3 };
+
+export function clockText(seconds) {
+  const whole = Math.floor(seconds);
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}.${Math.floor((seconds % 1) * 10)}`;
+}
+
+export class Controls {
+  // page: take, sound, camera, canvas, jump(time), show(), head (bytes of the .glb), blob (sound).
+  constructor(page) {
+    this.page = page;
+    this.looping = false;
+    this.views = this.addViews();
+    this.addPlayback();
+    this.addToggles();
+    this.addDownloads();
+    addEventListener("keydown", (event) => this.key(event));
+  }
+
+  addViews() {
+    return Object.keys(this.page.take.views).map((name) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = VIEW_NAMES[name] ?? name;
+      button.dataset.view = name;
+      button.onclick = () => this.page.camera.show(name);
+      $("views").append(button);
+      return button;
+    });
+  }
+
+  addPlayback() {
+    const { take, sound, jump } = this.page;
+    const seek = $("seek");
+    seek.max = take.duration;
+    $("play").onclick = () => this.toggle();
+    seek.oninput = () => jump(Number(seek.value));
+    $("volume").oninput = () => { sound.volume = Number($("volume").value); };
+    $("volume").hidden = !take.sound;
+    $("speed").onchange = () => { sound.playbackRate = Number($("speed").value); };
+    $("reset").onclick = () => {
+      sound.pause();
+      jump(0);
+      this.page.camera.show("front");
+    };
+  }
+
+  addToggles() {
+    const root = document.documentElement;
+    const press = (id, change, first) => {
+      const set = (on) => { change(on); $(id).setAttribute("aria-pressed", String(on)); };
+      $(id).onclick = () => set($(id).getAttribute("aria-pressed") !== "true");
+      set(first);
+    };
+    press("loop", (on) => { this.looping = on; }, false);
+    press("more", (on) => { document.body.classList.toggle("curves", on); }, false);
+    press("caption", (on) => { $("captions").hidden = !on; }, true);
+    $("caption").hidden = !this.page.take.words.length;
+    const light = () => (root.dataset.theme ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark")) === "light";
+    $("theme").onclick = () => { root.dataset.theme = light() ? "dark" : "light"; };
+    $("full").hidden = !document.fullscreenEnabled;
+    $("full").onclick = () => (document.fullscreenElement ? document.exitFullscreen() : root.requestFullscreen());
+    addEventListener("fullscreenchange", () => {
+      $("full").setAttribute("aria-pressed", String(Boolean(document.fullscreenElement)));
+    });
+  }
+
+  addDownloads() {
+    const { take, blob, head, canvas, show } = this.page;
+    const name = document.title || "talk";
+    $("downloads").hidden = window !== window.top; // a notebook's frame may not save files
+    $("get-head").onclick = () => save(new Blob([head], { type: "model/gltf-binary" }), `${name}.glb`);
+    $("get-sound").hidden = !blob;
+    addEventListener("pointerdown", (event) => {
+      if (!$("downloads").contains(event.target)) $("downloads").open = false;
+    });
+    const suffix = take.sound && take.sound.split("/").pop().replace("mpeg", "mp3").replace(/^x-/, "");
+    $("get-sound").onclick = () => save(blob, `${name}.${suffix}`);
+    $("get-picture").onclick = () => {
+      show();
+      canvas.toBlob((picture) => save(picture, `${name}.png`), "image/png");
+    };
+  }
+
+  toggle() {
+    const { sound, jump } = this.page;
+    if (!sound.paused && !sound.ended) { sound.pause(); return; }
+    if (sound.ended) jump(0);
+    sound.play();
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { sound, camera, jump, take } = this.page;
+    const field = /^(input|select)$/i.test(event.target.tagName);
+    const button = /^(button|summary)$/i.test(event.target.tagName);
+    const step = event.shiftKey ? 1 : 1 / take.fps;
+    const { code } = event;
+    if (code === "Space" && !button && !field) { event.preventDefault(); this.toggle(); }
+    if (field) return;
+    if (code === "ArrowLeft") jump(sound.currentTime - step);
+    if (code === "ArrowRight") jump(sound.currentTime + step);
+    if (code === "Home") jump(0);
+    if (code === "End") jump(take.duration);
+    if (code in TURNS) camera.orbit(...TURNS[code]);
+    if (code in NEARER) camera.orbit(0, 0, NEARER[code]);
+    if (code in VIEW_KEYS) this.views[VIEW_KEYS[code]]?.click();
+    if (code === "KeyL") $("loop").click();
+    if (code === "KeyF" && !$("full").hidden) $("full").click();
+  }
+
+  show(time) {
+    const { sound, take, camera, jump } = this.page;
+    if (this.looping && (sound.ended || time >= take.duration)) { jump(0); sound.play(); }
+    const resting = sound.paused || sound.ended;
+    document.body.classList.toggle("playing", !resting);
+    $("play").setAttribute("aria-label", resting ? "Play" : "Pause");
+    const seek = $("seek");
+    if (document.activeElement !== seek || !resting) seek.value = time;
+    const told = `${clockText(time)} / ${clockText(take.duration)}`;
+    if ($("time").textContent !== told) {
+      $("time").textContent = told;
+      seek.setAttribute("aria-valuetext", told);
+    }
+    this.views.forEach((button) => {
+      button.setAttribute("aria-pressed", String(button.dataset.view === camera.view));
+    });
+  }
+}
+
+function save(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}

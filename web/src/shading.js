@@ -1,0 +1,214 @@
+// The head is lit by the text of GLSL that draws the project's own pictures: same light, same tone.
+import * as THREE from "three";
+
+const VERTEX = `
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+attribute float _occlusion;
+uniform mat4 key_view; uniform vec3 middle;
+varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
+varying vec3 from_key;
+void main() {
+    #include <beginnormal_vertex>
+    #include <morphnormal_vertex>
+    #include <skinbase_vertex>
+    #include <skinnormal_vertex>
+    #include <begin_vertex>
+    #include <morphtarget_vertex>
+    #include <skinning_vertex>
+    vec4 world = modelMatrix * vec4(transformed, 1.0);
+    place = world.xyz;
+    smooth_normal = normalize(mat3(modelMatrix) * objectNormal);
+    #ifdef ROUNDED
+    vec3 away = normalize(place - middle);
+    if (dot(smooth_normal, away) < 0.0) smooth_normal = -smooth_normal;
+    smooth_normal = normalize(0.4 * smooth_normal + 0.6 * away);
+    #endif
+    at = vec2(uv.x, 1.0 - uv.y);
+    // Colours in a .glb hold the occlusion; here it is a light's affair.
+    paint = vec4(1.0, 1.0, 1.0, _occlusion);
+    #if defined(USE_COLOR_ALPHA) || defined(USE_COLOR)
+    paint.rgb = color.rgb / max(_occlusion, 0.05);
+    #endif
+    from_key = (key_view * world).xyz;
+    gl_Position = VIEW;
+}`;
+
+const FRAGMENT = `
+uniform Finish finish; uniform vec3 tint; uniform float rough_factor; uniform bool turns;
+uniform float core; uniform bool fringe; uniform float shadow_bias;
+uniform float exposure; uniform float normal_scale; uniform bool shadowed;
+uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
+uniform sampler2D shadow_map;
+varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
+varying vec3 from_key;
+vec2 texel_at() { return vec2(at.x, 1.0 - at.y); }
+vec3 strand_of(vec3 normal) {
+    vec3 across = cross(dFdy(place), normal), down = cross(normal, dFdx(place));
+    vec3 along = across * dFdx(at).y + down * dFdy(at).y;
+    return along * inversesqrt(max(dot(along, along), 1e-20));
+}
+void main() {
+    vec4 texel = vec4(1.0);
+    #ifdef PICTURE
+    texel = texture2D(color_map, texel_at(), SHARPER);
+    #endif
+    vec3 view = normalize(cameraPosition - place);
+    #ifdef CARDS
+    texel.a *= edge_on(place, view);
+    if (fringe ? texel.a >= core || texel.a < 0.01 : texel.a < core) discard;
+    #endif
+    Point p;
+    p.albedo = paint.rgb * texel.rgb * tint;
+    p.view = view;
+    p.blunt = normalize(smooth_normal) * (turns && !gl_FrontFacing ? -1.0 : 1.0);
+    p.normal = p.blunt;
+    #ifdef RELIEF
+    p.normal = bumped(texture2D(normal_map, texel_at()).xyz, normal_scale, place, at, p.blunt);
+    #endif
+    p.strand = strand_of(p.blunt);
+    p.occlusion = paint.a; p.roughness = rough_factor;
+    #ifdef ROUGH
+    vec2 rough = texture2D(roughness_map, texel_at()).rg;
+    p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;
+    #endif
+    p.roughness = clamp(p.roughness, 0.05, 1.0);
+    p.shadow = 1.0;
+    if (shadowed)
+        p.shadow = open_to_key(texture2D(shadow_map, from_key.xy * 0.5 + 0.5).xy, 
+            from_key.z - shadow_bias);
+    float alpha = fringe ? texel.a : 1.0;
+    gl_FragColor = vec4(shown(lit(p, finish), exposure) * alpha, alpha);
+}`;
+
+const DEPTHS = `
+uniform sampler2D color_map;
+varying vec2 at; varying vec3 from_key;
+void main() {
+    #ifdef CARDS
+    if (texture2D(color_map, vec2(at.x, 1.0 - at.y)).a < 0.5) discard;
+    #endif
+    gl_FragColor = vec4(from_key.z, from_key.z * from_key.z, 0.0, 1.0);
+}`;
+
+const EYE = "projectionMatrix * viewMatrix * world", KEY = "key_view * world";
+
+export class Shading {
+  // stage: as export/viewer_stage.py writes it.
+  constructor(stage) {
+    this.stage = stage;
+    this.shared = {
+      key_view: { value: new THREE.Matrix4().fromArray(stage.key_view) },
+      exposure: { value: stage.exposure },
+      shadow_map: { value: null },
+      shadowed: { value: false },
+      shadow_bias: { value: stage.shadow_bias },
+    };
+  }
+
+  // Take the pictures of a mesh's material in the file, and draw them our way. Few programs do:
+  // what differs between materials is told by uniforms where that can be.
+  dress(mesh) {
+    const given = mesh.material;
+    const fringe = given.name.endsWith("_fringe");
+    const part = this.stage.parts[given.name.replace(/_fringe$/, "")];
+    if (!part) return;
+    const shape = {
+      ...(part.core > 0 && { CARDS: "" }),
+      ...(part.rounded && { ROUNDED: "" }),
+      SHARPER: part.core > 0 ? "-1.0" : "0.0", // coarse levels thin hair out
+    };
+    const uniforms = {
+      ...this.shared,
+      finish: { value: part.finish },
+      tint: { value: new THREE.Vector3(...part.tint) },
+      rough_factor: { value: part.rough },
+      turns: { value: part.turns },
+      core: { value: part.core },
+      fringe: { value: fringe },
+      middle: { value: middleOf(mesh) },
+      normal_scale: { value: part.normal_scale },
+      color_map: { value: given.map },
+      normal_map: { value: given.normalMap },
+      roughness_map: { value: given.roughnessMap },
+    };
+    const program = (vertex, fragment, more) => new THREE.ShaderMaterial({
+      uniforms, vertexColors: given.vertexColors, vertexShader: VERTEX.replace("VIEW", vertex),
+      fragmentShader: fragment, ...more,
+    });
+    mesh.material = program(EYE, this.stage.glsl + FRAGMENT, {
+      name: given.name,
+      side: part.both_sides ? THREE.DoubleSide : THREE.FrontSide,
+      defines: {
+        ...shape,
+        ...(given.map && { PICTURE: "" }),
+        ...(given.normalMap && { RELIEF: "" }),
+        ...(given.roughnessMap && { ROUGH: "" }),
+      },
+      ...(fringe && {
+        transparent: true, depthWrite: false, blending: THREE.CustomBlending,
+        blendSrc: THREE.OneFactor, blendDst: THREE.OneMinusSrcAlphaFactor,
+      }),
+    });
+    const casts = part.casts && !fringe;
+    mesh.userData.depths = casts && program(KEY, DEPTHS, { side: THREE.DoubleSide, defines: shape });
+  }
+}
+
+function middleOf(mesh) {
+  mesh.geometry.computeBoundingBox();
+  return mesh.geometry.boundingBox.getCenter(new THREE.Vector3());
+}
+
+// What the key sees: depths and their squares, blurred, so that a share of it is a soft shadow.
+export class Shadow {
+  static possible(renderer) {
+    return ["EXT_color_buffer_float", "OES_texture_float_linear"].every((name) =>
+      renderer.extensions.has(name));
+  }
+
+  constructor(shading, side) {
+    const target = (size, depthBuffer) => new THREE.WebGLRenderTarget(size, size, {
+      format: THREE.RGFormat, type: THREE.FloatType, depthBuffer,
+      minFilter: THREE.LinearFilter, magFilter: THREE.LinearFilter,
+    });
+    this.raw = target(2 * side, true);
+    this.between = target(side, false);
+    this.moments = target(side, false);
+    this.eye = new THREE.Camera();
+    this.across = this.blur(shading.stage.taps, side, this.raw, "vec2(o, 0.0)");
+    this.down = this.blur(shading.stage.taps, side, this.between, "vec2(0.0, o)");
+    shading.shared.shadow_map.value = this.moments.texture;
+    shading.shared.shadowed.value = true;
+  }
+
+  blur(taps, side, source, step) {
+    const sum = taps.map(([offset, weight]) =>
+      `texture2D(drawn, spot + ${step.replace("o", (offset / side).toFixed(9))}) * ${weight.toFixed(9)}`);
+    const scene = new THREE.Scene();
+    scene.add(new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.ShaderMaterial({
+      uniforms: { drawn: { value: source.texture } }, depthTest: false, depthWrite: false,
+      vertexShader: "varying vec2 spot; void main() { spot = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+      fragmentShader: `uniform sampler2D drawn; varying vec2 spot; void main() { gl_FragColor = ${sum.join(" + ")}; }`,
+    })));
+    return scene;
+  }
+
+  draw(renderer, scene, meshes) {
+    const ours = meshes.map((mesh) => mesh.material);
+    meshes.forEach((mesh) => {
+      if (mesh.userData.depths) mesh.material = mesh.userData.depths;
+      else mesh.visible = false;
+    });
+    renderer.setClearColor(0xffffff, 1);
+    renderer.setRenderTarget(this.raw);
+    renderer.render(scene, this.eye);
+    meshes.forEach((mesh, index) => { mesh.material = ours[index]; mesh.visible = true; });
+    renderer.setRenderTarget(this.between);
+    renderer.render(this.across, this.eye);
+    renderer.setRenderTarget(this.moments);
+    renderer.render(this.down, this.eye);
+    renderer.setRenderTarget(null);
+    renderer.setClearColor(0x000000, 0);
+  }
+}
