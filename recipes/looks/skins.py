@@ -28,7 +28,7 @@ SKINS = {
     "dark_old_male": ("old_darkskinned_male", "", 1.0),
 }
 """The source of its detail, that of its broad colours where another is, strength of the detail."""
-LIP_OF_SKIN = {"female": (0.86, 0.60, 0.59), "male": (0.86, 0.68, 0.65)}
+LIP_OF_SKIN = {"female": (0.87, 0.63, 0.61), "male": (0.87, 0.75, 0.72)}
 """Lips as factors of the skin around them (sRGB)."""
 LIP_NATURAL = {"female": 0.72, "male": 0.85}
 """How far painted lips give way to natural ones."""
