@@ -74,7 +74,7 @@ MISTAKES = [
     ({"elocute": "edits", "version": 1, "edits": [], "edit": 1}, "key 'edit'.*'edits'"),
     (listed(3), r"edits\[0\]: 3"),
     (listed({}), r"edits\[0\].edit: nothing"),
-    (listed({"edit": "amplitud"}), r"edits\[0\].edit.*did you mean 'amplitude'"),
+    (listed({"edit": "amplitudde"}), r"edits\[0\].edit.*did you mean 'amplitude'"),
     (listed({"edit": "loop", "blendd": 1}), r"edits\[0\]: key 'blendd'.*did you mean 'blend'"),
     (listed({"edit": "amplitude", "regions": {"jaww": 1}}), r"\[0\].regions: .*did you mean 'jaw'"),
     (listed({"edit": "amplitude", "regions": {}}), "no region; allowed: jaw, lips"),
