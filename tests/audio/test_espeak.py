@@ -106,3 +106,8 @@ def test_a_library_that_crashes_ends_its_own_process_alone(monkeypatch, tmp_path
     with pytest.raises(MachineError, match="it ended with code"):
         speak("hello")
     assert Path.cwd().exists()
+
+
+@pytest.mark.parametrize("language", ["en-gb", "fr-fr", "es-419", "cmn"])
+def test_a_language_is_spoken_whose_file_is_called_otherwise(language):
+    assert len(speak("7", VoiceSettings(language, voice="f2")).phones) > 2

@@ -143,6 +143,16 @@ class EspeakLibrary:
             found.append((language, (voice.identifier or b"").decode("utf-8", "replace")))
         return found
 
+    def _set_voice(self, voice: str) -> bool:
+        """A language's file has a name of its own: that of fr-fr is fr."""
+        if self._library.espeak_SetVoiceByName(voice.encode()) == 0:
+            return True
+        language, plus, variant = voice.partition("+")
+        own = dict(reversed(self._listed(None))).get(language)
+        return own is not None and (
+            self._library.espeak_SetVoiceByName(f"{own}{plus}{variant}".encode()) == 0
+        )
+
     def speak(
         self, text: str, voice: str, words_per_minute: int, pitch: int, pitch_range: int
     ) -> EspeakSpeech:
@@ -152,7 +162,7 @@ class EspeakLibrary:
         """
         for kept in (self._blocks, self._phones, self._words):
             kept.clear()
-        if self._library.espeak_SetVoiceByName(voice.encode()) != 0:
+        if not self._set_voice(voice):
             raise LookupError(voice)
         for parameter, value in (
             (RATE_PARAMETER, words_per_minute),
