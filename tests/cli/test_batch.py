@@ -71,7 +71,7 @@ def test_edits_are_applied_to_speech_and_to_stored_motion_alike(place: Path):
 
 def test_a_mistake_in_a_list_is_told_before_anything_is_made(place: Path):
     wrong = place / "wrong.json"
-    wrong.write_text(json.dumps({**EDITS, "edits": [{"edit": "amplitud"}]}))
+    wrong.write_text(json.dumps({**EDITS, "edits": [{"edit": "amplitudde"}]}))
     for command in ("animate", place / "in/a.wav"), ("edit", place / "in/a.wav"):
         told = refused(*command, "--edits", wrong, "-o", place / "x.csv")
         assert f"{wrong}: edits[0].edit: 'amplitud'" in told and "did you mean" in told
