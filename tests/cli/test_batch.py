@@ -74,7 +74,7 @@ def test_a_mistake_in_a_list_is_told_before_anything_is_made(place: Path):
     wrong.write_text(json.dumps({**EDITS, "edits": [{"edit": "amplitudde"}]}))
     for command in ("animate", place / "in/a.wav"), ("edit", place / "in/a.wav"):
         told = refused(*command, "--edits", wrong, "-o", place / "x.csv")
-        assert f"{wrong}: edits[0].edit: 'amplitud'" in told and "did you mean" in told
+        assert f"{wrong}: edits[0].edit: 'amplitudde'" in told and "did you mean" in told
     told = refused("animate", place / "in/a.wav", "--edits", place / "no.json", "-o", "x.csv")
     assert "no.json" in told
     assert not (place / "x.csv").exists()
