@@ -41,6 +41,13 @@ def test_timecode(frame, fps, text):
     assert timecode(frame, fps) == text
 
 
+@pytest.mark.parametrize("fps", [23.976, 24.0, 29.97, 30.0, 59.94, 60.0])
+def test_timecode_grows_and_never_counts_a_whole_second_of_frames(fps):
+    told = [timecode(frame, fps) for frame in range(5000)]
+    assert told == sorted(told) and len(set(told)) == len(told)
+    assert max(float(text[9:]) for text in told) < round(fps)
+
+
 def test_a_file_without_the_columns_is_refused(tmp_path):
     (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
     with pytest.raises(MotionError, match="no column"):

@@ -118,10 +118,10 @@ def head_poses(motion: Motion) -> NDArray[np.float64] | None:
 def timecode(frame: int, fps: float) -> str:
     """HH:MM:SS:FF.fff of a frame, at the whole frame rate nearest to `fps`."""
     base = max(1, round(fps))
-    seconds, within = divmod(frame / fps, 1)
-    hours, rest = divmod(int(seconds + 1e-9), 3600)
+    seconds, within = divmod(round(1000 * base * frame / fps), 1000 * base)
+    hours, rest = divmod(seconds, 3600)
     minutes, whole = divmod(rest, 60)
-    return f"{hours:02d}:{minutes:02d}:{whole:02d}:{within * base:06.3f}"
+    return f"{hours:02d}:{minutes:02d}:{whole:02d}:{within / 1000:06.3f}"
 
 
 def read_csv_curves(path: str | Path, fps: float) -> Curves:
