@@ -244,7 +244,7 @@ def test_every_line_is_of_a_kind_that_is_tested() -> None:
         *LOOKS,
     )
     assert [line for line in LINES if not line.startswith(kinds)] == []
-    assert {block.kind for block in BLOCKS} <= {"sh", "python", "csv", "text"}
+    assert {block.kind for block in BLOCKS} <= {"sh", "python", "csv", "json", "text"}
 
 
 @pytest.mark.parametrize("table", [block.text for block in BLOCKS if block.kind == "csv"])

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import soundfile
 
@@ -144,7 +145,14 @@ def test_folders_over_processes_mirror_themselves_and_are_resumed(place: Path):
     alone = run_here("animate", place / "in", "-r", "-o", place / "alone", *FAST)
     assert alone.returncode == 0, alone.stderr
     for name in made:
-        assert (place / "alone" / name).read_bytes() == (place / "out" / name).read_bytes()
+        assert numbers(place / "alone" / name) == pytest.approx(
+            numbers(place / "out" / name), abs=1e-4
+        )
+
+
+def numbers(table: Path) -> np.ndarray:
+    """The curves of a .csv; another number of threads may change their last digit."""
+    return np.loadtxt(table, delimiter=",", skiprows=1, usecols=range(1, 50))
 
 
 def test_what_cannot_be_a_batch_is_refused(place: Path):

@@ -17,15 +17,15 @@ SMALL = {"size": (128, 128), "backend": "embreex"}
 
 
 @pytest.fixture(scope="module")
-def take(speech_wav):
+def film(speech_wav):
     """At 12 fps: a picture takes a tenth of a second here."""
     return animate(speech_wav, fps=12, life=0, look="none")
 
 
 @pytest.fixture(scope="module")
-def video(take, tmp_path_factory):
+def video(film, tmp_path_factory):
     path = tmp_path_factory.mktemp("video") / "talk.mp4"
-    take.write(path, **SMALL)
+    film.write(path, **SMALL)
     return path
 
 
@@ -34,15 +34,15 @@ def length_s(stream: VideoStream | AudioStream) -> float:
     return float(stream.duration * stream.time_base)
 
 
-def test_it_is_h264_and_aac_of_the_right_length(video, take):
+def test_it_is_h264_and_aac_of_the_right_length(video, film):
     with av.open(str(video)) as file:
         picture, sound = file.streams.video[0], file.streams.audio[0]
         assert (picture.codec_context.name, sound.codec_context.name) == ("h264", "aac")
         assert picture.codec_context.pix_fmt == "yuv420p"
-        assert picture.frames == take.motion.frame_count
-        assert picture.average_rate == take.motion.fps
+        assert picture.frames == film.motion.frame_count
+        assert picture.average_rate == film.motion.fps
         seconds, heard = length_s(picture), length_s(sound)
-        assert abs(seconds - heard) < 1 / take.motion.fps + 0.03
+        assert abs(seconds - heard) < 1 / film.motion.fps + 0.03
 
 
 def test_the_sound_is_in_step_to_ten_milliseconds(video, speech_wav):
@@ -57,10 +57,10 @@ def test_the_sound_is_in_step_to_ten_milliseconds(video, speech_wav):
     assert abs(lag) / 16000 < 0.010
 
 
-def test_the_picture_moves_when_the_mouth_does(video, take):
+def test_the_picture_moves_when_the_mouth_does(video, film):
     with av.open(str(video)) as file:
         frames = [f.to_ndarray(format="rgb24").astype(int) for f in file.decode(video=0)]
-    jaw = take.curves["jawOpen"]
+    jaw = film.curves["jawOpen"]
     rest, wide = frames[0], frames[int(jaw.argmax())]
     assert np.abs(wide - rest)[64:100, 40:90].mean() > 2
 
@@ -80,8 +80,8 @@ def test_odd_sizes_are_made_even_and_no_sound_is_fine(motion, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def half_second(take):
-    motion = take.motion
+def half_second(film):
+    motion = film.motion
     return Motion(motion.head, motion.weights[16:31], motion.fps)
 
 
@@ -131,30 +131,30 @@ def test_other_videos_show_what_the_mp4_shows(half_second, tmp_path, suffix, dec
     assert np.abs(ours[7].astype(int) - theirs[7])[..., :3].mean() < 3
 
 
-def test_mp4_has_no_alpha(take, tmp_path):
+def test_mp4_has_no_alpha(film, tmp_path):
     with pytest.raises(OutputError, match=r"transparent background in .mp4; allowed: one in .webm"):
-        take.write(tmp_path / "talk.mp4", background="transparent")
+        film.write(tmp_path / "talk.mp4", background="transparent")
 
 
-def test_an_interrupted_video_leaves_nothing(take, tmp_path):
+def test_an_interrupted_video_leaves_nothing(film, tmp_path):
     def stop(share):
         if share > 0.02:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        take.write(tmp_path / "talk.mp4", progress=stop, **SMALL)
+        film.write(tmp_path / "talk.mp4", progress=stop, **SMALL)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_contact_sheet_shows_twenty_moments(take, tmp_path):
-    take.write(tmp_path / "talk.png", size=(200, 200), backend="embreex")
+def test_a_contact_sheet_shows_twenty_moments(film, tmp_path):
+    film.write(tmp_path / "talk.png", size=(200, 200), backend="embreex")
     with Image.open(tmp_path / "talk.png") as sheet:
         assert sheet.size == (400, 320)
         assert np.asarray(sheet).std() > 20
 
 
-def test_a_transparent_contact_sheet(take, tmp_path):
-    take.write(tmp_path / "talk.png", size=(200, 200), backend="embreex", background="transparent")
+def test_a_transparent_contact_sheet(film, tmp_path):
+    film.write(tmp_path / "talk.png", size=(200, 200), backend="embreex", background="transparent")
     with Image.open(tmp_path / "talk.png") as sheet:
         alpha = np.asarray(sheet)[..., 3]
     assert sheet.mode == "RGBA" and alpha[40, 40] == 255 and alpha[20, 75] == 0

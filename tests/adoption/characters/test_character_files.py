@@ -173,7 +173,7 @@ def test_visemes_are_few_and_near_the_mouth(take, character):
     )
     assert (weights[:, :15] > 0.02).sum(axis=1).mean() < 4
     told = made.json["animations"][0]["extras"]["elocute"]["residual_mm"]
-    assert told["skin"] < 0.6 and told["opening"] < 0.2 and told["closed"] < 0.1
+    assert told["skin"] < 0.6 and told["opening"] < 0.25 and told["closed"] < 0.1
     half = Motion(take.head, take.weights[:100], take.fps)
     again = Written(character_glb(half, face)).channel(0, "weights")
     assert again is not None and np.array_equal(again, weights[:100])

@@ -136,7 +136,7 @@ def test_a_cropped_face_keeps_its_neck(head: HeadModel, stranger: Case):
     assert registration.surface.median < 0.22
     inner = np.linalg.norm(stranger.truth - stranger.truth[head.landmarks[NOSE_TIP]], axis=1) < 0.07
     inner &= np.isin(np.arange(head.vertex_count), head.regions["face"])
-    assert apart_mm(registration.vertices, stranger.truth, inner) < 2.5
+    assert apart_mm(registration.vertices, stranger.truth, inner) < 2.8
 
 
 def test_zero_pose_is_the_neutral_face(head: HeadModel, tmp_path: Path):
