@@ -1,5 +1,7 @@
 """What a picture may be told: background, framing, light and quality."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -138,3 +140,19 @@ def test_no_output_replaces_its_background(speech_wav, tmp_path):
     more = ("--background", wall, "--overwrite")
     refused("animate", speech_wav, "-o", wall, *more, says="wall.png")
     assert wall.read_bytes() == before
+
+
+@pytest.mark.parametrize("who", ["otto", "hana"])
+def test_clothes_do_not_push_the_camera_back(who):
+    from elocute.animation import identity_head
+    from elocute.export.render import portrait
+    from elocute.head.looks import dress, identity_look
+
+    head = identity_head(who)
+    look = identity_look("auto", who)
+    assert look is not None
+    away = [
+        float(np.linalg.norm(camera.position - camera.target))
+        for camera in (portrait(dress(head, replace(look, hair="none"))), portrait(head))
+    ]
+    assert away[0] == pytest.approx(away[1], rel=0.02)

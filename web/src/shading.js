@@ -59,7 +59,8 @@ void main() {
     if (fringe ? texel.a >= core || texel.a < 0.01 : texel.a < core) discard;
     #endif
     Point p;
-    p.albedo = paint.rgb * texel.rgb * tint;
+    // Between the samples of an edge, values run past those of their corners.
+    p.albedo = max(paint.rgb, 0.0) * texel.rgb * tint;
     p.view = view;
     p.blunt = normalize(smooth_normal) * (turns && !gl_FrontFacing ? -1.0 : 1.0);
     p.normal = p.blunt;
@@ -67,7 +68,7 @@ void main() {
     p.normal = bumped(texture2D(normal_map, texel_at()).xyz, normal_scale, place, at, p.blunt);
     #endif
     p.strand = strand_of(p.blunt);
-    p.occlusion = paint.a; p.roughness = rough_factor;
+    p.occlusion = clamp(paint.a, 0.0, 1.0); p.roughness = rough_factor;
     #ifdef ROUGH
     vec2 rough = texture2D(roughness_map, texel_at()).rg;
     p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;

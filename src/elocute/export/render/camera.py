@@ -104,7 +104,8 @@ def portrait(
         target = head.template[head.lip_rings[0]].mean(axis=0)
     height = (top - bottom) * share * MARGIN
     if view != "mouth":
-        shown = head.template[(head.template[:, 1] > bottom) & (head.template[:, 1] < top)]
+        # Shoulders may be cut, the head may not.
+        shown = head.template[(head.template[:, 1] > chin) & (head.template[:, 1] < top)]
         height = max(height, SIDES[framing] * np.ptp(shown[:, 0]) * MARGIN / aspect)
     distance = height / 2 / np.tan(np.radians(FIELD_DEG) / 2)
     yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
