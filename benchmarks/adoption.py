@@ -176,7 +176,7 @@ def main() -> None:
     parser.add_argument("--ict", type=Path, help="ICT-FaceKit's folder FaceXModel")
     parser.add_argument("--solve", action="store_true", help="find FLAME's parameters again")
     arguments = parser.parse_args()
-    curves = elocute.animate(EXAMPLE, life=0).curves
+    curves = elocute.animate(EXAMPLE, model="articulation", life=0).curves
     flame_faces(curves)
     if arguments.ict:
         ict_shapes(arguments.ict, curves)

@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import elocute
-from elocute.export.shape_profiles import VISEME_TARGETS
-from elocute.head.viseme_shapes import VISEME_SHAPES
+from elocute.head.preset_shapes import OCULUS_SHAPES, SILENT, VRM_MOUTH
 from elocute.motion.control_fit import fit_controls
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.mouth_measures import measure_mouth
@@ -22,15 +21,15 @@ USED = 0.02
 WITHOUT_CLOSE = [name for name in ARKIT_NAMES if name.startswith(("jaw", "mouth", "tongue"))]
 WITHOUT_CLOSE.remove("mouthClose")
 SETS: dict[str, list[dict[str, float]]] = {
-    "15 visemes of Oculus": [VISEME_SHAPES[own] for own in VISEME_TARGETS.values() if own != "sil"],
-    "5 vowels of a VRM": [VISEME_SHAPES[own] for own in ("aa", "ih", "ou", "E", "oh")],
+    "15 visemes of Oculus": [look for name, look in OCULUS_SHAPES.items() if name != SILENT],
+    "5 vowels of a VRM": list(VRM_MOUTH.values()),
     "ARKit without `mouthClose`": [{name: 1.0} for name in WITHOUT_CLOSE],
     "a jaw alone": [{"jawOpen": 1.0}],
 }
 
 
 def main() -> None:
-    motion = elocute.animate(EXAMPLE, life=0).motion
+    motion = elocute.animate(EXAMPLE, model="articulation", life=0).motion
     own = measure_mouth(motion)["opening_mm"]
     print(
         "| shapes | skin off, mm | opening off, mm | r | size | closed, mm at most "

@@ -20,9 +20,10 @@ import elocute
 SPEECH = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
 FORMATS = (".npz", ".csv", ".glb")
 TAKES: dict[str, dict[str, object]] = {
-    "articulation": {},
-    "articulation, broad, a seed, 30 fps": {"style": "broad", "identity": "7", "fps": 30.0},
-    "articulation, without life": {"life": 0},
+    "talkers": {},
+    "talkers, broad, a seed, 30 fps": {"style": "broad", "identity": "7", "fps": 30.0},
+    "talkers, without life": {"life": 0},
+    "articulation": {"model": "articulation"},
     "voca": {"model": "voca"},
     "crnn": {"model": "crnn", "identity": "hana"},
 }

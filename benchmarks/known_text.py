@@ -48,6 +48,7 @@ from elocute.motion.mouth_measures import TRACKED_CLOSED, measure_mouth
 from recipes.encoder.synthesise import FESTIVAL_VOICES, FLITE_VOICES, Espeak, Phones, utterance
 
 FPS = 60.0
+MODEL = "articulation"  # whose contacts the tables count
 PAD_S = 0.25
 NEAR_S = 0.040
 RELEASE_WINDOW_S = (-0.12, 0.20)
@@ -153,9 +154,9 @@ def synthetic(texts: Sequence[str]) -> dict[str, dict[str, Tally]]:
             pad = np.zeros(round(PAD_S * 16000), np.float32)
             sound = Waveform(np.concatenate([pad, samples, pad]).astype(np.float32), 16000)
             phones = [(start + PAD_S, end + PAD_S, phone) for start, end, phone in phones]
-            exact = closed_frames(animate(sound, phones=phones, fps=FPS, life=0))
+            exact = closed_frames(animate(sound, phones=phones, model=MODEL, fps=FPS, life=0))
             for name, said in (("sound alone", None), ("with the text", text)):
-                made = closed_frames(animate(sound, text=said, fps=FPS, life=0))
+                made = closed_frames(animate(sound, text=said, model=MODEL, fps=FPS, life=0))
                 score(tallies[name], made, exact, phones)
     return found
 
@@ -200,10 +201,12 @@ def talker(folder: Path) -> None:
         text = " ".join(word for _, _, word in mouth.words if word not in ("sil", "sp", ""))
         for with_text in (False, True):
             try:
-                animation = animate(mouth.sound, text=text if with_text else None, fps=FPS, life=0)
+                animation = animate(
+                    mouth.sound, text=text if with_text else None, model=MODEL, fps=FPS, life=0
+                )
             except ValueError:
                 refused += 1
-                animation = animate(mouth.sound, fps=FPS, life=0)
+                animation = animate(mouth.sound, model=MODEL, fps=FPS, life=0)
             measured = measure_mouth(animation.motion)
             found = measure_tracked_mouth(mouth, measured, eye_mm, speaking)
             scores[with_text].append(found)

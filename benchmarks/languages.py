@@ -187,7 +187,7 @@ def score(
     def takes() -> Iterator[SpokenTake]:
         label, model, contacts = way
         for sound, phones, arpabet in speech:
-            exact = animate(sound, phones=arpabet, fps=FPS, life=0).motion
+            exact = animate(sound, phones=arpabet, model="articulation", fps=FPS, life=0).motion
             known = arpabet if label == "exact" else None
             moved = animate(
                 sound, phones=known, model=model, contacts=contacts, fps=FPS, life=0

@@ -222,7 +222,7 @@ def main() -> None:
     arguments = parser.parse_args()
     head = load_builtin_head()
     speech = Path(elocute.__file__).parent / "assets" / "example.flac"
-    motion = animate(speech, fps=30, identity="7", life=0).motion
+    motion = animate(speech, model="articulation", fps=30, identity="7", life=0).motion
     scanner = Scanner(points=arguments.points, noise_mm=arguments.noise_mm)
     neutral, cases, floor_median, floor_mean = cases_of(motion, scanner, arguments.frames)
     template, _ = register_neutral(head, neutral.scan, neutral.landmarks)

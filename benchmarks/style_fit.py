@@ -58,7 +58,7 @@ def held_out(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Itera
 
 
 def said_again(corpus: Corpus, names: list[str], styles: tuple[str, ...]) -> Iterator[Case]:
-    driver, head = open_model(), load_builtin_head()
+    driver, head = open_model("articulation"), load_builtin_head()
     for name in names:
         sound, entry = corpus.sound(name), corpus.entry(name)
         heard = extract_features(driver, sound)[0]

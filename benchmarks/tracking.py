@@ -57,7 +57,9 @@ def frames(count: int, scanner: Scanner, face: str, start: int) -> Iterator[Take
         if face == "rich":
             motion = take_from_sound(read_audio(speech), fps=FPS, identity="7", style=style)
         else:
-            motion = animate(speech, fps=FPS, identity="7", style=style, life=0).motion
+            motion = animate(
+                speech, model="articulation", fps=FPS, identity="7", style=style, life=0
+            ).motion
         stage = ScanSimulator(motion, scanner)
         for frame in range(start, min(stage.motion.frame_count, start + count - number)):
             taken = stage.frame(frame)

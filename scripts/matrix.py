@@ -4,10 +4,12 @@
     python scripts/matrix.py                      lowest, newest and mediapipe: what CI runs
     python scripts/matrix.py newest --python 3.12 one of them, with another Python
     python scripts/matrix.py extras               every extra at its lowest version; long
+    python scripts/matrix.py blender              FBX files, with 400 MB of Blender's module
 
     lowest      Python 3.11, every dependency at its lower bound
     newest      the newest Python that is found here, every dependency as pip takes it today
     mediapipe   Python 3.11 and the one MediaPipe whose wheel holds the face models
+    blender     Python 3.11 and Blender's Python module
     extras      Python 3.11, the dependencies and every extra but `video` at their lower bounds
 
 The wheel is built once and installed into each environment, outside the repository. Pythons are
@@ -77,6 +79,7 @@ EXTRAS = [
     "tests/networks",
     "tests/training",
     "tests/capture/scans",
+    "tests/files/test_draco_gltf.py",
     "tests/cli/test_align.py",
     "tests/cli/test_train.py",
 ]
@@ -112,9 +115,10 @@ ENVIRONMENTS = {
             "sounddevice",
         ),
     ),
+    "blender": Environment(["tests/files/test_fbx.py"], "capture", beside=("bpy",)),
     "extras": Environment(
         EXTRAS,
-        "train,encoders,wild,cluster,capture,tts",
+        "train,encoders,wild,cluster,capture,tts,draco",
         lowest=True,
         before=((TORCH,),),
         beside=("librosa", "python_speech_features", "duckdb", "pandas"),

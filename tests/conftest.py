@@ -197,7 +197,11 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
                 for part in range(3):
                     piece = speech.samples[part * 16000 : part * 16000 + 24000]
                     animation = elocute.animate(
-                        Waveform(piece, 16000), fps=fps, style=subject, life=0
+                        Waveform(piece, 16000),
+                        fps=fps,
+                        model="articulation",
+                        style=subject,
+                        life=0,
                     )
                     weights = animation.motion.weights
                     frames: Any = weights

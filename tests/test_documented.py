@@ -103,10 +103,10 @@ def split(line: str) -> tuple[list[str], list[str]]:
         word.rstrip("/")
         for before, word in zip(["", *words], words, strict=False)
         if re.search(
-            r"\.(wav|npz|npy|onnx|pkl|ply|json|txt|TextGrid|mp4|glb)$|/|^VOCASET|^(lines|recordings).csv",
+            r"\.(wav|npz|npy|onnx|pkl|ply|json|toml|txt|TextGrid|mp4|glb)$|/|^VOCASET|^(lines|recordings|answers|trial).csv",
             word,
         )
-        and before not in ("-o", "--output", "--plot", "--textgrid")
+        and before not in ("-o", "--output", "--plot", "--textgrid", "--participants")
     ]
     return words, reads
 
@@ -126,6 +126,8 @@ def test_a_command_runs(
         ("propagate", "pyarrow"),
         ("align", "numba"),
         ("words", "pocketsphinx"),
+        ("study", "sqlalchemy"),
+        ("study", "matplotlib"),
     ):
         if words[0] == extra:
             pytest.importorskip(package)
@@ -134,6 +136,8 @@ def test_a_command_runs(
     monkeypatch.chdir(tmp_path)
     if "recordings.csv" in reads:
         reads.append("reading.wav")
+    if "study.toml" in reads:
+        reads += ["ours", "theirs"]
     for name in reads:
         place = tmp_path / name
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -244,7 +248,7 @@ def test_every_line_is_of_a_kind_that_is_tested() -> None:
         *LOOKS,
     )
     assert [line for line in LINES if not line.startswith(kinds)] == []
-    assert {block.kind for block in BLOCKS} <= {"sh", "python", "csv", "json", "text"}
+    assert {block.kind for block in BLOCKS} <= {"sh", "python", "csv", "json", "text", "toml"}
 
 
 @pytest.mark.parametrize("table", [block.text for block in BLOCKS if block.kind == "csv"])
@@ -277,6 +281,8 @@ def test_python_of_a_page_runs(
         pytest.importorskip("lightning_fabric")
         pytest.importorskip("numba")
     monkeypatch.chdir(tmp_path)
+    if "elocute.study" in code:
+        pytest.importorskip("matplotlib")
     if "say(" in code:
         need(has_espeak(), "espeak-ng")
     for name in (
@@ -289,9 +295,11 @@ def test_python_of_a_page_runs(
         "parameters.npz",
         "generic_model.pkl",
         "hero.glb",
+        "studies/example.toml",
     ):
         if f'"{name}' in code:
             given = give(name)
+            (tmp_path / name).parent.mkdir(exist_ok=True)
             (shutil.copytree if given.is_dir() else shutil.copy)(given, tmp_path / name)
     import elocute
 

@@ -20,9 +20,12 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     for side in ("Left", "Right"):
         low = side.lower()
         wide = face.expression(f"eye-{low}-opened-up")
+        # MakeHuman moves a brow in three parts; its arch goes with the whole.
+        arch = face.expression(f"eyebrows-{low}-up")
+        outer = face.expression(f"eyebrows-{low}-extern-up")
         skin = {
-            "browDown": 0.65 * face.expression(f"eyebrows-{low}-down"),
-            "browOuterUp": face.expression(f"eyebrows-{low}-extern-up"),
+            "browDown": 1.05 * face.expression(f"eyebrows-{low}-down") - arch - 0.35 * outer,
+            "browOuterUp": outer + 1.6 * arch,
             "eyeBlink": face.expression(f"eye-{low}-closure") - EYES_OPEN * wide,
             "eyeWide": wide,
             "eyeSquint": face.pose_unit(f"{side}LowerLidUp"),

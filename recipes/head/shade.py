@@ -7,6 +7,7 @@ import numpy as np
 RAYS = 96
 REACH_M = 0.12
 BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like holes
+LINING, TONGUE = 0.32, 0.18  # and itself: a mouth seen from the side is dark red, no black gap
 
 
 def occlusion(vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -45,18 +46,16 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     front = face.vertices[slices["teeth_upper"], 2].max()
     depth = np.clip((front - face.vertices[:, 2]) / 0.030, 0, 1)
     deep = (1 - depth) ** 1.3 * np.clip(0.35 + 1.6 * free, 0, 1)
-    light[inside] = np.clip(0.24 + 0.76 * deep[inside], 0, 1)
-    # The inner side of the lips catches light when they part: only what is behind is dark.
-    skin_z = face.vertices[slices["skin"], 2]
-    open_side = 0.38 * np.clip((skin_z - (front - 0.010)) / 0.008, 0, 1)
-    light[slices["skin"]] = np.maximum(light[slices["skin"]], open_side)
-    near_lips = face.lips.rings[[7, 8, 9]]
-    for ring, floor in zip(near_lips, (0.80, 0.55, 0.38), strict=True):
-        light[ring] = np.maximum(light[ring], floor)
+    light[inside] = np.clip(LINING + (1 - LINING) * deep[inside], 0, 1)
+    light[face.anatomy.inner_mouth] = LINING
+    # The inner side of the lips: lamps behind the head would else light the far one from within.
+    near_lips = face.lips.rings[[5, 6, 7, 8, 9]]
+    for ring, most in zip(near_lips, (0.75, 0.60, 0.50, 0.30, 0.20), strict=True):
+        light[ring] = np.minimum(light[ring], most)
     tongue = face.vertices[slices["tongue"]]
     forward = (tongue[:, 2] - tongue[:, 2].min()) / np.ptp(tongue[:, 2])
     groove = np.clip(np.abs(tongue[:, 0]) / 0.010, 0, 1)  # a shallow fold along the middle
-    light[slices["tongue"]] = 0.10 + 0.55 * forward**3 * (0.75 + 0.25 * groove)
+    light[slices["tongue"]] = TONGUE + 0.45 * forward**3 * (0.75 + 0.25 * groove)
     for jaw, brightest in (("upper", 0.70), ("lower", 0.50)):
         teeth = slices[f"teeth_{jaw}"]
         light[teeth] = np.minimum(BOUNCE + 0.72 * (1 - depth[teeth]) ** 2.2, brightest)

@@ -189,19 +189,19 @@ def hero_picture(path: Path) -> None:
     sheet([pictures], [""] * len(pictures), len(pictures), path)
 
 
-# Somebody talking, for pages that play no sound: who, which part of the shipped example.
-TALKERS = ("esi", "hana", "otto")
+# Somebody talking, for pages that play no sound: who in which mood, which part of the example.
+TALKERS = {"esi": "happy:0.7", "hana": "neutral", "otto": "angry:0.6"}
 TALK_S, TALK_FPS, TALK_SIZE, TALK_QUALITY = (0.3, 4.3), 20, (250, 310), 60
 
 
 def talking_pictures(path: Path) -> None:
-    """An animated WebP: people side by side who say the same."""
+    """An animated WebP: people side by side who say the same in different moods."""
     first, stop = (round(moment * TALK_FPS) for moment in TALK_S)
     strips = [
         Image.new("RGB", (len(TALKERS) * TALK_SIZE[0], TALK_SIZE[1])) for _ in range(first, stop)
     ]
-    for place, who in enumerate(TALKERS):
-        motion = animate(EXAMPLE, fps=TALK_FPS, identity=who).motion.dressed()
+    for place, (who, mood) in enumerate(TALKERS.items()):
+        motion = animate(EXAMPLE, fps=TALK_FPS, identity=who, mood=mood).motion.dressed()
         view = camera(motion.head, 0.29, 0.0)
         faces = drawn(motion.head, list(motion.vertices(first, stop)), TALK_SIZE, view)
         for strip, face in zip(strips, faces, strict=True):

@@ -77,7 +77,7 @@ def middle_line(brow: Brow, t: np.ndarray) -> np.ndarray:
 
 def thickness(brow: Brow, t: np.ndarray) -> np.ndarray:
     return brow.thick * np.interp(
-        t, [0, 0.08, 0.22, 0.45, 0.62, 0.8, 1], [0.62, 0.86, 1.0, 0.94, 0.78, 0.5, 0.12]
+        t, [0, 0.08, 0.22, 0.45, 0.62, 0.8, 1], [0.62, 0.86, 1.0, 0.94, 0.80, 0.58, 0.30]
     )
 
 
@@ -131,7 +131,9 @@ def picture(brow: Brow, seed: int = 3) -> np.ndarray:
         hair = _hair(brow, t, side, rng)
         bright = int(rng.uniform(110, 255))
         strong = int(
-            255 * rng.uniform(0.6, 1.0) * np.interp(t, [-0.02, 0.08, 0.2, 1], [0.15, 0.55, 1, 0.9])
+            255
+            * rng.uniform(0.6, 1.0)
+            * np.interp(t, [-0.02, 0.08, 0.2, 0.72, 0.95], [0.15, 0.55, 1, 0.9, 0.4])
         )
         points = (hair + lead) * scale
         points[:, 1] = size[1] / 2 - points[:, 1]
@@ -151,8 +153,8 @@ def _roots(brow: Brow, rng: np.random.Generator) -> list[tuple[float, float]]:
     """Where hairs stand: share of the way, and side of the middle line from -1 to 1."""
     roots = []
     while len(roots) < brow.hairs:
-        t, side = rng.uniform(-0.02, 0.97), rng.uniform(-1, 1)
-        here = np.interp(t, [-0.02, 0.04, 0.16, 0.7, 0.97], [0.2, 0.55, 1, 0.9, 0.5])
+        t, side = rng.uniform(-0.02, 0.94), rng.uniform(-1, 1)
+        here = np.interp(t, [-0.02, 0.04, 0.16, 0.7, 0.94], [0.2, 0.55, 1, 0.9, 0.28])
         if rng.random() < here * (1 - 0.45 * abs(side) ** 3):
             roots.append((t, side))
     return sorted(roots, key=lambda root: -root[0])
@@ -169,7 +171,7 @@ def _hair(brow: Brow, t: float, side: float, rng: np.random.Generator) -> np.nda
     angle += np.radians(9) * brow.wild * rng.normal()
     bend = np.radians(np.interp(t, [0, 0.3, 1], [-34, -26, -10]) * rng.uniform(0.6, 1.2))
     length = (
-        brow.length * rng.uniform(0.65, 1.1) * np.interp(t, [0, 0.15, 0.7, 1], [0.7, 1, 0.9, 0.6])
+        brow.length * rng.uniform(0.65, 1.1) * np.interp(t, [0, 0.15, 0.7, 1], [0.7, 1, 0.85, 0.45])
     )
     steps = np.linspace(0, 1, 6)[1:]
     turn = angle + bend * steps

@@ -53,7 +53,7 @@ class Fitting:
 
     def bound(self, points: np.ndarray, mesh: Mesh, fit: Clothing | None = None) -> Cards:
         """Vertices hang on the skin that the fitting file names, or on the nearest."""
-        index, weights = self._nearest(points)
+        index, weights = self.nearest(points)
         if fit is not None:
             own = self.local[fit.triangles]
             known = (own >= 0).all(1)
@@ -70,7 +70,8 @@ class Fitting:
             points,
         )
 
-    def _nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n, NEAREST) skin vertices nearest to places, and their shares, which sum to one."""
         away, index = self.tree.query(points, NEAREST)
         near = 1 / np.maximum(away, 1e-5)
         return np.asarray(index), near / near.sum(1, keepdims=True)

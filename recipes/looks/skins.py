@@ -38,6 +38,8 @@ LID_MOVES_M = (0.0008, 0.0035)
 LID_OF_SKIN, LID_GRAIN = (1.0, 0.965, 0.955), 0.2
 ORBIT_EVENED = 0.65
 """How far the shade between lid and brow, painted as if by a light, gives way to skin."""
+ORANGE_EVENED = 0.85
+"""How far what is yellower than the cheeks comes to them."""
 SOCKET = (0.60, 0.33, 0.30)
 
 
@@ -115,6 +117,7 @@ def skin(folder: Path, name: str, masks: Masks, size: int) -> np.ndarray:
     colour = _shaven(colour.clip(0, 1), masks)
     colour = _lit_orbits(colour, masks)
     colour = _plain_lids(colour, masks)
+    colour = _without_orange(colour, masks)
     colour = _natural_lips(colour, masks, sex)
     colour[socket_patch(size)] = np.array(SOCKET) * np.clip(_skin_colour(colour, masks) * 1.3, 0, 1)
     return colour.clip(0, 1)
@@ -154,6 +157,18 @@ def _plain_lids(colour: np.ndarray, masks: Masks) -> np.ndarray:
     grain = colour - blurred(colour, colour.shape[0] / 500)
     share = masks.lid[..., None]
     return colour * (1 - share) + (plain + LID_GRAIN * grain) * share
+
+
+def _without_orange(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Patches that are yellower than the cheeks, as painted round old eyes, less so."""
+    wide = np.maximum(blurred(colour, colour.shape[0] / 80), 0.02)
+    plain = _skin_colour(colour, masks)
+    blue = (plain[2] / luma(plain)) / (wide[..., 2] / luma(wide))
+    red = (plain[0] / luma(plain)) / (wide[..., 0] / luma(wide))
+    evened = colour.copy()
+    evened[..., 2] *= np.maximum(blue, 1) ** ORANGE_EVENED
+    evened[..., 0] *= np.minimum(red, 1) ** (ORANGE_EVENED / 2)
+    return evened
 
 
 def _natural_lips(colour: np.ndarray, masks: Masks, sex: str) -> np.ndarray:

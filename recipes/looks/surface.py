@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import KDTree
 
@@ -48,23 +50,23 @@ def triangles(quads: np.ndarray) -> np.ndarray:
     return np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
-def subdivided(points: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Each quad in four, old vertices where they are; the vertex of each edge.
+@dataclass(frozen=True, eq=False)
+class Split:
+    """Each quad in four: first the old vertices, then one of each edge, then one of each face."""
 
-    New ones lie on the cubic through the edge as the normals at its ends say (Bézier), so that
-    a round mesh stays round.
-    """
-    normals = vertex_normals(points, triangles(quads)).astype(float)
+    quads: np.ndarray  # (4 face, 4)
+    ends: np.ndarray  # (edge, 2) old vertices
+    sides: np.ndarray  # (face, 4) edges
+    edges: dict[tuple[int, int], int]  # the new vertex of an edge, by its ends, the lower first
+
+
+def split(quads: np.ndarray, count: int) -> Split:
+    """How the quads of a mesh of `count` vertices are divided."""
     edges: dict[tuple[int, int], int] = {}
     for quad in quads.tolist():
         for a, b in zip(quad, quad[1:] + quad[:1], strict=True):
-            edges.setdefault((min(a, b), max(a, b)), len(points) + len(edges))
-    first, last = np.array(list(edges)).T
-    chord = points[last] - points[first]
-    rise = (chord * (normals[last] - normals[first])).sum(1) / 8
-    bulge = unit(normals[first] + normals[last]) * rise[:, None]
-    middles = (points[first] + points[last]) / 2 + bulge
-    start = len(points) + len(edges)
+            edges.setdefault((min(a, b), max(a, b)), count + len(edges))
+    start = count + len(edges)
     pieces = []
     sides = np.zeros((len(quads), 4), int)
     for face, quad in enumerate(quads.tolist()):
@@ -72,7 +74,28 @@ def subdivided(points: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.nd
         sides[face] = side
         for k in range(4):
             pieces.append([quad[k], side[k], start + face, side[k - 1]])
-    own = sides - len(points)
-    centres = middles[own].mean(1) * 2 - points[quads].mean(1)
-    centres = 0.5 * centres + 0.5 * middles[own].mean(1)
-    return np.vstack([points, middles, centres]), np.array(pieces), edges
+    return Split(np.array(pieces), np.array(list(edges)), sides - count, edges)
+
+
+def subdivided(points: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict]:
+    """Each quad in four, old vertices where they are; the vertex of each edge.
+
+    New ones lie on the cubic through the edge as the normals at its ends say (Bézier), so that
+    a round mesh stays round.
+    """
+    normals = vertex_normals(points, triangles(quads)).astype(float)
+    made = split(quads, len(points))
+    first, last = made.ends.T
+    chord = points[last] - points[first]
+    rise = (chord * (normals[last] - normals[first])).sum(1) / 8
+    bulge = unit(normals[first] + normals[last]) * rise[:, None]
+    middles = (points[first] + points[last]) / 2 + bulge
+    centres = middles[made.sides].mean(1) * 2 - points[quads].mean(1)
+    centres = 0.5 * centres + 0.5 * middles[made.sides].mean(1)
+    return np.vstack([points, middles, centres]), made.quads, made.edges
+
+
+def subdivided_flat(values: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same of values that are linear between vertices, and its quads."""
+    made = split(quads, len(values))
+    return np.vstack([values, values[made.ends].mean(1), values[quads].mean(1)]), made.quads

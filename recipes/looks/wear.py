@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from elocute.files.array_writing import write_npz
 from recipes.head.face import NeutralFace
-from recipes.looks import brows, clothes
+from recipes.looks import brows, clothes, locks
 from recipes.looks.canvas import Canvas, save
 from recipes.looks.cards import Cards, Fitting
-from recipes.looks.roots import roots
-from recipes.looks.strands import strands
+from recipes.looks.finer import finer
+from recipes.looks.roots import covered, roots
+from recipes.looks.strands import long_strands, strands
 
 HAIR = ("short01", "short02", "short04", "long01", "ponytail01", "afro01")
 """Styles that leave both eyes free."""
+FALLING = ("long01",)
+"""Of these, whose hair falls straight down its picture."""
 HAIR_PX, LASH_PX = 1024, 512
 LASHES = ("eyelashes01",)
 ROOT_M, ROOT_SHADE = 0.012, 0.45
@@ -28,21 +32,42 @@ UPPER_LASH, LOWER_LASH = 0.85, 0.3
 def bake(face: NeutralFace, canvas: Canvas, looks: Path, assets: Path) -> None:
     fitting = Fitting(face)
     for name in HAIR:
-        folder = looks / "hair" / name
-        cards = fitting.cards(folder, name)
-        away, _ = fitting.tree.query(cards.points)
-        shade = ROOT_SHADE + (1 - ROOT_SHADE) * np.clip(away / ROOT_M, 0, 1)
-        write(assets / "hair" / f"{name}.npz", fitting, cards, shade=shade)
-        picture = strands(next(folder.glob("*.png")), HAIR_PX, even=HAIR_PX / 14)
-        size = save(assets / "hair" / f"{name}.webp", picture, 78)
-        size += save(
-            assets / "hair" / f"{name}_roots.webp", roots(canvas, cards, picture[..., 3]), 60
-        )
-        print(f"{name}: {len(cards.points)} vertices, {size / 1e3:.0f} kB")
+        bake_hair(fitting, canvas, looks / "hair" / name, assets)
+    bake_curls(fitting, canvas, assets)
     bake_brows(fitting, assets)
     for name in LASHES:
         bake_lashes(fitting, looks / "eyelashes", name, assets)
     bake_clothes(fitting, assets)
+
+
+def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path, assets: Path) -> None:
+    """A style of MakeHuman's, made finer, with single hairs that leave it."""
+    name, painted = folder.name, next(folder.glob("*.png"))
+    cards = finer(fitting.cards(folder, name), fitting.skin)
+    away, _ = fitting.tree.query(cards.points)
+    cards = replace(cards, shade=ROOT_SHADE + (1 - ROOT_SHADE) * np.clip(away / ROOT_M, 0, 1))
+    if name in FALLING:
+        picture = long_strands(painted, HAIR_PX)
+    else:
+        picture = strands(painted, HAIR_PX, even=HAIR_PX / 14)
+    shade = roots(canvas, covered(canvas, cards, picture[..., 3]))
+    write_hair(assets / "hair" / name, fitting, cards, picture, shade)
+
+
+def bake_curls(fitting: Fitting, canvas: Canvas, assets: Path) -> None:
+    """Curls of our own, on MakeHuman's scalp."""
+    cards = locks.curls(fitting, canvas.millimetres[: len(fitting.skin)])
+    shade = roots(canvas, locks.grows(canvas.millimetres))
+    write_hair(assets / "hair" / "curls", fitting, cards, locks.curl_picture(), shade)
+
+
+def write_hair(
+    path: Path, fitting: Fitting, cards: Cards, picture: np.ndarray, shade: np.ndarray
+) -> None:
+    write(path.with_suffix(".npz"), fitting, cards)
+    size = save(path.with_suffix(".webp"), picture, 78)
+    size += save(path.with_name(f"{path.name}_roots.webp"), shade, 60)
+    print(f"{path.name}: {len(cards.points)} vertices, {size / 1e3:.0f} kB")
 
 
 def bake_brows(fitting: Fitting, assets: Path) -> None:
@@ -98,14 +123,11 @@ def _same_lid(skin: np.ndarray, root: int, middle: float) -> np.ndarray:
     return np.argsort(away + 1.0 * (other | behind))[:NEIGHBOURS]
 
 
-def write(
-    path: Path, fitting: Fitting, cards: Cards, shade=None, skull_m=None, **more: np.ndarray
-) -> None:
+def write(path: Path, fitting: Fitting, cards: Cards, skull_m=None, **more: np.ndarray) -> None:
     """Places in `more` are whole numbers; a skull there takes the place of the head's own."""
     path.parent.mkdir(parents=True, exist_ok=True)
     pairs, between = fitting.skull()
     between = between if skull_m is None else skull_m
-    shade = cards.shade if shade is None else shade
     arrays = {
         "index": cards.index.astype(np.uint16),
         "weights": cards.weights.astype(np.float32),
@@ -113,7 +135,7 @@ def write(
         "quads": cards.quads.astype(np.uint16),
         "uv": cards.uv.astype(np.float32),
         "uv_quads": cards.uv_quads.astype(np.uint16),
-        "shade": np.round(255 * np.clip(shade, 0, 1)).astype(np.uint8),
+        "shade": np.round(255 * np.clip(cards.shade, 0, 1)).astype(np.uint8),
         "skull": pairs.astype(np.uint16),
         "skull_m": between.astype(np.float32),
     }

@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from elocute.motion.mouth_measures import measure_mouth
     from elocute.motion.store import load_motion, save_motion
     from elocute.speaking import say
+    from elocute.timed_speech import find_phones
 
 
 __all__ = [
@@ -87,6 +88,7 @@ __all__ = [
     "Waveform",
     "__version__",
     "animate",
+    "find_phones",
     "load_builtin_head",
     "load_motion",
     "measure_mouth",
@@ -120,6 +122,7 @@ __getattr__, __dir__ = lazy(
             "save_motion",
         ),
         "speaking": ("say",),
+        "timed_speech": ("find_phones",),
     },
     packages=(
         "adoption",

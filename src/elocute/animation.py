@@ -172,8 +172,8 @@ def animate(
         A face of the head: a seed, or a JSON file of coefficients in standard deviations; of the
         built-in head also a name.
     head : str or Path
-        "builtin", a character with shapes of its own (.glb, .gltf, .vrm), a FLAME model (.pkl), or
-        a head or mesh file in the topology that the model moves.
+        "builtin", a character with shapes of its own (.glb, .gltf, .vrm, .fbx), a FLAME model
+        (.pkl), or a head or mesh file in the topology that the model moves.
     mesh : str, optional
         The name of a mesh of the head, in a character's file with several heads.
     style : str or Style

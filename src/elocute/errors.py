@@ -9,6 +9,7 @@
     │   ├── AlignmentError  sequences that cannot be warped onto each other
     │   ├── CaptureError    a scan, its landmarks or a recording that cannot be registered
     │   ├── ModelError      a trained model or checkpoint that cannot be used
+    │   ├── StudyError      a perceptual study, or its answers, that cannot be used
     │   └── OutputError     a place or a format that cannot be written
     └── MachineError        something this machine lacks (a renderer, for example)
 
@@ -115,6 +116,10 @@ class CaptureError(InputError):
 
 class ModelError(InputError):
     """A trained model, a checkpoint or a style that cannot be used."""
+
+
+class StudyError(InputError):
+    """A perceptual study, its videos or its answers that cannot be used."""
 
 
 class OutputError(InputError):

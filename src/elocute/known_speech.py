@@ -10,6 +10,7 @@ import numpy as np
 from elocute.alignment.transcript import Transcript, transcribe
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import blended_posteriors
+from elocute.audio.mouth_cue_files import as_written
 from elocute.audio.speech_times import SpeechTimes
 from elocute.audio.timed_labels import Label
 from elocute.errors import InputError
@@ -27,7 +28,8 @@ class KnownSpeech:
     notes : list of str
         What to know about them; grows while the features are made.
     words : list of (float, float, str)
-        Start in s, end in s and word, where words are known; grows likewise.
+        Start in s, end in s and word, where words are known, with the marks of a given text; grows
+        likewise.
     """
 
     phones: PhoneTimes | PhoneRefiner | None
@@ -67,19 +69,22 @@ def known_speech(
     if phones is not None and text is not None:
         raise InputError.about("`phones`", found="`text` too", allowed="one of them")
     if text is not None:
-        return _transcribed(Transcript.of_text(text, language))
+        return _transcribed(Transcript.of_text(text, language), text=text)
     if isinstance(phones, SpeechTimes):
         return _timed(phones, language)
     return KnownSpeech(phones)
 
 
-def _transcribed(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
+def _transcribed(
+    transcript: Transcript, notes: tuple[str, ...] = (), text: str = ""
+) -> KnownSpeech:
     told, words = list(notes), list[Label]()
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:
         found = transcribe(transcript, heard, duration_s)
         told.extend(found.notes)
-        words.extend((word.start_s, word.end_s, word.text) for word in found.words)
+        spoken = [(word.start_s, word.end_s, word.text) for word in found.words]
+        words.extend(as_written(spoken, text))
         return found.posteriors
 
     return KnownSpeech(refine, told, words)

@@ -30,6 +30,10 @@ Cli = Callable[..., Any]
 SPEAKERS = ("plain", "broad", "tense")
 
 
+RULES = "--model", "articulation"
+"""What made the corpus of these tests."""
+
+
 @pytest.fixture(scope="module")
 def corpus(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[..., Corpus]) -> Corpus:
     """`plain` says three clips of the train part, `tense` one of the test part."""
@@ -41,7 +45,7 @@ def rows_of(report: dict[str, Any]) -> dict[tuple[str, str], dict[str, Any]]:
 
 
 def test_the_best_style_is_the_one_that_made_the_clips(cli: Cli, corpus: Corpus) -> None:
-    measure = "evaluate", "corpus", corpus.folder, "--contacts", "auto", "--json"
+    measure = "evaluate", "corpus", corpus.folder, *RULES, "--contacts", "auto", "--json"
     best = json.loads(cli(*measure, "--style", "best").stdout)
     assert list(rows_of(best)) == [("tense", "tense"), ("all", "best")]
     row = rows_of(best)["tense", "tense"]
@@ -57,13 +61,14 @@ def test_the_best_style_is_the_one_that_made_the_clips(cli: Cli, corpus: Corpus)
 
 def test_lips_that_meet_are_counted(cli: Cli, corpus: Corpus) -> None:
     options = "--part", "train", "--style", "plain", "--json", "--contacts", "both"
-    report = json.loads(cli("evaluate", "corpus", corpus.folder, *options).stdout)
+    report = json.loads(cli("evaluate", "corpus", corpus.folder, *RULES, *options).stdout)
     assert [row["contacts"] for row in report["rows"]] == ["off", "off", "auto", "auto"]
     bare, finished = (row for row in report["rows"] if row["subject"] == "plain")
     assert bare["clips"] == finished["clips"] == 3
     assert finished["closure_recall"]["value"] == finished["closure_precision"]["value"] == 1
     assert bare["closure_recall"]["value"] < 0.5
-    shown = cli("evaluate", "corpus", corpus.folder, *options[:4], "--contacts", "both").stdout
+    both = *RULES, *options[:4], "--contacts", "both"
+    shown = cli("evaluate", "corpus", corpus.folder, *both).stdout
     assert [line.split()[2] for line in shown.splitlines()[1:5]] == ["off", "off", "auto", "auto"]
 
 
@@ -124,7 +129,7 @@ def test_another_topology_has_no_lips_of_its_own(
 
 
 def test_predictions_are_of_the_clips_length_over_its_speakers_face(corpus: Corpus) -> None:
-    predict = clip_predictor(open_model(), corpus, contacts=True)
+    predict = clip_predictor(open_model("articulation"), corpus, contacts=True)
     one, true = predict("tense.own2", "tense"), recorded_motion(corpus, "tense.own2")
     assert (one.frame_count, one.fps) == (true.frame_count, true.fps)
     assert np.array_equal(one.template, corpus.template("tense"))

@@ -17,7 +17,7 @@ from typer.main import get_command
 from elocute.cli.app import command_line
 from elocute.cli.examples import EXAMPLES
 from tests.support import commands
-from tests.support.commands import run_apart
+from tests.support.commands import run_apart, run_python
 
 
 def walk(command: Any, path: tuple[str, ...] = (), above: Any = None) -> Iterator[tuple]:
@@ -159,3 +159,13 @@ def test_completion_that_cannot_be_installed_is_one_line() -> None:
     environment = commands.SAME_ELOCUTE | {"HOME": "/proc/x"}
     done = commands.run_python("-c", code, "--install-completion", env=environment)
     commands.one_line(done, "--install-completion: ", "/proc/x", code=1)
+
+
+def test_all_commands_are_known_before_numpy_is() -> None:
+    """Help comes at once: what takes long to import is imported by what needs it."""
+    code = (
+        "import sys; from typer.main import get_command;"
+        "from elocute.cli.app import command_line; get_command(command_line());"
+        "print([m for m in ('numpy', 'onnxruntime', 'av') if m in sys.modules])"
+    )
+    assert run_python("-c", code, check=True).stdout.strip() == "[]"

@@ -15,8 +15,22 @@ from elocute.motion.store import load_motion
 from tests.support.commands import python
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of Unix")
-# It says when the module of the console script is there: from then on Ctrl-C is ours to mind.
-START = "import os; from elocute.cli import main; os.write(1, b'.'); main()"
+# It says when `main` has begun to import the module it is given: Ctrl-C is ours to mind from the
+# first one on, other signals from where they are handled.
+START = """
+import os, sys
+from elocute.cli import main
+class Notice:
+    def find_spec(name, *_):
+        if name == sys.argv[1]:
+            sys.meta_path.remove(Notice)
+            del sys.argv[1]
+            os.write(1, b".")
+sys.meta_path.insert(0, Notice)
+main()
+"""
+FIRST = "elocute.cli.entry_point"
+HANDLED = "elocute.cli.app"
 # A suite that runs in the background of a script was started with Ctrl-C ignored, under nohup with
 # SIGHUP ignored; what it starts would inherit that.
 AS_FROM_A_TERMINAL = (
@@ -29,15 +43,16 @@ def interrupted(
     *arguments: object, after_s: float, cwd: Path, by: int = signal.SIGINT
 ) -> tuple[int, str]:
     """Exit code and stderr; the whole group hears it, as from a terminal."""
+    begins = FIRST if by == signal.SIGINT else HANDLED
     with subprocess.Popen(
-        python("-c", AS_FROM_A_TERMINAL + START, *arguments),
+        python("-c", AS_FROM_A_TERMINAL + START, begins, *arguments),
         cwd=cwd,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         start_new_session=True,
     ) as process:
         assert process.stdout is not None
-        os.read(process.stdout.fileno(), 1)
+        assert os.read(process.stdout.fileno(), 1) == b"."
         time.sleep(after_s)
         os.killpg(process.pid, by)
         try:
@@ -122,10 +137,10 @@ def test_a_service_that_stops_and_a_terminal_that_closes(
 
 def test_nohup_is_heeded(speech_wav: Path, tmp_path: Path) -> None:
     code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + START
-    words = python("-c", code, "animate", speech_wav, "-o", "t.npz")
+    words = python("-c", code, HANDLED, "animate", speech_wav, "-o", "t.npz")
     process = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE)
     assert process.stdout is not None
-    os.read(process.stdout.fileno(), 1)
+    assert os.read(process.stdout.fileno(), 1) == b"."
     process.send_signal(signal.SIGHUP)
     process.communicate(timeout=60)
     assert process.returncode == 0 and (tmp_path / "t.npz").exists()
@@ -135,12 +150,12 @@ def test_a_background_job_of_a_script_goes_on(speech_wav: Path, tmp_path: Path) 
     """Shells start those with Ctrl-C ignored, and so it stays."""
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); " + START
     process = subprocess.Popen(
-        python("-c", code, "animate", speech_wav, "-o", "t.npz"),
+        python("-c", code, HANDLED, "animate", speech_wav, "-o", "t.npz"),
         cwd=tmp_path,
         stdout=subprocess.PIPE,
     )
     assert process.stdout is not None
-    os.read(process.stdout.fileno(), 1)
+    assert os.read(process.stdout.fileno(), 1) == b"."
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=60)
     assert process.returncode == 0 and (tmp_path / "t.npz").exists()

@@ -35,7 +35,7 @@ def test_suffixes_may_be_upper_case():
             {"size": (64, 64)},
             "talk.csv: `size` is not an option of .csv; allowed: none",
         ),
-        ("talk.glb", {"size": (64, 64)}, "`size` is not an option of .glb; allowed: `embed_audio`"),
+        ("talk.glb", {"size": (64, 64)}, "`size` is not an option of .glb; allowed: `profile`"),
         ("talk.mp4", {"title": "a"}, "not an option of .mp4; allowed: `size`, `backend`, `view`"),
         (
             "talk.png",

@@ -1,5 +1,6 @@
 """What a person does with the viewer, in a real browser: buttons, keys, sizes, files."""
 
+import contextlib
 import io
 import json
 import shutil
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import WebDriverWait
 
 from elocute.animation import animate
 from elocute.export.html import write_html
@@ -84,26 +86,41 @@ def canvas(viewer) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(bytes(raw))).convert("RGBA"))
 
 
+# Whether the page has the width asked for, and the camera its stage's shape.
+SEEN = """
+const stage = document.getElementById("stage");
+const aspect = stage.clientWidth / stage.clientHeight;
+return innerWidth === arguments[0] && Math.abs(elocute.camera.camera.aspect - aspect) < 1e-6;
+"""
+
+
+@contextlib.contextmanager
+def sized(viewer, width, height):
+    """The window of another size, once the page has seen it; then as it was."""
+    try:
+        resize(viewer, width, height)
+        yield
+    finally:
+        resize(viewer, 640, 700)
+
+
+def resize(viewer, width, height):
+    viewer.set_window_size(width, height)
+    WebDriverWait(viewer, 30).until(lambda _: viewer.execute_script(SEEN, width))
+
+
 def test_a_turned_head_stays_turned_when_the_window_changes(viewer):
     press(viewer, "ddw")
     turned = place(viewer)
-    viewer.set_window_size(500, 640)
-    time.sleep(0.3)
-    try:
+    with sized(viewer, 500, 640):
         assert place(viewer) == pytest.approx(turned, abs=1e-6)
         assert state(viewer, "document.querySelectorAll('#views [aria-pressed=true]').length") == 0
-    finally:
-        viewer.set_window_size(640, 700)
 
 
 def test_a_view_is_framed_anew_when_the_window_changes(viewer):
     wide = place(viewer)
-    viewer.set_window_size(320, 700)
-    time.sleep(0.3)
-    try:
+    with sized(viewer, 320, 900):
         assert np.linalg.norm(place(viewer)) > np.linalg.norm(wide)
-    finally:
-        viewer.set_window_size(640, 700)
 
 
 def test_views_by_button_and_by_key(viewer):
@@ -170,22 +187,16 @@ def test_captions_can_be_put_away(viewer):
     viewer.find_element(By.ID, "caption").click()
 
 
-def test_what_is_saved_is_whole(viewer):
-    viewer.find_element(By.CSS_SELECTOR, "summary").click()
-    for name, begins in (("png", b"\x89PNG"), ("glb", b"glTF"), ("sound", b"")):
-        button = {"png": "get-picture", "glb": "get-head", "sound": "get-sound"}[name]
-        viewer.find_element(By.ID, button).click()
-        found = []
-        for _ in range(100):
-            found = [each for each in files(viewer.saved) if each.read_bytes().startswith(begins)]
-            if found:
-                break
-            time.sleep(0.1)
-        assert found, f"{name}: {list(files(viewer.saved))}"
-        assert found[0].stem == "talk" and found[0].stat().st_size > 10_000
-        shutil.rmtree(viewer.saved)
-    viewer.find_element(By.TAG_NAME, "canvas").click()
-    assert state(viewer, "document.getElementById('downloads').open") is False
+def saved_by(viewer, button: str, begins: bytes) -> Path:
+    """The file that a button of the menu saves, once it is there."""
+    viewer.execute_script("document.getElementById('downloads').open = true")
+    viewer.find_element(By.ID, button).click()
+    for _ in range(100):
+        found = [each for each in files(viewer.saved) if each.read_bytes().startswith(begins)]
+        if found:
+            return found[0]
+        time.sleep(0.1)
+    raise AssertionError(f"{button}: {list(files(viewer.saved))}")
 
 
 def files(folder: Path) -> list[Path]:
@@ -193,17 +204,43 @@ def files(folder: Path) -> list[Path]:
     return [each for each in done if not each.name.startswith(".")]
 
 
+@pytest.mark.parametrize(
+    "button, begins",
+    [
+        ("get-picture", b"\x89PNG"),
+        ("get-head", b"glTF"),
+        ("get-curves", b"time_s,"),
+        ("get-sound", b""),
+    ],
+)
+def test_what_is_saved_is_whole(viewer, button, begins):
+    saved = saved_by(viewer, button, begins)
+    assert saved.stem == "talk" and saved.stat().st_size > 10_000
+    shutil.rmtree(viewer.saved)
+    viewer.find_element(By.TAG_NAME, "canvas").click()
+    assert state(viewer, "document.getElementById('downloads').open") is False
+
+
+def test_the_table_of_curves_is_the_motion(viewer, motion):
+    names, *rows = saved_by(viewer, "get-curves", b"time_s,").read_text().splitlines()
+    shutil.rmtree(viewer.saved)
+    table = np.array([row.split(",") for row in rows], float)
+    assert table[:, 0] == pytest.approx(motion.times_s, abs=1e-4)
+    for column, name in enumerate(names.split(",")[1:], start=1):
+        weights = motion.weights[:, motion.names.index(name)]
+        assert table[:, column] == pytest.approx(weights, abs=1e-3)
+
+
 @pytest.mark.parametrize("theme", ["dark", "light"])
 @pytest.mark.parametrize("size", [(640, 700), (390, 760)])
 def test_axe_finds_nothing_serious(viewer, need, theme, size):
     need(AXE.is_file(), "web/node_modules/axe-core (npm ci)")
-    viewer.set_window_size(*size)
-    viewer.execute_script("document.documentElement.dataset.theme = arguments[0]", theme)
-    viewer.execute_script("document.getElementById('downloads').open = true")
-    viewer.execute_script(AXE.read_text(encoding="utf-8"))
-    result = viewer.execute_async_script("axe.run().then(arguments[0])")
-    viewer.execute_script("document.getElementById('downloads').open = false")
-    viewer.set_window_size(640, 700)
+    with sized(viewer, *size):
+        viewer.execute_script("document.documentElement.dataset.theme = arguments[0]", theme)
+        viewer.execute_script("document.getElementById('downloads').open = true")
+        viewer.execute_script(AXE.read_text(encoding="utf-8"))
+        result = viewer.execute_async_script("axe.run().then(arguments[0])")
+        viewer.execute_script("document.getElementById('downloads').open = false")
     told = [(each["id"], [n["html"][:80] for n in each["nodes"]]) for each in result["violations"]]
     assert result["passes"] and not told
 

@@ -14,7 +14,7 @@ from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
 from elocute.models.feature_extraction import blocks_of
-from elocute.models.registry import model_names, open_model
+from elocute.models.registry import DEFAULT_MODEL, model_names, open_model
 from elocute.models.streaming import CurveStream
 
 MODELS = model_names()
@@ -72,7 +72,7 @@ def test_blocks_of_a_millisecond_too(speech, name):
 def test_at_any_rate_of_sound_and_frames(speech, rate, fps):
     sound = speech.resample(rate)
     whole = elocute.animate(sound, fps=fps, life=0).curves.values
-    live, _ = streamed("articulation", sound, rate // 7, fps)
+    live, _ = streamed(DEFAULT_MODEL, sound, rate // 7, fps)
     assert live.shape == whole.shape
     assert np.abs(live - whole).max() < NEAR
 
@@ -103,7 +103,7 @@ def test_without_the_level_the_recurrent_model_does_not_depend_on_the_blocks(spe
 
 
 def test_the_public_call(speech):
-    live = elocute.stream(rate=48000, model="articulation", fps=60)
+    live = elocute.stream(rate=48000, fps=60)
     frames = []
     for at in range(0, len(speech.samples), 4800):
         frames += live.push(speech.samples[at : at + 4800])

@@ -196,7 +196,7 @@ def test_a_new_style_beyond_the_mix_is_found(model: VocaModel, speech: SpeechFea
     assert fit.vector_error_mm < 0.5 * fit.error_mm
     assert fit_style(model, [take]).vector is None
     with pytest.raises(ModelError, match="no style vector"):
-        fit_style(open_model(), [take], new=True)
+        fit_style(open_model("articulation"), [take], new=True)
 
 
 def test_a_trained_model_tells_how_it_errs(learned: Any, tmp_path: Path) -> None:

@@ -13,7 +13,14 @@ from tests.support.commands import run_python
 
 pytest.importorskip("hatchling", reason="needs the development environment")
 ROOT = Path(__file__).parents[2]
-VIEWER = {"viewer.js", "viewer.html", "viewer.sha256", "THIRD_PARTY_NOTICES.txt"}
+VIEWER = {
+    "viewer.js",
+    "viewer.html",
+    "landmarks.js",
+    "landmarks.html",
+    "viewer.sha256",
+    "THIRD_PARTY_NOTICES.txt",
+}
 LICENCES = [
     "LICENSE",
     "NOTICE",

@@ -34,30 +34,38 @@ for name in ("SIGALRM", "SIGHUP", "SIGKILL", "SIGPIPE", "SIGQUIT"):
 """
 EVERY_MODULE = """
 import importlib, pkgutil, elocute
+from elocute.errors import MachineError
 seen = 0
 for module in pkgutil.walk_packages(elocute.__path__, "elocute."):
     if module.name == "elocute.__main__":
         continue
     try:
         importlib.import_module(module.name)
-    except ModuleNotFoundError as error:
-        assert error.name.split(".")[0] in EXTRAS, f"{module.name}: {error}"
+    except (ModuleNotFoundError, MachineError) as error:
+        missing = error if isinstance(error, ModuleNotFoundError) else error.__cause__
+        assert missing.name.split(".")[0] in EXTRAS, f"{module.name}: {error}"
     seen += 1
 print(seen)
 """
 EXTRAS = {
+    "fastapi",
     "lightning_fabric",
+    "matplotlib",
     "mediapipe",
     "numba",
     "onnx",
     "pocketsphinx",
     "pyarrow",
+    "DracoPy",
     "ray",
     "safetensors",
     "scipy",
+    "sqlalchemy",
+    "statsmodels",
     "tensorboard",
     "torch",
     "transformers",
+    "uvicorn",
 }
 
 

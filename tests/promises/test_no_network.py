@@ -37,6 +37,7 @@ def commands(tmp_path_factory, speech_wav) -> Path:
         ["animate", str(folder / "talk.mp4"), "--model", "voca", *FEW, *outputs("heard.csv")],
         ["animate", say, "--model", "crnn", *FEW, *outputs("model.npz")],
         ["render", talk, "--audio", say, *SMALL, *outputs("again.mp4", "sheet.png")],
+        ["convert", model, "--to", "vrm", *outputs("vrm.json")],
         ["measure", model, *outputs("mouth.csv")],
         ["edit", talk, "--blinks", "0.3", *outputs("edited.glb")],
         ["info", say],

@@ -36,10 +36,14 @@ MODULES = {
             "asyncio",
             "webbrowser",
         },
-        {"jobs/ray_cluster.py"},
+        # `study serve` waits for connections, and makes none.
+        {"jobs/ray_cluster.py", "study/listening.py"},
     ),
-    # Python alone: the process that holds espeak-ng's library.
-    "other programs": ({"subprocess", "pty"}, {"jobs/ray_cluster.py", "audio/espeak.py"}),
+    # Python alone: the processes that hold espeak-ng's library, Draco's and Blender's.
+    "other programs": (
+        {"subprocess", "pty"},
+        {"jobs/ray_cluster.py", "audio/espeak.py", "files/draco_gltf.py", "files/fbx_gltf.py"},
+    ),
 }
 CALLS = {
     "code out of data": (

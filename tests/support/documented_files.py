@@ -15,6 +15,7 @@ import soundfile
 
 from tests.support.documented_pages import ROOT
 from tests.support.gltf_files import arkit, glb
+from tests.support.stranger import write_stranger
 
 SPEECH_S = 0.7
 SPOKEN = (
@@ -56,6 +57,8 @@ def file_maker(
                 soundfile.write(place / clip, *speech())
         elif name == "talk.npz":
             run("animate", one("reading.wav"), "-o", place)
+        elif name == "take.npz":
+            run("animate", one("speech.wav"), "-o", place, "--fps", 5)
         elif name == "vertices.npy":
             run("animate", one("speech.wav"), "-o", place, "--fps", 10)
         elif name in ("corpus", "captured", "build/corpus"):
@@ -72,10 +75,28 @@ def file_maker(
                 "--points",
                 15000,
             )
+        elif name == "study.toml":
+            _study(place)
+        elif name in ("ours", "theirs"):
+            one("study.toml")  # it lies beside them
+        elif name == "study":
+            run("study", "new", one("study.toml"), "-o", place)
+            answered(place)
         elif name == "hero.glb":
             place.write_bytes(glb(arkit()))
+        elif name == "bust.glb":
+            write_stranger(place)
+        elif name == "bust.json":
+            one("bust.glb")  # it lies beside it
+        elif name == "bust.npz":
+            arguments = ("--keep-mesh", "--landmarks", one("bust.json"))
+            run("head", "adopt", one("bust.glb"), *arguments, "-o", place)
         elif name == "face.ply":
             shutil.copy(one("sequence") / "00000.ply", place)
+        elif name == "face.json":
+            shutil.copy(one("sequence") / "landmarks" / "00000.json", place)
+        elif name == "person.npz":
+            run("head", "adopt", one("face.ply"), "-o", place)
         elif name == "speech.npz":
             run("blendshapes", "learn", one("corpus"), "-o", place, "--components", 3)
         elif name == "trained/model.onnx":
@@ -125,6 +146,12 @@ def file_maker(
                 "--textgrid",
                 place,
             )
+        elif name.startswith("studies/"):
+            shutil.copy(ROOT / name, place)
+        elif name == "answers.csv":
+            run("study", "simulate", one("studies/example.toml"), "-o", place, "--people", 14)
+        elif name == "trial.csv":
+            run("study", "simulate", one("study"), "-o", place, "--people", 14)
         elif name == "reading.txt":
             place.write_text(SPOKEN)
         elif name in ("take.json", "loop.json"):
@@ -133,7 +160,7 @@ def file_maker(
             place.write_text("id,audio\na,reading.wav\n")
         elif name in ("speech.txt", "lines.csv", "speech.TextGrid", "speech.json"):
             place.write_text(KNOWN[name])
-        elif name in ("vocaset", "ours", "theirs"):
+        elif name in ("vocaset", "predicted", "others"):
             _make_benchmark(place, truth=name == "vocaset")
         elif name in ("VOCASET", "generic_model.pkl"):
             _make_vocaset(place, name, request)
@@ -229,3 +256,27 @@ def _make_flame_corpus(place: Path, flame: Path) -> None:
             frames = flame_vertices(model, expression=[0.5, -1], pose=pose).astype(np.float32)
             sound = Waveform(np.zeros(800, np.float32), 16000)
             writer.add(Clip("ada", sentence, "", sound, frames))
+
+
+def _study(place: Path) -> None:
+    """The file of docs/use/study.md, beside two folders of videos."""
+    from tests.study.studies import two_folders
+
+    two_folders(place.parent)
+    page = (ROOT / "docs/use/study.md").read_text(encoding="utf-8")
+    text = page.split("```toml\n")[1].split("```")[0]
+    place.write_text(text.replace("[stimuli]", "[stimuli]\nsize = [64, 64]"), encoding="utf-8")
+
+
+def answered(folder: Path) -> None:
+    """Answers of four people, beside a study."""
+    from elocute.study.manifest import open_study
+    from elocute.study.store import Store
+
+    store = Store(open_study(folder).design, folder / "answers.db")
+    for _ in range(4):
+        _, person = store.join("en")
+        while (shown := person.next) is not None:
+            given = shown.trial.correct or shown.left
+            person = store.answer(person, shown.order, given, seconds=2.0, replays=0)
+    store.close()

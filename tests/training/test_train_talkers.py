@@ -43,7 +43,8 @@ def clips(speech_wav: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Cl
         name = f"clip{place}"
         write_flac(folder / "clips" / f"{name}.flac", samples, 16000)
         part = type(sound)(samples, 16000)
-        mouth = measure_mouth(animate(part, contacts="off", fps=25).motion)
+        rules = animate(part, contacts="off", fps=25, model="articulation")
+        mouth = measure_mouth(rules.motion)
         opening = 2 * mouth["opening_mm"] / EYES_MM
         np.savez(
             folder / "clips" / f"{name}.npz",

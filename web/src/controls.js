@@ -1,5 +1,7 @@
 // Buttons, keys and what is told of the time.
 
+import { save } from "./files.js";
+
 const $ = (id) => document.getElementById(id);
 const VIEW_NAMES = { "front": "Front", "three-quarter": "Three-quarter", "side": "Side", "mouth": "Mouth" };
 const TURNS = { KeyA: [-1, 0], KeyD: [1, 0], KeyW: [0, 1], KeyS: [0, -1] };
@@ -12,7 +14,8 @@ export function clockText(seconds) {
 }
 
 export class Controls {
-  // page: take, sound, camera, canvas, jump(time), show(), head (bytes of the .glb), blob (sound).
+  // page: take, sound, camera, canvas, jump(time), show(), head (bytes of the .glb), blob (sound),
+  // curveTable() (text of a .csv).
   constructor(page) {
     this.page = page;
     this.looping = false;
@@ -72,13 +75,16 @@ export class Controls {
   }
 
   addDownloads() {
-    const { take, blob, head, canvas, show } = this.page;
+    const { take, blob, head, canvas, show, curveTable } = this.page;
     const name = document.title || "talk";
     $("downloads").hidden = window !== window.top; // a notebook's frame may not save files
     $("get-head").onclick = () => save(new Blob([head], { type: "model/gltf-binary" }), `${name}.glb`);
     $("get-sound").hidden = !blob;
+    $("get-curves").onclick = () => save(new Blob([curveTable()], { type: "text/csv" }), `${name}.csv`);
     addEventListener("pointerdown", (event) => {
-      if (!$("downloads").contains(event.target)) $("downloads").open = false;
+      for (const menu of document.querySelectorAll("details")) {
+        if (!menu.contains(event.target)) menu.open = false;
+      }
     });
     const suffix = take.sound && take.sound.split("/").pop().replace("mpeg", "mp3").replace(/^x-/, "");
     $("get-sound").onclick = () => save(blob, `${name}.${suffix}`);
@@ -111,6 +117,7 @@ export class Controls {
     if (code in TURNS) camera.orbit(...TURNS[code]);
     if (code in NEARER) camera.orbit(0, 0, NEARER[code]);
     if (code in VIEW_KEYS) this.views[VIEW_KEYS[code]]?.click();
+    if (code === "Escape") document.querySelectorAll("details").forEach((menu) => { menu.open = false; });
     if (code === "KeyL") $("loop").click();
     if (code === "KeyF" && !$("full").hidden) $("full").click();
   }
@@ -132,12 +139,4 @@ export class Controls {
       button.setAttribute("aria-pressed", String(button.dataset.view === camera.view));
     });
   }
-}
-
-function save(blob, name) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(blob);
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }

@@ -5,18 +5,16 @@ import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { CameraMan } from "./camera.js";
 import { Captions } from "./captions.js";
 import { Controls } from "./controls.js";
-import { CurveBars } from "./curves.js";
+import { CurveBars, curveTable } from "./curves.js";
+import { bytesOf, unpacked } from "./files.js";
 import { Pace } from "./pace.js";
 import { Shading, Shadow } from "./shading.js";
 import { Clock, soundOf } from "./sound.js";
 
 const $ = (id) => document.getElementById(id);
 
-function bytesOf(id) {
-  const letters = atob($(id).textContent.trim());
-  const bytes = new Uint8Array(letters.length);
-  for (let place = 0; place < letters.length; place++) bytes[place] = letters.charCodeAt(place);
-  return bytes;
+function told(error) {
+  $("title").textContent = `This take cannot be shown: ${error.message}`;
 }
 
 function canvasOf(stage) {
@@ -39,12 +37,12 @@ function meshesOf(scene, shading) {
   return meshes;
 }
 
-function start() {
+async function start() {
   const take = JSON.parse($("take").textContent);
   const renderer = canvasOf(take.stage);
   const shading = new Shading(take.stage);
   const scene = new THREE.Scene();
-  const head = bytesOf("head");
+  const head = await unpacked(bytesOf("head"));
 
   new GLTFLoader().parse(head.buffer, "", (gltf) => {
     scene.add(gltf.scene);
@@ -64,8 +62,10 @@ function start() {
 
     const pace = new Pace(renderer);
     let posed = null, stale = true;
+    // At its very end a clip would begin again.
+    const move = (time) => { if (clip) mixer.setTime(Math.min(time, clip.duration - 1e-5)); };
     const pose = (time) => {
-      if (clip) mixer.setTime(Math.min(time, clip.duration));
+      move(time);
       if (shadow) shadow.draw(renderer, scene, all);
       bars.show();
       captions.show(time);
@@ -85,6 +85,11 @@ function start() {
     };
     const controls = new Controls({
       take, sound, camera, jump, show, canvas: renderer.domElement, head, blob,
+      curveTable: () => {
+        const table = curveTable(meshes[0], take, move);
+        posed = null;
+        return table;
+      },
     });
     const resize = () => {
       const { clientWidth: width, clientHeight: height } = $("stage");
@@ -100,7 +105,7 @@ function start() {
     // What a script or a test may want to hold on to.
     window.elocute = { take, sound, meshes, camera, renderer, show, jump };
     document.body.classList.add("ready");
-  }, (error) => { $("title").textContent = `This take cannot be shown: ${error.message}`; });
+  }, told);
 }
 
-start();
+start().catch(told);

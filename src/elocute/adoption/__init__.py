@@ -3,6 +3,8 @@
 registry             any head by name or file, ready to speak
 characters           heads in glTF files and VRMs that bring shapes of their own
 flame                FLAME: landmarks, eyes and jaw joint are known
+own_mesh             a file's mesh with materials, on its own vertices
+followers            teeth, tongue, lashes and brows beside the skin
 carrying             a head and a face with landmarks in; the head's shapes on that face out
 registration         the source laid over the face
 shape_transfer       displacements carried over by correspondence; lips and lids meet
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from elocute.adoption.carrying import Adoption, adopt
     from elocute.adoption.characters.open_character import open_character
     from elocute.adoption.flame import adopt_flame, with_flame_landmarks
+    from elocute.adoption.own_mesh import open_mesh_head
     from elocute.adoption.registry import open_speaking_head
 
 __all__ = [
@@ -28,6 +31,7 @@ __all__ = [
     "adopt",
     "adopt_flame",
     "open_character",
+    "open_mesh_head",
     "open_speaking_head",
     "with_flame_landmarks",
 ]
@@ -37,6 +41,7 @@ __getattr__, __dir__ = lazy(
         "carrying": ("Adoption", "adopt"),
         "characters.open_character": ("open_character",),
         "flame": ("adopt_flame", "with_flame_landmarks"),
+        "own_mesh": ("open_mesh_head",),
         "registry": ("open_speaking_head",),
     },
 )

@@ -10,8 +10,11 @@ from pathlib import Path
 
 from elocute.errors import HeadError, MachineError
 from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
+from elocute.files.gltf_document import read_gltf
+from elocute.files.meshes import read_mesh_file
 from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
+from elocute.head.mesh import FILE_MAX_BYTES
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 
@@ -25,7 +28,7 @@ def open_speaking_head(choice: str | Path, mesh: str | None = None) -> HeadModel
     Parameters
     ----------
     choice : str or Path
-        As `elocute.head.open_head` takes it, or a character's file (.glb, .gltf, .vrm).
+        As `elocute.head.open_head` takes it, or a character's file (.glb, .gltf, .vrm, .fbx).
     mesh : str, optional
         The name of a mesh of the head that is meant, in a character's file with several.
 
@@ -33,15 +36,16 @@ def open_speaking_head(choice: str | Path, mesh: str | None = None) -> HeadModel
     -------
     HeadModel
         As it is where it has the built-in head's shapes. A FLAME model, or a mesh of FLAME's 5023
-        vertices, gets them carried over; other heads stay as they are. A character's file becomes
-        the built-in head with that file as its `character`.
+        vertices, gets them carried over. Any other mesh is taken for a scan, and becomes the
+        built-in head with its face and colours, also in glTF; other stored heads stay as they are.
+        A character's file becomes the built-in head with that file as its `character`.
 
     Raises
     ------
     HeadError
         For a file that is missing or no head, a FLAME model that no shapes can be carried over to,
-        and a character without shapes of a mouth; MachineError where carrying over needs SciPy and
-        it is not installed.
+        and a character without shapes of a mouth; CaptureError for a mesh without a face;
+        MachineError where SciPy is needed and not installed.
     """
     path = Path(choice) if isinstance(choice, str) else path_of(choice, HeadError)
     if path.suffix.lower() in CHARACTER_SUFFIXES:
@@ -66,13 +70,24 @@ def _version(path: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=KEPT)
 def _character(path: Path, changed: int, size: int, mesh: str | None) -> HeadModel:
-    """The head that stands for the character of a file."""
+    """The head that stands for the character of a file; without any shapes it is a scan."""
     from elocute.adoption.characters.open_character import character_head, open_character
 
+    if mesh is None and is_scan(path):
+        return _scanned(path)
     return character_head(open_character(path, mesh).character)
 
 
-_ADOPTED_SUFFIXES = (FLAME_SUFFIX, ".obj", ".ply", ".npz")
+def _scanned(path: Path) -> HeadModel:
+    _need_scipy(path)
+    from elocute.capture.scanned_head import open_scanned_head
+
+    return open_scanned_head(path).head
+
+
+KNOWN_SUFFIXES = (".obj", ".ply")
+"""Meshes in which the order of vertices may be a known one."""
+_ADOPTED_SUFFIXES = (FLAME_SUFFIX, *KNOWN_SUFFIXES, ".stl", ".npz")
 
 
 @lru_cache(maxsize=KEPT)
@@ -89,6 +104,8 @@ def _adopted(path: Path, changed: int, size: int) -> HeadModel:
 
         with _about(path):
             return adopt_flame(model).head
+    if is_scan(path):
+        return _scanned(path)
     head = open_head(path)
     if head.vertex_count != FLAME_VERTICES or _speaks(head):
         return head
@@ -98,6 +115,23 @@ def _adopted(path: Path, changed: int, size: int) -> HeadModel:
 
     with _about(path):
         return adopt(load_builtin_head(), with_flame_landmarks(head)).head
+
+
+def is_scan(path: Path) -> bool:
+    """Whether a file is a mesh without shapes and of no topology that is known.
+
+    Raises HeadError for a file that is no mesh.
+    """
+    from elocute.adoption.characters.morphs import morph_meshes
+    from elocute.adoption.flame_places import FLAME_VERTICES
+
+    suffix = path.suffix.lower()
+    if suffix in CHARACTER_SUFFIXES:
+        return not morph_meshes(read_gltf(path, error=HeadError))
+    if suffix not in KNOWN_SUFFIXES:
+        return suffix == ".stl"
+    parts = read_mesh_file(path, max_bytes=FILE_MAX_BYTES, error=HeadError)
+    return len(parts.vertices) not in (FLAME_VERTICES, load_builtin_head().vertex_count)
 
 
 @contextlib.contextmanager

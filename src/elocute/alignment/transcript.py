@@ -138,7 +138,7 @@ def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -
         As `Transcript.align`.
     """
     words = transcript.align(heard)
-    doubtful = [word for word in words if word.confidence < DOUBTFUL]
+    doubtful = _doubtful(words)
     phones: list[Phone] = [phone for word in words for phone in word.phones]
     posteriors = blended_posteriors(
         phones,
@@ -146,11 +146,12 @@ def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -
         duration_s,
         unknown=[(word.start_s, word.end_s) for word in doubtful],
     )
-    return TranscribedPhones(tuple(words), posteriors, tuple(_notes(words, doubtful)))
+    return TranscribedPhones(tuple(words), posteriors, tuple(transcript_notes(words)))
 
 
-def _notes(words: list[AlignedWord], doubtful: list[AlignedWord]) -> list[str]:
-    notes = []
+def transcript_notes(words: list[AlignedWord]) -> list[str]:
+    """What to know about words that were aligned: how well they fit, which were not found."""
+    notes, doubtful = [], _doubtful(words)
     sure = _mean_confidence(words)
     if sure < UNSURE:
         notes.append(
@@ -161,6 +162,10 @@ def _notes(words: list[AlignedWord], doubtful: list[AlignedWord]) -> list[str]:
         more = f" and {len(doubtful) - NAMED_MAX} more" if len(doubtful) > NAMED_MAX else ""
         notes.append(f"not found in the sound, left to the encoder: {named}{more}")
     return notes
+
+
+def _doubtful(words: list[AlignedWord]) -> list[AlignedWord]:
+    return [word for word in words if word.confidence < DOUBTFUL]
 
 
 def _mean_confidence(words: list[AlignedWord]) -> float:

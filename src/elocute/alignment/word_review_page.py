@@ -5,8 +5,6 @@ from __future__ import annotations
 import base64
 import html
 import io
-import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +15,7 @@ from elocute.audio.spectral import log_mel
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
+from elocute.files.html_page import filled_page, script_json
 
 DOUBTFUL = 0.2  # confidence below which a word is marked
 SHORTEST_S, LONGEST_S = 0.06, 1.5
@@ -64,7 +63,7 @@ def write_word_page(words: TimedWords, sound: Waveform, path: str | Path, title:
     }
     page = PAGE.read_text(encoding="utf-8")
     with write_atomically(path) as draft:
-        draft.write_text(_filled(page, parts), encoding="utf-8")
+        draft.write_text("".join(filled_page(page, parts)), encoding="utf-8")
     return sum(map(bool, marked))
 
 
@@ -82,19 +81,12 @@ def check_length(words: TimedWords, sound: Waveform) -> None:
         )
 
 
-def _filled(page: str, parts: dict[str, str]) -> str:
-    """The page with its placeholders replaced in one pass: what is inserted is not searched."""
-    marks = re.compile("|".join(map(re.escape, parts)))
-    return marks.sub(lambda match: parts[match.group(0)], page)
-
-
 def _as_script(words: TimedWords, marked: list[str]) -> str:
     rows = [
         [w.text, w.start_s, w.end_s, w.confidence, why]
         for w, why in zip(words.words, marked, strict=True)
     ]
-    # No "<" leaves the JSON, so nothing in it can end its script element.
-    return json.dumps(rows).replace("<", "\\u003c")
+    return script_json(rows)
 
 
 def _row(speech: Waveform, words: TimedWords, marked: list[str], start_s: float) -> str:

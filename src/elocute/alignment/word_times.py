@@ -170,7 +170,7 @@ def _from_json(data: bytes) -> TimedWords:
 
 def _textgrid_of(words: TimedWords) -> str:
     spoken = [TextGridInterval(w.start_s, w.end_s, w.text) for w in words.words]
-    return format_textgrid(spoken, words.duration_s, TIER)
+    return format_textgrid({TIER: spoken}, words.duration_s)
 
 
 def _from_textgrid(data: bytes) -> TimedWords:

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from elocute.array_types import FloatArray
 from elocute.articulation.contacts_and_rest import contact_evidence, runs
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.numerics.lasting_states import best_paths
 from elocute.numerics.smoothing import smoothstep
 
 POOLS = (("P", "B", "M"), ("F", "V"))
 SEALED, AT_TEETH = 0, 1  # their states
-LEAST_ROWS = 2  # a phone lasts so long at least
 SWITCH_NATS = 0.7  # what a change of phones costs
 MISSING_NATS = (0.75, 0.5)  # how much worse a contact that is missed is than one too many
 EVIDENCE_ROWS = (0.6, 1.0)  # what rows of a contact must weigh, each up to 1
@@ -78,7 +78,8 @@ def contact_states(posteriors: FloatArray, first_row: int = 0) -> NDArray[np.int
     blocks = np.arange(begin, -(-(first_row + count) // BLOCK))
     places = blocks[:, None] * BLOCK + np.arange(-BEFORE, BLOCK + AFTER) - first_row
     known = (places >= 0) & (places < count)
-    path = _paths(np.where(known[..., None], scores[np.clip(places, 0, count - 1)], 0.0))
+    windows = np.where(known[..., None], scores[np.clip(places, 0, count - 1)], 0.0)
+    path = best_paths(windows, SWITCH_NATS)
     middle = slice(BEFORE, BEFORE + BLOCK)
     states = np.full(count, len(PHONES), np.int64)
     states[places[:, middle][known[:, middle]]] = path[:, middle][known[:, middle]]
@@ -93,34 +94,6 @@ def _scores(posteriors: FloatArray) -> NDArray[np.float32]:
     scores = np.log(np.maximum(table, UNLIKELY))
     scores[:, : len(POOLS)] += MISSING_NATS
     return scores.astype(np.float32)
-
-
-def _paths(scores: NDArray[np.float32]) -> NDArray[np.int64]:
-    """(window, row) best state of each row, for scores (window, row, state).
-
-    A state is entered at its first of two ages and left from its second.
-    """
-    windows, rows, states = scores.shape
-    young, old = scores[:, 0].copy(), scores[:, 0].copy()
-    entered_from = np.zeros((rows, windows), np.int64)
-    stayed = np.zeros((rows, windows, states), np.bool_)
-    for row in range(1, rows):
-        entered_from[row] = old.argmax(axis=1)
-        entering = old.max(axis=1, keepdims=True) - SWITCH_NATS
-        stayed[row] = old > young
-        old = np.where(stayed[row], old, young) + scores[:, row]
-        young = entering + scores[:, row]
-    best = np.arange(windows)
-    path = np.empty((windows, rows), np.int64)
-    state = old.argmax(axis=1)
-    is_old = np.ones(windows, np.bool_)
-    for row in range(rows - 1, -1, -1):
-        path[:, row] = state
-        before = is_old & stayed[row, best, state]
-        turned = ~is_old  # entered at this row
-        state = np.where(turned, entered_from[row], state)
-        is_old = turned | before
-    return path
 
 
 def decoded_contacts(

@@ -30,7 +30,7 @@ from elocute.articulation.style import Style
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import InputError
-from elocute.head.viseme_shapes import VISEME_SHAPES
+from elocute.head.viseme_shapes import INCISORS, LABIODENTAL, VISEME_SHAPES
 from elocute.motion.curves import Curves
 from elocute.numerics.input_checks import check_kind, real_number
 from elocute.one_line_repr import brief
@@ -50,7 +50,6 @@ PARTING = (
     "mouthShrugUpper",
 )
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
-INCISORS = 0.31  # of mouthUpperUp with which an f shows the teeth that the lower lip meets
 ONE_SIDED_SMILE = 0.45  # of a whole unit of asymmetry, on the side that it favours
 CHEEK_OF_SMILE = 0.6  # how much a smile lifts the cheek
 ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
@@ -341,7 +340,7 @@ def _meet_teeth(
     curves: dict[str, FloatArray], gate: FloatArray, style: Style, shown: FloatArray | float
 ) -> None:
     """Replace what the lips do by the labiodental shape, as far as the gate is open."""
-    _replace(curves, VISEME_SHAPES["FF"], gate)
+    _replace(curves, LABIODENTAL, gate)
     for name in ("mouthUpperUpLeft", "mouthUpperUpRight"):
         curves[name] = curves[name] + gate * INCISORS * style.upper_lip * shown
 

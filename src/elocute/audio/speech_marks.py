@@ -180,9 +180,21 @@ def _words(record: Record) -> Labels:
         at = seconds_of(start, "start of a word")
         for phone in _records(word.get("phones", [])):
             length = seconds_of(phone.get("duration"), "duration of a phone")
+            if "start" in phone:
+                at = seconds_of(phone["start"], "start of a phone")
             found.phones.append((at, at + length, _text(phone.get("phone"))))
             at += length
     return found
+
+
+def _phones(record: Record) -> Labels:
+    """Elocute: a list of phones, where words are not known."""
+    return Labels(phones=[_phone(each) for each in _records(record["phones"])])
+
+
+def _phone(record: Record) -> Label:
+    start = seconds_of(record.get("start"), "start of a phone")
+    return start, seconds_of(record.get("end"), "end of a phone"), _text(record.get("phone"))
 
 
 def _characters(record: Record) -> Labels:
@@ -237,6 +249,7 @@ PARSERS: dict[str, Callable[[Record], Labels]] = {
     "nbest": _azure_assessment,
     "segments": _segments,
     "words": _words,
+    "phones": _phones,
     "alignment": _characters,
     "characters": _characters,
 }

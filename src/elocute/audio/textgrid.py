@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from elocute.errors import AlignmentError
@@ -34,9 +34,20 @@ class TextGridInterval:
     text: str
 
 
-def format_textgrid(spoken: Sequence[TextGridInterval], duration_s: float, tier: str) -> str:
-    """The long form; rests between intervals are empty intervals, as Praat wants them."""
-    rows = _gapless(spoken, duration_s)
+def format_textgrid(tiers: Mapping[str, Sequence[TextGridInterval]], duration_s: float) -> str:
+    """The long form; rests between intervals are empty intervals, as Praat wants them.
+
+    Parameters
+    ----------
+    tiers : mapping of str to sequence of TextGridInterval
+        By name, each in order and without overlap.
+    duration_s : float
+        Of all of them.
+
+    Returns
+    -------
+    str
+    """
     lines = [
         'File type = "ooTextFile"',
         'Object class = "TextGrid"',
@@ -44,13 +55,20 @@ def format_textgrid(spoken: Sequence[TextGridInterval], duration_s: float, tier:
         "xmin = 0",
         f"xmax = {duration_s!r}",
         "tiers? <exists>",
-        "size = 1",
+        f"size = {len(tiers)}",
         "item []:",
-        "    item [1]:",
+    ]
+    for place, (name, spoken) in enumerate(tiers.items(), 1):
+        lines += [f"    item [{place}]:", *_tier_lines(name, _gapless(spoken, duration_s))]
+    return "\n".join(lines) + "\n"
+
+
+def _tier_lines(name: str, rows: list[TextGridInterval]) -> list[str]:
+    lines = [
         '        class = "IntervalTier"',
-        f'        name = "{tier}"',
+        f'        name = "{name}"',
         "        xmin = 0",
-        f"        xmax = {duration_s!r}",
+        f"        xmax = {rows[-1].end_s!r}",
         f"        intervals: size = {len(rows)}",
     ]
     for number, row in enumerate(rows, 1):
@@ -61,7 +79,7 @@ def format_textgrid(spoken: Sequence[TextGridInterval], duration_s: float, tier:
             f"            xmax = {row.end_s!r}",
             f'            text = "{quoted}"',
         ]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def _gapless(spoken: Sequence[TextGridInterval], duration_s: float) -> list[TextGridInterval]:

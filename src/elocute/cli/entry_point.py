@@ -44,6 +44,8 @@ COMPLETE = "_ELOCUTE_COMPLETE"
 """Set by the shell where it asks for completions."""
 SHELLS = ("bash", "zsh", "fish", "powershell", "pwsh")
 INSTALL = "--install-completion"
+IMPORTS = "<frozen importlib._bootstrap>"
+LATER_S = 0.01
 PATIENCE_S = 2.0
 """How long cleaning up may take before a further Ctrl-C ends the process at once."""
 
@@ -229,6 +231,7 @@ class _Interrupts:
         self.number = 0
         """The number of the signal that came first."""
         self._first_s = 0.0
+        self._again = False
         usual = (signal.default_int_handler, signal.SIG_DFL)
         in_main_thread = threading.current_thread() is threading.main_thread()
         self._handled = [
@@ -245,11 +248,15 @@ class _Interrupts:
             signal.signal(number, signal.SIG_IGN)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        again, self._again = self._again, False
         now = time.monotonic()
         if not self.number:
-            self.number, self._first_s = number, now
+            self.number, self._first_s, again = number, now, True
+        if again and _is_importing(frame):
+            self._raise_later()
+        elif again:
             raise Interrupted
-        if now - self._first_s > PATIENCE_S:
+        elif now - self._first_s > PATIENCE_S:
             os._exit(128 + self.number)
 
     def _unraisable(self, told: Any) -> None:
@@ -257,7 +264,22 @@ class _Interrupts:
         if not issubclass(told.exc_type, Interrupted):
             self._hook(told)
             return
-        number, self.number = self.number or signal.SIGINT, 0
-        again = threading.Timer(0.01, signal.raise_signal, [number])
-        again.daemon = True
-        again.start()
+        self._raise_later()
+
+    def _raise_later(self) -> None:
+        later = threading.Timer(LATER_S, self._raise_again)
+        later.daemon = True
+        later.start()
+
+    def _raise_again(self) -> None:
+        self._again = True
+        signal.raise_signal(self.number or signal.SIGINT)
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    """Whether a module is being loaded: compiled ones may crash where they are interrupted."""
+    while frame is not None:
+        if frame.f_code.co_filename == IMPORTS:
+            return True
+        frame = frame.f_back
+    return False

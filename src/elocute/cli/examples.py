@@ -14,6 +14,14 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         'say "Give me any voice." -o talk.glb',
         "say --file speech.txt -o talk.mp4 --language de --voice f2 --rate 140",
     ),
+    "phones": (
+        "phones speech.wav -o speech.TextGrid",
+        "phones speech.wav --text-file speech.txt -o speech.json",
+    ),
+    "cues": (
+        "cues speech.wav -o mouth.tsv",
+        "cues speech.wav --text-file speech.txt -o mouth.dat -o captions.srt",
+    ),
     "render": (
         "render talk.npz --audio speech.wav -o talk.mp4 --size 1080p",
         "render talk.npz --fps 30 -o talk.csv",
@@ -23,6 +31,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "edit talk.npz --audio speech.wav -o part.mp4 --from 1 --to 2.5 --identity ada",
     ),
     "solve": ("solve vertices.npy -o talk.npz --fps 60",),
+    "convert": (
+        "convert take.npz --to oculus -o visemes.csv",
+        "convert take.npz --to flame --flame generic_model.pkl -o parameters.npz",
+    ),
     "measure": ("measure talk.npz -o mouth.csv --plot mouth.png",),
     "info": ("info speech.wav", "info talk.npz --json"),
     "doctor": ("doctor",),
@@ -35,7 +47,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "evaluate alignment": ("evaluate alignment aligned/ --methods diagonal,dtw",),
     "evaluate benchmark": (
         "evaluate benchmark vocaset result/ --truth vocaset/vertices_npy --table scores.tex",
-        "evaluate benchmark biwi ours/ theirs/ --truth BIWI/ --json",
+        "evaluate benchmark biwi predicted/ others/ --truth BIWI/ --json",
     ),
     "evaluate corpus": ("evaluate corpus corpus/ --model trained/model.onnx --style best",),
     "evaluate features": ("evaluate features corpus/ --encoders phones,fbank -o runs/",),
@@ -52,7 +64,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "evaluate real": ("evaluate real clips/ --contacts both",),
     "head": ("head show builtin",),
     "head show": ("head show generic_model.pkl",),
-    "head adopt": ("head adopt generic_model.pkl -o flame.npz",),
+    "head adopt": (
+        "head adopt generic_model.pkl -o flame.npz",
+        "head adopt face.ply -o person.npz",
+        "head adopt bust.glb --keep-mesh --landmarks bust.json -o bust.npz",
+    ),
     "head sample": (
         "head sample --count 20 -o faces.png",
         "head sample --count 5 -o faces/ --format ply",
@@ -73,7 +89,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "capture simulate speech.wav -o sequence/ --seconds 1 --seed 3 --flesh 0",
         "capture simulate speech.wav -o sequence/ --seconds 1 --face rig",
     ),
-    "capture landmarks": ("capture landmarks sequence/",),
+    "capture landmarks": ("capture landmarks sequence/", "capture landmarks face.ply -o face.html"),
     "capture video": (
         "capture video me.mp4 -o me.glb",
         "capture video takes/*.mp4 -o corpus/ --subject ada",
@@ -97,6 +113,26 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "train karras corpus/ -o trained/",
         "train karras corpus/ -o trained/ --preset paper --device cuda",
     ),
+    "study": ("study new study.toml -o study/",),
+    "study new": (
+        "study new study.toml -o study/",
+        "study new studies/voca_binary.toml -o study/ --data recordings/ --jobs 0",
+    ),
+    "study serve": (
+        "study serve study/",
+        "study serve study/ --public study.example.org --database postgresql://localhost/study",
+    ),
+    "study links": ("study links study/ --count 20",),
+    "study report": (
+        "study report study/ -o report/",
+        "study report study.toml --answers answers.csv -o report/",
+    ),
+    "study plan": (
+        "study plan --share 0.6 --trials 10 --stimuli 20",
+        "study plan study.toml --share 0.5 --equivalent",
+    ),
+    "study simulate": ("study simulate study.toml -o answers.csv --people 40 --level rules=0.5",),
+    "study export": ("study export study/ -o answers.csv",),
     "words": ("words segment reading.wav --text-file reading.txt -o words.json",),
     "words segment": ("words segment reading.wav --text-file reading.txt -o words.json",),
     "words check": ("words check words.json reading.wav -o look.html --textgrid edit.TextGrid",),

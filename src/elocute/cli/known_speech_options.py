@@ -2,13 +2,36 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import typer
+
+from elocute.audio.voice_settings import VoiceSettings
+from elocute.cli.settings_options import option
 from elocute.errors import InputError
 
+if TYPE_CHECKING:
+    from elocute.audio.speech_time_files import TimedSpeech
+
 TEXT_MAX_BYTES = 1_000_000
+Phones = typer.Option(
+    None,
+    "--phones",
+    help="File of known times of phones or words, used instead of the recognised phones: "
+    "TextGrid, CTM, CSV, or JSON of a speech engine.",
+)
+PhoneSet = typer.Option(
+    "auto",
+    "--phone-set",
+    help="How the phones of that file are written: arpabet, ipa, x-sampa or espeak; auto takes "
+    "the one that knows them.",
+)
+Text = typer.Option(None, "--text", help="What is said: sharpens the phones, in their times.")
+TextFile = typer.Option(None, "--text-file", help="Text file that holds what is said.")
+Language = option(VoiceSettings, "language")
 
 
 @dataclass(frozen=True)
@@ -47,9 +70,28 @@ class KnownSpeechOptions:
         phones = None
         if self.phones is not None:
             phones = read_speech_times(self.phones, self.phone_set, sound.stem)
-        return {"phones": phones, "text": self._text(), "language": self.language}
+        return {"phones": phones, "text": self.written_text, "language": self.language}
 
-    def _text(self) -> str | None:
+    def find_phones(self, sound: Path, channel: int | None) -> TimedSpeech:
+        """When each phone of a recording is said; notes go to standard error. Raises
+        ElocuteError."""
+        from elocute.timed_speech import find_phones
+
+        known = self.read(sound)
+        found = find_phones(
+            sound,
+            text=known["text"],
+            times=known["phones"],
+            language=self.language,
+            channel=channel,
+        )
+        for note in found.notes:
+            print(f"elocute: {sound}: {note}", file=sys.stderr)
+        return found
+
+    @property
+    def written_text(self) -> str | None:
+        """The text, if one was given. Raises InputError for a file that is no text."""
         if self.text_file is None:
             return self.text
         from elocute.files.reading import read_text

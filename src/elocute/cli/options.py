@@ -19,6 +19,11 @@ Output = typer.Option(
     "--output",
     help="Where to write; the suffix chooses the format. Can be repeated.",
 )
+Channel = typer.Option(
+    None,
+    "--channel",
+    help="Use this channel, counted from 0, instead of the mix of all channels.",
+)
 Overwrite = typer.Option(False, "--overwrite", help="Replace files that exist already.")
 NoClobber = typer.Option(False, "--no-clobber", help="Keep files that exist already, and say so.")
 Identity = typer.Option(
@@ -70,15 +75,16 @@ Ray = typer.Option(
 )
 Mix = option(AnimationSettings, "mix")
 Model = typer.Option(
-    "articulation",
+    "talkers",
     "--model",
-    help="Speech model: articulation (the rules), talkers, voca, crnn, or a trained model (.onnx).",
+    help="Speech model: talkers (the rules, corrected by what many people do), articulation (the "
+    "rules alone), voca, crnn, or a trained model (.onnx).",
 )
 Head = typer.Option(
     "builtin",
     "--head",
-    help="Head to animate: builtin, a character with shapes of its own (.glb, .gltf, .vrm), a "
-    "FLAME model (.pkl), or a head or mesh file in the topology of the model.",
+    help="Head to animate: builtin, a character with shapes of its own (.glb, .gltf, .vrm, "
+    ".fbx), a FLAME model (.pkl), or a head or mesh file in the topology of the model.",
 )
 Mesh = typer.Option(
     None, "--mesh", help="Name of a mesh of the head, where a character's file has several heads."

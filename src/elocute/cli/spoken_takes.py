@@ -19,7 +19,6 @@ from elocute.cli.takes import named_inputs
 from elocute.errors import InputError, OutputError
 from elocute.files.output_plan import OutputPlan
 from elocute.files.reading import read_bytes
-from elocute.motion.edits.edit_list import BYTES_MAX
 
 if TYPE_CHECKING:
     from elocute.animation import Animation
@@ -105,6 +104,8 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     sound = run.sound_of(line)
     told = {**settings, **run.format_settings}
     if settings["edits"] is not None:
+        from elocute.motion.edits.edit_list import BYTES_MAX
+
         data = read_bytes(settings["edits"], max_bytes=BYTES_MAX, allowed="an edit list (.json)")
         told["edits"] = hashlib.sha256(data).hexdigest()
     if sound is not None:

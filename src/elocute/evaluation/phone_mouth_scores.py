@@ -287,6 +287,37 @@ def _incisor_edge(head: HeadModel) -> NDArray[np.integer]:
     return incisors[np.argsort(head.template[incisors, 1])][:EDGE_VERTICES]
 
 
+def count_contacts(
+    touching: NDArray[np.bool_], phones: PhoneTimes, wanted: str, fps: float
+) -> ContactCount:
+    """Contacts that phones ask for, and contacts made.
+
+    Parameters
+    ----------
+    touching : (frame,) bool
+        Whether the lips, or lip and teeth, touch.
+    phones : sequence of (float, float, str)
+        Start in s, end in s and symbol of each phone, in order; what none covers is silence.
+    wanted : str
+        "bilabial" or "labiodental".
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    ContactCount
+    """
+    kinds = [(start, end, mouth_class(symbol)) for start, end, symbol in phones]
+    silent = _silence(kinds, len(touching), fps)
+    return ContactCount(*map(int, _contacts(touching, kinds, wanted, silent, fps)))
+
+
+def silent_frames(phones: PhoneTimes, count: int, fps: float) -> NDArray[np.bool_]:
+    """(frame,) whether no phone is said, of as many frames as `count` says."""
+    kinds = [(start, end, mouth_class(symbol)) for start, end, symbol in phones]
+    return _silence(kinds, count, fps)
+
+
 def _contacts(
     touching: NDArray[np.bool_],
     kinds: Sequence[tuple[float, float, str]],

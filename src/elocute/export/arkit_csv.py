@@ -1,4 +1,9 @@
-"""ARKit's 52 curves with timecode, laid out as Live Link Face records them."""
+"""ARKit's 52 curves with timecode, laid out as Live Link Face records them.
+
+Columns are in the order of its recordings, which is not quite that of ARKit's documentation: some
+readers go by place. Unreal's importer takes the last part of a timecode as sixtieths of a second,
+whatever the frame rate of the take.
+"""
 
 from __future__ import annotations
 
@@ -30,6 +35,16 @@ POSE_COLUMNS = (
     "RightEyePitch",
     "RightEyeRoll",
 )
+SIXTIETHS = 60
+"""Frames that a second of a timecode has."""
+_ASIDE = {
+    "jawLeft": "jawRight",
+    "jawRight": "jawLeft",
+    "mouthLeft": "mouthRight",
+    "mouthRight": "mouthLeft",
+}
+COLUMNS = tuple(_ASIDE.get(name, name) for name in ARKIT_NAMES)
+"""ARKit's names in the order of recordings: what goes to the right comes first."""
 BYTES_MAX = 500_000_000
 VALUE_MAX = 1e6
 
@@ -78,13 +93,13 @@ def write_csv(
     OutputError, and MotionError for other shapes.
     """
     curves = arkit_curves(motion)
-    names = [name[0].upper() + name[1:] for name in ARKIT_NAMES]
+    names = [name[0].upper() + name[1:] for name in COLUMNS]
     poses = head_poses(motion)
     still = ["0"] * len(POSE_COLUMNS)
     with write_atomically(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["Timecode", "BlendShapeCount", *names, *POSE_COLUMNS])
-        for frame, values in enumerate(curves.values):
+        for frame, values in enumerate(curves.select(COLUMNS).values):
             shown = [f"{value:.6f}" for value in values]
             pose = still
             if poses is not None:
@@ -116,9 +131,8 @@ def head_poses(motion: Motion) -> NDArray[np.float64] | None:
 
 
 def timecode(frame: int, fps: float) -> str:
-    """HH:MM:SS:FF.fff of a frame, at the whole frame rate nearest to `fps`."""
-    base = max(1, round(fps))
-    seconds, within = divmod(round(1000 * base * frame / fps), 1000 * base)
+    """HH:MM:SS:FF.fff of a frame, in sixtieths of a second at any frame rate."""
+    seconds, within = divmod(round(1000 * SIXTIETHS * frame / fps), 1000 * SIXTIETHS)
     hours, rest = divmod(seconds, 3600)
     minutes, whole = divmod(rest, 60)
     return f"{hours:02d}:{minutes:02d}:{whole:02d}:{within / 1000:06.3f}"

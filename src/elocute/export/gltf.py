@@ -26,7 +26,7 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
-from elocute.export.shape_profiles import TargetShapes, target_shapes
+from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.files.atomic import write_atomically
 from elocute.files.output_plan import OutputPlan
@@ -138,9 +138,35 @@ def glb_bytes(
     HeadError
         For a head with an image that is none.
     """
-    options = options or GlbOptions()
+    file = animated_file(motion.dressed(), options or GlbOptions())
+    if sound is not None:
+        _embed(file, sound)
+    return file.pack()
+
+
+def animated_file(motion: Motion, options: GlbOptions) -> GltfFile:
+    """An animated head as a file to which more can be added.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of a dressed head.
+    options : GlbOptions
+        Which shapes it has.
+
+    Returns
+    -------
+    GltfFile
+        Node 0 has the mesh, the nodes after it are the head's joints in their order.
+
+    Raises
+    ------
+    OutputError
+        For shapes that the head lacks the parts of.
+    HeadError
+        For a head with an image that is none.
+    """
     file = GltfFile()
-    motion = motion.dressed()
     head = motion.head
     shapes = target_shapes(head, options.profile, options.visemes)
     materials = add_materials(file, head)
@@ -156,19 +182,18 @@ def glb_bytes(
     nodes: list[dict[str, Any]] = [{"name": "face", "mesh": 0}]
     roots = [0]
     if head.joint_names:
-        roots += _joints(file, head, nodes)
+        file.json["skins"] = [_skin(file, head, len(nodes))]
+        roots += joint_nodes(head, nodes)
         nodes[0]["skin"] = 0
     file.json["nodes"] = nodes
     file.json["scenes"] = [{"nodes": roots}]
     _animate(file, motion, shapes)
-    if sound is not None:
-        _embed(file, sound)
-    return file.pack()
+    return file
 
 
 def _record(
     motion: Motion,
-    shapes: TargetShapes,
+    shapes: Targets,
     materials: list[MaterialIndices],
     options: GlbOptions,
 ) -> dict[str, Any]:
@@ -180,9 +205,9 @@ def _record(
         "fps": motion.fps,
         "joints": {name: JOINTS[name][0] for name in names if name in JOINTS},
     }
-    folded = shapes.report(motion)
-    if folded:
-        record["folded"] = folded
+    left = shapes.report(motion)
+    if left:
+        record["fitted" if "residual_mm" in left else "folded"] = left
     images = {
         name: material.images
         for name, material in zip(motion.head.material_names, materials, strict=True)
@@ -194,7 +219,7 @@ def _record(
 def _primitives(
     file: GltfFile,
     head: HeadModel,
-    shapes: TargetShapes,
+    shapes: Targets,
     materials: list[MaterialIndices],
     occlusion: bool,
 ) -> list[dict[str, Any]]:
@@ -285,7 +310,7 @@ def _four_joints(weights: NDArray[np.float32]) -> tuple[NDArray[np.uint8], NDArr
 _Part = tuple[NDArray[np.bool_], NDArray[np.float32]]
 
 
-def _moves(head: HeadModel, shapes: TargetShapes) -> list[dict[str, _Part]]:
+def _moves(head: HeadModel, shapes: Targets) -> list[dict[str, _Part]]:
     """Per shape: (vertex,) which vertices it moves and turns, and (vertex, 3) by how much."""
     moves: list[dict[str, _Part]] = []
     turns = morphed_normals(head.template, head.triangles, shapes.basis)
@@ -309,8 +334,8 @@ def _target(
     return file.sparse(rows, deltas[vertices[rows]], len(vertices), bounds)
 
 
-def _joints(file: GltfFile, head: HeadModel, nodes: list[dict[str, Any]]) -> list[int]:
-    """Append a node per joint and the skin; returns the root joints."""
+def joint_nodes(head: HeadModel, nodes: list[dict[str, Any]]) -> list[int]:
+    """Append a node for each joint of a head, in their order; returns the root joints."""
     first = len(nodes)
     positions = head.joint_positions.astype(float)
     for joint, (name, parent) in enumerate(zip(head.joint_names, head.joint_parents, strict=True)):
@@ -321,16 +346,21 @@ def _joints(file: GltfFile, head: HeadModel, nodes: list[dict[str, Any]]) -> lis
             nodes[-1]["extras"] = {"aliases": aliases}
         if parent >= 0:
             nodes[first + parent].setdefault("children", []).append(first + joint)
-    inverse = np.tile(np.eye(4, dtype=np.float32), (len(positions), 1, 1))
-    inverse[:, 3, :3] = -positions  # columns first, as glTF wants
+    return [first + joint for joint, parent in enumerate(head.joint_parents) if parent < 0]
+
+
+def _skin(file: GltfFile, head: HeadModel, first: int) -> dict[str, Any]:
+    """The skin of joints that begin at node `first`."""
+    inverse = np.tile(np.eye(4, dtype=np.float32), (len(head.joint_names), 1, 1))
+    inverse[:, 3, :3] = -head.joint_positions  # columns first, as glTF wants
     bind = file.array(inverse.reshape(-1, 16), "MAT4", FLOAT)
-    joints = list(range(first, first + len(positions)))
-    roots = [first + joint for joint, parent in enumerate(head.joint_parents) if parent < 0]
-    file.json["skins"] = [{"inverseBindMatrices": bind, "joints": joints}]
-    return roots
+    return {
+        "inverseBindMatrices": bind,
+        "joints": list(range(first, first + len(head.joint_names))),
+    }
 
 
-def _animate(file: GltfFile, motion: Motion, shapes: TargetShapes) -> None:
+def _animate(file: GltfFile, motion: Motion, shapes: Targets) -> None:
     times = motion.times_s.astype(np.float32)
     clock = file.array(times, "SCALAR", FLOAT, bounds=True)
     samplers, channels = [], []

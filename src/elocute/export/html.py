@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from elocute.export.options import GlbOptions, HtmlOptions
 from elocute.export.soundtrack import Sound, pack_sound
 from elocute.export.viewer_stage import viewer_stage, viewer_views
 from elocute.files.atomic import write_atomically
+from elocute.files.html_page import filled_page, script_bytes, script_json
 from elocute.motion.motion import Motion
 
 ASSETS = Path(__file__).parent / "assets"
@@ -52,7 +52,7 @@ def page_pieces(
     light: str = "studio",
 ) -> list[str]:
     """The page, to be joined. Raises MachineError where the viewer was not built."""
-    page, viewer = _asset("viewer.html"), _asset("viewer.js")
+    page, viewer = page_asset("viewer.html"), page_script("viewer.js")
     packed, media = pack_sound(sound) if sound is not None else (b"", None)
     head = motion.dressed().head
     take = {
@@ -65,30 +65,16 @@ def page_pieces(
     }
     parts = {
         "@TITLE@": html.escape(printable(title)),
-        # No "<" leaves the JSON, so nothing in it can end its script element.
-        "@TAKE@": json.dumps(take).replace("<", "\\u003c"),
-        "@HEAD@": base64.b64encode(glb_bytes(motion, options=ALL_SHAPES)).decode(),
+        "@TAKE@": script_json(take),
+        "@HEAD@": script_bytes(glb_bytes(motion, options=ALL_SHAPES)),
         "@SOUND@": base64.b64encode(packed).decode(),
-        # Copies of three.js carry its notice, and every page is one.
-        "@VIEWER@": f"/*\n{_asset('THIRD_PARTY_NOTICES.txt')}*/\n{viewer}",
+        "@VIEWER@": viewer,
     }
-    return _filled(page, parts)
+    return filled_page(page, parts)
 
 
-def _filled(page: str, parts: dict[str, str]) -> list[str]:
-    """One pass over the page: what is put in is never searched for marks itself."""
-    pieces, rest = [], page
-    while rest:
-        found = [(rest.index(mark), mark) for mark in parts if mark in rest]
-        if not found:
-            return [*pieces, rest]
-        place, mark = min(found)
-        pieces += [rest[:place], parts[mark]]
-        rest = rest[place + len(mark) :]
-    return pieces
-
-
-def _asset(name: str) -> str:
+def page_asset(name: str) -> str:
+    """A bundled text, such as "viewer.html". Raises MachineError where it was not built."""
     try:
         return (ASSETS / name).read_text(encoding="utf-8")
     except OSError as error:
@@ -96,3 +82,8 @@ def _asset(name: str) -> str:
             f"the viewer ({ASSETS / name}) was not built; install Elocute again with pip, "
             "with Node or a network at hand"
         ) from error
+
+
+def page_script(name: str) -> str:
+    """A bundle with the notice of three.js, which its copies carry: every page is one."""
+    return f"/*\n{page_asset('THIRD_PARTY_NOTICES.txt')}*/\n{page_asset(name)}"

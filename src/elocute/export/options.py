@@ -10,7 +10,9 @@ from elocute.export.render.backends_and_views import BACKENDS, FRAMINGS, QUALITI
 from elocute.export.render.lights import RIGS
 from elocute.settings import check_settings, described, setting
 
-PROFILES = ("arkit", "elocute")
+PROFILES = ("arkit", "elocute", "oculus", "vrm")
+VISEMES_WITHOUT = ("oculus", "vrm")
+"""Profiles beside which visemes that rest would be moved twice, or by nobody."""
 
 
 @described
@@ -58,7 +60,41 @@ class PictureOptions:
 
 @described
 @dataclass(frozen=True)
-class GlbOptions:
+class ShapeOptions:
+    """Options of .usdz: which shapes a file has.
+
+    Raises
+    ------
+    OutputError
+        For a value of another type or outside its range.
+    """
+
+    profile: str = setting(
+        "arkit",
+        choices=PROFILES,
+        help="Shapes of a .glb or .usdz: arkit (ARKit's names, the speech shapes folded into "
+        "them), elocute (all that move the head), oculus (the fifteen visemes move the mouth) or "
+        "vrm (VRM's expressions).",
+    )
+    visemes: bool = setting(
+        False,
+        help="Add the fifteen visemes to a .glb or .usdz, as shapes that rest (viseme_PP, …).",
+    )
+
+    def __post_init__(self) -> None:
+        check_settings(self, OutputError)
+        if self.visemes and self.profile in VISEMES_WITHOUT:
+            raise OutputError.about(
+                "`visemes`",
+                found=f"profile {self.profile}, which has mouth shapes of its own",
+                allowed="with the profile arkit or elocute",
+                remedy="leave it out",
+            )
+
+
+@described
+@dataclass(frozen=True)
+class GlbOptions(ShapeOptions):
     """Options of .glb.
 
     Raises
@@ -68,14 +104,23 @@ class GlbOptions:
     """
 
     embed_audio: bool = setting(False, help="Put the sound into the .glb, not beside it as a .wav.")
-    profile: str = setting(
-        "arkit",
-        choices=PROFILES,
-        help="Shapes of a .glb: arkit (ARKit's names, the speech shapes folded into them) or "
-        "elocute (all that move the head).",
-    )
-    visemes: bool = setting(
-        False, help="Add the fifteen visemes to a .glb, as shapes that rest (viseme_PP, …)."
+
+
+@described
+@dataclass(frozen=True)
+class VrmaOptions:
+    """Options of .vrma.
+
+    Raises
+    ------
+    OutputError
+        For a value of another type or outside its range.
+    """
+
+    perfect_sync: bool = setting(
+        False,
+        help="Move ARKit's 52 shapes as expressions of a .vrma, for avatars that have them "
+        "(“perfect sync”), in place of vowels, lids and gaze, which every VRM has.",
     )
 
     def __post_init__(self) -> None:

@@ -10,7 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from elocute.errors import OutputError
-from elocute.export.options import GlbOptions, HtmlOptions, PictureOptions
+from elocute.export.options import (
+    GlbOptions,
+    HtmlOptions,
+    PictureOptions,
+    ShapeOptions,
+    VrmaOptions,
+)
 from elocute.one_line_repr import brief
 
 if TYPE_CHECKING:  # the command line knows the formats without loading NumPy
@@ -60,6 +66,9 @@ class Format:
 WRITERS: dict[str, Format] = {
     ".npz": Format("npz", "write_npz"),
     ".glb": Format("gltf", "write_glb", GlbOptions, has_sound=True, sound_beside=True),
+    ".usdz": Format("usdz", "write_usdz", ShapeOptions, has_sound=True, has_mesh=True),
+    ".vrm": Format("vrm", "write_vrm"),
+    ".vrma": Format("vrm_animation", "write_vrma", VrmaOptions),
     ".mp4": Format("video", "write_video", PictureOptions, has_sound=True, has_mesh=True),
     ".webm": Format(
         "video", "write_video", PictureOptions, has_sound=True, has_alpha=True, has_mesh=True
@@ -124,7 +133,7 @@ def format_options(path: str | Path, options: Mapping[str, Any]) -> Any:
 
     Returns
     -------
-    GlbOptions, HtmlOptions, PictureOptions or None
+    GlbOptions, HtmlOptions, PictureOptions, ShapeOptions, VrmaOptions or None
         None for a format without options.
 
     Raises

@@ -1,21 +1,22 @@
 """Which shapes a file carries: all that move the head, or ARKit's alone, and visemes on request.
 
 Programs that drive avatars look for ARKit's 52 names. The head's own speech shapes are then folded
-into the nearest of these; what that leaves is measured, never hidden.
+into the nearest of these. Others look for visemes or VRM's expressions, with which the mouth is
+fitted (`fitted_shapes`). What that leaves is measured, never hidden.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
-from elocute.errors import OutputError
+from elocute.export.fitted_shapes import check_shapes, oculus_shapes, vrm_shapes
 from elocute.head.model import HeadModel
-from elocute.head.viseme_shapes import VISEME_SHAPES
+from elocute.head.preset_shapes import OCULUS_SHAPES
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.motion import Motion
 
@@ -30,14 +31,32 @@ NEAREST: dict[str, dict[str, float]] = {
     "tongueDental": {"tongueOut": 0.25},
     "tongueTipUp": {},
 }
-# The fifteen of the Oculus set as avatars name them, and what the head calls them.
-VISEME_TARGETS: dict[str, str] = {
-    f"viseme_{name}": own
-    for name, own in (
-        *((each, each) for each in ("sil", "PP", "FF", "TH", "DD", "kk", "CH", "SS", "nn", "RR")),
-        *(("aa", "aa"), ("E", "E"), ("I", "ih"), ("O", "oh"), ("U", "ou")),
-    )
-}
+
+
+class Targets(Protocol):
+    """Morph targets of a file, whichever profile made them.
+
+    Attributes
+    ----------
+    names : tuple of str
+        One per target.
+    basis : (target, vertex, 3) float32
+        Metres at weight one.
+    """
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+
+    @property
+    def basis(self) -> Float32Array: ...
+
+    def weights(self, motion: Motion) -> Float32Array:
+        """(frame, target) weights over a motion of the head."""
+        ...
+
+    def report(self, motion: Motion) -> dict[str, Any]:
+        """What the targets cannot show of it; {} where they show all."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +154,7 @@ class TargetShapes:
         return farthest**0.5
 
 
-def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> TargetShapes:
+def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> Targets:
     """The targets of a head in a profile.
 
     Parameters
@@ -143,19 +162,29 @@ def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> Targe
     head : HeadModel
         With any shapes; only those of `NEAREST` are ever folded.
     profile : str
-        "arkit" folds speech shapes into ARKit's, "elocute" keeps all.
+        "arkit" folds speech shapes into ARKit's, "elocute" keeps all; "oculus" and "vrm" fit the
+        mouth with visemes or VRM's vowels.
     visemes : bool
         Whether the fifteen visemes follow as targets that rest.
 
     Returns
     -------
-    TargetShapes
+    Targets
 
     Raises
     ------
     OutputError
-        For visemes of a head that lacks the shapes that make them.
+        For a head that lacks the shapes that make visemes, or the profile's own.
     """
+    if profile in FITTED:
+        return FITTED[profile](head)
+    return _own_shapes(head, profile, visemes)
+
+
+FITTED = {"oculus": oculus_shapes, "vrm": vrm_shapes}
+
+
+def _own_shapes(head: HeadModel, profile: str, visemes: bool) -> TargetShapes:
     names, basis = head.expression_names, head.expression_basis
     folded = _folded(names) if profile == "arkit" else {}
     kept = [index for index, name in enumerate(names) if name not in folded]
@@ -169,7 +198,7 @@ def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> Targe
         return TargetShapes(kept_names, basis[kept], mix, folded)
     more = _viseme_basis(head)
     return TargetShapes(
-        kept_names + tuple(VISEME_TARGETS),
+        kept_names + tuple(OCULUS_SHAPES),
         np.concatenate([basis[kept], more]),
         np.pad(mix, ((0, 0), (0, len(more)))),
         folded,
@@ -187,14 +216,8 @@ def _folded(names: tuple[str, ...]) -> dict[str, dict[str, float]]:
 
 def _viseme_basis(head: HeadModel) -> NDArray[np.float32]:
     """(viseme, vertex, 3) m. Raises OutputError."""
-    looks = [VISEME_SHAPES[own] for own in VISEME_TARGETS.values()]
-    missing = sorted({name for look in looks for name in look} - set(head.expression_names))
-    if missing:
-        raise OutputError.about(
-            "`visemes`",
-            found=f"a head without {', '.join(missing[:5])}",
-            allowed="a head with ARKit's shapes and the speech shapes, such as the built-in one",
-        )
+    looks = OCULUS_SHAPES.values()
+    check_shapes(head, "`visemes`", {name for look in looks for name in look})
     weights = np.stack([head.expression_vector(look) for look in looks])
     return np.tensordot(weights, head.expression_basis, 1).astype(np.float32)
 

@@ -15,7 +15,9 @@ from elocute.files.gltf_checks import check_gltf
 from elocute.files.json_records import as_record, parse_json
 from elocute.files.reading import bytes_text, read_bytes
 
-SUFFIXES = (".glb", ".gltf", ".vrm")
+FBX_SUFFIX = ".fbx"
+SUFFIXES = (".glb", ".gltf", ".vrm", FBX_SUFFIX)
+"""Of what is read as glTF; Blender's module makes it of an FBX."""
 FILE_MAX_BYTES = 400_000_000
 CHUNKS_MAX = 1000
 ALLOWED = "a glTF 2.0 file (.glb, .vrm, or .gltf with everything inside)"
@@ -59,7 +61,7 @@ def read_gltf(path: str | Path, *, error: type[InputError] = InputError) -> Gltf
     Parameters
     ----------
     path : str or Path
-        A .glb, .vrm or .gltf.
+        A .glb, .vrm or .gltf, or an .fbx, which Blender's module reads.
     error : type of InputError
         The class to raise.
 
@@ -72,9 +74,19 @@ def read_gltf(path: str | Path, *, error: type[InputError] = InputError) -> Gltf
     InputError
         Of the class `error`, for a file that is missing, too large, damaged or no glTF 2.0, whose
         parts do not fit each other, or that keeps a part in another file, which is never opened.
+    MachineError
+        For an .fbx where Blender's module is not installed.
     """
-    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=error)
-    return gltf_document(data, path, error=error)
+    return gltf_document(read_gltf_bytes(path, FILE_MAX_BYTES, error), path, error=error)
+
+
+def read_gltf_bytes(path: str | Path, max_bytes: int, error: type[InputError]) -> bytes:
+    """The bytes of a glTF file, or those that an .fbx becomes. Raises as `read_gltf`."""
+    if Path(path).suffix.lower() == FBX_SUFFIX:
+        from elocute.files.fbx_gltf import read_fbx
+
+        return read_fbx(path, error=error)
+    return read_bytes(path, max_bytes=max_bytes, allowed=ALLOWED, error=error)
 
 
 def gltf_document(

@@ -29,7 +29,7 @@ PICTURE_FORMATS = ("PNG", "JPEG", "BMP", "TIFF", "WEBP", "TGA")
 UNPACKED_MIN_BYTES = 4 * 4096 * 4096
 """A mesh or a picture may unpack to this much, however small its file is."""
 VERTEX_BYTES = 24
-_SILENT = logging.NullHandler()
+SILENT = logging.NullHandler()
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +82,8 @@ def read_mesh_file(
     kind = path.suffix.lower().removeprefix(".")
     data = read_bytes(path, max_bytes=max_bytes, allowed="a mesh", error=error)
     if kind == "obj":
-        data = _checked_text(data, path, error)
-    folder = _Folder(path, error)
+        data = checked_text(data, path, error)
+    folder = Folder(path, error)
     try:
         parts = _parts(data, kind, folder if coloured else None)
     except Exception as problem:  # trimesh raises whatever its parsers meet
@@ -152,7 +152,7 @@ def check_picture(
     return width, height
 
 
-def _checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
+def checked_text(data: bytes, path: Path, error: type[InputError]) -> bytes:
     """An .obj as UTF-8, once its groups are known to be few: each holds a copy of all vertices."""
     groups = len(set(re.findall(rb"(?m)^\s*usemtl[^\n]*", data)))
     vertices = len(re.findall(rb"(?m)^\s*v\s", data))
@@ -175,13 +175,13 @@ def _check_places(data: bytes, path: Path, error: type[InputError]) -> None:
         raise error.about(path, found=f"faces that point past {there} vertices", allowed="a mesh")
 
 
-def _parts(data: bytes, kind: str, folder: _Folder | None) -> MeshParts:
+def _parts(data: bytes, kind: str, folder: Folder | None) -> MeshParts:
     """The mesh in the bytes of a file; without a folder no material is looked for."""
     import trimesh
 
     # It would print a traceback for each picture that is not there.
-    logging.getLogger("trimesh").addHandler(_SILENT)
-    resolver: Any = folder or _Nothing()
+    logging.getLogger("trimesh").addHandler(SILENT)
+    resolver: Any = folder or Nothing()
     if folder is None:  # trimesh would give each material its own copy of the vertices
         data = re.sub(rb"(?m)^\s*usemtl\b[^\n]*", b"", data) if kind == "obj" else data
     mesh: Any = trimesh.load(
@@ -214,7 +214,7 @@ def _colors(mesh: Any, count: int) -> NDArray[np.uint8] | None:
     return colors if len(colors) == count else None
 
 
-class _Nothing:
+class Nothing:
     """A resolver, as trimesh calls it, that finds no other file."""
 
     def get(self, name: str) -> bytes:
@@ -228,7 +228,7 @@ class _Nothing:
         return ()
 
 
-class _Folder(_Nothing):
+class Folder(Nothing):
     """A resolver that finds regular files of limited size beside a mesh, by their bare names."""
 
     def __init__(self, path: Path, error: type[InputError]) -> None:

@@ -16,6 +16,7 @@ from elocute.files.json_records import as_record, parse_json
 from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
+from elocute.head.surface import surface_arrays, surfaces_of_arrays
 
 FILE_MAX_BYTES = 500_000_000
 ALLOWED = "a head (.npz) that elocute.head.save_head wrote"
@@ -56,7 +57,7 @@ def save_head(path: Path, head: HeadModel) -> None:
     path : Path
         The file.
     head : HeadModel
-        What to write. Bases are rounded to 5 µm; images of surfaces are left out.
+        What to write. Bases are rounded to 5 µm.
 
     Raises
     ------
@@ -82,6 +83,7 @@ def save_head(path: Path, head: HeadModel) -> None:
         texts["look"] = head.look.record()
     if head.character is not None:
         arrays |= head.character.arrays()
+    arrays |= surface_arrays(head.surfaces)
     arrays["texts"] = np.frombuffer(json.dumps(texts).encode(), np.uint8)
     write_npz(path, arrays, compressed=True)
 
@@ -124,6 +126,7 @@ def _head_of(stored: dict[str, NDArray[Any]]) -> HeadModel:
     fields |= {name: tuple(texts[name]) for name in _TUPLES}
     fields["look"] = look_of_record(texts.get("look"))
     fields["character"] = character_of_arrays(stored)
+    fields["surfaces"] = surfaces_of_arrays(stored)
     fields |= {name: stored[name] for name in _FLOATS}
     fields |= {name: _indices(name, stored[name]) for name in _INDICES}
     fields |= {name: _basis_of(name, stored[name]) for name in _BASES}

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import HeadError
+from elocute.files.json_records import as_record, finite_number, parse_json
 
 OPACITIES = ("opaque", "cutout", "blend")
 
@@ -42,3 +51,61 @@ class Surface:
     normal_scale: float = 1.0
     opacity: str = "opaque"
     both_sides: bool = False
+
+
+IMAGES = ("color", "normal", "roughness")
+FINISH = ("tint", "roughness_factor", "normal_scale", "opacity", "both_sides")
+MOST, FINISH_MAX_BYTES = 64, 10_000
+
+
+def surface_arrays(surfaces: Mapping[str, Surface]) -> dict[str, NDArray[Any]]:
+    """Surfaces as arrays of bytes that an .npz holds; `surfaces_of_arrays` reads them back."""
+    arrays: dict[str, NDArray[Any]] = {}
+    for number, (name, surface) in enumerate(surfaces.items()):
+        texts = {"name": name} | {each: getattr(surface, each) for each in FINISH}
+        arrays[f"surface/{number}"] = np.frombuffer(json.dumps(texts).encode(), np.uint8)
+        for image in IMAGES:
+            data = getattr(surface, image)
+            if data:
+                arrays[f"surface/{number}/{image}"] = np.frombuffer(data, np.uint8)
+    return arrays
+
+
+def surfaces_of_arrays(stored: Mapping[str, NDArray[Any]]) -> dict[str, Surface]:
+    """The surfaces among stored arrays. Raises HeadError."""
+    surfaces: dict[str, Surface] = {}
+    for number in range(MOST):
+        if f"surface/{number}" not in stored:
+            break
+        raw = stored[f"surface/{number}"]
+        if raw.nbytes > FINISH_MAX_BYTES:
+            raise HeadError(f"a surface of {raw.nbytes} bytes; allowed: {FINISH_MAX_BYTES}")
+        given = parse_json(raw.tobytes(), "surface", allowed="a surface", error=HeadError)
+        record = as_record(given, "surface", "a surface", HeadError)
+        images = {
+            image: stored[f"surface/{number}/{image}"].tobytes()
+            for image in IMAGES
+            if f"surface/{number}/{image}" in stored
+        }
+        surfaces[str(record.get("name"))] = _surface(record, images)
+    return surfaces
+
+
+def _surface(record: Mapping[str, Any], images: dict[str, bytes]) -> Surface:
+    tint = record.get("tint")
+    parts = [finite_number(part) for part in tint] if isinstance(tint, list) else []
+    factors = [finite_number(record.get(name)) for name in ("roughness_factor", "normal_scale")]
+    rough, scale = factors
+    if len(parts) != 3 or None in parts or rough is None or scale is None:
+        raise HeadError("a surface without its numbers; allowed: tint, roughness, normal scale")
+    if record.get("opacity") not in OPACITIES:
+        raise HeadError(f"a surface that is {str(record.get('opacity'))[:40]!r}; allowed: opaque")
+    red, green, blue = (float(part or 0.0) for part in parts)
+    return Surface(
+        **images,
+        tint=(red, green, blue),
+        roughness_factor=rough,
+        normal_scale=scale,
+        opacity=str(record["opacity"]),
+        both_sides=bool(record.get("both_sides")),
+    )

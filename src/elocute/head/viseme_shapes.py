@@ -11,10 +11,14 @@ def _both(name: str, weight: float) -> dict[str, float]:
     return {f"{name}Left": weight, f"{name}Right": weight}
 
 
+LABIODENTAL = {"jawOpen": 0.04, "mouthLabiodental": 1.0}
+"""The lower lip on the incisors, which are seen only where the upper lip rises."""
+INCISORS = 0.31
+"""Of `mouthUpperUp`, with which an f shows the teeth that the lower lip meets."""
 VISEME_SHAPES: dict[str, dict[str, float]] = {
     "sil": {},
     "PP": {"jawOpen": 0.06, "mouthClose": 0.06, **_both("mouthPress", 0.45)},
-    "FF": {"jawOpen": 0.04, "mouthLabiodental": 1.0},
+    "FF": {**LABIODENTAL, **_both("mouthUpperUp", INCISORS)},
     "TH": {
         "jawOpen": 0.13,
         "tongueDental": 1.0,

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from elocute.errors import InputError
+from elocute.head.feeling_shapes import FEELING_SHAPES
 from elocute.one_line_repr import brief
 
 
@@ -44,27 +45,14 @@ class Mood:
 MOODS: dict[str, Mood] = {
     "neutral": Mood(),
     "happy": Mood(
-        {
-            "mouthSmile": 0.55,
-            "mouthDimple": 0.10,
-            "cheekSquint": 0.42,
-            "eyeSquint": 0.22,
-            "browInnerUp": 0.06,
-            "browOuterUp": 0.10,
-        },
+        FEELING_SHAPES["happy"],
         pose_deg=(-1.5, 0.0, 1.0),
         mouth=1.06,
         head=1.2,
         brows=1.15,
     ),
     "sad": Mood(
-        {
-            "browInnerUp": 0.85,
-            "mouthFrown": 0.45,
-            "mouthShrugLower": 0.15,
-            "eyeBlink": 0.14,
-            "eyeSquint": 0.08,
-        },
+        FEELING_SHAPES["sad"],
         pose_deg=(4.5, 0.0, -1.5),
         look_down_deg=7.0,
         mouth=0.84,
@@ -73,15 +61,7 @@ MOODS: dict[str, Mood] = {
         blinks=0.8,
     ),
     "angry": Mood(
-        {
-            "browDown": 0.75,
-            "noseSneer": 0.22,
-            "eyeSquint": 0.30,
-            "eyeWide": 0.15,
-            "mouthPress": 0.12,
-            "mouthFrown": 0.16,
-            "jawForward": 0.06,
-        },
+        FEELING_SHAPES["angry"],
         pose_deg=(3.0, 0.0, 0.0),
         mouth=1.1,
         head=1.25,
@@ -89,21 +69,14 @@ MOODS: dict[str, Mood] = {
         blinks=0.7,
     ),
     "surprised": Mood(
-        {"browInnerUp": 0.65, "browOuterUp": 0.65, "eyeWide": 0.50},
+        FEELING_SHAPES["surprised"],
         pose_deg=(-2.5, 0.0, 0.0),
         mouth=1.08,
-        brows=0.7,
+        brows=0.5,
         blinks=0.75,
     ),
     "tender": Mood(
-        {
-            "mouthSmile": 0.22,
-            "mouthDimple": 0.06,
-            "cheekSquint": 0.16,
-            "eyeSquint": 0.10,
-            "browInnerUp": 0.24,
-            "eyeBlink": 0.08,
-        },
+        FEELING_SHAPES["tender"],
         pose_deg=(1.5, 0.0, 4.0),
         mouth=0.9,
         head=0.75,

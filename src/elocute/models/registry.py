@@ -17,7 +17,7 @@ from elocute.models.talkers import TalkersModel
 from elocute.models.voca import VocaModel
 from elocute.numerics.input_checks import check_kind
 
-DEFAULT_MODEL = articulation_model.NAME
+DEFAULT_MODEL = talkers.SHIPPED
 FILE_KINDS = {"crnn": CrnnModel, karras.KIND: KarrasModel, talkers.KIND: TalkersModel}
 """Models by the kind in their file; all others are VOCA's."""
 

@@ -403,7 +403,7 @@ def stream(
     --------
     ::
 
-        live = elocute.stream(rate=48000, model="articulation", fps=60)
+        live = elocute.stream(rate=48000, fps=60)
         for block in microphone:
             for frame in live.push(block):
                 frame.time_s, frame["jawOpen"]

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -118,6 +118,12 @@ class TalkerRecord:
     note: str
 
 
+@cache
+def _shipped_session() -> Any:
+    """Opened once in a process: it takes as long as a second of sound does."""
+    return open_session(SHIPPED_PATH)
+
+
 class TalkersModel(StyledAsRules):
     """The model of many talkers that ships (`talkers`), or one from a file, as a SpeechModel.
 
@@ -149,6 +155,8 @@ class TalkersModel(StyledAsRules):
 
     @cached_property
     def _session(self) -> Any:
+        if self.path == SHIPPED_PATH and self._opened is None:
+            return _shipped_session()
         return self._opened or open_session(self.path)
 
     @cached_property

@@ -1,6 +1,6 @@
 """Motion on disk: one .npz, self-contained, exact, no pickle.
 
-The head travels along without its identity space and its images; its look is named. Shapes are
+The head travels along without its identity space; its look is named. Shapes are
 stored sparsely: most of them move a tenth of the face.
 """
 
@@ -22,6 +22,7 @@ from elocute.files.unpacked_size import unpacked_limit
 from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
+from elocute.head.surface import surface_arrays, surfaces_of_arrays
 from elocute.motion.motion import Motion, check_motion
 
 VERSION = 1
@@ -69,6 +70,8 @@ def save_motion(motion: Motion, path: str | Path) -> None:
             texts["look"] = head.look.record() if head.look else None
         elif field.name == "character":
             arrays |= head.character.arrays() if head.character else {}
+        elif field.name == "surfaces":
+            arrays |= surface_arrays(head.surfaces)
         elif field.name == "regions":
             arrays |= {f"region/{name}": indices for name, indices in value.items()}
         else:
@@ -77,7 +80,7 @@ def save_motion(motion: Motion, path: str | Path) -> None:
     write_npz(path, arrays)
 
 
-_LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis", "surfaces")
+_LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis")
 
 
 def load_motion(path: str | Path) -> Motion:
@@ -132,6 +135,7 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     }
     parts["look"] = look_of_record(parts.get("look"))
     parts["character"] = character_of_arrays(stored)
+    parts["surfaces"] = surfaces_of_arrays(stored)
     parts |= _named(stored, "head/") | {"regions": _named(stored, "region/")}
     vertices, joints = len(parts["template"]), len(parts["joint_names"])
     weights = stored["weights"]

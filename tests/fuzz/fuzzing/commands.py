@@ -164,6 +164,9 @@ _ANIMATE = ("elocute.animation", "elocute.audio.read")
 COMMANDS: tuple[Reader, ...] = (
     commands_of("info motion", seeds.motions, "info", "{talk.npz}"),
     commands_of("info sound", seeds.wavs, "info", "{talk.wav}"),
+    commands_of(
+        "convert", seeds.motions, "convert", "{talk.npz}", "--to", "arkit", "-o", "{out}/a.json"
+    ),
     commands_of("measure", seeds.motions, "measure", "{talk.npz}", "-o", "{out}/a.csv"),
     commands_of("render", seeds.motions, "render", "{talk.npz}", "-o", "{out}/a.glb"),
     commands_of("edit", seeds.motions, "edit", "{talk.npz}", "-o", "{out}/a.npz"),

@@ -46,7 +46,7 @@ def open_character(path: str | Path, mesh: str | None = None) -> OpenedCharacter
     Parameters
     ----------
     path : str or Path
-        A .glb, .gltf or .vrm with everything inside.
+        A .glb, .gltf or .vrm with everything inside, or an .fbx.
     mesh : str, optional
         The name of a mesh of the head, where the file has several heads.
 

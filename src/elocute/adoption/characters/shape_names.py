@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
+from elocute.head.preset_shapes import VRM_GAZE, VRM_LIDS, VRM_MOUTH
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.curves import ARKIT_NAMES
 
@@ -184,28 +185,15 @@ _BARE = {
     "a": VISEME_SHAPES["aa"],
     "ee": VISEME_SHAPES["E"],
 }
-_GAZE_LEFT = {"eyeLookOutLeft": 1.0, "eyeLookInRight": 1.0}
-_GAZE_RIGHT = {"eyeLookInLeft": 1.0, "eyeLookOutRight": 1.0}
 _VRM: dict[str, dict[str, float]] = {
-    "aa": VISEME_SHAPES["aa"],
-    "ih": VISEME_SHAPES["ih"],
-    "ou": VISEME_SHAPES["ou"],
-    "ee": VISEME_SHAPES["E"],
-    "oh": VISEME_SHAPES["oh"],
-    "a": VISEME_SHAPES["aa"],
-    "i": VISEME_SHAPES["ih"],
-    "u": VISEME_SHAPES["ou"],
-    "e": VISEME_SHAPES["E"],
-    "o": VISEME_SHAPES["oh"],
-    "blink": _both("eyeBlink"),
-    "blinkl": {"eyeBlinkLeft": 1.0},
-    "blinkleft": {"eyeBlinkLeft": 1.0},
-    "blinkr": {"eyeBlinkRight": 1.0},
-    "blinkright": {"eyeBlinkRight": 1.0},
-    "lookup": _both("eyeLookUp"),
-    "lookdown": _both("eyeLookDown"),
-    "lookleft": _GAZE_LEFT,
-    "lookright": _GAZE_RIGHT,
+    **{name.lower(): looks for name, looks in (VRM_MOUTH | VRM_LIDS | VRM_GAZE).items()},
+    "a": VRM_MOUTH["aa"],
+    "i": VRM_MOUTH["ih"],
+    "u": VRM_MOUTH["ou"],
+    "e": VRM_MOUTH["ee"],
+    "o": VRM_MOUTH["oh"],
+    "blinkl": VRM_LIDS["blinkLeft"],
+    "blinkr": VRM_LIDS["blinkRight"],
 }
 _WHOLE_OF_TWO = ("browInnerUp", "cheekPuff", "mouthClose", "mouthFunnel", "mouthPucker")
 _WHOLE_OF_TWO += ("mouthRollLower", "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper")
@@ -283,8 +271,8 @@ _OTHER: dict[tuple[str, ...], dict[str, float]] = {
     ("eyesClosed", "eyesClose", "blinkBoth", "blinks"): _both("eyeBlink"),
     ("eyesLookUp", "lookUp"): _both("eyeLookUp"),
     ("eyesLookDown", "lookDown"): _both("eyeLookDown"),
-    ("eyesLookLeft", "lookLeft"): _GAZE_LEFT,
-    ("eyesLookRight", "lookRight"): _GAZE_RIGHT,
+    ("eyesLookLeft", "lookLeft"): VRM_GAZE["lookLeft"],
+    ("eyesLookRight", "lookRight"): VRM_GAZE["lookRight"],
     ("smile",): _both("mouthSmile"),
     ("frown",): _both("mouthFrown"),
     ("pucker", "lipsPucker", "kiss"): {"mouthPucker": 1.0},

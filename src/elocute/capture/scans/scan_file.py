@@ -1,4 +1,7 @@
-"""Scans from and to mesh files: binary .ply at the speed of the disk, the rest by trimesh."""
+"""Scans from and to mesh files: binary .ply at the speed of the disk, the rest by trimesh.
+
+Where colours come from a picture, triangles are cut until points carry what the picture shows.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,14 @@ from elocute.capture.scans.scan import Scan
 from elocute.corpus.length_units import UNITS
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
-from elocute.files.meshes import SUFFIXES, read_mesh_file
+from elocute.files.mesh_parts import SUFFIXES, MeshPart, read_mesh_parts
+from elocute.files.meshes import read_mesh_file
 from elocute.files.reading import open_regular
 
 FILE_MAX_BYTES = 1_000_000_000
 HEADER_MAX_BYTES = 16_384
+FINE_POINTS, CUTS_MAX = 200_000, 3
+"""A scan is cut finer up to so many points, as many as its picture has pixels, or so often."""
 _COUNT = re.compile(r"[0-9]{1,10}", re.ASCII)
 _TYPES = {
     "char": "i1",
@@ -46,7 +52,8 @@ def read_scan(path: str | Path, unit: str = "m") -> Scan:
     Parameters
     ----------
     path
-        A .ply or .obj up to 1 GB. Colours come from the vertices or from a texture.
+        A .ply, .obj, .stl, .glb, .gltf, .vrm or .fbx up to 1 GB. Colours come from the vertices, a
+        texture or the materials.
     unit
         Of the numbers in the file: m, mm, cm, dm or inch.
 
@@ -58,7 +65,7 @@ def read_scan(path: str | Path, unit: str = "m") -> Scan:
     path, scale = Path(path), unit_m(unit)
     if path.suffix.lower() not in SUFFIXES:
         raise CaptureError.about(
-            path, found=f"suffix {path.suffix!r}", allowed=f"{' or '.join(SUFFIXES)} up to 1 GB"
+            path, found=f"suffix {path.suffix!r}", allowed=f"{' '.join(SUFFIXES)} up to 1 GB"
         )
     points, faces, colors = _read_plain_ply(path) or _read_by_trimesh(path)
     if not len(points) or not len(faces):
@@ -175,23 +182,60 @@ def _layout(lines: list[str]) -> tuple[np.dtype[Any], int, np.dtype[Any], int] |
 
 
 def _read_by_trimesh(path: Path) -> _Parts:
-    parts = read_mesh_file(path, max_bytes=FILE_MAX_BYTES, error=CaptureError, coloured=True)
-    points, faces, colors = parts.vertices, parts.triangles, parts.colors
-    return (*_welded(points, faces), colors) if colors is None else _weld_all(points, faces, colors)
+    if path.suffix.lower() == ".ply":
+        parts = read_mesh_file(path, max_bytes=FILE_MAX_BYTES, error=CaptureError, coloured=True)
+        points, faces, colors = parts.vertices, parts.triangles, parts.colors
+        return _weld_all(points, faces, colors)
+    return _weld_all(
+        *_one_mesh(read_mesh_parts(path, max_bytes=FILE_MAX_BYTES, error=CaptureError))
+    )
+
+
+def _one_mesh(
+    parts: tuple[MeshPart, ...],
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.uint8] | None]:
+    """Points, triangles and colours of all parts; no colours where nothing says one."""
+    count = sum(len(part.vertices) for part in parts)
+    meshes = [_pictured(part, max(count, 1)) for part in parts]
+    starts = np.cumsum([0, *(len(points) for points, _, _ in meshes)])
+    faces = [mesh[1] + start for mesh, start in zip(meshes, starts, strict=False)]
+    said = any(part.coloured for part in parts)
+    colors = np.concatenate([mesh[2] for mesh in meshes]) if said else None
+    return np.concatenate([mesh[0] for mesh in meshes]), np.concatenate(faces), colors
+
+
+def _pictured(
+    part: MeshPart, count: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.uint8]]:
+    """A part cut fine enough for its picture, with the picture's colours at its points."""
+    if part.picture is None or part.uv is None:
+        return part.vertices, part.triangles, part.colors
+    from PIL.Image import Resampling
+    from trimesh.remesh import subdivide
+
+    corners, faces = np.hstack([part.vertices, part.uv]), part.triangles
+    most = min(FINE_POINTS, part.picture.width * part.picture.height)
+    for _ in range(CUTS_MAX):
+        if 4 * count >= most:
+            break
+        corners, faces = subdivide(corners, faces)[:2]
+        count *= 4
+    # A pixel for each point, so that stubble becomes a shadow and no speckle.
+    shrink = max(1.0, (part.picture.width * part.picture.height / max(count, 1)) ** 0.5)
+    size = (max(round(part.picture.width / shrink), 1), max(round(part.picture.height / shrink), 1))
+    pixels = np.asarray(part.picture.convert("RGB").resize(size, Resampling.BOX))
+    height, width = pixels.shape[:2]
+    # A picture repeats beyond its edges.
+    column = (np.mod(corners[:, 3], 1) * width).astype(np.intp).clip(0, width - 1)
+    row = (np.mod(1 - corners[:, 4], 1) * height).astype(np.intp).clip(0, height - 1)
+    return corners[:, :3], np.asarray(faces, np.int64), pixels[row, column]
 
 
 def _weld_all(
-    points: NDArray[np.floating], faces: NDArray[np.integer], colors: NDArray[np.uint8]
+    points: NDArray[np.floating], faces: NDArray[np.integer], colors: NDArray[np.uint8] | None
 ) -> _Parts:
     first, place = _same_places(points)
-    return points[first], place[faces], colors[first]
-
-
-def _welded(
-    points: NDArray[np.floating], faces: NDArray[np.integer]
-) -> tuple[NDArray[np.floating], NDArray[np.integer]]:
-    first, place = _same_places(points)
-    return points[first], place[faces]
+    return points[first], place[faces], None if colors is None else colors[first]
 
 
 def _same_places(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.audio.voice_settings import VoiceSettings
-from elocute.cli import options
+from elocute.cli import known_speech_options, options
 from elocute.cli.flags import in_flags
 from elocute.cli.format_options import (
     FormatSettings,
@@ -23,7 +23,6 @@ from elocute.cli.known_speech_options import KnownSpeechOptions
 from elocute.cli.outputs import nothing_to_do, plan_motion
 from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source
 from elocute.cli.progress import counted
-from elocute.cli.settings_options import option
 from elocute.cli.spoken_takes import FolderRun, TableRun
 from elocute.cli.table_runs import chosen_pool, one_folder, recorded_lines, run_lines
 from elocute.cli.takes import (
@@ -77,24 +76,12 @@ def animate_command(
         "output). Can be repeated.",
     ),
     settings: TakeSettings = options_of_takes(),
-    channel: int | None = typer.Option(
-        None, help="Use this channel, counted from 0, instead of the mix of all channels."
-    ),
-    phones: Path | None = typer.Option(
-        None,
-        help="File of known times of phones or words, used instead of the recognised phones: "
-        "TextGrid, CTM, CSV, or JSON of a speech engine.",
-    ),
-    phone_set: str = typer.Option(
-        "auto",
-        help="How the phones of that file are written: arpabet, ipa, x-sampa or espeak; auto takes "
-        "the one that knows them.",
-    ),
-    text: str | None = typer.Option(
-        None, help="What is said: sharpens the phones, in their times."
-    ),
-    text_file: Path | None = typer.Option(None, help="Text file that holds what is said."),
-    language: str = option(VoiceSettings, "language"),
+    channel: int | None = options.Channel,
+    phones: Path | None = known_speech_options.Phones,
+    phone_set: str = known_speech_options.PhoneSet,
+    text: str | None = known_speech_options.Text,
+    text_file: Path | None = known_speech_options.TextFile,
+    language: str = known_speech_options.Language,
     format_settings: FormatSettings = options_of_formats(),
     recursive: bool = typer.Option(
         False, "-r", "--recursive", help="Include subfolders, and mirror them in the output."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -17,8 +16,9 @@ from elocute.cli.commands import capture_landmarks, capture_video
 from elocute.cli.flags import in_flags
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.cli.progress import progress_bar, resumable
+from elocute.cli.scans import known_landmarks, need_scipy
 from elocute.cli.settings_options import option, options_of
-from elocute.errors import InputError, MachineError
+from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
@@ -32,12 +32,6 @@ FACES = ("rich", "rig")
 app = CommandGroup("Capture motion in one topology, from scans or video.")
 
 HeadChoice, Fps, Unit = (option(BatchSettings, name) for name in ("head", "fps", "unit"))
-
-
-def _need_scipy() -> None:
-    """Raises MachineError where the extra is not installed."""
-    if importlib.util.find_spec("scipy") is None:
-        raise MachineError("registration needs scipy; install it: pip install 'elocute[capture]'")
 
 
 @app.command("scan")
@@ -70,8 +64,7 @@ def scan_command(
     as_json: bool = options.Json,
 ) -> None:
     """Register one scan: lay the head's mesh over it."""
-    _need_scipy()
-    from elocute.capture.scans.landmarks import read_landmarks
+    need_scipy()
     from elocute.capture.scans.scan_file import read_scan, unit_m
     from elocute.files.atomic import write_atomically
     from elocute.head.registry import open_head
@@ -85,27 +78,12 @@ def scan_command(
         return
     model = open_head(head)
     scan = read_scan(file, unit)
-    known = read_landmarks(landmarks, unit_m(unit)) if landmarks else _detected(model, scan)
+    known = known_landmarks(model, scan, landmarks, unit)
     found, neutral = _registered(model, scan, known, template, method)
     points = neutral if zero_pose else found.vertices / unit_m(unit)
     with plan.writing(output), write_atomically(output) as draft:
         draft.write_bytes(_mesh_bytes(model, output.suffix.lower(), points))
     _report(file, output, found, as_json)
-
-
-def _detected(model: HeadModel, scan: Scan) -> Landmarks:
-    """Landmarks as a detector sees them; none of them known where there is no detector."""
-    from elocute.capture.found_landmarks import find_landmarks
-    from elocute.capture.scans import landmark_detection
-    from elocute.capture.scans.landmarks import no_landmarks
-
-    try:
-        with landmark_detection.mediapipe_landmarks() as detector:
-            found = find_landmarks(model, scan, detector)
-    except MachineError:
-        return no_landmarks()
-    typer.echo(f"elocute: {int(found.good.sum())} of 68 landmarks seen in pictures", err=True)
-    return found if found.enough else no_landmarks()
 
 
 def _registered(
@@ -173,7 +151,7 @@ def scans_command(
     as_json: bool = options.Json,
 ) -> None:
     """Register sequences of scans, and make a corpus of those with sound."""
-    _need_scipy()
+    need_scipy()
     from elocute.capture.scans_to_corpus import capture_scans
 
     with (
@@ -219,7 +197,7 @@ def check_command(
     as_json: bool = options.Json,
 ) -> None:
     """Check scans before they are registered; the exit code is 1 where errors are found."""
-    _need_scipy()
+    need_scipy()
     from elocute.capture.scans.scan_checks import check_scans
 
     with progress_bar(f"checking {folder.name}", as_json) as progress:
@@ -258,7 +236,7 @@ def simulate_command(
     as_json: bool = options.Json,
 ) -> None:
     """Simulate scans of the built-in head while it speaks, with known ground truth."""
-    _need_scipy()
+    need_scipy()
     from elocute.animation import animate
     from elocute.audio.read import read_audio
     from elocute.capture.scans.scan_sequence import SequenceMetadata
@@ -282,7 +260,7 @@ def simulate_command(
             seed=scanner.seed,
         )
     else:
-        motion = animate(speech, fps=fps, identity=identity, life=0).motion
+        motion = animate(speech, model="articulation", fps=fps, identity=identity, life=0).motion
         if seconds is not None:
             motion = cut(motion, 0.0, min(seconds, motion.duration_s))
     metadata = SequenceMetadata(subject=f"sim{scanner.seed}", sentence="speech")

@@ -1,4 +1,4 @@
-"""`elocute capture landmarks`: the 68 landmarks of scans, detected in renders of them."""
+"""`elocute capture landmarks`: the 68 landmarks of scans, detected, or set by hand on a page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from elocute.cli import options
 from elocute.cli.flags import in_flags
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.cli.progress import progress_bar
-from elocute.errors import CaptureError, OutputError
+from elocute.errors import CaptureError, InputError, OutputError
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
@@ -28,32 +28,40 @@ def landmarks_command(
         None,
         "-o",
         "--output",
-        help="For one scan: the .json to write. A folder's go to FOLDER/landmarks/.",
+        help="For one scan: the .json to write, or an .html to set landmarks by hand. A folder's "
+        "go to FOLDER/landmarks/.",
     ),
     unit: str | None = typer.Option(None, help="Unit of the coordinates: m, mm, cm, dm or inch."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Detect the 68 landmarks of scans in renders from several sides (needs the extra `video`).
+    """Detect the 68 landmarks of scans in renders from several sides, or set them by hand.
+
+    Detection needs the extra `video`. With `-o FILE.html` a page is written instead: it shows the
+    scan in any browser, asks for one landmark after another, shows where each is to be expected,
+    and saves FILE.json in the scan's own unit.
 
     Heads that are upright and face +Z are seen at once, others are turned so. Scans of a folder
     that have landmarks already are left alone, so an interrupted run can be repeated.
     """
-    from elocute.capture.scans.landmark_detection import mediapipe_landmarks
-
     if scans.is_dir() == (output is not None):
         raise OutputError.about(
             scans,
             found="a folder, and -o" if output else "one scan, and no -o",
             allowed="-o FILE.json for one scan, none for a folder",
         )
+    if output is not None and output.suffix.lower() == ".html":
+        _page(scans, output, unit, OutputPlan(), overwrite, no_clobber, as_json)
+        return
     check_file_suffix(output, ".json")
     plan = OutputPlan()
     if output is not None:
         plan.add(output, scans)
         if nothing_to_do(plan, overwrite, no_clobber, as_json):
             return
+    from elocute.capture.scans.landmark_detection import mediapipe_landmarks
+
     with mediapipe_landmarks() as detector:
         if output is not None:
             with plan.writing(output):
@@ -68,6 +76,33 @@ def landmarks_command(
             typer.echo(f"elocute: {line}", err=True)
     if failed:
         raise typer.Exit(1)
+
+
+def _page(
+    scan: Path,
+    output: Path,
+    unit: str | None,
+    plan: OutputPlan,
+    overwrite: bool,
+    no_clobber: bool,
+    as_json: bool,
+) -> None:
+    if unit is not None:
+        raise InputError.about(
+            "--unit", found=f"with {output.name}", allowed="for detection: a page keeps the unit"
+        )
+    plan.add(output, scan)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    from elocute.capture.scans.landmark_page import write_landmark_page
+    from elocute.capture.scans.scan_file import read_scan
+
+    with plan.writing(output):
+        write_landmark_page(output, read_scan(scan))
+    if as_json:
+        print(json.dumps({"scans": str(scan), "output": str(output)}))
+    else:
+        print(f"{output}: open it in a browser; it saves {output.with_suffix('.json').name}")
 
 
 def _of_file(

@@ -30,9 +30,9 @@ Plot = typer.Option(None, "--plot", help="Plot the distance between the lips ove
 LEVELS = "-36,-24,-18,-12"  # the paper's: low, medium, slightly high, high
 FPS = 60.0
 Models = typer.Option(
-    ["articulation"],
+    ["talkers"],
     "--model",
-    help="Speech model: articulation (the rules), talkers, voca, crnn, or a trained model (.onnx). "
+    help="Speech model: talkers, articulation (the rules), voca, crnn, or a trained model (.onnx). "
     "Can be repeated.",
 )
 

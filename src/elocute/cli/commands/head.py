@@ -13,7 +13,7 @@ from elocute.cli.characters import tell_character
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
-from elocute.errors import OutputError
+from elocute.errors import InputError, OutputError
 from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.files.output_plan import OutputPlan
 
@@ -59,11 +59,27 @@ def _facts(head: HeadModel) -> dict[str, Any]:
 def adopt_command(
     file: str = typer.Argument(
         ...,
-        help="A character with shapes of its own (.glb, .gltf, .vrm), a FLAME model (.pkl), or a "
-        "mesh of FLAME's vertices.",
+        help="A character with shapes of its own (.glb, .gltf, .vrm, .fbx), a FLAME model (.pkl), "
+        "a mesh of FLAME's vertices, or a scan or another mesh of a face at rest (.ply, .obj, "
+        ".stl, .glb, .gltf, .vrm, .fbx).",
     ),
     output: Path = typer.Option(..., "-o", "--output", help="The head to write (.npz)."),
     mesh: str | None = options.Mesh,
+    keep_mesh: bool = typer.Option(
+        False,
+        "--keep-mesh",
+        help="The mesh speaks on its own vertices, with its materials: its lips have to be apart "
+        "in the mesh. Otherwise the built-in head is laid over it.",
+    ),
+    landmarks: Path | None = typer.Option(
+        None,
+        help="The 68 landmarks of a scan or mesh (.json, .ljson or .pts), in its unit. Without "
+        "them they are detected, if the extra `video` is installed; else a scan's surface alone "
+        "tells.",
+    ),
+    unit: str | None = typer.Option(
+        None, help="Unit of a mesh: m, mm, cm, dm or inch; by default the one that fits a head."
+    ),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -71,18 +87,28 @@ def adopt_command(
     """Make a head of a file ready to speak, once for all that is made with it.
 
     A character keeps its shapes: what moves them is told, and kept with the file in the head.
-    Other heads are given the built-in head's shapes. `--head` takes the file itself as well, and
-    does this each time.
+    Other heads are given the built-in head's shapes. A scan becomes the built-in head with the
+    scan's face and colours; with `--keep-mesh` a mesh keeps its vertices and materials. `--head`
+    takes the file itself as well, and does this each time.
     """
-    from elocute.adoption.registry import open_speaking_head
+    from elocute.adoption.registry import is_scan, open_speaking_head
     from elocute.head.store import save_head
 
     if output.suffix.lower() != ".npz":
         raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".npz")
-    plan = OutputPlan()
+    plan = OutputPlan([landmarks] if landmarks else [])
     plan.add(output, file)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
+    if keep_mesh:
+        _adopt_mesh(Path(file), landmarks, unit, output, plan, as_json)
+        return
+    if mesh is None and is_scan(Path(file)):
+        _adopt_scan(Path(file), landmarks, unit, output, plan, as_json)
+        return
+    if landmarks is not None or unit is not None:
+        flag = "--unit" if landmarks is None else "--landmarks"
+        raise InputError.about(flag, found=f"with {file}", allowed="for a mesh without shapes")
     if Path(file).suffix.lower() in CHARACTER_SUFFIXES:
         _adopt_character(Path(file), mesh, output, plan, as_json)
         return
@@ -93,6 +119,59 @@ def adopt_command(
         print(json.dumps({"file": file, "output": str(output), **_facts(head)}))
     else:
         print(output)
+
+
+def _adopt_scan(
+    file: Path,
+    landmarks: Path | None,
+    unit: str | None,
+    output: Path,
+    plan: OutputPlan,
+    as_json: bool,
+) -> None:
+    from elocute.cli.scans import need_scipy
+
+    need_scipy()
+    from elocute.capture.scanned_head import open_scanned_head
+    from elocute.head.store import save_head
+
+    made = open_scanned_head(file, landmarks, unit)
+    with plan.writing(output):
+        save_head(output, made.head)
+    error = made.registration.surface
+    if as_json:
+        record = {"file": str(file), "output": str(output), "surface_mm": error.record()}
+        print(json.dumps(record | {"landmark_mm": made.registration.landmark_mm}))
+        return
+    print(output)
+    print(f"the face lies {error.face_median:.2f} mm off the scan (median)")
+    if made.registration.landmark_mm is None:
+        print("note: no landmarks, so features may lie some millimetres off: give --landmarks")
+
+
+def _adopt_mesh(
+    file: Path,
+    landmarks: Path | None,
+    unit: str | None,
+    output: Path,
+    plan: OutputPlan,
+    as_json: bool,
+) -> None:
+    from elocute.cli.scans import need_scipy
+
+    need_scipy()
+    from elocute.adoption.own_mesh import open_mesh_head
+    from elocute.head.store import save_head
+
+    adoption = open_mesh_head(file, landmarks, unit)
+    with plan.writing(output):
+        save_head(output, adoption.head)
+    if as_json:
+        record = {"file": str(file), "output": str(output), **_facts(adoption.head)}
+        print(json.dumps(record | {"rest_gap_mm": adoption.rest_gap_mm}))
+        return
+    print(output)
+    print(f"lips stood {adoption.rest_gap_mm:.2f} mm apart at rest, and meet now")
 
 
 def _adopt_character(

@@ -19,7 +19,7 @@ def info_command(
     file: Path = typer.Argument(
         ...,
         help="A sound, a video, a motion (.npz), curves (.json), or a character (.glb, .gltf, "
-        ".vrm).",
+        ".vrm, .fbx).",
     ),
     mesh: str | None = options.Mesh,
     as_json: bool = options.Json,

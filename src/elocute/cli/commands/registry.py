@@ -8,9 +8,12 @@ from types import ModuleType
 COMMANDS = (
     "animate",
     "say",
+    "phones",
+    "cues",
     "render",
     "edit",
     "solve",
+    "convert",
     "measure",
     "info",
     "doctor",
@@ -24,6 +27,7 @@ COMMANDS = (
     "train",
     "propagate",
     "words",
+    "study",
 )
 """In the order of the help. Each is a module beside this one, which holds either a group of
 commands, `app`, or a function called as it is, such as `animate_command`."""

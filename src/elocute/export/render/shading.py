@@ -50,7 +50,7 @@ class Finish:
 FINISHES: dict[str, Finish] = {
     "skin": Finish(0.028, 0.50, 1.0, 1.0, 0.0, 0.0),
     "lips": Finish(0.032, 0.36, 0.9, 1.0, 0.0, 0.0),
-    "mouth": Finish(0.020, 0.60, 0.5, 0.35, 0.0, 0.0),
+    "mouth": Finish(0.010, 0.75, 0.5, 0.35, 0.0, 0.0),
     "teeth": Finish(0.035, 0.30, 0.3, 0.35, 0.0, 0.0),
     "gums": Finish(0.030, 0.35, 0.6, 0.4, 0.0, 0.0),
     "tongue": Finish(0.028, 0.45, 0.8, 0.4, 0.0, 0.0),
@@ -66,7 +66,7 @@ BLUNT = (0.70, 0.55, 0.30)  # how much of the smooth normal diffuse light takes
 PENUMBRA = (0.55, 0.90, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow
 GRAZING = 0.6  # of the surroundings at a grazing angle, as the whole lobe gives it (Karis 2014)
 CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
-STRAND_POWER, STRAND_TINT = 90.0, (0.006, 0.12)  # strength: white, and of its own colour
+STRAND_POWER, STRAND_TINT = 80.0, (0.009, 0.15)  # strength: white, and of its own colour
 LID_UPPER, LID_LOWER, LID_CORNER = (0.02, 0.48), (-0.7, -0.3), (0.55, 0.93)  # of an eye's normals
 BALL = 0.7  # the white of an eye is darker than it is painted
 COAT_REFLECTANCE = 0.04

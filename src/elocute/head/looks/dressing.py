@@ -15,6 +15,8 @@ from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
 
 DEFAULT_TONE = 0.2
+DULL_WHITE = 0.22
+"""How much darker the whites of the eyes are in the darkest skin: pure white seems to glow."""
 LASHES = "eyelashes01"
 SHORTEST_LASH = 0.4
 LASH_COLOUR = (0.012, 0.009, 0.008)
@@ -127,6 +129,9 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
     for name in TEXTURED:
         faces = head.material == materials.index(name)
         color[np.unique(head.quads[faces & kept])] = 255
+    # Where the lining begins, the skin's white would else run into it.
+    lining = np.unique(head.quads[head.material == materials.index("mouth")])
+    color[lining] = head.vertex_color[lining]
     tone = DEFAULT_TONE if look.tone is None else look.tone
     skin = Surface(
         color=skin_picture(
@@ -136,8 +141,13 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
         roughness=baked.picture("skins/roughness"),
         roughness_factor=1.0,
     )
-    eye = Surface(color=baked.picture(f"eyes/{look.eyes}"), roughness_factor=0.08)
-    wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.5}
+    white = 1 - DULL_WHITE * tone
+    eye = Surface(
+        color=baked.picture(f"eyes/{look.eyes}"),
+        tint=(white, 0.98 * white, 0.95 * white),
+        roughness_factor=0.08,
+    )
+    wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.6}
     surfaces = {"skin": skin, "eyeball": eye}
     surfaces |= {name: Surface(roughness_factor=rough) for name, rough in wet.items()}
     return replace(

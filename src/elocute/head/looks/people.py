@@ -36,7 +36,7 @@ PEOPLE = {
         clothes_colour="navy",
     ),
     "chidi": Look(
-        age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="crop",
+        age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="curls",
         hair_colour="black",
         clothes_colour="sand",
     ),
@@ -47,7 +47,7 @@ PEOPLE = {
     ),
     "esi": Look(
         age=23, sex=0.0, tone=0.8, eyes="brown", brows="soft", hair="curls",
-        hair_colour="black",
+        hair_colour="dark-brown",
         clothes_colour="rust",
     ),
     "feng": Look(

@@ -16,6 +16,8 @@ from elocute.numerics.rigid_alignment import nearest_rotation, turned_degrees
 
 SIDES = ("Left", "Right")
 DIRECTIONS = ("Up", "Down", "In", "Out")
+TYPICAL_DEG = 30.0
+"""How far a look turns eyes that are not known."""
 
 
 def with_gaze(
@@ -78,6 +80,27 @@ def _by_shapes(
                 )
             weights[:, motion.names.index(name)] = np.clip(wanted / reach, 0, 1)
     return replace(motion, weights=weights)
+
+
+def gaze_reach(head: HeadModel) -> dict[str, float]:
+    """How far the eyeLook shapes of a head turn its eyes at weight one.
+
+    Parameters
+    ----------
+    head : HeadModel
+        With ARKit's eyeLook shapes.
+
+    Returns
+    -------
+    dict of str to float
+        Degrees, the mean of both eyes, by "Up", "Down", "In" and "Out".
+    """
+    if not _eyeballs(head):
+        return dict.fromkeys(DIRECTIONS, TYPICAL_DEG)
+    return {
+        way: sum(_reach_degrees(head, f"eyeLook{way}{side}", side) for side in SIDES) / len(SIDES)
+        for way in DIRECTIONS
+    }
 
 
 def _eyeballs(head: HeadModel) -> bool:

@@ -1,0 +1,113 @@
+"""A page on which the landmarks of a scan are set by hand: one file that works offline."""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elocute.array_types import Float64Array
+from elocute.capture.scans.landmark_names import KEY_LANDMARKS, LANDMARK_NAMES
+from elocute.capture.scans.landmarks import GOOD_MIN
+from elocute.capture.scans.scan import Scan
+from elocute.errors import CaptureError, OutputError, printable
+from elocute.export.html import page_asset, page_script
+from elocute.files.atomic import write_atomically
+from elocute.files.html_page import filled_page, script_bytes, script_json
+from elocute.head.builtin import load_builtin_head
+
+POINTS_MAX = 1_000_000
+"""More than a browser turns smoothly."""
+GREY = (176, 170, 165)
+EYES, MOUTH, INNER = (range(36, 42), range(42, 48)), range(48, 68), range(60, 68)
+EYES_LARGER, MOUTH_HIGHER, LIPS_APART_MM = 1.35, 1.9, 2.5
+LINES = (
+    *(range(17), range(17, 22), range(22, 27), range(27, 31), range(31, 36)),
+    *((*range(36, 42), 36), (*range(42, 48), 42), (*range(48, 60), 48), (*range(60, 68), 60)),
+)
+
+
+def write_landmark_page(path: str | Path, scan: Scan) -> None:
+    """Write a page on which a person sets the landmarks of a scan, and saves them.
+
+    It asks for `KEY_LANDMARKS`, shows where each is to be expected once four are set, and gives a
+    .json that `read_landmarks` reads, named as the page.
+
+    Parameters
+    ----------
+    path
+        The .html to write.
+    scan
+        In the unit in which landmarks are wanted: that of its file.
+
+    Raises
+    ------
+    CaptureError
+        For a scan of more than 1,000,000 points, or with numbers that are not finite.
+    OutputError
+        For another suffix than .html, and where the page cannot be written.
+    MachineError
+        Where the page was not built.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".html":
+        raise OutputError.about(path, found=f"suffix {path.suffix!r}", allowed=".html")
+    if len(scan.points) > POINTS_MAX:
+        raise CaptureError.about(
+            scan.name,
+            found=f"{len(scan.points)} points",
+            allowed=f"up to {POINTS_MAX} in a page",
+            remedy="thin it out; landmarks of the thinner mesh fit the finer one",
+        )
+    if not np.isfinite(scan.points).all():
+        raise CaptureError.about(scan.name, found="numbers that are not finite", allowed="a mesh")
+    colors = (
+        np.tile(np.array(GREY, np.uint8), (len(scan.points), 1))
+        if scan.colors is None
+        else scan.colors
+    )
+    average = _average_face()
+    take: dict[str, Any] = {
+        "file": path.with_suffix(".json").name,
+        "names": LANDMARK_NAMES,
+        "order": KEY_LANDMARKS,
+        "enough": GOOD_MIN,
+        "average": np.round(average, 5).tolist(),
+        "drawing": np.round(_drawing(average), 2).tolist(),
+        "lines": [list(line) for line in LINES],
+    }
+    parts = {
+        "@TITLE@": html.escape(printable(f"Landmarks of {Path(scan.name).name}")),
+        "@TAKE@": script_json(take),
+        "@POINTS@": script_bytes(scan.points.astype("<f4").tobytes()),
+        "@TRIANGLES@": script_bytes(scan.triangles.astype("<u4").tobytes()),
+        "@COLORS@": script_bytes(np.ascontiguousarray(colors, np.uint8).tobytes()),
+        "@SCRIPT@": page_script("landmarks.js"),
+    }
+    pieces = filled_page(page_asset("landmarks.html"), parts)
+    with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
+        for piece in pieces:
+            file.write(piece)
+
+
+def _average_face() -> Float64Array:
+    """(68, 3) m of the built-in head."""
+    head = load_builtin_head()
+    return head.template[head.landmarks].astype(np.float64)
+
+
+def _drawing(average: Float64Array) -> Float64Array:
+    """(68, 2) per cent of the drawing's width: the face from the front, crowded places larger."""
+    flat = 1000 * average[:, :2]
+    for eye in EYES:
+        flat[eye] = flat[eye].mean(axis=0) + EYES_LARGER * (flat[eye] - flat[eye].mean(axis=0))
+    middle = flat[MOUTH].mean(axis=0)
+    flat[MOUTH] = middle + np.array([1.25, MOUTH_HIGHER]) * (flat[MOUTH] - middle) - [0, 9]
+    flat[61:64, 1] += LIPS_APART_MM
+    flat[65:68, 1] -= LIPS_APART_MM
+    flat[5:12, 1] -= 16 * np.sin(np.pi * np.arange(1, 8) / 8)
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    scale = 92 / (high[0] - low[0])
+    return np.stack([4 + scale * (flat[:, 0] - low[0]), 4 + scale * (high[1] - flat[:, 1])], axis=1)

@@ -1,0 +1,62 @@
+"""`elocute cues`: pictures of a mouth for drawn characters, and captions."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import typer
+
+from elocute.cli import known_speech_options, options
+from elocute.cli.known_speech_options import KnownSpeechOptions
+from elocute.cli.outputs import check_file_suffix, nothing_to_do
+from elocute.files.output_plan import OutputPlan
+
+
+def cues_command(
+    sound: Path = typer.Argument(..., help="Sound or video file."),
+    output: list[Path] = typer.Option(
+        ...,
+        "-o",
+        "--output",
+        help="File to write: .tsv, .xml or .json as Rhubarb has them, .dat for Moho, .srt or .vtt "
+        "with captions. Can be repeated.",
+    ),
+    basic: bool = typer.Option(
+        False, "--basic", help="Use shapes A to F alone, for characters without G, H and X."
+    ),
+    fps: float = typer.Option(24.0, min=1.0, max=240.0, help="Frames per second of a .dat."),
+    phones: Path | None = known_speech_options.Phones,
+    phone_set: str = known_speech_options.PhoneSet,
+    text: str | None = known_speech_options.Text,
+    text_file: Path | None = known_speech_options.TextFile,
+    language: str = known_speech_options.Language,
+    channel: int | None = options.Channel,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Say which picture of a mouth is shown when, for drawn characters; or write captions."""
+    from elocute.audio.mouth_cue_files import WRITERS, CueSheet, write_cues
+    from elocute.audio.mouth_cues import mouth_cues
+
+    known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
+    known.check(single=True)
+    plan = OutputPlan(known.files)
+    for path in output:
+        check_file_suffix(path, *WRITERS)
+        plan.add(path, sound)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    found = known.find_phones(sound, channel)
+    sheet = CueSheet(
+        mouth_cues(found, basic=basic), found.words, known.written_text or "", sound.name, fps
+    )
+    written = plan.wanted(output)
+    for path in written:
+        with plan.writing(path):
+            write_cues(sheet, path)
+    if as_json:
+        print(json.dumps({"outputs": [str(path) for path in written], "cues": len(sheet.cues)}))
+    else:
+        print(*written, sep="\n")

@@ -1,0 +1,54 @@
+"""`elocute phones`: when each phone of a recording is said."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import typer
+
+from elocute.cli import known_speech_options, options
+from elocute.cli.known_speech_options import KnownSpeechOptions
+from elocute.cli.outputs import check_file_suffix, nothing_to_do
+from elocute.files.output_plan import OutputPlan
+
+
+def phones_command(
+    sound: Path = typer.Argument(..., help="Sound or video file."),
+    output: list[Path] = typer.Option(
+        ...,
+        "-o",
+        "--output",
+        help="File to write: .TextGrid, .ctm, .csv or .json. Can be repeated.",
+    ),
+    phones: Path | None = known_speech_options.Phones,
+    phone_set: str = known_speech_options.PhoneSet,
+    text: str | None = known_speech_options.Text,
+    text_file: Path | None = known_speech_options.TextFile,
+    language: str = known_speech_options.Language,
+    channel: int | None = options.Channel,
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+    as_json: bool = options.Json,
+) -> None:
+    """Find when each phone is said, and each word where a text is given."""
+    from elocute.audio.speech_time_files import WRITERS, write_speech_times
+
+    known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
+    known.check(single=True)
+    plan = OutputPlan(known.files)
+    for path in output:
+        check_file_suffix(path, *WRITERS)
+        plan.add(path, sound)
+    if nothing_to_do(plan, overwrite, no_clobber, as_json):
+        return
+    found = known.find_phones(sound, channel)
+    written = plan.wanted(output)
+    for path in written:
+        with plan.writing(path):
+            write_speech_times(found, path)
+    if as_json:
+        record = {"phones": len(found.phones), "words": len(found.words)}
+        print(json.dumps({"outputs": [str(path) for path in written], **record}))
+    else:
+        print(*written, sep="\n")

@@ -1,0 +1,256 @@
+"""`elocute study report`, `plan` and `simulate`: answers, and what comes before them."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from elocute.cli import options
+from elocute.cli.progress import progress_bar
+from elocute.cli.settings_options import option, options_of
+from elocute.errors import StudyError
+from elocute.study.crowd_settings import Crowd
+from elocute.study.plan_settings import Plan
+
+if TYPE_CHECKING:
+    from elocute.study.answers import Answer
+    from elocute.study.design import Design
+    from elocute.study.raters import Raters
+
+OF_STUDY = ("trials", "stimuli", "comparisons", "margin", "confidence")
+"""What a plan takes from a study, where there is one and they are not given."""
+StudyFile = typer.Argument(..., help="A study's folder, or its file (study.toml).")
+
+
+def report_command(
+    study: Path = StudyFile,
+    output: Path = typer.Option(..., "-o", "--output", help="Folder of the report."),
+    answers: Path | None = typer.Option(
+        None,
+        help="Table of answers (.csv, .json, .parquet), of this study run anywhere; by default "
+        "what was served from the folder.",
+    ),
+    database: str = typer.Option("", help="PostgreSQL that it was served with."),
+    overwrite: bool = typer.Option(False, "--overwrite", help="Replace a report that is there."),
+    as_json: bool = options.Json,
+) -> None:
+    """Report a perceptual study: tests, models, plots, and tables for a paper.
+
+    The folder has report.html, report.pdf, and every table as CSV and LaTeX. Who and what is left
+    out follows the rules that study.toml fixed.
+    """
+    from elocute.study.manifest import known_design
+    from elocute.study.report import make_report
+    from elocute.study.report_files import check_place, write_report
+
+    check_place(output, overwrite)
+    design, served = known_design(study)
+    table, digest = _answers(study, answers, database, design)
+    report = make_report(design, table, served_sha256=served, answers_sha256=digest)
+    files = write_report(report, output, overwrite=overwrite)
+    if as_json:
+        facts = dict(report.facts)
+        print(json.dumps({"outputs": [str(each) for each in files], **facts}))
+    else:
+        for name, value in report.facts[:3]:
+            print(f"{name}: {value}")
+        print(files[0])
+    for warning in report.warnings:
+        print(f"elocute: {warning}", file=sys.stderr)
+
+
+def _answers(
+    study: Path, answers: Path | None, database: str, design: Design
+) -> tuple[list[Answer], str]:
+    """The table, and the SHA-256 of it as CSV where it has no file."""
+    import hashlib
+
+    from elocute.files.reading import read_bytes
+    from elocute.study.answers import FILE_MAX_BYTES, answers_text, read_answers
+
+    if answers is not None:
+        if database:
+            raise StudyError.about("--database", found="--answers beside it", allowed="one of them")
+        table = read_answers(answers)
+        data = read_bytes(
+            answers, max_bytes=FILE_MAX_BYTES, allowed="a table of answers", error=StudyError
+        )
+        return table, hashlib.sha256(data).hexdigest()
+    from elocute.study.store import Store
+
+    folder = study if study.is_dir() else study.parent
+    source = database or folder / "answers.db"
+    if isinstance(source, Path) and not source.is_file():
+        raise StudyError.about(
+            source,
+            found="no such file",
+            allowed="answers",
+            remedy="`elocute study serve` collects them; --answers names a table",
+        )
+    store = Store(design, source)
+    try:
+        table = store.answers()
+    finally:
+        store.close()
+    return table, hashlib.sha256(answers_text(table, ".csv").encode()).hexdigest()
+
+
+def plan_command(
+    study: Path | None = typer.Argument(
+        None, help="A study's folder or file, for its trials, stimuli and comparisons."
+    ),
+    plan: Plan = options_of(Plan, without=OF_STUDY),
+    trials: int | None = option(Plan, "trials", default=None),
+    stimuli: int | None = option(Plan, "stimuli", default=None),
+    comparisons: int | None = option(Plan, "comparisons", default=None),
+    margin: float | None = option(Plan, "margin", default=None),
+    confidence: float | None = option(Plan, "confidence", default=None),
+    as_json: bool = options.Json,
+) -> None:
+    """Say how many people a preference needs to be found, by simulated studies.
+
+    People and stimuli differ, and answers lapse, as far as the options say. Who will be excluded
+    comes on top.
+    """
+    from elocute.study.manifest import known_design
+    from elocute.study.power import plan_for, plan_study
+
+    of_study = {
+        "trials": trials,
+        "stimuli": stimuli,
+        "comparisons": comparisons,
+        "margin": margin,
+        "confidence": confidence,
+    }
+    given = {name: value for name, value in of_study.items() if value is not None}
+    if study is not None:
+        others = {name: value for name, value in asdict(plan).items() if name not in of_study}
+        plan = plan_for(known_design(study)[0], **others, **given)
+    else:
+        plan = replace(plan, **given)
+    found = plan_study(plan)
+    if as_json:
+        tried = [asdict(each) for each in found.tried]
+        print(json.dumps({"people": found.people, "plan": asdict(plan), "tried": tried}))
+        return
+    wanted = "equivalence" if plan.equivalent else f"a preference of {100 * plan.share:g} %"
+    print(
+        f"{wanted}, {plan.trials} answers of each person, {plan.stimuli} stimuli, "
+        f"{100 * plan.lapses:g} % lapses, significance {plan.level:.2g}"
+    )
+    print("people  found in      were answers independent")
+    for each in found.tried:
+        low, high = 100 * each.power.low, 100 * each.power.high
+        print(
+            f"{each.people:6}  {100 * each.power.value:3.0f} % ({low:.0f} to {high:.0f})"
+            f"{'':4}{100 * each.exact:3.0f} %"
+        )
+    if found.people:
+        print(f"{found.people} people are needed for {100 * plan.power:g} %")
+    else:
+        print(
+            f"no number of people is enough for {100 * plan.power:g} %: stimuli differ too much "
+            "for so few of them; show more stimuli"
+        )
+
+
+def simulate_command(
+    study: Path = StudyFile,
+    output: Path = typer.Option(..., "-o", "--output", help="Table of answers (.csv, .json)."),
+    people: int = typer.Option(50, min=1, max=100_000, help="How many."),
+    raters: bool = typer.Option(
+        False,
+        "--raters",
+        help="They look at the motion of each condition: its timing against the sound, its seals, "
+        "and how much it moves. A model of people, not people.",
+    ),
+    level: list[str] | None = typer.Option(
+        None,
+        help="CONDITION=NUMBER, its strength: logits, or points of a rating. Can be repeated; 0, "
+        "or 50 points, where none is given. With --raters, of conditions not to be looked at, and "
+        "0 is a face with nothing to blame.",
+    ),
+    data: Path | None = typer.Option(
+        None,
+        help="With --raters, where the names in the file begin; by default its own folder.",
+    ),
+    crowd: Crowd = options_of(Crowd, without=("levels",)),
+    seed: int = typer.Option(0, min=0, help="Of people, stimuli and answers."),
+    overwrite: bool = options.Overwrite,
+    no_clobber: bool = options.NoClobber,
+) -> None:
+    """Answer a study by a simulated crowd, to try it and its report before people are asked.
+
+    What comes of it is no evidence of what people see, and a report of it says so.
+    """
+    from elocute.cli.outputs import check_file_suffix, plan_files
+    from elocute.study.answers import SUFFIXES, write_answers
+    from elocute.study.crowd import crowd_answers, seats_of
+    from elocute.study.manifest import known_design
+
+    check_file_suffix(output, *SUFFIXES)
+    if data is not None and not raters:
+        raise StudyError.about("--data", found="no --raters beside it", allowed="both, or neither")
+    design, _ = known_design(study)
+    levels = _levels(level or [], [each.name for each in design.judged])
+    crowd = replace(crowd, levels=levels)
+    plan = plan_files([study], [output], overwrite, no_clobber)
+    if not plan.wants(output):
+        return
+    watched = _watched(study, data, levels) if raters else None
+    design = watched.design if watched else design
+    answers = crowd_answers(design, crowd, seats_of(design, people), seed, watched)
+    with plan.writing(output):
+        write_answers(answers, output)
+    if watched and watched.sights:
+        _print_seen(watched)
+    print(f"{output}: {len(answers)} answers of {people} simulated people")
+
+
+def _watched(study: Path, data: Path | None, levels: dict[str, float]) -> Raters:
+    from elocute.study.raters import watch_study
+
+    with progress_bar("looking at motion") as progress:
+        return watch_study(study, data=data, levels=levels, progress=progress)
+
+
+def _print_seen(raters: Raters) -> None:
+    """What raters saw, condition by condition."""
+    told = raters.table()
+    width = max(map(len, (*told, "condition")))
+    print(
+        f"{'condition':{width}}  strength  fit  late, ms  seals missed  false/s  99 %, mm  shut, %"
+    )
+    for name, row in told.items():
+        cells = (
+            f"{row['strength']:8.2f}",
+            f"{row['fit']:4.2f}",
+            f"{1000 * row['late_s']:8.0f}",
+            f"{100 * row['missed_seals']:10.0f} %",
+            f"{row['false_seals']:7.2f}",
+            f"{row['opening_mm']:8.1f}",
+            f"{100 * row['shut']:7.0f}",
+        )
+        print("  ".join((f"{name:{width}}", *cells)))
+
+
+def _levels(given: list[str], names: list[str]) -> dict[str, float]:
+    levels = {}
+    for each in given:
+        name, _, number = each.partition("=")
+        try:
+            levels[name] = float(number)
+        except ValueError:
+            levels[name] = float("nan")
+        if name not in names or not abs(levels[name]) <= 100:
+            raise StudyError.about(
+                "--level",
+                found=each,
+                allowed=f"CONDITION=NUMBER, of {', '.join(names)} and -100 to 100",
+            )
+    return levels

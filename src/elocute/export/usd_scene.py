@@ -1,0 +1,391 @@
+"""An animated head as a USD scene in text: UsdSkel blend shapes, joints, materials and the sound.
+
+One mesh, in metres, with the head's own vertices and faces; texture coordinates belong to corners
+of faces, materials to subsets of them. jawOpen is a blend shape; the jaw joint is there to pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elocute.array_types import Float32Array, FloatArray
+from elocute.export.portable_pictures import PortablePicture, portable_picture
+from elocute.export.shape_profiles import Targets
+from elocute.export.usd_text import identifier, matrix, numbers, quoted, samples, tokens, tuples
+from elocute.head.model import HeadModel
+from elocute.head.normals import linear_colors, morphed_normals, moved_vertices, vertex_normals
+from elocute.head.surface import Surface
+from elocute.motion.motion import Motion
+
+SKELETON = "/Head/Skeleton"
+NORMAL_STEP = 0.02  # changes of a unit normal below this are not stored
+
+
+@dataclass(frozen=True)
+class UsdScene:
+    """A scene, and the files that it names.
+
+    Parameters
+    ----------
+    text : str
+        The layer.
+    files : dict of str to bytes
+        By the path that the layer has for them.
+    """
+
+    text: str
+    files: dict[str, bytes]
+
+
+def usd_scene(
+    motion: Motion, shapes: Targets, joints: tuple[str, ...], sound: bytes | None, title: str
+) -> UsdScene:
+    """The scene of a motion.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of a dressed head.
+    shapes : Targets
+        The blend shapes.
+    joints : tuple of str
+        Names of the head's joints.
+    sound : bytes or None
+        A .wav.
+    title : str
+        What the scene is called.
+
+    Returns
+    -------
+    UsdScene
+
+    Raises
+    ------
+    HeadError
+        For a head with an image that is none.
+    """
+    head = motion.head
+    pictures = _Pictures(head)
+    files = pictures.files() | ({"sound.wav": sound} if sound is not None else {})
+    parts = [
+        _opening(motion, title),
+        'def SkelRoot "Head" (\n    prepend apiSchemas = ["SkelBindingAPI"]\n)\n{\n',
+        _skeleton(motion, shapes, joints) if joints else "",
+        _mesh(head, shapes, bool(joints)),
+        _materials(head, pictures),
+        "}\n",
+        SOUND if sound is not None else "",
+    ]
+    return UsdScene("".join(parts), files)
+
+
+SOUND = """
+def SpatialAudio "Voice"
+{
+    uniform token auralMode = "nonSpatial"
+    uniform asset filePath = @sound.wav@
+    uniform token playbackMode = "onceFromStart"
+    uniform timecode startTime = 0
+}
+"""
+
+
+def _opening(motion: Motion, title: str) -> str:
+    notice = f"        string notice = {quoted(motion.head.notice)}\n" if motion.head.notice else ""
+    return (
+        '#usda 1.0\n(\n    customLayerData = {\n        string creator = "Elocute"\n'
+        f"        string title = {quoted(title)}\n{notice}    }}\n"
+        '    defaultPrim = "Head"\n'
+        f"    endTimeCode = {motion.frame_count - 1}\n    framesPerSecond = {motion.fps:g}\n"
+        "    metersPerUnit = 1\n    startTimeCode = 0\n"
+        f'    timeCodesPerSecond = {motion.fps:g}\n    upAxis = "Y"\n)\n\n'
+    )
+
+
+def _joint_paths(head: HeadModel, names: tuple[str, ...]) -> list[str]:
+    paths: list[str] = []
+    for name, parent in zip(names, head.joint_parents, strict=True):
+        paths.append(f"{paths[parent]}/{name}" if parent >= 0 else name)
+    return paths
+
+
+def _skeleton(motion: Motion, shapes: Targets, names: tuple[str, ...]) -> str:
+    head = motion.head
+    paths = tokens(_joint_paths(head, names))
+    places = head.joint_positions.astype(float)
+    offsets = np.array(
+        [
+            place - (places[parent] if parent >= 0 else 0)
+            for place, parent in zip(places, head.joint_parents, strict=True)
+        ]
+    )
+    bind = ", ".join(matrix(_shift(place)) for place in places)
+    rest = ", ".join(matrix(_shift(offset)) for offset in offsets)
+    turns = _turns(motion)
+    rotations = samples({code: tuples(each) for code, each in enumerate(turns)}, " " * 12)
+    weights = shapes.weights(motion)
+    moved = samples({code: numbers(each) for code, each in enumerate(weights)}, " " * 12)
+    return f"""
+    def Skeleton "Skeleton" (
+        prepend apiSchemas = ["SkelBindingAPI"]
+    )
+    {{
+        uniform matrix4d[] bindTransforms = [{bind}]
+        uniform token[] joints = {paths}
+        uniform matrix4d[] restTransforms = [{rest}]
+        rel skel:animationSource = <{SKELETON}/Speech>
+
+        def SkelAnimation "Speech"
+        {{
+            uniform token[] blendShapes = {tokens(map(identifier, shapes.names))}
+            float[] blendShapeWeights.timeSamples = {moved}
+            uniform token[] joints = {paths}
+            quatf[] rotations.timeSamples = {rotations}
+            half3[] scales = {tuples(np.ones_like(offsets))}
+            float3[] translations = {tuples(offsets)}
+        }}
+    }}
+"""
+
+
+def _shift(offset: FloatArray) -> FloatArray:
+    moved = np.eye(4)
+    moved[3, :3] = offset
+    return moved
+
+
+def _turns(motion: Motion) -> Float32Array:
+    """(frame, joint, 4) wxyz, of length one."""
+    if motion.rotations is None:
+        still = np.zeros((motion.frame_count, len(motion.head.joint_names), 4), np.float32)
+        still[..., 0] = 1
+        return still
+    return motion.rotations / np.linalg.norm(motion.rotations, axis=-1, keepdims=True)
+
+
+def _mesh(head: HeadModel, shapes: Targets, skinned: bool) -> str:
+    corners = np.where(head.quads[:, 3] == head.quads[:, 2], 3, 4)
+    kept = np.arange(4) < corners[:, None]
+    normals = vertex_normals(head.template, head.triangles)
+    low, high = head.template.min(axis=0), head.template.max(axis=0)
+    names = [identifier(name) for name in shapes.names]
+    targets = ", ".join(f"</Head/Face/{name}>" for name in names)
+    return f"""
+    def Mesh "Face" (
+        prepend apiSchemas = ["MaterialBindingAPI", "SkelBindingAPI"]
+    )
+    {{
+        uniform bool doubleSided = 1
+        float3[] extent = {tuples([low, high])}
+        int[] faceVertexCounts = {numbers(corners)}
+        int[] faceVertexIndices = {numbers(head.quads[kept])}
+        normal3f[] normals = {tuples(normals)} (
+            interpolation = "vertex"
+        )
+        point3f[] points = {tuples(head.template)}
+        color3f[] primvars:displayColor = {tuples(linear_colors(head))} (
+            interpolation = "vertex"
+        )
+        texCoord2f[] primvars:st = {tuples(head.uv)} (
+            interpolation = "faceVarying"
+        )
+        int[] primvars:st:indices = {numbers(head.uv_quads[kept])}
+{_binding(head) if skinned else ""}        uniform token[] skel:blendShapes = {tokens(names)}
+        rel skel:blendShapeTargets = [{targets}]
+        uniform token subdivisionScheme = "none"
+        uniform token subsetFamily:materialBind:familyType = "partition"
+{_subsets(head)}{_blend_shapes(head, shapes)}    }}
+"""
+
+
+def _binding(head: HeadModel) -> str:
+    """Up to four joints for each vertex."""
+    joints = np.argsort(-head.skin_weights, axis=1)[:, :4]
+    weights = np.take_along_axis(head.skin_weights, joints, axis=1).astype(float)
+    weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-9)
+    size = joints.shape[1]
+    return f"""        int[] primvars:skel:jointIndices = {numbers(joints)} (
+            elementSize = {size}
+            interpolation = "vertex"
+        )
+        float[] primvars:skel:jointWeights = {numbers(weights)} (
+            elementSize = {size}
+            interpolation = "vertex"
+        )
+        rel skel:skeleton = <{SKELETON}>
+"""
+
+
+def _subsets(head: HeadModel) -> str:
+    """The faces of each material that has some."""
+    parts = []
+    for index, name in enumerate(head.material_names):
+        faces = np.flatnonzero(head.material == index)
+        if len(faces):
+            parts.append(f"""
+        def GeomSubset "{identifier(name)}_faces" (
+            prepend apiSchemas = ["MaterialBindingAPI"]
+        )
+        {{
+            uniform token elementType = "face"
+            uniform token familyName = "materialBind"
+            int[] indices = {numbers(faces)}
+            rel material:binding = </Head/Materials/{identifier(name)}>
+        }}
+""")
+    return "".join(parts)
+
+
+def _blend_shapes(head: HeadModel, shapes: Targets) -> str:
+    parts = []
+    turns = morphed_normals(head.template, head.triangles, shapes.basis)
+    for name, delta, (near, change) in zip(shapes.names, shapes.basis, turns, strict=True):
+        clear = (change * change).sum(axis=1) > NORMAL_STEP**2
+        moved = moved_vertices(delta)
+        moved[near[clear]] = True
+        rows = np.flatnonzero(moved)
+        turn = np.zeros_like(delta)
+        turn[near[clear]] = change[clear]
+        parts.append(f"""
+        def BlendShape "{identifier(name)}"
+        {{
+            uniform vector3f[] normalOffsets = {tuples(turn[rows])}
+            uniform vector3f[] offsets = {tuples(delta[rows])}
+            uniform int[] pointIndices = {numbers(rows)}
+        }}
+""")
+    return "".join(parts)
+
+
+class _Pictures:
+    """Images of the surfaces of a head, by material and kind."""
+
+    def __init__(self, head: HeadModel) -> None:
+        self._named: dict[tuple[str, str], tuple[str, PortablePicture]] = {}
+        for name in head.material_names:
+            surface = head.surfaces.get(name)
+            for kind in ("color", "normal", "roughness"):
+                data = getattr(surface, kind) if surface is not None else b""
+                if not data:
+                    continue
+                clear = kind == "color" and surface is not None and surface.opacity != "opaque"
+                picture = portable_picture(data, f"{kind} of the material {name!r}", clear)
+                path = f"images/{identifier(name)}_{kind}{picture.suffix}"
+                self._named[name, kind] = path, picture
+
+    def files(self) -> dict[str, bytes]:
+        return {path: picture.data for path, picture in self._named.values()}
+
+    def path(self, material: str, kind: str) -> str:
+        """Empty: it has none."""
+        return self._named.get((material, kind), ("", None))[0]
+
+
+def _materials(head: HeadModel, pictures: _Pictures) -> str:
+    each = "".join(
+        _material(name, head.surfaces.get(name), pictures)
+        for index, name in enumerate(head.material_names)
+        if (head.material == index).any()
+    )
+    return f'\n    def Scope "Materials"\n    {{{each}    }}\n'
+
+
+def _material(name: str, surface: Surface | None, pictures: _Pictures) -> str:
+    """UsdPreviewSurface with the images of a surface, or with vertex colours."""
+    surface = surface or Surface()
+    place = f"/Head/Materials/{identifier(name)}"
+    inputs, nodes = [], []
+
+    def read(kind: str, node: str, into: str, output: str, **how: str) -> bool:
+        path = pictures.path(name, kind)
+        if path:
+            nodes.append(_texture(place, node, path, output, **how))
+            inputs.append(f"{into}.connect = <{place}/{node}.outputs:{output.split(':')[1]}>")
+        return bool(path)
+
+    color, tint = "color3f inputs:diffuseColor", _four(*surface.tint, 1)
+    if not read("color", "color", color, "float3 outputs:rgb", scale=tint, space="sRGB"):
+        nodes.append(_vertex_color())
+        inputs.append(f"{color}.connect = <{place}/tone.outputs:result>")
+    # A node of its own: Blender takes the factor of the colour for the alpha's, too.
+    cover = "float inputs:opacity"
+    if surface.opacity != "opaque" and read("color", "cover", cover, "float outputs:a"):
+        inputs.append("float inputs:opacityThreshold = 0.5")
+    bent = surface.normal_scale
+    scale, bias = _four(2 * bent, 2 * bent, 2, 1), _four(-bent, -bent, -1, 0)
+    normal = "normal3f inputs:normal"
+    read("normal", "normal", normal, "float3 outputs:rgb", scale=scale, bias=bias)
+    rough = surface.roughness_factor
+    roughness, scale = "float inputs:roughness", _four(rough, rough, rough, 1)
+    if not read("roughness", "roughness", roughness, "float outputs:g", scale=scale):
+        inputs.append(f"{roughness} = {rough:.6g}")
+    lines = "".join(f"                {each}\n" for each in inputs)
+    reader = _texture_coordinates() if pictures.path(name, "color") else ""
+    return f"""
+        def Material "{identifier(name)}"
+        {{
+            token outputs:surface.connect = <{place}/surface.outputs:surface>
+
+            def Shader "surface"
+            {{
+                uniform token info:id = "UsdPreviewSurface"
+{lines}                token outputs:surface
+            }}
+{"".join(nodes)}{reader}        }}
+"""
+
+
+def _four(*parts: float) -> str:
+    return f"({', '.join(f'{part:.6g}' for part in parts)})"
+
+
+def _texture(
+    place: str,
+    node: str,
+    path: str,
+    output: str,
+    scale: str = "",
+    bias: str = "",
+    space: str = "raw",
+) -> str:
+    more = "".join(
+        f"                float4 inputs:{name} = {value}\n"
+        for name, value in (("bias", bias), ("scale", scale))
+        if value
+    )
+    return f"""
+            def Shader "{node}"
+            {{
+                uniform token info:id = "UsdUVTexture"
+                asset inputs:file = @{path}@
+{more}                token inputs:sourceColorSpace = "{space}"
+                float2 inputs:st.connect = <{place}/coordinates.outputs:result>
+                token inputs:wrapS = "repeat"
+                token inputs:wrapT = "repeat"
+                {output}
+            }}
+"""
+
+
+def _texture_coordinates() -> str:
+    return """
+            def Shader "coordinates"
+            {
+                uniform token info:id = "UsdPrimvarReader_float2"
+                string inputs:varname = "st"
+                float2 outputs:result
+            }
+"""
+
+
+def _vertex_color() -> str:
+    return """
+            def Shader "tone"
+            {
+                uniform token info:id = "UsdPrimvarReader_float3"
+                string inputs:varname = "displayColor"
+                float3 outputs:result
+            }
+"""

@@ -1,0 +1,40 @@
+"""`elocute phones` and `elocute cues` on the command line."""
+
+import json
+
+from elocute.audio.speech_times import read_speech_times
+from tests.support.commands import refused, succeeds
+
+
+def test_phones_in_several_formats(speech_wav, tmp_path):
+    outputs = ("-o", tmp_path / "a.TextGrid", "-o", tmp_path / "a.csv")
+    record = json.loads(succeeds("phones", speech_wav, *outputs, "--json").stdout)
+    for name in ("a.TextGrid", "a.csv"):
+        assert len(read_speech_times(tmp_path / name).phones) == record["phones"] > 60
+
+
+def test_a_file_of_times_becomes_cues(speech_wav, tmp_path):
+    succeeds("phones", speech_wav, "-o", tmp_path / "a.ctm")
+    succeeds("cues", speech_wav, "--phones", tmp_path / "a.ctm", "-o", tmp_path / "a.tsv")
+    succeeds("cues", speech_wav, "-o", tmp_path / "b.tsv")
+    assert (tmp_path / "a.tsv").read_text() == (tmp_path / "b.tsv").read_text()
+
+
+def test_a_simple_character_and_another_frame_rate(speech_wav, tmp_path):
+    succeeds("cues", speech_wav, "--basic", "-o", tmp_path / "a.tsv")
+    assert set(shapes(tmp_path / "a.tsv")) <= set("ABCDEF")
+    succeeds("cues", speech_wav, "--fps", "12", "-o", tmp_path / "a.dat")
+    last = (tmp_path / "a.dat").read_text().splitlines()[-1]
+    assert int(last.split()[0]) <= 12 * 10.7 + 1
+
+
+def shapes(path):
+    return [line.split("\t")[1] for line in path.read_text().splitlines()]
+
+
+def test_what_is_refused_leaves_nothing(speech_wav, tmp_path):
+    refused("cues", speech_wav, "-o", tmp_path / "a.srt", says="no words")
+    refused("cues", speech_wav, "-o", tmp_path / "a.png", says="suffix '.png'")
+    refused("phones", tmp_path / "no.wav", "-o", tmp_path / "a.csv", says="no such file")
+    refused("phones", speech_wav, "-o", speech_wav.with_suffix(".lab"), says="allowed: .textgrid")
+    assert not list(tmp_path.iterdir())
