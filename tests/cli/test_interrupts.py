@@ -135,6 +135,32 @@ def test_a_service_that_stops_and_a_terminal_that_closes(
         assert load_motion(path).frame_count == 640
 
 
+def test_files_that_an_interruption_left_open_do_not_complain(
+    speech_wav: Path, tmp_path: Path
+) -> None:
+    left_open = "import zipfile; left = zipfile.ZipFile('left.zip', 'w'); left.fp.close(); "
+    for by, expected in [(0, "seek of closed file"), (signal.SIGINT, "elocute: interrupted; ")]:
+        process = subprocess.Popen(
+            python(
+                "-c",
+                AS_FROM_A_TERMINAL + left_open + START,
+                HANDLED,
+                "animate",
+                speech_wav,
+                "-o",
+                "t.npz",
+            ),
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        assert process.stdout is not None
+        assert os.read(process.stdout.fileno(), 1) == b"."
+        process.send_signal(by)
+        said = process.communicate(timeout=60)[1].decode()
+        assert expected in said and (said.count("\n") == 1) == bool(by), said
+
+
 def test_nohup_is_heeded(speech_wav: Path, tmp_path: Path) -> None:
     code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + START
     words = python("-c", code, HANDLED, "animate", speech_wav, "-o", "t.npz")

@@ -260,11 +260,14 @@ class _Interrupts:
             os._exit(128 + self.number)
 
     def _unraisable(self, told: Any) -> None:
-        """Python drops what is raised in a finaliser or a callback: interrupt again, elsewhere."""
-        if not issubclass(told.exc_type, Interrupted):
+        """Python drops what is raised in a finaliser or a callback: interrupt again, elsewhere.
+
+        Finalisers of files that an interruption left open may complain; nobody wrote to those.
+        """
+        if issubclass(told.exc_type, Interrupted):
+            self._raise_later()
+        elif not self.number:
             self._hook(told)
-            return
-        self._raise_later()
 
     def _raise_later(self) -> None:
         later = threading.Timer(LATER_S, self._raise_again)
