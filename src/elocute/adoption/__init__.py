@@ -4,6 +4,7 @@ registry             any head by name or file, ready to speak
 characters           heads in glTF files and VRMs that bring shapes of their own
 flame                FLAME: landmarks, eyes and jaw joint are known
 own_mesh             a file's mesh with materials, on its own vertices
+shapes_in_file       a mesh's own glTF file with the shapes in it
 followers            teeth, tongue, lashes and brows beside the skin
 carrying             a head and a face with landmarks in; the head's shapes on that face out
 registration         the source laid over the face
@@ -23,16 +24,20 @@ if TYPE_CHECKING:
     from elocute.adoption.carrying import Adoption, adopt
     from elocute.adoption.characters.open_character import open_character
     from elocute.adoption.flame import adopt_flame, with_flame_landmarks
-    from elocute.adoption.own_mesh import open_mesh_head
+    from elocute.adoption.own_mesh import MeshAdoption, adopt_mesh, open_mesh_head
     from elocute.adoption.registry import open_speaking_head
+    from elocute.adoption.shapes_in_file import with_arkit_shapes
 
 __all__ = [
     "Adoption",
+    "MeshAdoption",
     "adopt",
     "adopt_flame",
+    "adopt_mesh",
     "open_character",
     "open_mesh_head",
     "open_speaking_head",
+    "with_arkit_shapes",
     "with_flame_landmarks",
 ]
 __getattr__, __dir__ = lazy(
@@ -41,7 +46,8 @@ __getattr__, __dir__ = lazy(
         "carrying": ("Adoption", "adopt"),
         "characters.open_character": ("open_character",),
         "flame": ("adopt_flame", "with_flame_landmarks"),
-        "own_mesh": ("open_mesh_head",),
+        "own_mesh": ("MeshAdoption", "adopt_mesh", "open_mesh_head"),
         "registry": ("open_speaking_head",),
+        "shapes_in_file": ("with_arkit_shapes",),
     },
 )

@@ -2,12 +2,13 @@
 
 parts of a file → joined (seams closed, lips left apart) → a head with its materials
   → 68 landmarks on its vertices → carrying.adopt → followers: teeth, tongue, lashes, brows
+  → a head, or the same file with the shapes in it (shapes_in_file)
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,10 @@ from elocute.capture.scans.landmarks import read_landmarks
 from elocute.capture.scans.scan_file import read_scan, unit_m
 from elocute.corpus.length_units import UNITS, fitting_unit, is_head_sized, longest_side
 from elocute.errors import HeadError
-from elocute.files.mesh_parts import MeshPart, picture_bytes, read_mesh_parts
+from elocute.files.gltf_document import SUFFIXES as GLTF_SUFFIXES
+from elocute.files.gltf_document import GltfDocument, read_gltf
+from elocute.files.mesh_part import MeshPart, picture_bytes
+from elocute.files.mesh_parts import document_parts, read_mesh_parts
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mesh import FILE_MAX_BYTES, head_from_arrays
 from elocute.head.model import HeadModel
@@ -41,6 +45,34 @@ ROUGHNESS = 0.6
 SIZE_MAX = 4.0
 """How many times larger or smaller than the built-in face one may be."""
 INNER_UPPER, INNER_LOWER = (61, 62, 63), (65, 66, 67)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshAdoption:
+    """A mesh that has taken over the built-in head's shapes, and where its vertices come from.
+
+    Attributes
+    ----------
+    adoption : Adoption
+        Its head has the mesh's materials and pictures.
+    document : GltfDocument or None
+        The glTF file that the parts are from.
+    parts : tuple of MeshPart
+        Of the file.
+    places : tuple of (vertex,) int64
+        For each part, the head's vertex that each of its vertices became.
+    closing : (vertex, 3) float64
+        What closed the lips, in the head's space, metres.
+    to_scene : (3, 3) float64
+        From directions in the head's space, metres, to the file's scene in its unit.
+    """
+
+    adoption: Adoption
+    document: GltfDocument | None
+    parts: tuple[MeshPart, ...]
+    places: tuple[NDArray[np.int64], ...]
+    closing: Float64Array
+    to_scene: Float64Array
 
 
 def open_mesh_head(
@@ -71,26 +103,48 @@ def open_mesh_head(
         For a file that is no such mesh, of no size of a head, or with landmarks that are missing,
         off the mesh or not those of a face; CaptureError for a file of landmarks that is none.
     """
-    path = Path(path)
-    parts = read_mesh_parts(path, max_bytes=FILE_MAX_BYTES, error=HeadError)
+    return adopt_mesh(path, landmarks, unit).adoption
+
+
+def adopt_mesh(
+    path: str | Path, landmarks: str | Path | None = None, unit: str | None = None
+) -> MeshAdoption:
+    """As `open_mesh_head`, with what leads back to the file."""
+    path, document = Path(path), None
+    if path.suffix.lower() in GLTF_SUFFIXES:
+        document = read_gltf(path, error=HeadError)
+        parts = document_parts(document, path, HeadError)
+    else:
+        parts = read_mesh_parts(path, max_bytes=FILE_MAX_BYTES, error=HeadError)
     metres = _fitting_unit(path, parts) if unit is None else unit_m(unit)
-    head = head_of_parts(path, parts, metres)
+    head, place = _head_of_parts(path, parts, metres)
     if landmarks is not None:
         marks = read_landmarks(landmarks, metres)
     else:
         scan = read_scan(path)
         scan = replace(scan, points=metres * scan.points, unit_m=metres)
         marks = detected_landmarks(load_builtin_head(), scan)
-    places = nearest_vertices(head, marks.points, str(path))
-    upright = _upright(replace(head, landmarks=places), path)
+    marked = nearest_vertices(head, marks.points, str(path))
+    upright, turn = _upright(replace(head, landmarks=marked), path)
     adoption = adopt(load_builtin_head(), upright)
-    return replace(adoption, head=with_followers(adoption))
+    adoption = replace(adoption, head=with_followers(adoption))
+    ends = np.cumsum([len(part.vertices) for part in parts])[:-1]
+    return MeshAdoption(
+        adoption,
+        document,
+        parts,
+        tuple(np.split(place, ends)),
+        adoption.head.template.astype(np.float64) - upright.template,
+        turn.T / metres,
+    )
 
 
-def head_of_parts(path: Path, parts: Sequence[MeshPart], metres: float) -> HeadModel:
-    """Parts as one head with their materials and pictures; metres: in their unit.
+def _head_of_parts(
+    path: Path, parts: Sequence[MeshPart], metres: float
+) -> tuple[HeadModel, NDArray[np.intp]]:
+    """Parts as one head with their materials and pictures, and the vertex that each became.
 
-    Raises HeadError for too many vertices or materials.
+    metres: in the unit of the parts. Raises HeadError for too many vertices or materials.
     """
     count = sum(len(part.vertices) for part in parts)
     if count > VERTICES_MAX or len(parts) > MOST:
@@ -117,7 +171,7 @@ def head_of_parts(path: Path, parts: Sequence[MeshPart], metres: float) -> HeadM
     names = _unlike(part.name or "part" for part in parts)
     head = head_from_arrays(path.stem, points[first], corners[kept])
     own = np.concatenate([triangles, triangles[:, 2:]], axis=1)[kept]
-    return replace(
+    dressed = replace(
         head,
         uv=uv.astype(np.float32),
         uv_quads=own.astype(np.int32),
@@ -126,6 +180,7 @@ def head_of_parts(path: Path, parts: Sequence[MeshPart], metres: float) -> HeadM
         vertex_color=colors[first],
         surfaces={name: _surface(part) for name, part in zip(names, parts, strict=True)},
     )
+    return dressed, place
 
 
 def _surface(part: MeshPart) -> Surface:
@@ -209,8 +264,8 @@ def joined(
     return first, place.ravel()
 
 
-def _upright(head: HeadModel, path: Path) -> HeadModel:
-    """The head with y up and z ahead, turned by right angles.
+def _upright(head: HeadModel, path: Path) -> tuple[HeadModel, Float64Array]:
+    """The head with y up and z ahead, and the right angles (3, 3) that turned its rows so.
 
     Raises HeadError for landmarks that are not a face's, and a face inside out.
     """
@@ -237,7 +292,8 @@ def _upright(head: HeadModel, path: Path) -> HeadModel:
         raise HeadError.about(
             path, found="a face inside out", allowed="triangles that face outwards"
         )
-    return replace(head, template=template, joint_positions=template.mean(axis=0, keepdims=True))
+    middle = template.mean(axis=0, keepdims=True)
+    return replace(head, template=template, joint_positions=middle), turn
 
 
 def _nearest_part(head: HeadModel, points: Float64Array) -> NDArray[np.intp]:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
+from elocute.files.gltf_nodes import NodeTree, rest_turn, without_matrix
 from elocute.head.character import Character, Control, Turn
-from elocute.head.character_nodes import NodeTree, rest_turn, without_matrix
 from elocute.motion.control_fit import fit_controls
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn

@@ -8,20 +8,18 @@ be animated.
 
 from __future__ import annotations
 
-import base64
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elocute.errors import OutputError
 from elocute.export.character_weights import CharacterMotion, character_motion, told
-from elocute.export.gltf_file import FLOAT
 from elocute.export.soundtrack import Sound, pack_sound
-from elocute.files.gltf_document import GltfDocument, packed
+from elocute.files.gltf_additions import GltfAdditions
+from elocute.files.gltf_document import GltfDocument
+from elocute.files.gltf_nodes import without_matrix
 from elocute.files.json_splices import with_items, with_value
 from elocute.head.character import Character
-from elocute.head.character_nodes import without_matrix
 from elocute.motion.motion import Motion
 
 NAME = "speech"
@@ -51,7 +49,7 @@ def character_glb(motion: Motion, character: Character, sound: Sound | None = No
         For a motion so long that no .glb holds it.
     """
     moved = character_motion(motion, character)
-    added = _Added(character.document)
+    added = GltfAdditions(character.document)
     clock = added.accessor(motion.times_s.astype(np.float32), "SCALAR", bounds=True)
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
@@ -77,72 +75,6 @@ def character_glb(motion: Motion, character: Character, sound: Sound | None = No
     if sound is not None:
         text = _with_sound(text, character, added, sound)
     return added.pack(text)
-
-
-class _Added:
-    """What is added to a file: accessors, their views, and bytes after those of its buffer."""
-
-    def __init__(self, document: GltfDocument) -> None:
-        self.document = document
-        buffers = document.records("buffers")
-        # The binary chunk is the first buffer, which then has no uri, or there is none yet.
-        self.in_chunk = not buffers or (document.binary is not None and "uri" not in buffers[0])
-        there = document.binary if buffers and self.in_chunk else None
-        self._parts: list[bytes | memoryview] = [] if there is None else [there]
-        self._size = 0 if there is None else len(there)
-        self._pad()
-        self._views: list[dict[str, Any]] = []
-        self._accessors: list[dict[str, Any]] = []
-        self._known: dict[bytes, int] = {}
-
-    def view(self, data: bytes) -> int:
-        """A buffer view of these bytes."""
-        buffer = 0 if self.in_chunk else len(self.document.records("buffers"))
-        self._views.append({"buffer": buffer, "byteOffset": self._size, "byteLength": len(data)})
-        self._parts.append(data)
-        self._size += len(data)
-        self._pad()
-        return len(self.document.records("bufferViews")) + len(self._views) - 1
-
-    def accessor(self, values: NDArray[np.float32], kind: str, bounds: bool = False) -> int:
-        """An accessor of these numbers; equal ones are stored once."""
-        data = np.ascontiguousarray(values, "<f4").tobytes()
-        if data in self._known:
-            return self._known[data]
-        record: dict[str, Any] = {
-            "bufferView": self.view(data),
-            "componentType": FLOAT,
-            "count": len(values),
-            "type": kind,
-        }
-        if bounds:
-            record |= {"min": [float(values.min())], "max": [float(values.max())]}
-        self._accessors.append(record)
-        self._known[data] = len(self.document.records("accessors")) + len(self._accessors) - 1
-        return self._known[data]
-
-    def pack(self, text: str) -> bytes:
-        """The file: a JSON text, with what was added named in it."""
-        document = self.document
-        text = with_items(text, ["accessors"], self._accessors)
-        text = with_items(text, ["bufferViews"], self._views)
-        if not self.in_chunk:
-            content = base64.b64encode(b"".join(self._parts)).decode()
-            uri = f"data:application/octet-stream;base64,{content}"
-            text = with_items(text, ["buffers"], [{"byteLength": self._size, "uri": uri}])
-            binary: list[bytes | memoryview] = [document.binary] if document.binary else []
-            return packed(text, binary, document.others)
-        if document.records("buffers"):
-            text = with_value(text, ["buffers", 0, "byteLength"], self._size)
-        else:
-            text = with_items(text, ["buffers"], [{"byteLength": self._size}])
-        return packed(text, self._parts, document.others)
-
-    def _pad(self) -> None:
-        rest = -self._size % 4
-        if rest:
-            self._parts.append(b"\0" * rest)
-            self._size += rest
 
 
 def _check_size(character: Character, moved: CharacterMotion) -> None:
@@ -177,7 +109,7 @@ def _free_name(document: GltfDocument) -> str:
     return name
 
 
-def _with_sound(text: str, character: Character, added: _Added, sound: Sound) -> str:
+def _with_sound(text: str, character: Character, added: GltfAdditions, sound: Sound) -> str:
     """The sound as KHR_audio_emitter describes it, beside what the file has of it."""
     record = character.document.record
     data, media = pack_sound(sound)

@@ -12,9 +12,9 @@ from elocute.adoption.characters.shape_names import meanings_of
 from elocute.adoption.characters.vrm import Vrm, read_vrm
 from elocute.errors import HeadError
 from elocute.files.gltf_document import GltfDocument, read_gltf
+from elocute.files.gltf_nodes import NodeTree, without_matrix
 from elocute.head.builtin import load_builtin_head
 from elocute.head.character import Character
-from elocute.head.character_nodes import NodeTree, without_matrix
 from elocute.head.model import HeadModel
 from elocute.motion.control_fit import is_of_mouth
 

@@ -17,7 +17,8 @@ from elocute.capture.scans.scan import Scan
 from elocute.corpus.length_units import UNITS
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
-from elocute.files.mesh_parts import SUFFIXES, MeshPart, read_mesh_parts
+from elocute.files.mesh_part import MeshPart
+from elocute.files.mesh_parts import SUFFIXES, read_mesh_parts
 from elocute.files.meshes import read_mesh_file
 from elocute.files.reading import open_regular
 

@@ -20,6 +20,7 @@ from elocute.files.output_plan import OutputPlan
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
 
+OWN_FILE_SUFFIXES = (".glb", ".vrm")
 app = CommandGroup("Describe head models, make them speak, and draw random faces of them.")
 
 
@@ -63,7 +64,13 @@ def adopt_command(
         "a mesh of FLAME's vertices, or a scan or another mesh of a face at rest (.ply, .obj, "
         ".stl, .glb, .gltf, .vrm, .fbx).",
     ),
-    output: Path = typer.Option(..., "-o", "--output", help="The head to write (.npz)."),
+    output: Path = typer.Option(
+        ...,
+        "-o",
+        "--output",
+        help="The head to write (.npz); with `--keep-mesh` also .glb: the mesh's own glTF file "
+        "with ARKit's 52 shapes in it.",
+    ),
     mesh: str | None = options.Mesh,
     keep_mesh: bool = typer.Option(
         False,
@@ -88,14 +95,18 @@ def adopt_command(
 
     A character keeps its shapes: what moves them is told, and kept with the file in the head.
     Other heads are given the built-in head's shapes. A scan becomes the built-in head with the
-    scan's face and colours; with `--keep-mesh` a mesh keeps its vertices and materials. `--head`
-    takes the file itself as well, and does this each time.
+    scan's face and colours; with `--keep-mesh` a mesh keeps its vertices and materials, and `-o
+    hero.glb` puts ARKit's shapes into its own file. `--head` takes the file itself as well, and
+    does this each time.
     """
     from elocute.adoption.registry import is_scan, open_speaking_head
     from elocute.head.store import save_head
 
-    if output.suffix.lower() != ".npz":
-        raise OutputError.about(output, found=f"suffix {output.suffix!r}", allowed=".npz")
+    suffixes = (".npz", *(OWN_FILE_SUFFIXES if keep_mesh else ()))
+    if output.suffix.lower() not in suffixes:
+        raise OutputError.about(
+            output, found=f"suffix {output.suffix!r}", allowed=" or ".join(suffixes)
+        )
     plan = OutputPlan([landmarks] if landmarks else [])
     plan.add(output, file)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
@@ -160,12 +171,20 @@ def _adopt_mesh(
     from elocute.cli.scans import need_scipy
 
     need_scipy()
-    from elocute.adoption.own_mesh import open_mesh_head
+    from elocute.adoption.own_mesh import adopt_mesh
+    from elocute.adoption.shapes_in_file import with_arkit_shapes
+    from elocute.files.atomic import write_atomically
     from elocute.head.store import save_head
 
-    adoption = open_mesh_head(file, landmarks, unit)
-    with plan.writing(output):
-        save_head(output, adoption.head)
+    made = adopt_mesh(file, landmarks, unit)
+    adoption = made.adoption
+    if output.suffix.lower() in OWN_FILE_SUFFIXES:
+        data = with_arkit_shapes(made, str(file))
+        with plan.writing(output), write_atomically(output) as draft:
+            draft.write_bytes(data)
+    else:
+        with plan.writing(output):
+            save_head(output, adoption.head)
     if as_json:
         record = {"file": str(file), "output": str(output), **_facts(adoption.head)}
         print(json.dumps(record | {"rest_gap_mm": adoption.rest_gap_mm}))

@@ -1,4 +1,4 @@
-"""Where the nodes of a character's file stand at rest, and what hangs from what."""
+"""Where the nodes of a glTF file stand at rest, and what hangs from what."""
 
 from __future__ import annotations
 
