@@ -71,6 +71,7 @@ RUN_TIME = [
 ]
 """What needs neither torch nor another library of the extras but SciPy."""
 MEDIAPIPE = ["tests/capture/video/test_command.py", "tests/capture/scans/test_found_landmarks.py"]
+BLENDER = ["tests/files/test_fbx.py", "tests/adoption/test_own_file_in_blender.py"]
 EXTRAS = [
     "tests/alignment",
     "tests/corpus",
@@ -115,7 +116,7 @@ ENVIRONMENTS = {
             "sounddevice",
         ),
     ),
-    "blender": Environment(["tests/files/test_fbx.py"], "capture", beside=("bpy",)),
+    "blender": Environment(BLENDER, "capture", beside=("bpy",)),
     "extras": Environment(
         EXTRAS,
         "train,encoders,wild,cluster,capture,tts,draco",
