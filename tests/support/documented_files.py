@@ -88,7 +88,7 @@ def file_maker(
             write_stranger(place)
         elif name == "bust.json":
             one("bust.glb")  # it lies beside it
-        elif name == "bust.npz":
+        elif name in ("bust.npz", "bust_arkit.glb"):
             arguments = ("--keep-mesh", "--landmarks", one("bust.json"))
             run("head", "adopt", one("bust.glb"), *arguments, "-o", place)
         elif name == "face.ply":

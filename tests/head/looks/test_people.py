@@ -62,7 +62,8 @@ def test_a_look_travels_with_its_motion(speech_wav, tmp_path):
     assert worn.head.vertex_count > found.head.vertex_count
     assert {"skin", "hair", "brows", "lashes", "eyeball"} <= set(worn.head.surfaces)
     ours = found.vertices(5, 6)[0]
-    assert np.array_equal(worn.vertices(5, 6)[0][: len(ours)], ours)
+    # Not to the bit: a processor sums products over more vertices in another order.
+    assert np.abs(worn.vertices(5, 6)[0][: len(ours)] - ours).max() < 1e-7
 
 
 def test_another_head_wears_no_look(speech_wav):
