@@ -37,6 +37,8 @@ from elocute.head.model import HeadModel
 MODEL_POINTS = 6_000
 SEARCH_POINTS = 2_000
 SURFACE_POINTS = 40_000
+RIVAL = 1.3
+"""Places whose first fit is no further off than this times the best are fitted to the end."""
 LOST_LANDMARK_MM = 6.0
 LOST_COVERED = 0.2
 """Low, as a scan may show clothes and hair: it is the face that tells."""
@@ -357,7 +359,12 @@ def _located(
             allowed="a scan with a face",
             remedy="give its landmarks",
         )
-    return tried[int(np.argmin(apart))]
+    rivals = [tried[place] for place in np.argsort(apart) if apart[place] < RIVAL * min(apart)]
+    if len(rivals) == 1:
+        return rivals[0]
+    fitted = [fit.fit(some, no_landmarks(), one, fit.cold_stages) for one in rivals]
+    near = [face_distance_mm(template, fit.posed_vertices(one), samples) for one in fitted]
+    return rivals[int(np.argmin(near))]
 
 
 def _landmark_expression(template: Template, landmarks: Landmarks, pose: HeadPose) -> Float64Array:
