@@ -1,14 +1,16 @@
 """The pictures of heads made elsewhere that speak, in README and docs/use/heads.md.
 
     python -m recipes.heads_speak scan bust.glb color.jpg landmarks.json -o scan_speaks.jpg
-    python -m recipes.heads_speak mesh FaceXModel -o mesh_speaks.jpg
+    python -m recipes.heads_speak mesh FaceXModel -o mesh_speaks.glb
     python -m recipes.heads_speak character FaceXModel -o character_speaks.glb
-    blender-python -m recipes.heads_speak blender character_speaks.glb -o character_speaks.jpg
+    blender-python -m recipes.heads_speak blender mesh_speaks.glb -o mesh_speaks.jpg
+    blender-python -m recipes.heads_speak blender character_speaks.glb -o character_speaks.jpg \\
+        --track "speech 2"
 
 `scan`: Lee Perry-Smith's bust without shapes, its picture of 1024 pixels, and its 68 landmarks in
-metres. `mesh`: ICT-FaceKit's neutral head on its own vertices. `character`: the same head as a
-character whose own seven shapes, named by ARKit, are moved; Blender (PyPI's bpy) draws what was
-written.
+metres. `mesh`: ICT-FaceKit's neutral head, given ARKit's shapes in its own file. `character`: the
+same head as a character whose own seven shapes, named by ARKit, are moved. Blender (PyPI's bpy)
+draws what was written.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ EXAMPLE = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
 UNIT_M = 0.05
 """The scan's own unit, by the distance of the eyes."""
 FPS, SIDE = 10, 360
+ENDS = (".glb", ".json", "_arkit.glb")
 FRAMES = (0, 21, 61, 58)
 VIEWS = ("front", "three-quarter")
 SRGB = {
@@ -105,22 +108,36 @@ def ict_colors(points: np.ndarray, faces: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def mesh(given: argparse.Namespace) -> None:
-    """ICT-FaceKit's head as a .ply without shapes, and its landmarks, adopted and drawn."""
+    """ICT-FaceKit's head as a .glb without shapes, given ARKit's in its own file, speaking."""
     import trimesh
 
-    from elocute.adoption.own_mesh import open_mesh_head
+    import elocute
+    from elocute.adoption import adopt_mesh, with_arkit_shapes
 
     points, faces, marks = ict_parts(given.folder)
-    shown = np.concatenate([faces[name] for name in SRGB])
+    linear = np.round(255 * (ict_colors(points, faces) / 255) ** 2.2).astype(np.uint8)
+    scene = trimesh.Scene()
+    for name in SRGB:
+        used, corners = np.unique(faces[name], return_inverse=True)
+        part = trimesh.Trimesh(
+            0.01 * points[used],
+            corners.reshape(faces[name].shape),
+            process=False,
+            vertex_colors=linear[used],
+        )
+        scene.add_geometry(part, node_name=name)
     with tempfile.TemporaryDirectory() as folder:
-        file, landmarks = Path(folder) / "ict.ply", Path(folder) / "ict.json"
-        colors = ict_colors(points, faces)
-        bare = trimesh.Trimesh(points, shown, process=False, vertex_colors=colors)
-        bare.export(file)
-        landmarks.write_text(json.dumps({"points": points[marks].tolist()}))
-        adoption = open_mesh_head(file, landmarks)
-    print(f"lips stood {adoption.rest_gap_mm:.2f} mm apart")
-    _draw(adoption.head, given.output)
+        bare, landmarks, shaped = (Path(folder) / f"bust{end}" for end in ENDS)
+        scene.export(bare, include_normals=True)
+        landmarks.write_text(json.dumps({"points": (0.01 * points[marks]).tolist()}))
+        made = adopt_mesh(bare, landmarks)
+        shaped.write_bytes(with_arkit_shapes(made, bare.name))
+        print(f"lips stood {made.adoption.rest_gap_mm:.2f} mm apart")
+        spoken = elocute.animate(EXAMPLE, fps=FPS, head=shaped)
+        spoken.write(given.output)
+    motion = elocute.Motion(made.adoption.head, spoken.motion.weights, FPS)
+    opening = elocute.measure_mouth(motion)["opening_mm"]
+    print(f"opening {opening.min():.3f} to {opening.max():.1f} mm")
 
 
 def _draw(head, output: Path) -> None:
@@ -185,7 +202,7 @@ def blender(given: argparse.Namespace) -> None:
         if data is not None:
             data.action = None
             for track in data.nla_tracks:
-                track.mute = track.name != "speech 2"
+                track.mute = track.name != given.track
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.cycles.samples = 24
@@ -237,6 +254,7 @@ def main() -> None:
         command.add_argument("-o", "--output", type=Path, required=True)
         if name == "blender":
             command.add_argument("--height", type=float, default=-0.015, help="of the camera, m")
+            command.add_argument("--track", default="speech", help="the animation that is drawn")
         command.set_defaults(run=run)
     given = parser.parse_args(sys.argv[1:])
     given.run(given)
