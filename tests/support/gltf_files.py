@@ -7,6 +7,9 @@ import json
 import struct
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from elocute.motion.curves import ARKIT_NAMES
 
 OCULUS = tuple(
@@ -64,3 +67,24 @@ def inline(data: bytes) -> dict[str, Any]:
 
 def arkit(**more: Any) -> dict[str, Any]:
     return record(("Face", list(ARKIT_NAMES)), **more)
+
+
+def meshopt_attributes(elements: NDArray[np.uint8]) -> bytes:
+    """Elements (count, stride) as a stream of meshopt's attributes in which every delta is a byte.
+
+    Up to sixteen of them, of up to 32 bytes.
+    """
+    count, stride = elements.shape
+    before = np.concatenate([elements[:1], elements[:-1]]).astype(np.int16)
+    delta = ((elements.astype(np.int16) - before + 128) % 256 - 128).T
+    zigzag = np.where(delta < 0, -2 * delta - 1, 2 * delta).astype(np.uint8)
+    padded = np.pad(zigzag, ((0, 0), (0, 16 - count)))
+    blocks = b"".join(b"\x03" + row.tobytes() for row in padded)
+    return b"\xa0" + blocks + bytes(32 - stride) + elements[0].tobytes()
+
+
+def meshopt_indices(indices: NDArray[np.integer]) -> bytes:
+    """Indices below sixteen as a stream of meshopt's index sequences."""
+    steps = np.diff(indices.astype(int), prepend=0)
+    codes = [2 * (-2 * step - 1 if step < 0 else 2 * step) for step in steps.tolist()]
+    return b"\xd1" + bytes(codes) + bytes(4)

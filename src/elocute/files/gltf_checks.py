@@ -176,7 +176,7 @@ class _Checks:
         number = self._index(part.get("bufferView"), f"{what}.bufferView", "bufferViews")
         view = self.lists["bufferViews"][number]
         start = self._whole(part.get("byteOffset", 0), f"{what}.byteOffset")
-        stride = view.get("byteStride", size)
+        stride = view.get("byteStride") or size
         if start + (count - 1) * stride + size > view["byteLength"]:
             self.refuse(f"{what} that reaches beyond bufferViews[{number}]")
 

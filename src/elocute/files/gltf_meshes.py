@@ -61,8 +61,8 @@ def gltf_parts(
     Raises
     ------
     InputError
-        Of the class `error`, for pictures that are none or too large; ValueError, TypeError,
-        LookupError or ArithmeticError for content that does not fit its records.
+        Of the class `error`, for pictures that are none, damaged or too large; others for content
+        that does not fit its records.
     """
     tree = NodeTree(document)
     pictures = _Pictures(document, arrays, subject, budget, error)
@@ -279,7 +279,14 @@ class _Pictures:
                 found=f"a picture of {width} × {height} pixels",
                 allowed="pictures that unpack to less",
             )
-        return Image.open(io.BytesIO(data), formats=PICTURE_FORMATS)
+        picture = Image.open(io.BytesIO(data), formats=PICTURE_FORMATS)
+        try:
+            picture.load()
+        except Exception as problem:  # PIL's parsers raise of every kind
+            raise self._error.about(
+                self._subject, found="a damaged picture", allowed="pictures that can be read"
+            ) from problem
+        return picture
 
 
 def _transformed(uv: NDArray[np.float64], shift: dict[str, Any]) -> NDArray[np.float64]:

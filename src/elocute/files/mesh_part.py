@@ -96,7 +96,7 @@ def drawn_picture(image: Any, mode: Any) -> tuple[Any, str]:
 
 def factor_color(linear: Any) -> NDArray[np.float64]:
     """(3,) sRGB, 0 to 255, of a material's linear RGB, 0 to 1."""
-    shares = np.asarray(linear, np.float64).ravel()[:3]
+    shares = np.nan_to_num(np.asarray(linear, np.float64).ravel()[:3])
     return np.round(255 * np.clip(shares, 0, 1) ** (1 / 2.2))
 
 

@@ -100,10 +100,11 @@ def document_parts(
     _check_pictures(document, path, error)
     budget = unpacked_limit(len(document.data), UNPACKED_MIN_BYTES)
     try:
-        return _finite(gltf_parts(document, arrays, str(path), budget, error), path, error)
-    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as problem:
-        if isinstance(problem, InputError):
-            raise
+        with np.errstate(all="ignore"):  # what is not finite is refused
+            return _finite(gltf_parts(document, arrays, str(path), budget, error), path, error)
+    except (InputError, MemoryError):
+        raise
+    except Exception as problem:  # records may hold anything where glTF wants something else
         raise _no_mesh(path, error) from problem
 
 

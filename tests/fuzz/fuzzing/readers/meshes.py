@@ -59,6 +59,14 @@ def _scan(folder: Path, _out: Path) -> None:
         checked_scan(scan)
 
 
+def _surface(path: Path) -> None:
+    from elocute.errors import HeadError
+    from elocute.files.mesh_parts import read_mesh_parts
+
+    for part in read_mesh_parts(path, max_bytes=100_000_000, error=HeadError):
+        assert np.isfinite(part.vertices).all() and part.triangles.max() < len(part.vertices)
+
+
 def _pickle(path: Path) -> None:
     from elocute.files.pickles.closed_pickle import read_pickle
 
@@ -99,6 +107,14 @@ READERS: tuple[Reader, ...] = (
         _character,
         {"*.glb": "glb", "*.vrm": "glb", "*.gltf": "json"},
         ("elocute.adoption.characters.open_character", "elocute.export.gltf_character"),
+    ),
+    Reader(
+        "surface",
+        seeds.surfaces,
+        only(_surface),
+        {"*.glb": "glb"},
+        ("elocute.files.mesh_parts", "elocute.files.gltf_meshes", "elocute.files.meshopt"),
+        short=150,
     ),
     Reader(
         "flame",

@@ -20,6 +20,7 @@ from tests.fuzz.fuzzing.seeds.heads import (
     meshes,
     motions,
     scans,
+    surfaces,
     textures,
     vertex_lists,
 )
@@ -113,6 +114,7 @@ __all__ = [
     "small_head",
     "small_motion",
     "styles",
+    "surfaces",
     "texts",
     "textures",
     "tone",

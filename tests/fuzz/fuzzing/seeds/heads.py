@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import shutil
 import struct
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from tests.fuzz.fuzzing.seeds.making import VERTICES, module, place, small_head, small_motion
 
@@ -59,6 +61,66 @@ def characters(folder: Path) -> None:
         }
     }
     (place(folder, "vrm0") / "face.vrm").write_bytes(glb(vowels))
+
+
+def surfaces(folder: Path) -> None:
+    """Meshes in glTF: with a picture that is turned, on a joint, and packed by meshopt."""
+    from tests.files.test_mesh_parts import CORNERS, POINTS, triangle
+    from tests.support.gltf_files import glb, meshopt_attributes, meshopt_indices
+
+    picture = io.BytesIO()
+    Image.new("RGB", (3, 2), (200, 90, 40)).save(picture, "PNG")
+    shift = {"KHR_texture_transform": {"offset": [0.5, 0], "rotation": 0.3, "scale": [2, 1]}}
+    skin = {"baseColorTexture": {"index": 0, "extensions": shift}}
+    dressed = triangle(
+        picture=picture.getvalue(),
+        changes={
+            "materials": [{"name": "skin", "alphaMode": "MASK", "pbrMetallicRoughness": skin}]
+        },
+    )
+    (place(folder, "picture") / "face.glb").write_bytes(dressed)
+    weights = np.tile(np.array([0.5, 0.5, 0, 0], np.float32), (3, 1)).tobytes()
+    streams = [
+        meshopt_attributes(POINTS.view(np.uint8)),
+        meshopt_indices(CORNERS),
+        weights,
+        bytes(12),
+    ]
+    starts = np.cumsum([0, *map(len, streams)]).tolist()
+    told = [("ATTRIBUTES", 3, 12), ("INDICES", 3, 2)]
+    views: list[dict[str, Any]] = []
+    for start, data, (mode, count, stride) in zip(starts, streams, told, strict=False):
+        note = {"buffer": 0, "byteOffset": start, "byteLength": len(data)}
+        note |= {"mode": mode, "count": count, "byteStride": stride}
+        views.append(
+            {"buffer": 1, "byteLength": count * stride}
+            | {"extensions": {"EXT_meshopt_compression": note}}
+        )
+    views += [
+        {"buffer": 0, "byteOffset": start, "byteLength": len(data)}
+        for start, data in zip(starts[2:], streams[2:], strict=False)
+    ]
+    attributes = {"POSITION": 0, "WEIGHTS_0": 2, "JOINTS_0": 3}
+    rigged = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["EXT_meshopt_compression"],
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"mesh": 0, "skin": 0}, {"scale": [2, 2, 2], "children": [2]}, {"name": "Head"}],
+        "skins": [{"joints": [1, 2]}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"},
+            {"bufferView": 2, "componentType": 5126, "count": 3, "type": "VEC4"},
+            {"bufferView": 3, "componentType": 5121, "count": 3, "type": "VEC4"},
+        ],
+        "bufferViews": views,
+        "buffers": [
+            {"byteLength": starts[-1]},
+            {"byteLength": 42, "extensions": {"EXT_meshopt_compression": {"fallback": True}}},
+        ],
+    }
+    (place(folder, "rigged") / "face.glb").write_bytes(glb(rigged, b"".join(streams)))
 
 
 def flame(folder: Path) -> None:
