@@ -21,10 +21,9 @@ from elocute.files.gltf_additions import GltfAdditions
 from elocute.files.gltf_document import read_gltf
 from elocute.files.json_splices import with_items, with_value
 from elocute.motion.curves import ARKIT_NAMES
-from tests.support.browser import headless_browser
 from tests.support.commands import one_line, run_here
 from tests.support.stranger import Stranger, write_stranger
-from tests.support.three_js import bundled, node_program, validator_issues
+from tests.support.three_js import node_program, open_program, validator_issues
 
 PAGE = """
 import * as THREE from "three";
@@ -121,13 +120,7 @@ def made(request, tmp_path_factory) -> tuple[Path, Path, MeshAdoption, float]:
 
 @pytest.fixture(scope="module")
 def browser(need, tmp_path_factory):
-    node_program(need)
-    folder = tmp_path_factory.mktemp("page")
-    page = folder / "page.html"
-    script = bundled(PAGE, platform="browser").replace("</script", "<\\/script")
-    page.write_text(f"<!doctype html><meta charset=utf-8><body><script>{script}</script>")
-    with headless_browser(need, folder / "profile") as driver:
-        driver.get(page.as_uri())
+    with open_program(need, PAGE, tmp_path_factory.mktemp("page")) as driver:
         yield driver
 
 

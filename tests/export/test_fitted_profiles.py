@@ -13,9 +13,8 @@ from elocute.export.options import GlbOptions
 from elocute.export.shape_profiles import target_shapes
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
-from tests.support.browser import headless_browser
 from tests.support.gltf_files import OCULUS
-from tests.support.three_js import bundled, node_program, validator_issues
+from tests.support.three_js import node_program, open_program, validator_issues
 
 VRM = (
     *("aa", "ih", "ou", "ee", "oh", "blink", "blinkLeft", "blinkRight"),
@@ -168,13 +167,7 @@ def test_khronos_validator_finds_no_error(written, need):
 
 @pytest.fixture(scope="module")
 def browser(need, tmp_path_factory):
-    node_program(need)
-    folder = tmp_path_factory.mktemp("page")
-    script = bundled(PAGE, platform="browser").replace("</script", "<\\/script")
-    page = folder / "page.html"
-    page.write_text(f"<!doctype html><meta charset=utf-8><body><script>{script}</script>")
-    with headless_browser(need, folder / "profile") as driver:
-        driver.get(page.as_uri())
+    with open_program(need, PAGE, tmp_path_factory.mktemp("page")) as driver:
         yield driver
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
+
+from tests.support.browser import headless_browser
 
 WEB = Path(__file__).parents[2] / "web"
 MODULES = WEB / "node_modules"
@@ -39,6 +43,18 @@ def bundled(code: str, *, platform: str) -> str:
         cwd=WEB,
     )
     return done.stdout
+
+
+@contextlib.contextmanager
+def open_program(need: Callable[[object, str], None], code: str, folder: Path) -> Iterator[Any]:
+    """A browser on a page that runs a program which imports three.js; files go to `folder`."""
+    node_program(need)
+    page = folder / "page.html"
+    script = bundled(code, platform="browser").replace("</script", "<\\/script")
+    page.write_text(f"<!doctype html><meta charset=utf-8><body><script>{script}</script>")
+    with headless_browser(need, folder / "profile") as driver:
+        driver.get(page.as_uri())
+        yield driver
 
 
 def validator_issues(node: str, path: Path) -> list[tuple[int, str, str]]:

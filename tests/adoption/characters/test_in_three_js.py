@@ -15,9 +15,8 @@ from elocute.export.character_weights import character_motion
 from elocute.export.registry import write
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.numerics.quaternions import multiply, to_matrices
-from tests.support.browser import headless_browser
 from tests.support.gltf_files import OCULUS
-from tests.support.three_js import bundled, node_program, validator_issues
+from tests.support.three_js import bundled, node_program, open_program, validator_issues
 
 pytestmark = [pytest.mark.browser, pytest.mark.system]
 
@@ -110,13 +109,8 @@ def written(request, node, take, speech_wav, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def browser(need, node, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("page")
-    page = folder / "page.html"
-    script = bundled(PAGE, platform="browser").replace("</script", "<\\/script")
-    page.write_text(f"<!doctype html><meta charset=utf-8><body><script>{script}</script>")
-    with headless_browser(need, folder / "profile") as driver:
-        driver.get(page.as_uri())
+def browser(need, tmp_path_factory):
+    with open_program(need, PAGE, tmp_path_factory.mktemp("page")) as driver:
         yield driver
 
 
