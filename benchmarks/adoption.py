@@ -33,20 +33,12 @@ from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.mouth_measures import measure_mouth
 from recipes.example import TARGET as EXAMPLE
+from recipes.heads_speak import THEIR_SHAPES
 from tests.support.flame_layout import FACE_VERTICES, FlameLayout, flame_layout
 
 FACES = (None, 0, 1, 2, 3)
 CLOSED_MM = 0.05
 FLAMES_OWN = ("jawOpen", "mouthClose")
-ICT_SHAPES = {
-    "jawOpen": "jawOpen",
-    "mouthClose": "mouthClose",
-    "mouthFunnel": "mouthFunnel",
-    "mouthPucker": "mouthPucker",
-    "mouthSmile_L": "mouthSmileLeft",
-    "mouthSmile_R": "mouthSmileRight",
-    "eyeBlink_L": "eyeBlinkLeft",
-}
 SOLVED_FRAMES = 10
 
 
@@ -133,7 +125,7 @@ def ict_shapes(folder: Path, curves: Curves) -> None:
     head, skin, places = adoption.head, adoption.transfer.target.skin, adoption.transfer.places
     shown = np.intersect1d(face, skin[places.confidence > 0.5])
     print("| ICT-FaceKit's shape | r | mm off | mm moved |")
-    for theirs, ours in ICT_SHAPES.items():
+    for theirs, ours in THEIR_SHAPES.items():
         true = read_obj(folder / f"{theirs}.obj")[0] - target.template
         found = head.expression_basis[head.expression_index(ours)].astype(np.float64)
         r, off_mm, moved_mm = alike(found[shown], true[shown])

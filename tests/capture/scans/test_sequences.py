@@ -242,7 +242,8 @@ def test_landmarks_are_lifted_from_pictures(
     scan = scans[0]
     colors = np.full((len(scan.points), 3), 128, np.uint8)
     nearest = np.linalg.norm(scan.points[:, None] - truth[None], axis=2)
-    chosen = [20, 23, 30, 27, 18, 25, 48, 54]
+    # Not under the nose, where the dots of tip and lip would mix.
+    chosen = [20, 24, 30, 27, 36, 45, 48, 54]
     inks = np.array(
         [
             [255, 0, 0],
