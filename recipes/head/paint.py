@@ -21,11 +21,16 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.20, 0.14, 0.09),
     (0.02,) * 3,
 )
-TOOTH, TOOTH_ROOT = (0.88, 0.85, 0.77), (0.78, 0.70, 0.58)
+TOOTH, TOOTH_ROOT = (0.755, 0.715, 0.635), (0.60, 0.51, 0.40)
+BITING, BITING_FROM = (0.66, 0.65, 0.615), 0.86
+"""The edge of an incisor lets light through, from this share of its height."""
+GAP = (0.40, 0.27, 0.22)
 EYE_TEXTURE_RAD = 1.35
 """Angle from the eye's axis that the edge of its image shows."""
 DEEP_TOOTH = (0.55, 0.30, 0.26)
-GUM, TONGUE = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38)
+GUM, TONGUE, TONGUE_ROOT = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38), (0.40, 0.16, 0.15)
+TONGUE_TIP_M, TONGUE_DEEP_M = 0.006, 0.034
+"""Behind its tip, where a tongue begins to darken and where it has the colour of its root."""
 
 
 def mix(colours: np.ndarray, other, share: np.ndarray) -> np.ndarray:
@@ -41,13 +46,15 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
     angle = face.assembly.eye_angle
     for side in ("left", "right"):
         colours[slices[f"eye_{side}"]] = _eye(angle)
-    colours[slices["tongue"]] = TONGUE
+    colours[slices["tongue"]] = _tongue(face.vertices[slices["tongue"]])
     for jaw in ("upper", "lower"):
-        shade = face.assembly.jaws[f"teeth_{jaw}"].shade
-        base = np.tile(TOOTH_ROOT, (len(shade), 1))
+        part = face.assembly.jaws[f"teeth_{jaw}"]
+        tooth = mix(np.tile(TOOTH_ROOT, (len(part.shade), 1)), TOOTH, part.shade * 1.6)
+        tooth = mix(tooth, BITING, (part.shade - BITING_FROM) / (1 - BITING_FROM))
+        tooth = mix(tooth, GAP, 0.9 * part.gap)
         z = face.vertices[slices[f"teeth_{jaw}"], 2]
         back = np.clip((z.max() - z - 0.008) / 0.022, 0, 1)  # a red mouth colours its back teeth
-        colours[slices[f"teeth_{jaw}"]] = mix(mix(base, TOOTH, shade * 1.8), DEEP_TOOTH, back)
+        colours[slices[f"teeth_{jaw}"]] = mix(tooth, DEEP_TOOTH, back)
         colours[slices[f"gums_{jaw}"]] = GUM
     colours[slices["bust"]] = SKIN
     brows = face.assembly.attached["brows"].shade
@@ -56,6 +63,14 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
     scalp = face.assembly.attached["scalp"].mixture
     colours[slices["scalp"]] = np.clip(scalp @ colours[slices["skin"]], 0, 1)
     return colours
+
+
+def _tongue(points: np.ndarray) -> np.ndarray:
+    """Darker towards the throat and, a little, along its middle."""
+    behind = points[:, 2].max() - points[:, 2]
+    deep = (behind - TONGUE_TIP_M) / (TONGUE_DEEP_M - TONGUE_TIP_M)
+    groove = 0.25 * np.exp(-((points[:, 0] / 0.003) ** 2))
+    return mix(np.tile(TONGUE, (len(points), 1)), TONGUE_ROOT, np.maximum(deep, groove))
 
 
 def _eye(angle: np.ndarray) -> np.ndarray:

@@ -68,10 +68,11 @@ class Part:
     quads: np.ndarray  # (face, 4)
     mirror: np.ndarray  # (vertex,)
     shade: np.ndarray  # (vertex,) 0 at the root, 1 at the biting edge
+    gap: np.ndarray  # (vertex,) 1 between two crowns, 0 elsewhere
 
 
 def crown(width: float, height: float, depth: float, place: int) -> tuple[np.ndarray, ...]:
-    """Local vertices (along the arch, height, outwards), quads and shade of one crown.
+    """Local vertices (along the arch, height, outwards), quads, shade and gap of one crown.
 
     place 0..6 from the middle: incisors taper to an edge, the canine to a point, premolars
     and molars end in a dented top.
@@ -112,18 +113,20 @@ def crown(width: float, height: float, depth: float, place: int) -> tuple[np.nda
     last = centre - AROUND
     for k in range(0, AROUND, 2):
         quads.append([last + k, last + (k + 1) % AROUND, last + (k + 2) % AROUND, centre])
-    return np.vstack([*vertices, top[None]]), np.array(quads), np.r_[np.concatenate(shade), 1.0]
+    gap = np.r_[np.tile(np.abs(ring_x) > 0.99, len(levels)), False]
+    whole = np.vstack([*vertices, top[None]])
+    return whole, np.array(quads), np.r_[np.concatenate(shade), 1.0], gap.astype(float)
 
 
 def teeth(arch: Arch, widths, heights, depths) -> Part:
     """All fourteen crowns of one jaw."""
     length, _ = arch.samples()
     scale = min(1.0, length[-1] / (sum(widths) * 0.97))
-    vertices, quads, mirror, shades, start = [], [], [], [], 0.0
+    vertices, quads, mirror, shades, gaps, start = [], [], [], [], [], 0.0
     count = 0
     for place, (width, height, depth) in enumerate(zip(widths, heights, depths, strict=True)):
         width = width * scale
-        local, faces, shade = crown(width * 0.975, height, depth, place)
+        local, faces, shade, gap = crown(width * 0.975, height, depth, place)
         point, tangent, outward = arch.frame(start + width / 2)
         start += width
         centre = point - outward * depth / 2
@@ -139,9 +142,14 @@ def teeth(arch: Arch, widths, heights, depths) -> Part:
             partner = count + n if side > 0 else count - n
             mirror.append(np.arange(n) + partner)
             shades.append(shade)
+            gaps.append(gap)
             count += n
     return Part(
-        np.vstack(vertices) / 1000, np.vstack(quads), np.concatenate(mirror), np.concatenate(shades)
+        np.vstack(vertices) / 1000,
+        np.vstack(quads),
+        np.concatenate(mirror),
+        np.concatenate(shades),
+        np.concatenate(gaps),
     )
 
 
@@ -179,5 +187,5 @@ def gums(arch: Arch, heights, stations: int = 19) -> Part:
             quad = [a, b, b + k, a + k]
             quads.append(quad if arch.direction > 0 else quad[::-1])
     index = np.arange(n * k).reshape(n, k)
-    shade = np.full(n * k, 1.0)
-    return Part(whole.reshape(-1, 3) / 1000, np.array(quads), index[::-1].ravel(), shade)
+    plain = np.zeros(n * k)
+    return Part(whole.reshape(-1, 3) / 1000, np.array(quads), index[::-1].ravel(), plain + 1, plain)

@@ -28,15 +28,15 @@ SKINS = {
     "dark_old_male": ("old_darkskinned_male", "", 1.0),
 }
 """The source of its detail, that of its broad colours where another is, strength of the detail."""
-LIP_OF_SKIN = {"female": (0.87, 0.63, 0.61), "male": (0.87, 0.75, 0.72)}
+LIP_OF_SKIN = {"female": (0.86, 0.66, 0.655), "male": (0.87, 0.75, 0.72)}
 """Lips as factors of the skin around them (sRGB)."""
-LIP_NATURAL = {"female": 0.72, "male": 0.85}
+LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
 SIDES = ("Left", "Right")
 LID_MOVES_M = (0.0008, 0.0035)
 """Skin that a blink moves by less is no lid; by more, all lid."""
 LID_OF_SKIN, LID_GRAIN = (1.0, 0.965, 0.955), 0.2
-ORBIT_EVENED = 0.65
+ORBIT_EVENED = 0.9
 """How far the shade between lid and brow, painted as if by a light, gives way to skin."""
 ORANGE_EVENED = 0.85
 """How far what is yellower than the cheeks comes to them."""
@@ -188,8 +188,8 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     bare = (1 - masks.scalp.clip(0, 1)) * (1 - 0.8 * masks.lid)
     height = depth * fine * bare * outside
     pits = np.minimum(noise(2, size, 1.5 * scale) + 0.6, 0)
-    height += bare * outside * (0.0045 * pits + 0.0012 * noise(1, size, 0.9 * scale))
-    height += 0.007 * masks.lip * noise(3, size, (9 * scale, 1.3 * scale))
+    height += bare * outside * (0.011 * pits + 0.003 * noise(1, size, 0.9 * scale))
+    height += 0.014 * masks.lip * noise(3, size, (12 * scale, 1.6 * scale))
     slope_x, slope_y = ndimage.sobel(height, 1), ndimage.sobel(height, 0)
     strength = 2.2
     normal = np.stack([-slope_x * strength, slope_y * strength, np.ones_like(height)], -1)
@@ -199,15 +199,15 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
 def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
-    rough = 0.56 - 0.10 * masks.t_zone - 0.17 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
+    rough = 0.52 - 0.10 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
     shade = np.maximum(0.35 + 0.65 * masks.open, masks.lid)
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
 
 NORMALS = {
-    "young": ("young_lightskinned_female2", 0.75),
-    "middle": ("middleage_lightskinned_male", 1.0),
-    "old": ("old_darkskinned_male", 1.7),
+    "young": ("young_lightskinned_female2", 1.3),
+    "middle": ("middleage_lightskinned_male", 1.7),
+    "old": ("old_darkskinned_male", 2.3),
 }
 """Source of the relief and its depth."""
 MAP_SIZE = 512
