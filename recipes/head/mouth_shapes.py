@@ -43,11 +43,11 @@ distance beside the corners from which it is nothing."""
 SUCKED = {"mouthFunnel": 0.35, "mouthPucker": 0.55}
 """How far cheeks are drawn in while lips are round, of MakeHuman's sucked cheeks."""
 SMILING = {
-    "LeftCheekUp": 0.6,
-    "RightCheekUp": 0.6,
-    "LeftLowerLidUp": 0.25,
-    "RightLowerLidUp": 0.25,
-    "NasolabialDeepener": 0.7,
+    "LeftCheekUp": 1.0,
+    "RightCheekUp": 1.0,
+    "LeftLowerLidUp": 0.4,
+    "RightLowerLidUp": 0.4,
+    "NasolabialDeepener": 1.3,
 }
 """MakeHuman's pose units in a smile."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
