@@ -78,15 +78,16 @@ def bake_brows(fitting: Fitting, assets: Path) -> None:
 
 
 def bake_clothes(fitting: Fitting, assets: Path) -> None:
-    shirt = clothes.shirt(fitting.face)
-    places = {"skull": shirt.skull, "covers": shirt.covers}
-    path = assets / "clothes" / "crew.npz"
-    write(path, fitting, shirt.cards, skull_m=shirt.skull_m, **places)
-    colour, normal = clothes.pictures(shirt)
-    sizes = [path.stat().st_size]
-    sizes.append(save(path.with_suffix(".webp"), colour, 75))
-    sizes.append(save(path.with_name("crew_normal.webp"), normal, 80))
-    print(f"crew: {len(shirt.cards.points)} vertices, {sum(sizes) / 1e3:.0f} kB")
+    for name, cut in clothes.CUTS.items():
+        shirt = clothes.shirt(fitting.face, cut)
+        places = {"skull": shirt.skull, "covers": shirt.covers}
+        path = assets / "clothes" / f"{name}.npz"
+        write(path, fitting, shirt.cards, skull_m=shirt.skull_m, **places)
+        colour, normal = clothes.pictures(shirt)
+        sizes = [path.stat().st_size]
+        sizes.append(save(path.with_suffix(".webp"), colour, 75))
+        sizes.append(save(path.with_name(f"{name}_normal.webp"), normal, 80))
+        print(f"{name}: {len(shirt.cards.points)} vertices, {sum(sizes) / 1e3:.0f} kB")
 
 
 def bake_lashes(fitting: Fitting, folder: Path, name: str, assets: Path) -> None:

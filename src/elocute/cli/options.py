@@ -54,7 +54,7 @@ Hair = typer.Option(None, "--hair", help="Hair of the look: swept, crop, long, p
 HairColour = typer.Option(None, "--hair-colour", help="Its colour: black, brown, blond, grey, …")
 Eyes = typer.Option(None, "--eyes", help="Irises of the look: brown, blue, green, grey, …")
 Brows = typer.Option(None, "--brows", help="Brows of the look: soft, straight, full, …, none.")
-Clothes = typer.Option(None, "--clothes", help="Clothes of the look: crew, none.")
+Clothes = typer.Option(None, "--clothes", help="Clothes of the look: crew, roll, collar, none.")
 ClothesColour = typer.Option(
     None, "--clothes-colour", help="Their colour: white, grey, black, navy, teal, rust, …"
 )

@@ -33,7 +33,7 @@ HAIR_COLOURS = {
     "white": (0.720, 0.700, 0.670),
 }
 """Linear colour of a bright strand."""
-CLOTHES = {"none": "", "crew": "crew"}
+CLOTHES = {"none": "", "crew": "crew", "roll": "roll", "collar": "collar"}
 CLOTHES_COLOURS = {
     "white": (0.66, 0.65, 0.63),
     "grey": (0.17, 0.174, 0.178),

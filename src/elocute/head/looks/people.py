@@ -11,6 +11,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.looks.look import (
     BROWS,
+    CLOTHES,
     CLOTHES_COLOURS,
     EYES,
     HAIR,
@@ -33,7 +34,7 @@ PEOPLE = {
     "ben": Look(
         age=35, sex=1.0, tone=0.25, stubble=0.5, lashes=0.4, eyes="blue", brows="straight",
         hair="crop", hair_colour="brown",
-        clothes_colour="navy",
+        clothes="collar", clothes_colour="navy",
     ),
     "chidi": Look(
         age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="curls",
@@ -43,7 +44,7 @@ PEOPLE = {
     "dana": Look(
         age=53, sex=0.0, tone=0.18, eyes="lightblue", brows="fine", hair="swept",
         hair_colour="blond",
-        clothes_colour="teal",
+        clothes="roll", clothes_colour="teal",
     ),
     "esi": Look(
         age=23, sex=0.0, tone=0.8, eyes="brown", brows="soft", hair="curls",
@@ -53,17 +54,17 @@ PEOPLE = {
     "feng": Look(
         age=61, sex=1.0, tone=0.34, stubble=0.15, lashes=0.4, eyes="brownlight", brows="straight",
         hair="swept", hair_colour="black",
-        clothes_colour="blue",
+        clothes="collar", clothes_colour="blue",
     ),
     "hana": Look(
         age=20, sex=0.0, tone=0.2, eyes="brown", brows="natural", hair="long",
         hair_colour="dark-brown",
-        clothes_colour="white",
+        clothes="collar", clothes_colour="white",
     ),
     "otto": Look(
         age=74, sex=1.0, tone=0.16, stubble=0.1, lashes=0.3, eyes="grey", brows="full",
         hair="swept", hair_colour="grey",
-        clothes_colour="plum",
+        clothes="roll", clothes_colour="plum",
     ),
 }  # fmt: skip
 """By the name of the identity."""
@@ -208,6 +209,7 @@ def random_look(seed: int, tone: float | None = None) -> Look:
         hair=_one_of(draw, ("swept", "crop", "curls") if man else tuple(HAIR)[1:]),
         hair_colour=_hair_colour(draw, dark, bool(grey)),
         clothes_colour=_one_of(draw, tuple(CLOTHES_COLOURS)),
+        clothes=_one_of(draw, tuple(CLOTHES)[1:]),
     )
 
 
