@@ -155,7 +155,7 @@ def moods_sheet(path: Path) -> None:
 SIDES = ("Left", "Right")
 # The picture at the top of the README: who, seen from where, doing what.
 HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
-    ("mean", "front", {}),
+    ("ben", "front", {f"mouthSmile{side}": 0.4 for side in SIDES}),
     ("esi", "three-quarter", VISEME_SHAPES["aa"]),
     ("hana", "front", VISEME_SHAPES["ou"]),
     (

@@ -17,6 +17,8 @@ CENTRE, IRIS_RADIUS, BALL_RADIUS = (0.2847, 0.7048), 0.1215, 0.29
 """Where MakeHuman's pictures hold the left eye, as shares of their size."""
 PUPIL_RAD, PUPIL_EDGE_RAD = 0.135, 0.03
 SCLERA = (0.86, 0.825, 0.80)
+RECOLOURED = {"brown": (1.05, 1.95, 2.2)}
+"""MakeHuman's brown is a dark red."""
 
 
 def eye(path: Path) -> np.ndarray:
@@ -25,7 +27,9 @@ def eye(path: Path) -> np.ndarray:
     angle, around = np.hypot(x, y) * EYE_TEXTURE_RAD, np.arctan2(y, x)
     painted = _unwrapped(path, angle, around)
     inside = np.clip((IRIS_RAD - angle) / 0.035 + 0.5, 0, 1)[..., None]
-    return (_sclera(painted, angle) * (1 - inside) + _iris(painted, angle, y) * inside).clip(0, 1)
+    colour = np.array(RECOLOURED.get(path.stem.removesuffix("_eye"), (1.0, 1.0, 1.0)))
+    iris = _iris(painted * colour, angle, y)
+    return (_sclera(painted, angle) * (1 - inside) + iris * inside).clip(0, 1)
 
 
 def _unwrapped(path: Path, angle: np.ndarray, around: np.ndarray) -> np.ndarray:

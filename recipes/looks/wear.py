@@ -25,7 +25,7 @@ LASHES = ("eyelashes01",)
 ROOT_M, ROOT_SHADE = 0.012, 0.45
 """Hair nearer to the skin than this lies in its own shadow."""
 NEIGHBOURS = 10
-UPPER_LASH, LOWER_LASH = 0.85, 0.3
+UPPER_LASH, LOWER_LASH = 0.9, 0.42
 """Length of lashes by that of MakeHuman's, which look painted."""
 
 
