@@ -100,7 +100,8 @@ def main() -> None:
         for place, picture in enumerate(row):
             whole.paste(picture, (place * FRAME, y))
         label = "now" if number % 2 else "then"
-        ImageDraw.Draw(whole).text((6, y + 4), label, fill=(255, 255, 255))
+        low = y + row[0].height - 16
+        ImageDraw.Draw(whole).text((6, low), label, fill=(255, 255, 255))
         y += row[0].height
     path = out / "then_and_now.jpg"
     whole.save(path, quality=QUALITY, optimize=True)
