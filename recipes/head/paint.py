@@ -21,7 +21,7 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.20, 0.14, 0.09),
     (0.02,) * 3,
 )
-TOOTH, TOOTH_ROOT = (0.755, 0.715, 0.635), (0.60, 0.51, 0.40)
+TOOTH, TOOTH_ROOT = (0.785, 0.745, 0.665), (0.60, 0.51, 0.40)
 BITING, BITING_FROM = (0.66, 0.65, 0.615), 0.86
 """The edge of an incisor lets light through, from this share of its height."""
 GAP = (0.40, 0.27, 0.22)

@@ -30,12 +30,15 @@ class Finish:
         Strength of a smooth layer above, 0 to 1: the tears on an eye.
     both_sides : bool
         Whether the far side of its faces is seen, where no surface says it.
+    kept : float
+        Share of its colour. Lids shade an eye, which other programs do not draw: its white glows.
     """
 
     roughness: float = 0.5
     specular: float = 0.7
     clearcoat: float = 0.0
     both_sides: bool = False
+    kept: float = 1.0
 
 
 FINISHES = {
@@ -45,7 +48,7 @@ FINISHES = {
     "teeth": Finish(0.25, 0.35),
     "gums": Finish(0.35, 0.25),
     "tongue": Finish(0.45, 0.25, both_sides=True),
-    "eyeball": Finish(0.25, 0.5, clearcoat=1.0),
+    "eyeball": Finish(0.25, 0.5, clearcoat=1.0, kept=0.75),
     "hair": Finish(0.8, 0.3, both_sides=True),
     "clothes": Finish(0.85, 0.3, both_sides=True),
 }
@@ -106,7 +109,7 @@ def _add_material(file: GltfFile, name: str, surface: Surface | None) -> Materia
         record["doubleSided"] = surface.both_sides
         record["pbrMetallicRoughness"] |= {
             "roughnessFactor": surface.roughness_factor,
-            "baseColorFactor": [*map(float, surface.tint), 1.0],
+            "baseColorFactor": [*(finish.kept * float(c) for c in surface.tint), 1.0],
         }
         _add_images(file, record, surface, images)
     extensions: dict[str, Any] = {"KHR_materials_specular": {"specularFactor": finish.specular}}
