@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from elocute.head.normals import vertex_normals
@@ -13,17 +17,49 @@ from recipes.looks.surface import Skin, subdivided, triangles, unit
 
 CURL_PX, LANES = 512, 8
 """Size of the picture of curls, and how many locks stand in it side by side."""
-ROOT_APART_M, EDGE_APART_M = 0.0092, 0.0068
-"""Distance of the roots of curls: on top, and at the hairline, where they are smaller."""
-CURL_M, EDGE_CURL_M = 0.0058, 0.0030
-"""Radius of curls, likewise."""
-RISE_M = 0.0085
-"""How far a turn of a curl takes it on."""
-TURNS, STEPS = 2.2, 15
 BAND = 0.95
 """Width of a curl's ribbon by the radius."""
-CAP_M, CAP_SHADE = 0.0035, 0.42
-"""Under the curls lies a shell this far off the skin, dark."""
+CAP_SHADE = 0.42
+"""The shell under curls is dark."""
+
+
+@dataclass(frozen=True)
+class Curl:
+    """How hair curls.
+
+    Parameters
+    ----------
+    apart_m, edge_apart_m : float
+        Distance of the roots: on top, and at the hairline, where curls are smaller.
+    radius_m, edge_radius_m : float
+        Radius of curls, likewise.
+    rise_m : float
+        How far a turn of a curl takes it on.
+    turns : float
+        Of a whole curl.
+    steps : int
+        Pairs of vertices along a ribbon.
+    cap_m : float
+        Under the curls lies a shell this far off the skin.
+    """
+
+    apart_m: float
+    edge_apart_m: float
+    radius_m: float
+    edge_radius_m: float
+    rise_m: float
+    turns: float
+    steps: int
+    cap_m: float
+
+
+CURLS = {
+    "curls": Curl(0.0092, 0.0068, 0.0058, 0.0030, 0.0085, 2.2, 15, 0.0035),
+    "coils": Curl(0.0068, 0.0056, 0.0034, 0.0022, 0.0046, 1.5, 9, 0.0026),
+}
+"""Styles by the names of their files."""
+BUZZ_CAP_M = 0.0011
+"""Hair cut to a few millimetres is a shell of stubs this far off the skin."""
 
 
 def ribbons(
@@ -120,14 +156,14 @@ def grows(millimetres: np.ndarray) -> np.ndarray:
     return np.maximum(above(y, HAIRLINE_MM), side)
 
 
-def curls(fitting: Fitting, millimetres: np.ndarray) -> Cards:
+def curls(fitting: Fitting, millimetres: np.ndarray, curl: Curl) -> Cards:
     """Curls all over the scalp, on a dark shell; `millimetres` (skin vertex, 3) as in `Canvas`."""
     rng = np.random.default_rng(8)
     quads = fitting.face.anatomy.skin_quads
     dense = Skin(fitting.skin, quads)
     moved = millimetres / 1000 - fitting.skin
     thick = grows(1000 * (dense.points + moved[0]))
-    roots = _apart(dense.points, thick, rng)
+    roots = _apart(dense.points, thick, rng, curl)
     place, share = dense.points[roots], thick[roots]
     normal = dense.normals[roots]
     count = len(roots)
@@ -135,14 +171,14 @@ def curls(fitting: Fitting, millimetres: np.ndarray) -> Cards:
     axis = unit(normal + fall + 0.38 * rng.normal(size=(count, 3)))
     side = unit(np.cross(axis, rng.normal(size=(count, 3))))
     other = np.cross(axis, side)
-    radius = EDGE_CURL_M + (CURL_M - EDGE_CURL_M) * share
+    radius = curl.edge_radius_m + (curl.radius_m - curl.edge_radius_m) * share
     radius *= rng.uniform(0.75, 1.25, count)
-    turns = TURNS * rng.uniform(0.7, 1.2, count) * (0.55 + 0.45 * share)
-    t = np.linspace(0, 1, STEPS)
+    turns = curl.turns * rng.uniform(0.7, 1.2, count) * (0.55 + 0.45 * share)
+    t = np.linspace(0, 1, curl.steps)
     angle = 2 * np.pi * turns[:, None] * t + rng.uniform(0, 2 * np.pi, (count, 1))
     hand = rng.choice([-1.0, 1.0], (count, 1))
     wide = radius[:, None] * np.clip(t / 0.12, 0.1, 1) * (1 - 0.35 * t)
-    rise = RISE_M * turns[:, None] * (radius / CURL_M)[:, None] * t
+    rise = curl.rise_m * turns[:, None] * (radius / curl.radius_m)[:, None] * t
     paths = (
         place[:, None]
         + axis[:, None] * rise[..., None]
@@ -150,25 +186,108 @@ def curls(fitting: Fitting, millimetres: np.ndarray) -> Cards:
         + other[:, None] * (wide * np.sin(angle) * hand)[..., None]
     )
     half = BAND / 2 * radius[:, None] * np.clip(t / 0.1, 0.3, 1) * np.clip((1 - t) / 0.3, 0.15, 1)
-    across = axis[:, None] * half[..., None] * np.ones((1, STEPS, 1))
+    across = axis[:, None] * half[..., None] * np.ones((1, curl.steps, 1))
     lane = rng.integers(0, LANES, count)
     edges = (lane[:, None] + np.array([0.06, 0.94])) / LANES
     uv = np.stack(
         [
-            np.broadcast_to(edges[:, None], (count, STEPS, 2)),
-            np.broadcast_to((0.04 + 0.92 * t)[None, :, None], (count, STEPS, 2)),
+            np.broadcast_to(edges[:, None], (count, curl.steps, 2)),
+            np.broadcast_to((0.04 + 0.92 * t)[None, :, None], (count, curl.steps, 2)),
         ],
         -1,
     )
-    deep = np.clip(rise / (RISE_M * 1.4), 0, 1)
+    deep = np.clip(rise / (curl.rise_m * 1.4), 0, 1)
     shade = (0.60 + 0.40 * deep) * rng.uniform(0.75, 1.0, (count, 1))
     index, weights = fitting.nearest(place)
     return together(
-        _cap(fitting, moved[0]), ribbons(paths, across, index, weights, fitting.skin, uv, shade)
+        _cap(fitting, moved[0], curl.cap_m),
+        ribbons(paths, across, index, weights, fitting.skin, uv, shade),
     )
 
 
-def _cap(fitting: Fitting, moved: np.ndarray) -> Cards:
+def buzz(fitting: Fitting, millimetres: np.ndarray) -> Cards:
+    """The stubs of hair cut close: a shell; `buzz_picture` has places to show through."""
+    cap = _cap(fitting, (millimetres / 1000 - fitting.skin)[0], BUZZ_CAP_M)
+    # Round the crown, the distance from it kept: nothing is drawn out.
+    x, y, z = (cap.points - fitting.skin[fitting.skin[:, 1] > 0].mean(0)).T
+    down, round_ = np.arctan2(np.hypot(x, z), y), np.arctan2(x, z)
+    uv = 0.5 + 0.48 * (down / np.pi)[:, None] * np.stack([np.sin(round_), np.cos(round_)], 1)
+    return replace(cap, uv=uv, shade=np.ones(len(cap.points)))
+
+
+def buzz_picture() -> np.ndarray:
+    """(CURL_PX, CURL_PX, 4): stubs, thick but for gaps that skin shows through."""
+    alpha = np.clip(0.80 + 0.20 * noise(17, CURL_PX, 0.6), 0, 1)
+    tone = (0.56 + 0.07 * noise(19, CURL_PX, 0.6)).clip(0.30, 1.0)
+    return np.dstack([tone, tone, tone, alpha])
+
+
+BUN_M, BUN_AT_M = (0.036, 0.036, 0.029), (0.0, 0.002, -0.004)
+"""Half its width, height and depth, and where its middle is, from the tie of a ponytail."""
+BUN_RINGS, BUN_SIDES, BUN_WINDS, BUN_RIDGE = 26, 44, 3.0, 0.075
+BUN_LOCK = ((0.472, 0.17), (0.503, 0.42))
+"""A solid lock in the picture of the ponytail: two corners of texture coordinates."""
+TAIL_BEHIND_M = 0.0
+"""What of a ponytail lies wholly behind this is its tail."""
+
+
+def bun(pony: Cards, fitting: Fitting) -> Cards:
+    """A ponytail's hair wound to a knot where its tail begins."""
+    parts = _parts(pony)
+    furthest = np.array([pony.points[parts == k, 2].max() for k in range(parts.max() + 1)])
+    tail = furthest[parts] < TAIL_BEHIND_M
+    tie = pony.points[tail & (pony.points[:, 1] > np.quantile(pony.points[tail, 1], 0.97))].mean(0)
+    kept = _without(pony, tail)
+    polar, around = np.meshgrid(
+        np.linspace(0.02, np.pi - 0.02, BUN_RINGS),
+        np.linspace(0, 2 * np.pi, BUN_SIDES),
+        indexing="ij",
+    )
+    ridge = np.cos(2 * np.pi * BUN_WINDS * polar / np.pi + around)
+    round_ = np.stack(
+        [np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), -np.cos(polar)], -1
+    )
+    points = (tie + BUN_AT_M + round_ * BUN_M * (1 + BUN_RIDGE * ridge)[..., None]).reshape(-1, 3)
+    first = np.arange(BUN_RINGS * BUN_SIDES).reshape(BUN_RINGS, BUN_SIDES)
+    quads = np.stack([first[:-1, :-1], first[1:, :-1], first[1:, 1:], first[:-1, 1:]], -1)
+    quads = quads.reshape(-1, 4)
+    # Hair runs round the knot: along a lock of the picture with the angle, across it in a winding.
+    place = np.stack([0.5 - 0.5 * ridge, 0.5 - 0.5 * np.cos(around)], -1).reshape(-1, 2)
+    low, high = np.array(BUN_LOCK)
+    uv = low + place * (high - low)
+    shade = (0.70 + 0.30 * (0.5 + 0.5 * ridge)).reshape(-1)
+    index, weights = (np.repeat(each, len(points), 0) for each in fitting.nearest(tie[None]))
+    offset = points - np.einsum("vk,vkc->vc", weights, fitting.skin[index])
+    knot = Cards(index, weights, offset, quads, uv, quads, shade, points)
+    return together(kept, knot)
+
+
+def _parts(cards: Cards) -> np.ndarray:
+    """(vertex,) which connected part each belongs to."""
+    pairs = np.stack([cards.quads, np.roll(cards.quads, -1, 1)], -1).reshape(-1, 2)
+    count = len(cards.points)
+    links = sp.coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))
+    return np.asarray(connected_components(links, directed=False)[1])
+
+
+def _without(cards: Cards, left_out: np.ndarray) -> Cards:
+    """Cards without some vertices and all faces at them."""
+    faces = ~left_out[cards.quads].any(1)
+    used, quads = np.unique(cards.quads[faces], return_inverse=True)
+    texcoords, uv_quads = np.unique(cards.uv_quads[faces], return_inverse=True)
+    return Cards(
+        cards.index[used],
+        cards.weights[used],
+        cards.offset[used],
+        quads.reshape(-1, 4),
+        cards.uv[texcoords],
+        uv_quads.reshape(-1, 4),
+        cards.shade[used],
+        cards.points[used],
+    )
+
+
+def _cap(fitting: Fitting, moved: np.ndarray, off_m: float) -> Cards:
     """The scalp once more, a little further out; its edge dives under the skin."""
     points, quads, _ = subdivided(fitting.skin, fitting.face.anatomy.skin_quads)
     thick = grows(1000 * (points + moved))
@@ -176,7 +295,7 @@ def _cap(fitting: Fitting, moved: np.ndarray) -> Cards:
     quads = quads[(thick[quads] > 0).any(1)]
     used, own = np.unique(quads, return_inverse=True)
     own = own.reshape(-1, 4)
-    points = points[used] + normals[used] * (CAP_M * (2.4 * thick[used] ** 2 - 1.4))[:, None]
+    points = points[used] + normals[used] * (off_m * (2.4 * thick[used] ** 2 - 1.4))[:, None]
     index, weights = fitting.nearest(points)
     # Strands run down, within one lock of the picture: shading needs their direction.
     x, y, z = (points - points.mean(0)).T
@@ -187,7 +306,9 @@ def _cap(fitting: Fitting, moved: np.ndarray) -> Cards:
     return Cards(index, weights, offset, own, uv, own, dark, points)
 
 
-def _apart(points: np.ndarray, thick: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def _apart(
+    points: np.ndarray, thick: np.ndarray, rng: np.random.Generator, curl: Curl
+) -> np.ndarray:
     """Which points are roots: as many as fit at their distance from each other."""
     tree = KDTree(points)
     free = thick > 0.4
@@ -195,6 +316,6 @@ def _apart(points: np.ndarray, thick: np.ndarray, rng: np.random.Generator) -> n
     for k in rng.permutation(np.flatnonzero(free)):
         if free[k]:
             chosen.append(k)
-            apart = EDGE_APART_M + (ROOT_APART_M - EDGE_APART_M) * thick[k]
+            apart = curl.edge_apart_m + (curl.apart_m - curl.edge_apart_m) * thick[k]
             free[tree.query_ball_point(points[k], apart)] = False
     return np.array(chosen)

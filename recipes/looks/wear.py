@@ -20,6 +20,8 @@ HAIR = ("short01", "short02", "short04", "long01", "ponytail01", "afro01")
 """Styles that leave both eyes free."""
 FALLING = ("long01",)
 """Of these, whose hair falls straight down its picture."""
+TIED = {"ponytail01": "bun"}
+"""Of these, whose tail is wound to a knot as well, and that style's file."""
 HAIR_PX, LASH_PX = 1024, 512
 LASHES = ("eyelashes01",)
 ROOT_M, ROOT_SHADE = 0.012, 0.45
@@ -33,7 +35,9 @@ def bake(face: NeutralFace, canvas: Canvas, looks: Path, assets: Path) -> None:
     fitting = Fitting(face)
     for name in HAIR:
         bake_hair(fitting, canvas, looks / "hair" / name, assets)
-    bake_curls(fitting, canvas, assets)
+    for name, curl in locks.CURLS.items():
+        bake_curls(fitting, canvas, assets / "hair" / name, curl)
+    bake_buzz(fitting, canvas, assets / "hair" / "buzz")
     bake_brows(fitting, assets)
     for name in LASHES:
         bake_lashes(fitting, looks / "eyelashes", name, assets)
@@ -52,13 +56,22 @@ def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path, assets: Path) -> N
         picture = strands(painted, HAIR_PX, even=HAIR_PX / 14)
     shade = roots(canvas, covered(canvas, cards, picture[..., 3]))
     write_hair(assets / "hair" / name, fitting, cards, picture, shade)
+    if name in TIED:
+        write_hair(assets / "hair" / TIED[name], fitting, locks.bun(cards, fitting), picture, shade)
 
 
-def bake_curls(fitting: Fitting, canvas: Canvas, assets: Path) -> None:
+def bake_curls(fitting: Fitting, canvas: Canvas, path: Path, curl: locks.Curl) -> None:
     """Curls of our own, on MakeHuman's scalp."""
-    cards = locks.curls(fitting, canvas.millimetres[: len(fitting.skin)])
+    cards = locks.curls(fitting, canvas.millimetres[: len(fitting.skin)], curl)
     shade = roots(canvas, locks.grows(canvas.millimetres))
-    write_hair(assets / "hair" / "curls", fitting, cards, locks.curl_picture(), shade)
+    write_hair(path, fitting, cards, locks.curl_picture(), shade)
+
+
+def bake_buzz(fitting: Fitting, canvas: Canvas, path: Path) -> None:
+    """Hair cut close, where the curls grow."""
+    cards = locks.buzz(fitting, canvas.millimetres[: len(fitting.skin)])
+    shade = roots(canvas, locks.grows(canvas.millimetres))
+    write_hair(path, fitting, cards, locks.buzz_picture(), shade)
 
 
 def write_hair(

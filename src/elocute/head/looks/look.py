@@ -18,6 +18,9 @@ HAIR = {
     "long": "long01",
     "ponytail": "ponytail01",
     "afro": "afro01",
+    "coils": "coils",
+    "buzz": "buzz",
+    "bun": "bun",
 }
 BROWS = ("natural", "straight", "full", "fine", "arched", "soft")
 EYES = ("brown", "brownlight", "green", "blue", "lightblue", "bluegreen", "grey", "ice")

@@ -37,12 +37,12 @@ PEOPLE = {
         clothes="collar", clothes_colour="navy",
     ),
     "chidi": Look(
-        age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="curls",
+        age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="buzz",
         hair_colour="black",
         clothes_colour="sand",
     ),
     "dana": Look(
-        age=53, sex=0.0, tone=0.18, eyes="lightblue", brows="fine", hair="swept",
+        age=53, sex=0.0, tone=0.18, eyes="lightblue", brows="fine", hair="bun",
         hair_colour="blond",
         clothes="roll", clothes_colour="teal",
     ),
@@ -74,6 +74,9 @@ ALLOWED = (
     f"auto, none, {', '.join(PEOPLE)} or a seed, and parts of it ("
     f"{', '.join((*NUMBERS, *CHOICES))}), as in otto or auto,hair=long,age=60"
 )
+MENS_HAIR = ("swept", "crop", "slick", "curls", "coils", "buzz")
+WOMENS_HAIR = tuple(style for style in HAIR if style not in ("none", "buzz"))
+"""What seeds draw from."""
 GREY_FROM, GREY_WITHIN = 45.0, 35.0
 """Years from which hair may be grey, and after which it is."""
 DARK_HAIR_FROM = 0.5
@@ -206,7 +209,7 @@ def random_look(seed: int, tone: float | None = None) -> Look:
         lashes=0.4 if man else 1.0,
         eyes="brown" if dark else _one_of(draw, EYES),
         brows=_one_of(draw, ("straight", "full", "natural") if man else BROWS),
-        hair=_one_of(draw, ("swept", "crop", "curls") if man else tuple(HAIR)[1:]),
+        hair=_one_of(draw, MENS_HAIR if man else WOMENS_HAIR),
         hair_colour=_hair_colour(draw, dark, bool(grey)),
         clothes_colour=_one_of(draw, tuple(CLOTHES_COLOURS)),
         clothes=_one_of(draw, tuple(CLOTHES)[1:]),
