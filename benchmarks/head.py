@@ -49,7 +49,8 @@ def mirror_mm(head: HeadModel) -> float:
 
 def main() -> None:
     head = load_builtin_head()
-    drawn = np.random.default_rng(1).normal(size=(PEOPLE, 50)).astype(np.float32)
+    rng, count = np.random.default_rng(1), len(head.identity_basis)
+    drawn = rng.normal(size=(PEOPLE, count)).astype(np.float32)
     everyone = head.template + np.tensordot(drawn, head.identity_basis, 1)
     for what, moved in (("at rest", everyone), ("p, b, m", everyone + viseme(head, "PP"))):
         gaps = gaps_mm(head, moved)

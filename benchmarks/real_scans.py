@@ -4,7 +4,8 @@
 
 Prepare a scan by `elocute capture landmarks`. Every second landmark is withheld from the fit and
 measured; neither is the truth, since a detector errs by millimetres. `same` is the mean distance of
-the skin within 70 mm of the nose from the fit of the scan as it stands.
+the skin within 70 mm of the nose from the fit of the scan as it stands; `strange` and `dev.` are
+what tells a face in a wrong place (`Registration.lost`).
 """
 
 from __future__ import annotations
@@ -79,6 +80,7 @@ def row(
     off = np.linalg.norm(places[template.head.landmarks[marks]] - held.points[marks], axis=1)
     numbers = [np.median(apart), apart.mean(), np.percentile(apart, 95), 1000 * np.mean(off)]
     numbers += [1000 * np.median(off)]
+    numbers += [found.surface.strange, found.parameters.deviation]
     if first is not None:
         face = template.open_face
         numbers.append(1000 * np.linalg.norm(places - first.vertices, axis=1)[face].mean())
@@ -102,7 +104,9 @@ def main() -> None:
         if not led.enough:  # few are sure: half of them would be too few to start from
             held = led = known
         print(f"{Path(mesh).name}: {len(scan.points)} points, {led.good.sum()} landmarks used")
-        print(f"{'mm':44}{'median':>9}{'mean':>9}{'p95':>9}{'held':>9}{'median':>9}{'same':>9}")
+        print(
+            f"{'mm':44}{'median':>9}{'mean':>9}{'p95':>9}{'held':>9}{'median':>9}{'strange':>9}{'dev.':>9}{'same':>9}"
+        )
         first = None
         for variant in variants(scan, led):
             told, found = row(template, variant, scan, held, first)

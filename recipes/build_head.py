@@ -2,7 +2,7 @@
 
     python -m recipes.build_head [--data ../shared/data] [--people 600]
 
-Writes src/elocute/head/assets/head.npz and identities.json. Takes half a minute on one core.
+Writes src/elocute/head/assets/head.npz and identities.json. Takes two minutes on one core.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from recipes.head.identity import (
     joints_of,
 )
 from recipes.head.lips import PAIRS
+from recipes.head.local_faces import with_local_components
 from recipes.head.makehuman import MakeHuman
 from recipes.head.people import coefficients
 from recipes.head.shapes import expression_basis
@@ -60,7 +61,7 @@ def cached_identity(face: NeutralFace, people: int, cache: Path | None) -> Ident
     if cache and cache.exists():
         with np.load(cache) as stored:
             return IdentityBasis(**{name: stored[name] for name in stored.files})
-    basis = identity_basis(face, people)
+    basis = with_local_components(face, identity_basis(face, people))
     if cache:
         np.savez(cache, **vars(basis))
     return basis
@@ -108,6 +109,7 @@ def assembled(face: NeutralFace, identity: IdentityBasis, shapes: np.ndarray) ->
         mirror=assembly.mirror.astype(np.int32),
         notice=NOTICE,
         tone_basis=identity.tone.astype(np.float32),
+        trait_basis=identity.traits.astype(np.float32),
     )
 
 

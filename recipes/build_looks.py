@@ -13,16 +13,17 @@ from pathlib import Path
 
 import numpy as np
 
+from elocute.files.array_writing import write_npz
 from elocute.head.builtin import load_builtin_head
 from recipes.head.face import NeutralFace
 from recipes.head.makehuman import MakeHuman
-from recipes.looks import irises, skins, wear
+from recipes.looks import folds, irises, skins, wear
 from recipes.looks.canvas import Canvas, save
 
 ROOT = Path(__file__).parents[1]
 ASSETS = ROOT / "src" / "elocute" / "head" / "looks" / "assets"
 PARTS = ("skins", "maps", "eyes", "wear")
-SKIN_QUALITY, NORMAL_QUALITY, EYE_QUALITY = 93, 80, 88
+SKIN_QUALITY, NORMAL_QUALITY, EYE_QUALITY, FOLD_QUALITY = 93, 82, 88, 88
 
 
 def bake_skins(canvas: Canvas, looks: Path) -> None:
@@ -44,12 +45,14 @@ def bake_maps(canvas: Canvas, looks: Path) -> None:
     for name, values in skins.marks(canvas, skins.Masks(canvas, skins.SIZE)).items():
         size = save(ASSETS / "skins" / f"{name}.webp", values, 60)
         print(f"{name}: {size / 1e3:.0f} kB")
+    size = save(ASSETS / "skins" / "folds.jpg", folds.picture(canvas), FOLD_QUALITY)
+    write_npz(ASSETS / "skins" / "folds.npz", folds.zone_arrays(canvas), compressed=True)
+    print(f"folds: {size / 1e3:.0f} kB")
 
 
-def bake_eyes(looks: Path) -> None:
-    for path in sorted((looks / "eyes").glob("*_eye.png")):
-        name = path.stem.removesuffix("_eye")
-        save(ASSETS / "eyes" / f"{name}.jpg", irises.eye(path), EYE_QUALITY)
+def bake_eyes() -> None:
+    for name in irises.IRISES:
+        save(ASSETS / "eyes" / f"{name}.jpg", irises.eye(name), EYE_QUALITY)
 
 
 def main() -> None:
@@ -65,9 +68,9 @@ def main() -> None:
     if "maps" in parts:
         bake_maps(canvas, looks)
     if "eyes" in parts:
-        bake_eyes(looks)
+        bake_eyes()
     if "wear" in parts:
-        wear.bake(NeutralFace(MakeHuman(choice.data / "makehuman")), canvas, looks, ASSETS)
+        wear.bake(NeutralFace(MakeHuman(choice.data / "makehuman")), canvas, ASSETS)
     sizes = [path.stat().st_size for path in ASSETS.rglob("*.*")]
     print(f"{ASSETS}: {len(sizes)} files, {sum(sizes) / 1e6:.2f} MB")
 

@@ -21,9 +21,10 @@ from recipes.head.sheets import EXAMPLE, QUALITY
 from tests.support.browser import headless_browser, open_viewer
 
 WHO, AT_S, GAP = "esi", 2.2, 8
-DESK, PHONE = (660, 420), (330, 420)
+DESK, PHONE = (1100, 700), (390, 700)
+SHARE = 2 / 3  # of the pixels a side that are kept
 SHOWN = (
-    (DESK, ""),
+    (DESK, "document.documentElement.dataset.theme = 'dark';"),
     (DESK, "theme.click(); more.click(); views.children[1].click(); downloads.open = true;"),
     (PHONE, "theme.click(); more.click(); views.children[0].click(); downloads.open = false;"),
 )
@@ -67,6 +68,8 @@ def main() -> None:
     for picture in pictures:
         whole.paste(picture, (x, 0))
         x += picture.width + GAP
+    small = (round(SHARE * whole.width), round(SHARE * whole.height))
+    whole = whole.resize(small, Image.Resampling.LANCZOS)
     whole.save(out, quality=QUALITY, optimize=True)
     print(f"{out}: {out.stat().st_size / 1000:.0f} kB")
 

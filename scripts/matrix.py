@@ -214,7 +214,8 @@ def try_environment(name: str, python: str, wheel: Path, room: Path) -> tuple[bo
         env=clean_environment(),
     )
     print("\n".join(tests.stdout.splitlines()[-60:]), flush=True)
-    count = re.findall(r"\d+ (?:passed|failed|errors?)", tests.stdout.splitlines()[-1])
+    last = (tests.stdout.splitlines() or [""])[-1]
+    count = re.findall(r"\d+ (?:passed|failed|errors?)", last)
     row = f"{version_of(inside)} | {versions(inside)} | {', '.join(count)}"
     used = try_commands(inside, room) if wanted.tests is RUN_TIME else True
     return tests.returncode == 0 and used, row + ("" if used else ", COMMANDS FAILED")

@@ -174,8 +174,10 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
 
     subjects = ("plain", "broad", "tense")
 
-    def make(folder: Path, *, vertices: bool = False, fps: float = 60.0) -> Corpus:
-        """Three subjects say three stretches of the example; the last of each is its own."""
+    def make(
+        folder: Path, *, vertices: bool = False, fps: float = 60.0, sentences: int = 3
+    ) -> Corpus:
+        """Three subjects say stretches of the example; the last of each is its own."""
         head = load_builtin_head()
         speech = read_audio(speech_wav).resample(16000)
         templates = {
@@ -194,7 +196,7 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
             topology=head.name,
         ) as writer:
             for index, subject in enumerate(subjects):
-                for part in range(3):
+                for part in range(sentences):
                     piece = speech.samples[part * 16000 : part * 16000 + 24000]
                     animation = elocute.animate(
                         Waveform(piece, 16000),
@@ -208,7 +210,7 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
                     if vertices:
                         moved = weights @ head.expression_basis.reshape(len(weights[0]), -1)
                         frames = templates[subject] + moved.reshape(len(weights), -1, 3)
-                    sentence = f"s{part}" if part < 2 else f"own{index}"
+                    sentence = f"s{part}" if part < sentences - 1 else f"own{index}"
                     writer.add(
                         Clip(subject, sentence, f"words {sentence}", Waveform(piece, 16000), frames)
                     )
@@ -242,8 +244,10 @@ class Learned:
 
 
 @pytest.fixture(scope="session")
-def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[..., Any]) -> Learned:
-    """Trained in seconds: enough to tell the three apart."""
+def learn(
+    tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[..., Any]
+) -> Callable[[int, int], Learned]:
+    """Trains on so many sentences of each, the last of them left out, for so many epochs."""
     torch = pytest.importorskip("torch", reason="needs the extra `train`")
     pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
     from dataclasses import replace
@@ -256,20 +260,29 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
     from elocute.training.voca.settings import VocaTrainConfig
     from elocute.training.voca.training_data import prepare
 
-    folder = tmp_path_factory.mktemp("learned")
-    made = make_corpus(folder / "corpus")
-    own = tuple(entry.name for entry in made.entries if entry.sentence.startswith("own"))
-    taught = tuple(entry.name for entry in made.entries if entry.name not in own)
-    split = Split(taught, (), own)
-    write_manifest(made.folder, manifest_of(replace(made, splits={"default": split})))
-    corpus = open_corpus(made.folder)
-    config = VocaTrainConfig(epochs=14, encoder="phones", learning_rate=2e-3)
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)  # several would wait for each other beside other tests
-    trained = fit(prepare(corpus, config, resolve_encoder(config.encoder)), config)
-    torch.set_num_threads(threads)
-    export_voca(trained, corpus, folder / "model.onnx", "a test")
-    return Learned(corpus, folder / "model.onnx")
+    def trained_on(sentences: int, epochs: int) -> Learned:
+        folder = tmp_path_factory.mktemp("learned")
+        made = make_corpus(folder / "corpus", sentences=sentences)
+        own = tuple(entry.name for entry in made.entries if entry.sentence.startswith("own"))
+        taught = tuple(entry.name for entry in made.entries if entry.name not in own)
+        split = Split(taught, (), own)
+        write_manifest(made.folder, manifest_of(replace(made, splits={"default": split})))
+        corpus = open_corpus(made.folder)
+        config = VocaTrainConfig(epochs=epochs, encoder="phones", learning_rate=2e-3)
+        threads = torch.get_num_threads()
+        torch.set_num_threads(1)  # several would wait for each other beside other tests
+        trained = fit(prepare(corpus, config, resolve_encoder(config.encoder)), config)
+        torch.set_num_threads(threads)
+        export_voca(trained, corpus, folder / "model.onnx", "a test")
+        return Learned(corpus, folder / "model.onnx")
+
+    return trained_on
+
+
+@pytest.fixture(scope="session")
+def learned(learn: Callable[[int, int], Learned]) -> Learned:
+    """Trained in seconds: enough to move lips in three ways."""
+    return learn(5, 40)
 
 
 @pytest.fixture(scope="session")

@@ -149,8 +149,8 @@ def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
     """Teeth and gums fitted to the mouth of `body`."""
     helper = body[UPPER_HELPER] * 1000
     front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 3.1
-    upper = teeth.Arch(29.5, front, front - 46.0, biting, direction=-1)
-    lower = teeth.Arch(27.4, front - 2.8, front - 46.5, biting - 0.5, direction=1)
+    upper = teeth.Arch(28.3, front, front - 46.0, biting, direction=-1)
+    lower = teeth.Arch(26.0, front - 2.9, front - 46.5, biting - 0.3, direction=1)
     return {
         "teeth_upper": teeth.teeth(
             upper, teeth.UPPER_WIDTHS_MM, teeth.UPPER_HEIGHTS_MM, teeth.UPPER_DEPTHS_MM
@@ -158,6 +158,6 @@ def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
         "teeth_lower": teeth.teeth(
             lower, teeth.LOWER_WIDTHS_MM, teeth.LOWER_HEIGHTS_MM, teeth.LOWER_DEPTHS_MM
         ),
-        "gums_upper": teeth.gums(upper, teeth.UPPER_HEIGHTS_MM),
-        "gums_lower": teeth.gums(lower, teeth.LOWER_HEIGHTS_MM),
+        "gums_upper": teeth.gums(upper, teeth.UPPER_WIDTHS_MM, teeth.UPPER_HEIGHTS_MM),
+        "gums_lower": teeth.gums(lower, teeth.LOWER_WIDTHS_MM, teeth.LOWER_HEIGHTS_MM),
     }

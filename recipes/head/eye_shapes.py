@@ -6,17 +6,45 @@ import numpy as np
 
 from recipes.head.face import EYES_OPEN, NeutralFace
 from recipes.head.pose import axis_rotation
+from recipes.head.pulls import Fold, Pull, both_sides, pulled
 
 LOOK_DEG = {"Down": 27.0, "Up": 21.0, "In": 32.0, "Out": 32.0}
-SNEER_FOLD = 0.5
-"""How far the fold beside the nose deepens in a sneer."""
-LID_DOWN, LID_UP = 0.22, 0.40
+SHUT = 1.05
+"""Of MakeHuman's shut eyes: lids overlap a little, so that eyes of other faces shut as well."""
+WIDE = 1.7
+"""Wide eyes, of MakeHuman's."""
+LID_DOWN, LID_UP = 0.22, 0.24
 """How far the lids follow a look down (of a blink) and up (of wide eyes)."""
+CHEEK = (
+    Pull((34, -23), (-1.0, 4.5, 3.2), (14, 11)),
+    Pull((44, -8), (-1.5, 1.6, 0.6), (9, 8)),
+    Fold(((17, -39), (22, -44), (28, -51)), 0.9, 0.8),
+)
+"""The muscle round the eye: the cheek's apple rises, the skin beside the eye bunches."""
+LOWER_LID = 1.08
+"""Of MakeHuman's raised lower lid in a squint."""
+SQUINT = (Pull((29, -13), (0, 1.6, 1.8), (14, 5)), Pull((47, -1), (-1.5, 0, 0.4), (8, 8)))
+"""What a squint does below and beside the lids."""
+SNEER = (
+    Pull((15.5, -41), (1.2, 4.8, 0.8), (6, 7)),
+    Pull((12, -55), (0.6, 4.3, 1.2), (9, 7)),
+    Pull((25, -32), (-1.5, 4.0, 2.2), (10, 10)),
+    Pull((9, -9), (-0.4, 2.0, 1.2), (5, 6)),
+    Pull((13, 16), (-1.5, -2.6, 0.6), (9, 7)),
+    Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
+)
+"""The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
+PUFFED_LIPS, PUFFED_M = 0.45, 0.0008
+"""How far lips follow blown cheeks, and how far they overlap then."""
+NOSE_UP = 0.6
+"""Of MakeHuman's raised wing in a sneer."""
 
 
 def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes: dict[str, np.ndarray] = {}
-    folds = face.halves(SNEER_FOLD * face.off_the_lips(face.pose_unit("NasolabialDeepener")))
+    cheek, squint, sneer = (
+        both_sides(face, pulled(face, *parts)) for parts in (CHEEK, SQUINT, SNEER)
+    )
     for side in ("Left", "Right"):
         low = side.lower()
         wide = face.expression(f"eye-{low}-opened-up")
@@ -26,11 +54,17 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         skin = {
             "browDown": 1.05 * face.expression(f"eyebrows-{low}-down") - arch - 0.35 * outer,
             "browOuterUp": outer + 1.6 * arch,
-            "eyeBlink": face.expression(f"eye-{low}-closure") - EYES_OPEN * wide,
-            "eyeWide": wide,
-            "eyeSquint": face.pose_unit(f"{side}LowerLidUp"),
-            "cheekSquint": face.pose_unit(f"{side}CheekUp"),
-            "noseSneer": 1.4 * face.expression(f"nose-{low}-elevation") + folds[side],
+            "eyeBlink": SHUT * (face.expression(f"eye-{low}-closure") - EYES_OPEN * wide),
+            "eyeWide": WIDE * wide,
+            "eyeSquint": LOWER_LID * face.pose_unit(f"{side}LowerLidUp") + squint[side],
+            "cheekSquint": face.off_the_lips(
+                0.55 * face.pose_unit(f"{side}CheekUp")
+                + 0.34 * face.pose_unit(f"{side}LowerLidUp")
+                + cheek[side]
+            ),
+            "noseSneer": face.resealed(
+                NOSE_UP * face.expression(f"nose-{low}-elevation") + sneer[side]
+            ),
         }
         shapes |= {name + side: face.of_skin(moved) for name, moved in skin.items()}
         for way in LOOK_DEG:
@@ -40,7 +74,11 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes["browInnerUp"] = 1.5 * face.of_skin(
         face.expression("eyebrows-left-inner-up") + face.expression("eyebrows-right-inner-up")
     )
-    shapes["cheekPuff"] = face.of_skin(face.pose_unit("CheeksPump"))
+    blown = face.pose_unit("CheeksPump")
+    beside = face.off_the_lips(blown)
+    shapes["cheekPuff"] = face.of_skin(
+        face.resealed(beside + PUFFED_LIPS * (blown - beside), PUFFED_M)
+    )
     return shapes
 
 

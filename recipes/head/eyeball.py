@@ -1,5 +1,4 @@
-"""Eyeballs made by formula: rings at the pupil's, iris's and limbus's exact angles, so that
-vertex colours draw a crisp eye."""
+"""Eyeballs made by formula: rings round the axis, close together where the cornea is."""
 
 from __future__ import annotations
 
@@ -11,14 +10,14 @@ AROUND = 24
 PUPIL_RAD, IRIS_RAD = 0.155, 0.425
 RINGS_RAD = (
     0.08,
-    0.150,
-    0.160,
+    0.130,
+    0.180,
     0.24,
     0.33,
-    0.40,
+    0.385,
     0.425,
-    0.44,
-    0.47,
+    0.455,
+    0.49,
     0.62,
     0.82,
     1.05,
@@ -26,8 +25,10 @@ RINGS_RAD = (
     1.75,
     2.30,
 )
-CORNEA_MM = 0.55
-"""How far the cornea rises over the sphere."""
+"""None so near to the next that rounded vertices would turn its normals: a light that the eye
+mirrors would break there."""
+CORNEA_MM, CORNEA_RAD = 0.55, 0.49
+"""How far the cornea rises over the sphere, and where it ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ def eyeball(radius_m: float) -> Eyeball:
     """Unit of one eye looking along +Z; the two eyes are mirror images of each other."""
     angles = np.array(RINGS_RAD)
     turn = 2 * np.pi * np.arange(AROUND) / AROUND
-    bulge = 1 + CORNEA_MM / 1000 / radius_m * np.clip(1 - (angles / 0.47) ** 2, 0, 1) ** 0.8
+    bulge = 1 + CORNEA_MM / 1000 / radius_m * np.clip(1 - (angles / CORNEA_RAD) ** 2, 0, 1) ** 0.8
     rings = (
         np.stack(
             [

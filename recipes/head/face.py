@@ -8,6 +8,7 @@ from elocute.numerics.smoothing import smoothstep
 from recipes.head.anatomy import Anatomy
 from recipes.head.assembly import Assembly
 from recipes.head.bite import Bite
+from recipes.head.ears import Ears
 from recipes.head.jaw import jaw_move, jaw_weights
 from recipes.head.lips import Lips
 from recipes.head.makehuman import MakeHuman
@@ -67,7 +68,8 @@ class NeutralFace:
         raw = symmetrised(self.assembly.whole(self.body), self.assembly.mirror)
         self.lips = Lips(self.anatomy, raw[self.skin_slice])
         self.bust = BustCut(self.anatomy, raw[self.skin_slice])
-        raw[self.skin_slice] = self.finished(raw[self.skin_slice])
+        self.ears = Ears(self.anatomy, raw[self.skin_slice])
+        raw[self.skin_slice] = self.finished(raw[self.skin_slice]) + self.ears.sculpted()
         self.vertices = self.assembly.attach(symmetrised(raw, self.assembly.mirror))
         self.vertices[self.assembly.slices["tongue"]] += self.tongue_rest()
         self.lips.rest = self.skin
@@ -81,11 +83,12 @@ class NeutralFace:
         thin = skin + self.lips.thinned(skin)
         return thin + self.lips.seal(thin) + self.bust(thin)
 
-    def person(self, body: np.ndarray) -> np.ndarray:
-        """(vertex, 3) m of the whole on another body, an affine map of it: skin finished, and
-        behind its lips teeth and tongue, as far in and as far up as on the neutral face."""
+    def person(self, body: np.ndarray, moved: np.ndarray | float = 0.0) -> np.ndarray:
+        """(vertex, 3) m of the whole on another body whose skin is moved besides, an affine map of
+        both: skin finished, and behind its lips teeth and tongue, as far in and as far up as on
+        the neutral face."""
         vertices = self.assembly.whole(body)
-        vertices[self.skin_slice] = self.finished(vertices[self.skin_slice])
+        vertices[self.skin_slice] = self.finished(vertices[self.skin_slice] + moved)
         vertices[self.assembly.slices["tongue"]] += self.tongue_rest()
         return self.assembly.attach(self.bite.behind_lips(vertices))
 

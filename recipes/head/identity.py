@@ -8,7 +8,7 @@ import numpy as np
 
 from elocute.numerics.ridge import ridge_coefficients
 from recipes.head.face import NeutralFace
-from recipes.head.population import random_adult, tone_of
+from recipes.head.population import Traits, random_adult, tone_of
 
 JOINTS = ("neck01____head", "head____head", "jaw____head", "eye.L____head", "eye.R____head")
 JOINT_NAMES = ("neck", "head", "jaw", "eyeLeft", "eyeRight")
@@ -23,6 +23,7 @@ class IdentityBasis:
     vertices: np.ndarray  # (component, vertex, 3) m per standard deviation
     joints: np.ndarray  # (component, joint, 3)
     tone: np.ndarray  # (1 + component,) mean skin tone, then its slope
+    traits: np.ndarray  # (2, 1 + component) sex (0 woman, 1 man) and age in years, in the same way
     coefficients: np.ndarray  # (person, component) of the sampled people
     explained: float  # share of variance
     held_out_m: float  # mean vertex error on faces not used
@@ -38,7 +39,7 @@ def identity_basis(
     rng = np.random.default_rng(seed)
     drawn = [random_adult(face.mh, rng) for _ in range(people + held_out)]
     rows = np.stack([person_row(face, body) for body, _ in drawn]).astype(np.float32)
-    tones = np.array([tone_of(traits) for _, traits in drawn[:people]])
+    everyone = [traits for _, traits in drawn[:people]]
     known, unknown = rows[:people], rows[people:]
     mean = known.mean(0)
     # 600 people, 25,000 numbers each: the small side of the matrix is decomposed.
@@ -54,7 +55,13 @@ def identity_basis(
     return IdentityBasis(
         vertices=scaled[:, : face.assembly.count],
         joints=scaled[:, face.assembly.count :],
-        tone=_regression(coefficients, tones),
+        tone=_regression(coefficients, tone_of(Traits()), [tone_of(one) for one in everyone]),
+        traits=np.stack(
+            [
+                _regression(coefficients, Traits().male, [one.male for one in everyone]),
+                _regression(coefficients, Traits().years, [one.years for one in everyone]),
+            ]
+        ),
         coefficients=coefficients,
         explained=float(values[order].sum() / values.sum()),
         held_out_m=float(np.linalg.norm(missed[:, face.skin_slice], axis=2).mean()),
@@ -69,14 +76,17 @@ def fitted(face: NeutralFace, identity: IdentityBasis, body: np.ndarray) -> np.n
     return ridge_coefficients(rows, offset, RIDGE * 1e-4)
 
 
-def person_row(face: NeutralFace, body: np.ndarray) -> np.ndarray:
-    """Vertices and joints of one adult: placed like the template, and finished like it."""
+def person_row(face: NeutralFace, body: np.ndarray, moved: np.ndarray | float = 0.0) -> np.ndarray:
+    """Vertices and joints of one adult, whose skin is moved besides: placed like the template,
+    and finished like it."""
     upper = face.skin[:, 1] > face.skin[:, 1].mean()
     shift = (face.skin - face.anatomy.skin(body))[upper].mean(0)
-    return np.concatenate([face.person(body + shift), joints_of(face, body + shift)]).ravel()
+    whole = face.person(body + shift, moved)
+    return np.concatenate([whole, joints_of(face, body + shift)]).ravel()
 
 
-def _regression(coefficients: np.ndarray, tones: np.ndarray) -> np.ndarray:
-    """Mean and ridge slope of the tone over the coefficients (which are standardised)."""
-    slope = coefficients.T @ (tones - tones.mean()) / (len(tones) + RIDGE)
-    return np.r_[tones.mean(), slope]
+def _regression(coefficients: np.ndarray, template: float, values: list[float]) -> np.ndarray:
+    """A trait of the template, from which coefficients count, and its ridge slope over the
+    coefficients (which are standardised)."""
+    apart = np.array(values) - np.mean(values)
+    return np.r_[template, coefficients.T @ apart / (len(apart) + RIDGE)]

@@ -9,6 +9,12 @@ import numpy as np
 from recipes.head.anatomy import CONTACT_RING, CORNERS
 from recipes.head.lips import COLUMN_COUNT, RING_COUNT, Lips
 
+LOWER_MIDDLE = sum(CORNERS) // 2
+FAN = 1.6
+"""How the columns of a lip turn round the corner: 1 turns them evenly, more later."""
+ARC = 0.58
+"""Exponent of a round hole's height: 0.5 is an ellipse, more a lens."""
+
 
 @dataclass(frozen=True)
 class Aperture:
@@ -54,13 +60,21 @@ def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
                 contact[[0, 19], 2].mean() + form.forward - form.corner_back * u * u,
             ]
         )
-        goal[:, column] = goal_contact + _profile(rest[:, column], form, angle, side)
+        fanned = np.sign(u) * _from_middle(column) ** FAN * np.pi / 2
+        goal[:, column] = goal_contact + _profile(rest[:, column], form, fanned, side)
     return (goal - rest) / 1000
 
 
 def _arc(share: float) -> float:
     """Height of a round hole at a share of its half width, 1 in the middle."""
-    return max(0.0, 1 - share**2) ** 0.5
+    return max(0.0, 1 - share**2) ** ARC
+
+
+def _from_middle(column: int) -> float:
+    """Share of the way from the middle of a column's lip to the corner, by count of columns."""
+    if CORNERS[0] < column < CORNERS[1]:
+        return abs(column - LOWER_MIDDLE) / (LOWER_MIDDLE - CORNERS[0])
+    return min(column, COLUMN_COUNT - column) / CORNERS[0]
 
 
 def _profile(profile: np.ndarray, form: Aperture, angle: float, side: float) -> np.ndarray:

@@ -117,10 +117,11 @@ class Lips:
         upper, lower = np.array(PAIRS).T
         return contact[..., upper, 1] - contact[..., lower, 1]
 
-    def roll(self, upper_rings: float, lower_rings: float) -> np.ndarray:
-        """Slide each lip along its own profile into the mouth, by that many rings."""
+    def roll(self, upper_rings: float, lower_rings: float, beyond: float = 1.15) -> np.ndarray:
+        """Slide each lip along its own profile into the mouth, by that many rings in its middle
+        and none at a distance of `beyond` half widths of the mouth."""
         moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-        half_width = np.abs(self.rest[self.rings[CONTACT_RING][list(CORNERS)], 0]).mean() * 1.15
+        half_width = np.abs(self.rest[self.rings[CONTACT_RING][list(CORNERS)], 0]).mean() * beyond
         for column in range(COLUMN_COUNT):
             amount = lower_rings if CORNERS[0] < column < CORNERS[1] else upper_rings
             profile = self.rest[self.rings[:, column]]

@@ -10,12 +10,13 @@ from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
 from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
 from recipes.head.lips import COLUMN_COUNT, PAIRS, RING_COUNT
+from recipes.head.pulls import Fold, Pull, both_sides, pulled
 
 FUNNEL = Aperture(
     half_width=9.4,
     above=4.3,
-    below=4.0,
-    drop=1.2,
+    below=3.55,
+    drop=0.9,
     forward=6.0,
     corner_back=4.2,
     evert_deg=14,
@@ -24,38 +25,59 @@ FUNNEL = Aperture(
     roundness=0.75,
 )
 PUCKER = Aperture(
-    half_width=8.4,
-    above=0.76,
-    below=0.32,
+    half_width=7.3,
+    above=0.84,
+    below=0.38,
     drop=2.5,
     forward=7.5,
     corner_back=4.4,
     evert_deg=8,
     thickness=0.84,
-    taper=0.20,
-    roundness=0.60,
-    hole=0.64,
+    taper=0.45,
+    roundness=0.85,
+    hole=0.62,
     pinch=1.0,
 )
 BELOW_M, BESIDE_M = 0.008, 0.016
 """Depth under the line of the lips from which what pulls the lower lip down is whole, and the
 distance beside the corners from which it is nothing."""
-SUCKED = {"mouthFunnel": 0.35, "mouthPucker": 0.55}
+SUCKED = {"mouthFunnel": 0.35, "mouthPucker": 0.85}
 """How far cheeks are drawn in while lips are round, of MakeHuman's sucked cheeks."""
 SMILING = {
-    "LeftCheekUp": 1.0,
-    "RightCheekUp": 1.0,
-    "LeftLowerLidUp": 0.4,
-    "RightLowerLidUp": 0.4,
-    "NasolabialDeepener": 1.3,
+    "LeftCheekUp": 0.75,
+    "RightCheekUp": 0.75,
+    "LeftLowerLidUp": 0.36,
+    "RightLowerLidUp": 0.36,
+    "NasolabialDeepener": 0.8,
 }
 """MakeHuman's pose units in a smile."""
+APPLE = (
+    Pull((34, -28), (-1.0, 3.6, 3.6), (13, 11)),
+    Fold(((17, -39), (23, -46), (31, -54), (37, -64)), 2.0, 1.8),
+)
+"""What a smile has more: the cheek's apple, and the fold from the nose's wing round the corner."""
+STRETCHED = (
+    Fold(((33, -54), (36, -65), (33, -77)), 1.3, 1.2),
+    Pull((40, -84), (3.0, -2.0, 0.0), (14, 13)),
+)
+DIMPLED = (Fold(((31, -56), (34, -64), (32, -72)), 2.0, 2.2),)
+"""What a stretched and a dimpled mouth do beside the corners."""
+FROWNED = (
+    Fold(((28, -67), (31, -77), (29, -87)), 1.1, 1.0),
+    Pull((9, -89), (0, 1.6, 1.6), (9, 8)),
+)
+"""What a frown does beside the mouth: the fold down from the corner, and the chin bunches."""
+PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
+THINNER = {"mouthSmile": 0.06, "mouthStretch": 0.25, "mouthDimple": 0.18}
+"""Share of their height that lips lose while corners are drawn apart."""
+SHRUG_FORWARD_M = 0.0022
+"""How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.8, 0.00066, 0.0003, 0.04
+TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 3.8, 0.0004, 0.0021, 0.04
 """How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
 the jaw's opening that this is made for."""
-PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.0, 0.0006, 0.0025
+PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.8, 0.0006, 0.0025
 """Pressed lips: rings rolled in, overlap at the corners, and what the middle has more, so that p
 closes on a neighbour's round hole."""
 
@@ -95,13 +117,37 @@ def _smiling_cheeks(face: NeutralFace) -> np.ndarray:
     """What a smile does beside the mouth: cheeks and lower lids rise, the fold from the nose to
     the corner deepens."""
     units = {name: face.pose_unit(name) for name in SMILING}
-    return face.off_the_lips(np.sum([SMILING[name] * units[name] for name in SMILING], axis=0))
+    raised = np.sum([SMILING[name] * units[name] for name in SMILING], axis=0)
+    return face.off_the_lips(raised + _beside(face, *APPLE))
+
+
+def _flattened(face: NeutralFace, share: float) -> np.ndarray:
+    """The red of both lips loses a share of its height, towards the line where they meet."""
+    rings = face.lips.rings
+    offset = face.skin[rings] - face.skin[rings[CONTACT_RING]]
+    offset[CONTACT_RING + 1 :] = 0
+    return face.lips.field(-offset * [0, share, share / 2])
+
+
+def _beside(face: NeutralFace, *parts: Pull | Fold) -> np.ndarray:
+    """What these do on both sides."""
+    sides = both_sides(face, pulled(face, *parts))
+    return sides["Left"] + sides["Right"]
+
+
+def _pushed_out(face: NeutralFace) -> np.ndarray:
+    """The upper lip forward, most in the middle."""
+    upper = np.r_[0 : CORNERS[0], CORNERS[1] + 1 : COLUMN_COUNT]
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    moves[:, upper, 2] = SHRUG_FORWARD_M * reach(face.lips, 0.021)[upper]
+    return face.lips.field(moves)
 
 
 def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.ndarray]:
     lips = face.lips
     uppers = [upper for upper, _ in PAIRS]
     press = lips.roll(PRESS_RINGS, PRESS_RINGS)
+    press = press + pulled(face, *PRESSED_CHIN)
     press = press + lips.seal(
         face.skin + press, PRESS_M + PRESS_MORE_M * reach(lips, 0.0165)[uppers]
     )
@@ -112,19 +158,24 @@ def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.nda
         "mouthRollLower": face.resealed(lips.roll(0, 3.4)),
         "mouthRollUpper": face.resealed(lips.roll(3.8, 0)),
         "mouthShrugLower": face.resealed(face.pose_unit("lowerLipUp") * 0.8, 0.0006),
-        "mouthShrugUpper": face.resealed(face.pose_unit("UpperLipUp") * 0.8),
+        "mouthShrugUpper": face.resealed(face.pose_unit("UpperLipUp") * 1.05 + _pushed_out(face)),
         **{f"mouthPress{side}": half for side, half in face.halves(press).items()},
     }
 
 
 def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
-    pulled = face.expression("mouth-retraction")
-    smile = face.expression("mouth-corner-puller") * [1, 0.68, 1] + pulled * [0.35, 0, 0.3]
+    apart = face.expression("mouth-retraction")
+    smile = face.expression("mouth-corner-puller") * [1, 0.74, 1] + apart * [0.35, 0, 0.3]
+    thin = {name: _flattened(face, share) for name, share in THINNER.items()}
+    dimpled = face.expression("mouth-compression") * [0.6, 0.3, 0.6] + apart * [0.55, 0.1, 0.6]
     sources = {
-        "mouthSmile": face.resealed(smile) + _smiling_cheeks(face),
-        "mouthFrown": face.resealed(face.expression("mouth-depression")),
-        "mouthStretch": face.resealed(pulled * [1.15, 0.1, 0.75]),
-        "mouthDimple": face.resealed(face.expression("mouth-compression") * [0.6, 0.3, 0.6]),
+        "mouthSmile": face.resealed(smile + thin["mouthSmile"]) + _smiling_cheeks(face),
+        "mouthFrown": face.resealed(1.12 * face.expression("mouth-depression"))
+        + face.off_the_lips(_beside(face, *FROWNED)),
+        "mouthStretch": face.resealed(apart * [1.5, 0.1, 0.9] + thin["mouthStretch"])
+        + face.off_the_lips(_beside(face, *STRETCHED)),
+        "mouthDimple": face.resealed(dimpled + thin["mouthDimple"])
+        + face.off_the_lips(_beside(face, *DIMPLED)),
         "mouthLowerDown": _lower_half(face, face.expression("mouth-depression-retraction")),
         "mouthUpperUp": face.expression("mouth-elevation"),
     }
@@ -158,16 +209,18 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     middle = teeth[np.abs(teeth[:, 0]) < 0.008]
     edge = middle[:, 1].min()
     front = middle[middle[:, 1] < edge + 0.002][:, 2].max()
-    tucked = lips.roll(0, TUCK_RINGS)
+    tucked = lips.roll(0, TUCK_RINGS, beyond=1.0)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
     lower_follow = np.array([0.38, 0.52, 0.66, 0.78, 0.87, 0.94, 0.98, 1.0, 0.95, 0.75])
+    drawn_back = np.array([0.75, 0.82, 0.88, 0.92, 0.96, 1.0, 1.0, 1.0, 0.95, 0.75])
+    lower_follow = np.stack([lower_follow, lower_follow, drawn_back], 1)
     upper_follow = np.array([0.55, 0.66, 0.78, 0.90, 1, 1, 1, 1, 0.95, 0.8])
     lower, upper = np.arange(13, 26), np.r_[0:12, 27:38]
     middle_vertex = lips.rings[CONTACT_RING, 19]
     drop = LABIODENTAL_JAW * face.jaw(open_deg=OPEN_DEG)[face.skin_slice][middle_vertex]
     contact = (face.skin + tucked)[middle_vertex] + drop
-    goal = np.array([0, edge + BITE_M - contact[1], front - 0.0002 - contact[2]])
-    moves[:, lower] = lower_follow[:, None, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
-    lift = np.array([0, LABIODENTAL_LIFT_M, 0.0004])
-    moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0215, 0.7)[upper][:, None]
+    goal = np.array([0, edge + BITE_M - contact[1], front - 0.0008 - contact[2]])
+    moves[:, lower] = lower_follow[:, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
+    lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])
+    moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0205, 1.3)[upper][:, None]
     return tucked + lips.field(moves)

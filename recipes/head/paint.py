@@ -12,7 +12,7 @@ from recipes.head.face import NeutralFace
 MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball", "hair")
 SKIN = (0.735, 0.545, 0.455)
 LIP = (0.645, 0.37, 0.345)
-INNER = (0.45, 0.17, 0.16)
+INNER = (0.52, 0.21, 0.20)
 FLUSH = (0.73, 0.43, 0.36)
 BROW, LASH = (0.30, 0.215, 0.165), (0.11, 0.08, 0.07)
 SCLERA, IRIS, IRIS_RIM, PUPIL = (
@@ -21,14 +21,14 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.20, 0.14, 0.09),
     (0.02,) * 3,
 )
-TOOTH, TOOTH_ROOT = (0.785, 0.745, 0.665), (0.60, 0.51, 0.40)
-BITING, BITING_FROM = (0.66, 0.65, 0.615), 0.86
+TOOTH, TOOTH_ROOT = (0.845, 0.81, 0.74), (0.72, 0.62, 0.50)
+BITING, BITING_FROM = (0.76, 0.745, 0.715), 0.86
 """The edge of an incisor lets light through, from this share of its height."""
-GAP = (0.40, 0.27, 0.22)
+GAP = (0.50, 0.36, 0.29)
 EYE_TEXTURE_RAD = 1.35
 """Angle from the eye's axis that the edge of its image shows."""
 DEEP_TOOTH = (0.55, 0.30, 0.26)
-GUM, TONGUE, TONGUE_ROOT = (0.70, 0.38, 0.36), (0.72, 0.40, 0.38), (0.40, 0.16, 0.15)
+GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.75, 0.45, 0.425), (0.44, 0.19, 0.19)
 TONGUE_TIP_M, TONGUE_DEEP_M = 0.006, 0.034
 """Behind its tip, where a tongue begins to darken and where it has the colour of its root."""
 
@@ -51,9 +51,9 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
         part = face.assembly.jaws[f"teeth_{jaw}"]
         tooth = mix(np.tile(TOOTH_ROOT, (len(part.shade), 1)), TOOTH, part.shade * 1.6)
         tooth = mix(tooth, BITING, (part.shade - BITING_FROM) / (1 - BITING_FROM))
-        tooth = mix(tooth, GAP, 0.9 * part.gap)
+        tooth = mix(tooth, GAP, 0.7 * part.gap) * part.tone
         z = face.vertices[slices[f"teeth_{jaw}"], 2]
-        back = np.clip((z.max() - z - 0.008) / 0.022, 0, 1)  # a red mouth colours its back teeth
+        back = np.clip((z.max() - z - 0.005) / 0.017, 0, 1)  # a red mouth colours its back teeth
         colours[slices[f"teeth_{jaw}"]] = mix(tooth, DEEP_TOOTH, back)
         colours[slices[f"gums_{jaw}"]] = GUM
     colours[slices["bust"]] = SKIN

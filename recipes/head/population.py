@@ -46,6 +46,10 @@ OUTLINES = ("oval", "round", "rectangular", "square", "triangular", "invertedtri
 ASYMMETRIES = ("jaw-1", "mouth-1", "nose-1", "eye-1", "cheek-1", "brown-1")
 
 
+YEARS_AT_HALF, YEARS_PER_AGE = 25, 130
+"""MakeHuman's age: 0.5 is 25 years, 1 is 90."""
+
+
 @dataclass(frozen=True)
 class Traits:
     """Each share 0..1; `races` as RACES and sums to one."""
@@ -55,6 +59,10 @@ class Traits:
     muscle: float = 0.5
     weight: float = 0.5
     races: tuple[float, float, float] = (0.33, 0.33, 0.34)
+
+    @property
+    def years(self) -> float:
+        return YEARS_AT_HALF + YEARS_PER_AGE * (self.age - 0.5)
 
 
 def body(mh: MakeHuman, traits: Traits) -> np.ndarray:

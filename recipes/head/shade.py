@@ -7,10 +7,13 @@ import numpy as np
 RAYS = 96
 REACH_M = 0.12
 BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like holes
-LINING, TONGUE = 0.32, 0.18  # and itself: a mouth seen from the side is dark red, no black gap
+EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
+LINING, THROAT, TONGUE = 0.46, 0.16, 0.24  # and itself: dark red from the side, no black gap
 
 
-def occlusion(vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def occlusion(
+    vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarray, reach_m: float = REACH_M
+) -> np.ndarray:
     """(vertex,) share of cosine-weighted rays that leave the head, 0..1."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
@@ -29,7 +32,7 @@ def occlusion(vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarray) 
     origin = (vertices + normals * 4e-4).astype(np.float32)
     for ray in local:
         direction = (ray[0] * side + ray[1] * up + ray[2] * normals).astype(np.float32)
-        hit = scene.run(origin, direction, dists=np.full(len(origin), REACH_M, np.float32))
+        hit = scene.run(origin, direction, dists=np.full(len(origin), reach_m, np.float32))
         free += hit < 0
     return free / RAYS
 
@@ -39,6 +42,9 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     free = occlusion(vertices, triangles, normals)
     light = 0.55 + 0.45 * np.clip(free * 1.25, 0, 1)
     slices = face.assembly.slices
+    ears = face.ears.auricle
+    deep = EAR + (1 - EAR) * np.clip(free[slices["skin"]] * EAR_OPEN, 0, 1)
+    light[slices["skin"]] += ears * (deep - light[slices["skin"]])
     inside = np.zeros(len(vertices), bool)
     inside[face.anatomy.inner_mouth] = True
     for name in ("tongue", "gums_upper", "gums_lower", "teeth_upper", "teeth_lower"):
@@ -47,18 +53,19 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     depth = np.clip((front - face.vertices[:, 2]) / 0.030, 0, 1)
     deep = (1 - depth) ** 1.3 * np.clip(0.35 + 1.6 * free, 0, 1)
     light[inside] = np.clip(LINING + (1 - LINING) * deep[inside], 0, 1)
-    light[face.anatomy.inner_mouth] = LINING
+    lining = face.anatomy.inner_mouth
+    light[lining] = LINING + (THROAT - LINING) * depth[lining]
     # The inner side of the lips: lamps behind the head would else light the far one from within.
     near_lips = face.lips.rings[[5, 6, 7, 8, 9]]
-    for ring, most in zip(near_lips, (0.75, 0.60, 0.50, 0.30, 0.20), strict=True):
+    for ring, most in zip(near_lips, (0.75, 0.62, 0.54, 0.38, 0.30), strict=True):
         light[ring] = np.minimum(light[ring], most)
     tongue = face.vertices[slices["tongue"]]
     forward = (tongue[:, 2] - tongue[:, 2].min()) / np.ptp(tongue[:, 2])
     groove = np.clip(np.abs(tongue[:, 0]) / 0.010, 0, 1)  # a shallow fold along the middle
-    light[slices["tongue"]] = TONGUE + 0.45 * forward**3 * (0.75 + 0.25 * groove)
-    for jaw, brightest in (("upper", 0.70), ("lower", 0.50)):
+    light[slices["tongue"]] = TONGUE + 0.62 * forward**1.7 * (0.75 + 0.25 * groove)
+    for jaw, brightest in (("upper", 0.80), ("lower", 0.64)):
         teeth = slices[f"teeth_{jaw}"]
-        light[teeth] = np.minimum(BOUNCE + 0.72 * (1 - depth[teeth]) ** 2.2, brightest)
+        light[teeth] = np.minimum(BOUNCE + 0.85 * (1 - depth[teeth]) ** 1.8, brightest)
         gums = slices[f"gums_{jaw}"]
-        light[gums] = BOUNCE + 0.44 * (1 - depth[gums]) ** 2.5
+        light[gums] = BOUNCE + 0.60 * (1 - depth[gums]) ** 2.5
     return light

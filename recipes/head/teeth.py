@@ -15,13 +15,40 @@ LOWER_DEPTHS_MM = (5.4, 5.6, 7.0, 7.6, 8.0, 9.8, 9.6)
 """Crowns from the middle outwards: two incisors, canine, two premolars, two molars
 (rounded from dental anatomy tables)."""
 
-AROUND = 12
-"""Vertices around a crown."""
-
-
-SQUARENESS = 2.12
+ACROSS = np.array([1, 0.86, 0.5, 0, -0.5, -0.86, -1, -0.8, -0.4, 0, 0.4, 0.8])
+"""Where the vertices around a crown lie between its sides (1 is the one away from the middle of
+the arch): seven along the face that is seen, five along the back."""
+AROUND, SEEN = len(ACROSS), 7
+LEVELS = np.array([0.0, 0.4, 0.75, 0.92, 1.0])
+"""Heights of the rings, as shares of the crown's."""
+SIDE_OF_FRONT = 0.45
+"""Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
+CORNERS_MM = ((0.25, 0.60), (0.45, 1.00), (1.00, 1.45), (0.95, 1.05), (0.90, 0.95))
+"""How much lower than its middle the edge of a crown is at either side, towards the middle of the
+arch and away from it: two incisors, canine, two premolars."""
+LOWER_FALL = 0.45
+"""Of that fall, what the front teeth of the lower jaw have."""
+SHARPNESS = (4.0, 3.2, 1.25, 1.4, 1.4)
+"""Exponent of that fall: 1 is a point, more an edge with round corners."""
+TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
+"""How far edges lean and turn inwards, and the valley between a molar's cusps."""
+PAPILLA_MM = 1.7
+"""How far the gum reaches down between two crowns."""
+SEEN_GAP = 0.30
+"""Of the dark between two crowns, what reaches the faces beside it."""
+SQUARENESS = 2.05
 """Exponent of the arch's superellipse: 2 would be an ellipse, more is squarer."""
-SHORT_MM = (0.0, 0.7, 0.3, 0.9, 1.0, 1.2, 1.4)
+TONES = (
+    (1.00, 1.00, 1.00),
+    (0.985, 0.98, 0.965),
+    (0.95, 0.925, 0.86),
+    (0.975, 0.96, 0.93),
+    (0.955, 0.94, 0.91),
+    (0.97, 0.95, 0.92),
+    (0.96, 0.94, 0.90),
+)
+"""What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
+SHORT_MM = (0.0, 0.6, 0.15, 0.7, 0.9, 1.1, 1.3)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
 
 
@@ -69,64 +96,72 @@ class Part:
     mirror: np.ndarray  # (vertex,)
     shade: np.ndarray  # (vertex,) 0 at the root, 1 at the biting edge
     gap: np.ndarray  # (vertex,) 1 between two crowns, 0 elsewhere
+    tone: np.ndarray  # (vertex, 3) factors of a crown's colour
 
 
-def crown(width: float, height: float, depth: float, place: int) -> tuple[np.ndarray, ...]:
+def crown(
+    width: float, height: float, depth: float, place: int, upper: bool
+) -> tuple[np.ndarray, ...]:
     """Local vertices (along the arch, height, outwards), quads, shade and gap of one crown.
 
     place 0..6 from the middle: incisors taper to an edge, the canine to a point, premolars
     and molars end in a dented top.
     """
     front = place < 3
-    levels = np.array([0.0, 0.4, 0.75, 0.93, 1.0])
-    widths = np.interp(levels, [0, 0.35, 0.8, 0.93, 1], [0.78, 0.93, 1.0, 0.96, 0.86])
+    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.76, 0.92, 1.0, 0.99, 0.93])
     if front:
-        depths = np.interp(levels, [0, 0.3, 0.8, 0.93, 1], [1.0, 0.92, 0.42, 0.30, 0.20])
+        depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.33, 0.24])
     else:
-        depths = np.interp(levels, [0, 0.4, 0.8, 0.93, 1], [0.88, 1.0, 0.92, 0.82, 0.62])
-    angle = 2 * np.pi * np.arange(AROUND) / AROUND
-    exponent = 0.62
-    ring_x = np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** exponent
-    ring_z = np.sign(np.sin(angle)) * np.abs(np.sin(angle)) ** exponent
+        depths = np.interp(LEVELS, [0, 0.4, 0.8, 0.92, 1], [0.88, 1.0, 0.94, 0.84, 0.66])
+    seen = np.arange(AROUND) < SEEN
+    bulge = np.abs(ACROSS) ** 4
+    round_it = np.where(seen, 1 - (1 - SIDE_OF_FRONT) * bulge, -1 + 0.5 * bulge)
+    fall = _edge_fall_mm(place) * (1.0 if upper or not front else LOWER_FALL)
     vertices, shade = [], []
-    for level, w, d in zip(levels, widths, depths, strict=True):
-        x = ring_x * w * width / 2
-        z = ring_z * d * depth / 2
-        if front:
-            # The front face stays on the arch, the back face slopes towards it.
-            z = z + (1 - d) * depth / 2 * 0.85 - 0.12 * depth * (level - 0.5) ** 2
-        y = np.full(AROUND, level * height)
-        if level == 1.0 and place == 2:
-            y = y + 0.045 * height * (1 - np.abs(ring_x) ** 1.2)
-        if level == 1.0 and not front:
-            y = y + 0.05 * height * np.abs(ring_x * ring_z) ** 0.5
-        vertices.append(np.stack([x, y, z], 1))
+    for level, wide, deep in zip(LEVELS, widths, depths, strict=True):
+        # The front face stays on the arch and leans in, the back face slopes towards it.
+        z = 1 - (1 - round_it) * deep if front else round_it * deep
+        z = z * depth / 2 - TIPPED_MM * level**2.5
+        if level == 1.0:
+            z = z - ROUNDED_MM * seen
+        y = level * height - fall * level**4
+        vertices.append(np.stack([ACROSS * wide * width / 2, y, z], 1))
         shade.append(np.full(AROUND, level))
     top = vertices[-1].mean(0)
-    top[1] = height * (1.0 if front else 0.86)
-    centre = len(levels) * AROUND
+    if not front:
+        top[1] = 0.86 * height
+    centre = len(LEVELS) * AROUND
     quads = []
-    for row in range(len(levels) - 1):
+    for row in range(len(LEVELS) - 1):
         for k in range(AROUND):
             a, b = row * AROUND + k, row * AROUND + (k + 1) % AROUND
             quads.append([a, b, b + AROUND, a + AROUND])
     last = centre - AROUND
     for k in range(0, AROUND, 2):
         quads.append([last + k, last + (k + 1) % AROUND, last + (k + 2) % AROUND, centre])
-    gap = np.r_[np.tile(np.abs(ring_x) > 0.99, len(levels)), False]
+    side = np.abs(ACROSS)
+    dark = np.where(side == 1, 1.0, np.where(side > 0.8, SEEN_GAP, 0.0))
+    gap = np.r_[np.tile(dark, len(LEVELS)), 0.0]
     whole = np.vstack([*vertices, top[None]])
-    return whole, np.array(quads), np.r_[np.concatenate(shade), 1.0], gap.astype(float)
+    return whole, np.array(quads), np.r_[np.concatenate(shade), 1.0], gap
+
+
+def _edge_fall_mm(place: int) -> np.ndarray:
+    """(AROUND,) mm by which a crown's edge stays below its highest point."""
+    if place >= len(CORNERS_MM):  # molars: two cusps
+        return VALLEY_MM * (0.5 + 0.5 * np.cos(2 * np.pi * ACROSS)) + 0.4 * np.abs(ACROSS) ** 4
+    near, far = CORNERS_MM[place]
+    return np.where(ACROSS < 0, near, far) * np.abs(ACROSS) ** SHARPNESS[place]
 
 
 def teeth(arch: Arch, widths, heights, depths) -> Part:
     """All fourteen crowns of one jaw."""
-    length, _ = arch.samples()
-    scale = min(1.0, length[-1] / (sum(widths) * 0.97))
-    vertices, quads, mirror, shades, gaps, start = [], [], [], [], [], 0.0
+    scale = _fitting(arch, widths)
+    vertices, quads, mirror, shades, gaps, tones, start = [], [], [], [], [], [], 0.0
     count = 0
     for place, (width, height, depth) in enumerate(zip(widths, heights, depths, strict=True)):
         width = width * scale
-        local, faces, shade, gap = crown(width * 0.975, height, depth, place)
+        local, faces, shade, gap = crown(width * 0.992, height, depth, place, arch.direction < 0)
         point, tangent, outward = arch.frame(start + width / 2)
         start += width
         centre = point - outward * depth / 2
@@ -143,6 +178,7 @@ def teeth(arch: Arch, widths, heights, depths) -> Part:
             mirror.append(np.arange(n) + partner)
             shades.append(shade)
             gaps.append(gap)
+            tones.append(np.tile(TONES[place], (n, 1)))
             count += n
     return Part(
         np.vstack(vertices) / 1000,
@@ -150,14 +186,27 @@ def teeth(arch: Arch, widths, heights, depths) -> Part:
         np.concatenate(mirror),
         np.concatenate(shades),
         np.concatenate(gaps),
+        np.concatenate(tones),
     )
 
 
-def gums(arch: Arch, heights, stations: int = 19) -> Part:
-    """A swept gum: its lower edge scallops around the crowns' roots."""
+def _fitting(arch: Arch, widths) -> float:
+    """Share of their widths that crowns have so that an arch holds all."""
     length, _ = arch.samples()
-    along = np.linspace(0, length[-1] * 0.995, stations)
-    root = float(np.mean(heights)) - 0.6
+    return min(1.0, length[-1] / (sum(widths) * 0.97))
+
+
+def gums(arch: Arch, widths, heights) -> Part:
+    """A swept gum: its edge scallops around the crowns' roots, with a papilla between two."""
+    length, _ = arch.samples()
+    edges = np.r_[0, np.cumsum(widths)] * _fitting(arch, widths)
+    centres = (edges[:-1] + edges[1:]) / 2
+    between = np.r_[edges[:2] + centres[:2], centres[:2] + edges[1:3]] / 2
+    along = np.r_[edges, centres, between]
+    papilla = np.r_[np.ones(len(edges)), np.zeros(len(centres)), np.full(len(between), 0.3)]
+    order = along.argsort()
+    along, papilla = np.minimum(along[order], length[-1] * 0.995), papilla[order]
+    roots = np.interp(along, centres, np.add(heights, SHORT_MM)) - 0.6 - PAPILLA_MM * papilla
     section = np.array(  # (out, up from the root line)
         [
             [-0.2, -1.2],
@@ -171,7 +220,7 @@ def gums(arch: Arch, heights, stations: int = 19) -> Part:
         ]
     )
     rows = []
-    for s in along:
+    for s, root in zip(along, roots, strict=True):
         point, _, outward = arch.frame(s)
         flat = point + section[:, [0]] * outward
         y = arch.biting_mm - arch.direction * (root + section[:, 1])
@@ -188,4 +237,11 @@ def gums(arch: Arch, heights, stations: int = 19) -> Part:
             quads.append(quad if arch.direction > 0 else quad[::-1])
     index = np.arange(n * k).reshape(n, k)
     plain = np.zeros(n * k)
-    return Part(whole.reshape(-1, 3) / 1000, np.array(quads), index[::-1].ravel(), plain + 1, plain)
+    return Part(
+        whole.reshape(-1, 3) / 1000,
+        np.array(quads),
+        index[::-1].ravel(),
+        plain + 1,
+        plain,
+        np.ones((n * k, 3)),
+    )

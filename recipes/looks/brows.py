@@ -40,30 +40,30 @@ class Brow:
     tail: float = 15.8
     arch_at: float = 0.62
     thick: float = 7.0
-    hairs: int = 420
+    hairs: int = 600
     length: float = 7.5
-    width: float = 0.20
+    width: float = 0.15
     wild: float = 1.0
-    ground: float = 0.42
+    ground: float = 0.24
 
 
 STYLES = {
     "natural": Brow(),
     "straight": Brow(
-        inner=16.6, arch=19.4, tail=15.6, arch_at=0.66, thick=7.0, hairs=380, length=8.2, wild=1.1
+        inner=16.6, arch=19.4, tail=15.6, arch_at=0.66, thick=7.0, hairs=520, length=8.2, wild=1.1
     ),
     "full": Brow(
-        start=11.5, inner=16.6, arch=20.4, tail=15.6, thick=8.0, hairs=460, length=9.0,
-        width=0.21, wild=1.4, ground=0.5,
+        start=11.5, inner=16.6, arch=20.4, tail=15.6, thick=8.0, hairs=640, length=9.0,
+        width=0.155, wild=1.4, ground=0.28,
     ),
     "fine": Brow(
-        start=14.0, inner=17.0, arch=21.8, tail=16.2, thick=4.6, hairs=260, length=5.6, width=0.17,
-        wild=0.7, ground=0.36,
+        start=14.0, inner=17.0, arch=21.8, tail=16.2, thick=4.6, hairs=420, length=5.6, width=0.13,
+        wild=0.7, ground=0.20,
     ),
     "arched": Brow(
-        inner=16.4, arch=22.6, tail=15.8, arch_at=0.66, thick=6.2, hairs=380, length=6.8, wild=0.8
+        inner=16.4, arch=22.6, tail=15.8, arch_at=0.66, thick=6.2, hairs=640, length=6.8, wild=0.8
     ),
-    "soft": Brow(thick=6.4, arch=20.6, hairs=330, length=7.0, width=0.18, ground=0.40),
+    "soft": Brow(thick=6.4, arch=20.6, hairs=540, length=7.0, width=0.14, ground=0.22),
 }  # fmt: skip
 
 
@@ -122,24 +122,24 @@ def picture(brow: Brow, seed: int = 3) -> np.ndarray:
     """(HEIGHT_PX, WIDTH_PX, 4) 0..1: grey hairs and their alpha, inner end at the left."""
     rng = np.random.default_rng(seed)
     size = (WIDTH_PX * FINER, HEIGHT_PX * FINER)
-    alpha, tone = Image.new("L", size, 0), Image.new("L", size, 150)
+    alpha, tone = Image.new("L", size, 0), Image.new("L", size, 130)
     draw, paint = ImageDraw.Draw(alpha), ImageDraw.Draw(tone)
     long = (brow.end - brow.start) * 1.12
     lead = np.array([0.06 * long / 1.12, 0.0])
     scale = np.array([size[0] / long, size[1] / BAND_MM])
     for t, side in _roots(brow, rng):
         hair = _hair(brow, t, side, rng)
-        bright = int(rng.uniform(110, 255))
+        bright = int(rng.uniform(90, 240))
         strong = int(
             255
             * rng.uniform(0.6, 1.0)
-            * np.interp(t, [-0.02, 0.08, 0.2, 0.72, 0.95], [0.15, 0.55, 1, 0.9, 0.4])
+            * np.interp(t, [-0.02, 0.08, 0.24, 0.38, 0.72, 0.95], [0.10, 0.42, 0.8, 1, 0.9, 0.4])
         )
         points = (hair + lead) * scale
         points[:, 1] = size[1] / 2 - points[:, 1]
-        thick = brow.width * scale[0] * rng.uniform(0.7, 1.15)
+        thick = brow.width * scale[0] * rng.uniform(0.7, 1.3)
         for k, (a, b) in enumerate(pairwise(points)):
-            wide = max(1, round(thick * (1 - 0.75 * k / len(points))))
+            wide = max(1, round(thick * (1 - 0.9 * k / len(points))))
             draw.line([*a, *b], fill=strong, width=wide)
             paint.line([*a, *b], fill=bright, width=wide)
     down = (WIDTH_PX, HEIGHT_PX)
@@ -154,7 +154,7 @@ def _roots(brow: Brow, rng: np.random.Generator) -> list[tuple[float, float]]:
     roots = []
     while len(roots) < brow.hairs:
         t, side = rng.uniform(-0.02, 0.94), rng.uniform(-1, 1)
-        here = np.interp(t, [-0.02, 0.04, 0.16, 0.7, 0.94], [0.2, 0.55, 1, 0.9, 0.28])
+        here = np.interp(t, [-0.02, 0.05, 0.2, 0.36, 0.7, 0.94], [0.12, 0.36, 0.74, 1, 0.9, 0.28])
         if rng.random() < here * (1 - 0.45 * abs(side) ** 3):
             roots.append((t, side))
     return sorted(roots, key=lambda root: -root[0])
@@ -188,5 +188,5 @@ def _shadow(brow: Brow) -> np.ndarray:
     y = np.abs(np.linspace(0.5, -0.5, HEIGHT_PX))[:, None] * BAND_MM
     half = 0.40 * thickness(brow, t.clip(0, 1))
     inside = np.clip((half[None] - y) / 0.8 + 0.5, 0, 1)
-    ends = np.interp(t, [-0.02, 0.14, 0.85, 1.0], [0, 1, 0.9, 0])
+    ends = np.interp(t, [0.06, 0.4, 0.85, 1.0], [0, 1, 0.9, 0])
     return blurred(inside * ends[None], 5.0)

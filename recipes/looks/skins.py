@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import scipy.ndimage as ndimage
 from PIL import Image
+from scipy.spatial import KDTree
 
 from recipes.head.atlas import SOURCE_PX, socket_patch, source_pixels
+from recipes.looks import lids
 from recipes.looks.canvas import Canvas, blurred, luma, noise
 
 SIZE, NORMAL_SIZE = 1024, 1536
@@ -32,14 +34,27 @@ LIP_OF_SKIN = {"female": (0.86, 0.66, 0.655), "male": (0.87, 0.75, 0.72)}
 """Lips as factors of the skin around them (sRGB)."""
 LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
-SIDES = ("Left", "Right")
-LID_MOVES_M = (0.0008, 0.0035)
-"""Skin that a blink moves by less is no lid; by more, all lid."""
-LID_OF_SKIN, LID_GRAIN = (1.0, 0.965, 0.955), 0.2
-ORBIT_EVENED = 0.9
+CORNER_MM = 11.0
+"""How far from the corners of the mouth skin is evened."""
+LID_OF_SKIN, LID_GRAIN = (0.99, 0.94, 0.935), 0.2
+CREASE_DEPTH, CREASE_OF_SKIN = 0.20, (0.74, 0.62, 0.60)
+RIM_OF_SKIN, LASH_LINE_OF_SKIN = (0.88, 0.77, 0.76), (0.30, 0.22, 0.20)
+"""The edges of lids are wet and let blood show; roots of lashes are dark."""
+UNDER_EYE_OF_SKIN = (0.935, 0.925, 0.955)
+EVENED_HUE, EVENED_LIGHT, EVENED_ORBIT = 0.85, 0.60, 0.9
+"""How far patches of another hue or brightness come to the colour of the cheeks; round eyes."""
+ORBIT_EVENED = 1.0
 """How far the shade between lid and brow, painted as if by a light, gives way to skin."""
 ORANGE_EVENED = 0.85
 """How far what is yellower than the cheeks comes to them."""
+GLINT_FROM, GLINT_EVENED = 1.04, 0.8
+"""From which brightness, by that round it, a patch is painted light; how far that is evened."""
+EAR_Y, EAR_Z, EAR_SIDE = (-17, 28), (-114, 19), 66
+"""Middle and half length of the ears, mm: from the eyes' height, from the front of the face; and
+how far off the middle they are."""
+EAR_GRAIN, EAR_SHADE, EAR_RIM = 0.25, (0.62, 0.86, 0.90), (1.0, 0.98, 0.97)
+"""Share of the painted detail that stays in an ear; powers of the shade that its folds take,
+red least; what thin rims, through which light comes, are multiplied by."""
 SOCKET = (0.60, 0.33, 0.30)
 
 
@@ -52,28 +67,36 @@ class Masks:
         for ring, share in enumerate((0.25, 0.95, *[1.0] * (len(head.lip_rings) - 2))):
             lip[head.lip_rings[ring]] = share
         self.lip = blurred(canvas.spread(lip, size), size / 700).clip(0, 1)
+        ends = at[head.landmarks[[48, 54]]]
+        away = np.linalg.norm(at[:, None] - ends[None], axis=2).min(axis=1)
+        beside = np.exp(-((away / CORNER_MM) ** 2))
+        self.corner = blurred(canvas.spread(beside, size), size / 250) * (1 - self.lip)
         front = at[:, 2] > -75
         crown = np.clip((at[:, 1] - 55) / 14, 0, 1)
         behind = np.clip((-95 - at[:, 2]) / 14, 0, 1) * np.clip((at[:, 1] + 62) / 20, 0, 1)
         self.scalp = blurred(canvas.spread(np.maximum(crown, behind), size), size / 200)
-        self.lid = lids(canvas, size)
+        self.lid = lids.lids(canvas, size)
         x, y = np.abs(at[:, 0]), at[:, 1]
-        self.orbit = canvas.chosen(front & (x > 12) & (x < 48) & (y > 1) & (y < 24), size, 1 / 60)
+        orbit = (x > 12) & (x < 48) & (y > 1) & (y < 24)
+        corner = (x > 42) & (x < 66) & (y > -11) & (y < 9)
+        self.orbit = (1.4 * canvas.chosen(front & (orbit | corner), size, 1 / 60)).clip(0, 1)
         self.open = canvas.spread(head.occlusion.astype(float), size).clip(0, 1)
         middle = np.exp(-((at[:, 0] / 16) ** 2)) * (at[:, 1] > -48) * front
+        pored = np.exp(-((at[:, 0] / 30) ** 2) - (np.abs(at[:, 1] + 24) / 30) ** 4)
+        self.pored = canvas.spread(pored * front, size).clip(0, 1)
+        ear = np.hypot((y - EAR_Y[0]) / EAR_Y[1], (at[:, 2] - EAR_Z[0]) / EAR_Z[1]) < 1
+        self.ear = canvas.chosen(ear & (x > EAR_SIDE), size, 1 / 200).clip(0, 1)
         self.t_zone = canvas.chosen(middle, size, 1 / 128)
         self.front = canvas.chosen(front & (at[:, 1] < 60), size, 1 / 100)
         self.beard = beard(canvas, size) * (1 - self.lip)
         self.cheek = canvas.chosen(front & (at[:, 1] < 20) & (at[:, 1] > -80), size, 1 / 80)
-
-
-def lids(canvas: Canvas, size: int) -> np.ndarray:
-    """What a blink unfolds."""
-    head = canvas.head
-    blinks = [head.expression_basis[head.expression_index(f"eyeBlink{side}")] for side in SIDES]
-    moved = np.linalg.norm(sum(blinks), axis=1)
-    share = np.clip((moved - LID_MOVES_M[0]) / np.ptp(LID_MOVES_M), 0, 1)
-    return blurred(canvas.spread(share, size), size / 250).clip(0, 1)
+        under = np.exp(-(((x - 27) / 13) ** 2) - ((y + 14 - 0.12 * (x - 27)) / 5.5) ** 2) * front
+        self.under_eye = canvas.spread(under, size).clip(0, 1)
+        beside = np.hypot((x - 49) / 9, y / 5.5), np.hypot(x - 15, y + 3) / 5
+        within = np.minimum.reduce([*beside, np.hypot((x - 29) / 15, (y + 10) / 4.5)])
+        self.round_eye = canvas.spread(np.exp(-(within**4)) * front, size).clip(0, 1)
+        self.rim = lids.rims(canvas, size)
+        self.crease, self.lash_line = lids.lines(canvas, size)
 
 
 def beard(canvas: Canvas, size: int) -> np.ndarray:
@@ -118,7 +141,13 @@ def skin(folder: Path, name: str, masks: Masks, size: int) -> np.ndarray:
     colour = _lit_orbits(colour, masks)
     colour = _plain_lids(colour, masks)
     colour = _without_orange(colour, masks)
+    colour = _without_glints(colour, masks)
+    colour = _evened(colour, masks)
+    colour = _plain_corners(colour, masks)
+    colour = _plain_ears(colour, masks)
     colour = _natural_lips(colour, masks, sex)
+    colour = _eyes_bedded(colour, masks)
+    colour = _mottled(colour, masks)
     colour[socket_patch(size)] = np.array(SOCKET) * np.clip(_skin_colour(colour, masks) * 1.3, 0, 1)
     return colour.clip(0, 1)
 
@@ -147,15 +176,16 @@ def _lit_orbits(colour: np.ndarray, masks: Masks) -> np.ndarray:
 
 
 def _plain_lids(colour: np.ndarray, masks: Masks) -> np.ndarray:
-    """Lids in the colour of the skin round them: what is painted there is shade, and is drawn
-    out to streaks when they shut."""
-    outside = (1 - masks.lid)[..., None] ** 2 * (masks.open > 0.75)[..., None]
+    """Lids, and what is next to them, in the colour of the skin round them: shade that is painted
+    there is drawn out to streaks when they shut, and lashes lie where no lid ends."""
+    lid = np.maximum(masks.lid, masks.round_eye)
+    outside = (1 - lid)[..., None] ** 2 * (masks.open > 0.75)[..., None]
     wide = colour.shape[0] / 30
     around = blurred(colour * outside, wide) / np.maximum(blurred(outside, wide), 1e-4)
     cheek = _skin_colour(colour, masks)
     plain = (0.75 * around + 0.25 * cheek) * LID_OF_SKIN
     grain = colour - blurred(colour, colour.shape[0] / 500)
-    share = masks.lid[..., None]
+    share = lid[..., None]
     return colour * (1 - share) + (plain + LID_GRAIN * grain) * share
 
 
@@ -169,6 +199,77 @@ def _without_orange(colour: np.ndarray, masks: Masks) -> np.ndarray:
     evened[..., 2] *= np.maximum(blue, 1) ** ORANGE_EVENED
     evened[..., 0] *= np.minimum(red, 1) ** (ORANGE_EVENED / 2)
     return evened
+
+
+def _without_glints(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Light that was painted on: what is brighter than the skin round it, less so."""
+    size = colour.shape[0]
+    bright = luma(colour)
+    near, wide = blurred(bright, size / 250), blurred(bright, size / 28)
+    over = np.maximum(near / np.maximum(wide * GLINT_FROM, 0.02), 1)
+    share = GLINT_EVENED * (1 - masks.lip) * (1 - masks.scalp.clip(0, 1)) * (masks.front > 0.5)
+    return colour / (over**share)[..., None]
+
+
+def _evened(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Large patches nearer to the colour of the cheeks: painted light, and hues that no blood
+    gives. What blood does give is laid over a skin later."""
+    size = colour.shape[0]
+    wide = np.maximum(blurred(colour, size / 110), 0.02)
+    plain = _skin_colour(colour, masks)
+    light = (luma(plain) / luma(wide))[..., None]
+    hue = plain / wide / light
+    bare = (1 - masks.lip) * (1 - masks.scalp.clip(0, 1)) * (1 - masks.ear)
+    bare *= np.maximum(((masks.open - 0.55) / 0.25).clip(0, 1), masks.orbit)
+    bright = bare * (EVENED_LIGHT + (EVENED_ORBIT - EVENED_LIGHT) * masks.orbit)
+    return colour * light ** bright[..., None] * hue ** (EVENED_HUE * bare)[..., None]
+
+
+def _eyes_bedded(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Thin skin under the eyes, creases and wet edges of the lids, dark roots of lashes."""
+    for share, factor in (
+        (masks.under_eye, UNDER_EYE_OF_SKIN),
+        (masks.crease, CREASE_OF_SKIN),
+        (masks.rim, RIM_OF_SKIN),
+        (masks.lash_line, LASH_LINE_OF_SKIN),
+    ):
+        colour = colour * (1 - share[..., None] * (1 - np.array(factor)))
+    return colour
+
+
+def _mottled(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Pores are darker than the skin round them, and no skin is of one red."""
+    size = colour.shape[0]
+    pores, _ = _relief(size)
+    bare = (1 - masks.lip) * (1 - masks.lid) * (1 - masks.scalp.clip(0, 1)) * (1 - masks.ear)
+    dark = PORE_SHADE * pores * (0.35 + 0.65 * masks.pored) * bare
+    red = MOTTLE * (0.6 * noise(21, size, size / 340) + 0.4 * noise(22, size, size / 110)) * bare
+    return colour * (1 - dark[..., None]) * np.exp(red[..., None] * [0.25, -1.0, -0.8])
+
+
+def _plain_corners(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Skin beside the mouth without painted lines, which round lips would draw out to streaks."""
+    size = colour.shape[0]
+    bare = (1 - masks.lip)[..., None] ** 2 * (masks.open > 0.7)[..., None]
+    around = blurred(colour * bare, size / 60) / np.maximum(blurred(bare, size / 60), 1e-4)
+    grain = colour - blurred(colour, size / 500)
+    share = masks.corner[..., None]
+    return colour * (1 - share) + (around + LID_GRAIN * grain) * share
+
+
+def _plain_ears(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Ears in the colour of the skin beside them, with the shade of their own folds: what is
+    painted there is that of another shape. Rims let light through and are redder."""
+    size, outside = colour.shape[0], (1 - masks.ear)[..., None]
+    wide = size / 30
+    around = blurred(colour * outside, wide) / np.maximum(blurred(outside, wide), 1e-4)
+    plain = 0.75 * around + 0.25 * _skin_colour(colour, masks)
+    grain = colour - blurred(colour, size / 200)
+    open_ = masks.open.clip(0.05, 1)[..., None]
+    rim = np.clip((open_ - 0.75) / 0.2, 0, 1)
+    tinted = plain * open_ ** np.array(EAR_SHADE) * np.array(EAR_RIM) ** rim
+    share = masks.ear[..., None]
+    return colour * (1 - share) + (tinted + EAR_GRAIN * grain) * share
 
 
 def _natural_lips(colour: np.ndarray, masks: Masks, sex: str) -> np.ndarray:
@@ -186,28 +287,53 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     fine = blurred(bright, 0.9 * scale) - blurred(bright, 8 * scale)
     outside = 1 - masks.lip
     bare = (1 - masks.scalp.clip(0, 1)) * (1 - 0.8 * masks.lid)
+    bare *= (1 - 0.7 * masks.corner) * (1 - 0.7 * masks.ear)
     height = depth * fine * bare * outside
-    pits = np.minimum(noise(2, size, 1.5 * scale) + 0.6, 0)
-    height += bare * outside * (0.011 * pits + 0.003 * noise(1, size, 0.9 * scale))
+    pores, grain = _relief(size)
+    wide = PORES[0] + (PORES[1] - PORES[0]) * masks.pored
+    height -= bare * outside * (wide * pores + GRAIN * grain + 0.003 * noise(1, size, 0.9 * scale))
     height += 0.014 * masks.lip * noise(3, size, (12 * scale, 1.6 * scale))
+    height -= CREASE_DEPTH * masks.crease
     slope_x, slope_y = ndimage.sobel(height, 1), ndimage.sobel(height, 0)
     strength = 2.2
     normal = np.stack([-slope_x * strength, slope_y * strength, np.ones_like(height)], -1)
     return normal / np.linalg.norm(normal, axis=-1, keepdims=True) * 0.5 + 0.5
 
 
+@cache
+def _relief(size: int) -> tuple[np.ndarray, np.ndarray]:
+    """(size, size) 0..1 pores, and 0..1 the furrows between the fields of skin round them."""
+    rng = np.random.default_rng(4)
+    pitch = PITCH * size
+    grid = np.stack(np.meshgrid(*[np.arange(-1, size / pitch + 1)] * 2), -1).reshape(-1, 2)
+    middles = (grid + rng.uniform(0, 0.9, grid.shape)) * pitch
+    at = np.stack(np.meshgrid(*[np.arange(size) + 0.5] * 2), -1)
+    away, nearest = map(np.asarray, KDTree(middles).query(at, 2))
+    strong = rng.uniform(0.1, 1.0, len(middles))[nearest[..., 0]]
+    pores = strong * np.exp(-((away[..., 0] / (0.24 * pitch)) ** 2))
+    furrows = np.exp(-(((away[..., 1] - away[..., 0]) / (0.28 * pitch)) ** 2))
+    return pores, furrows * (0.6 + 0.4 * noise(6, size, 3 * pitch)).clip(0, 1.5)
+
+
 def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
-    rough = 0.52 - 0.10 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
-    shade = np.maximum(0.35 + 0.65 * masks.open, masks.lid)
+    rough = 0.50 - 0.11 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
+    rough -= 0.24 * masks.rim * (1 - masks.lip)
+    shade = np.maximum(0.35 + 0.65 * masks.open, np.maximum(masks.lid, 0.92 * masks.orbit))
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
 
+PORE_SHADE, MOTTLE = 0.07, 0.014
+"""How much darker pores are; deviation of green, by which skin is redder here than there."""
+PITCH = 1 / 300
+"""Between pores, as a part of the atlas: a good millimetre."""
+PORES, GRAIN = (0.05, 0.125), 0.034
+"""Depth of pores where there are few, and beside the nose; of the furrows between."""
 NORMALS = {
-    "young": ("young_lightskinned_female2", 1.3),
-    "middle": ("middleage_lightskinned_male", 1.7),
-    "old": ("old_darkskinned_male", 2.3),
+    "young": ("young_lightskinned_female2", 0.7),
+    "middle": ("middleage_lightskinned_male", 0.85),
+    "old": ("old_darkskinned_male", 1.3),
 }
 """Source of the relief and its depth."""
 MAP_SIZE = 512
@@ -225,4 +351,21 @@ def marks(canvas: Canvas, masks: Masks) -> dict[str, np.ndarray]:
     middle = canvas.millimetres
     where = np.exp(-(((middle[:, 1] + 28) / 26) ** 2)) * (middle[:, 2] > -80)
     freckles = spots * canvas.spread(where, size).clip(0, 1) * (1 - masks.lip)
-    return {"stubble": stubble, "freckles": freckles}
+    return {"stubble": stubble, "freckles": freckles, "flush": flush(canvas, masks)}
+
+
+def flush(canvas: Canvas, masks: Masks) -> np.ndarray:
+    """(SIZE, SIZE) 0..1, half of it on the whole: where blood shows through."""
+    x, y, z = canvas.millimetres.T
+    front = z > -80
+
+    def spot(across: float, up: float, wide: float, high: float) -> np.ndarray:
+        return np.exp(-(((np.abs(x) - across) / wide) ** 2) - ((y - up) / high) ** 2) * front
+
+    tip = spot(0, -38, 15, 9) + 0.6 * spot(14, -42, 6, 8)
+    warm = np.maximum.reduce([tip, 0.75 * spot(37, -32, 15, 13), 0.4 * spot(0, -94, 11, 8)])
+    plain = np.maximum(0.55 * spot(0, 40, 30, 16), 0.7 * spot(27, -62, 9, 9))
+    broad = blurred(canvas.spread(warm - 0.6 * plain, SIZE), SIZE / 200) + masks.ear
+    blotches = 0.5 * noise(11, SIZE, 16) + 0.5 * noise(12, SIZE, 6) + 0.3 * noise(13, SIZE, 3)
+    uneven = 0.12 * blotches * (1 - masks.lip) * (1 - 0.7 * masks.lid)
+    return (0.42 + 0.50 * broad + uneven).clip(0, 1)

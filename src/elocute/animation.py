@@ -353,7 +353,7 @@ def identity_head(identity: str | int | Path) -> HeadModel:
     Parameters
     ----------
     identity : str, int or Path
-        A name, a seed, or a JSON file of 50 coefficients.
+        A name, a seed, or a JSON file of 50 to 77 coefficients.
 
     Returns
     -------

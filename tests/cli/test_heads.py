@@ -43,7 +43,7 @@ def test_a_process_of_its_own_shows_the_same(flame):
 
 def test_show_knows_the_builtin_head():
     record = json.loads(run("show", "builtin", "--json").stdout)
-    assert (record["identities"], record["expressions"]) == (50, 55)
+    assert (record["identities"], record["expressions"]) == (77, 55)
     assert record["landmarks"] is True and record["lips"] is True
 
 

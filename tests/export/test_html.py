@@ -84,6 +84,22 @@ def test_the_face_follows_the_clock_of_the_sound(shown, page, at_s):
         assert near.min() - 1e-3 <= drawn[name] <= near.max() + 1e-3
 
 
+def test_shapes_are_added_up_as_in_the_motion(shown, page):
+    """The skin's corners before the joints turn them."""
+    motion = page[1].dressed()
+    head, frame = motion.head, round(4.2 * motion.fps)
+    shown.execute_script("elocute.sound.pause(); elocute.jump(arguments[0])", frame / motion.fps)
+    drawn = shown.execute_script(
+        "elocute.show(); return Array.from(elocute.meshes[0].geometry.attributes.position.array)"
+    )
+    skin = head.triangle_material == 0
+    corners = head.triangles[skin].ravel() * len(head.uv) + head.uv_triangles[skin].ravel()
+    moved = head.template + np.tensordot(motion.weights[frame], head.expression_basis, 1)
+    wanted = moved[np.unique(corners) // len(head.uv)]
+    # The clock of a sound counts in microseconds.
+    assert np.abs(np.reshape(drawn, (-1, 3)) - wanted).max() < 2e-6
+
+
 def test_play_moves_time_and_face_together(shown, page):
     motion = page[1]
     shown.execute_script("elocute.jump(0.5); document.getElementById('play').click()")

@@ -18,7 +18,7 @@ from elocute.animation import animate
 from elocute.export.html import write_html
 from elocute.export.options import HtmlOptions, PictureOptions
 from elocute.export.pictures import open_pictures
-from tests.support.browser import headless_browser, open_viewer
+from tests.support.browser import headless_browser, open_viewer, wait_for_viewer
 
 pytestmark = pytest.mark.browser
 AXE = Path(__file__).parents[2] / "web/node_modules/axe-core/axe.min.js"
@@ -231,6 +231,24 @@ def test_the_table_of_curves_is_the_motion(viewer, motion):
         assert table[:, column] == pytest.approx(weights, abs=1e-3)
 
 
+@pytest.mark.parametrize("size", [(1280, 800), (640, 700), (500, 700)])
+def test_menus_and_buttons_stay_inside_the_window(viewer, size):
+    with sized(viewer, *size):
+        boxes, rows = viewer.execute_script(
+            "const open = (on) => document.querySelectorAll('details').forEach(m => m.open = on);"
+            "const boxes = (names) => [...document.querySelectorAll(names)].map("
+            "each => each.getBoundingClientRect()).filter(box => box.width);"
+            "open(true); const all = boxes('#bar button, #bar input, details > div')"
+            ".map(box => [box.left, box.right, box.top, box.bottom]); open(false);"
+            "const middles = boxes('#keys-row > div').map(box => Math.round(box.top + box.bottom));"
+            "return [all, new Set(middles).size]"
+        )
+    left, right, top, bottom = np.transpose(boxes)
+    assert left.min() >= 0 and right.max() <= size[0]
+    assert top.min() >= 0 and bottom.max() <= size[1]
+    assert rows == (1 if size[0] > 1020 else 2)
+
+
 @pytest.mark.parametrize("theme", ["dark", "light"])
 @pytest.mark.parametrize("size", [(640, 700), (390, 760)])
 def test_axe_finds_nothing_serious(viewer, need, theme, size):
@@ -243,6 +261,15 @@ def test_axe_finds_nothing_serious(viewer, need, theme, size):
         viewer.execute_script("document.getElementById('downloads').open = false")
     told = [(each["id"], [n["html"][:80] for n in each["nodes"]]) for each in result["violations"]]
     assert result["passes"] and not told
+
+
+def test_controls_are_dark_where_the_ground_is(viewer):
+    """Whatever the browser prefers."""
+    take = json.loads(viewer.execute_script("return document.getElementById('take').textContent"))
+    assert max(take["stage"]["ground"][1]) < 100
+    viewer.refresh()
+    wait_for_viewer(viewer)
+    assert viewer.execute_script("return document.documentElement.dataset.theme") == "dark"
 
 
 def test_the_theme_is_chosen_by_hand(viewer):

@@ -18,7 +18,9 @@ def head():
 @pytest.fixture(scope="module")
 def everyone(head):
     """(person, vertex, 3) m: lip vertices of many neutral faces, full spread, not the tame one."""
-    drawn = np.random.default_rng(1).normal(size=(PEOPLE, 50)).astype(np.float32)
+    drawn = (
+        np.random.default_rng(1).normal(size=(PEOPLE, len(head.identity_basis))).astype(np.float32)
+    )
     return head.template + np.tensordot(drawn, head.identity_basis, 1)
 
 
@@ -119,6 +121,17 @@ def test_lower_lip_meets_the_incisors_on_f(head):
     lip = vertices[head.inner_lip_lower[6]]
     assert abs(lip[1] - edge[1]) < 0.0015
     assert abs(lip[2] - incisors[incisors[:, 1] < edge[1] + 0.002][:, 2].max()) < 0.002
+
+
+@pytest.mark.parametrize("name", ["SS", "CH"])
+def test_teeth_nearly_meet_and_are_seen_in_hisses(head, name):
+    vertices = head.template + viseme(head, name)
+    upper, lower = (vertices[head.regions[f"teeth_{jaw}"]] for jaw in ("upper", "lower"))
+    edge = upper[np.abs(upper[:, 0]) < 0.007][:, 1].min()
+    below = lower[np.abs(lower[:, 0]) < 0.005][:, 1].max()
+    assert 0 < edge - below < 0.0015
+    lip = vertices[head.inner_lip_lower[6], 1]
+    assert lip < (below if name == "CH" else edge)
 
 
 def test_rounded_lips_are_narrow_and_forward(head):

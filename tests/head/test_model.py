@@ -8,7 +8,7 @@ import pytest
 from elocute.errors import HeadError
 from elocute.head import load_builtin_head, load_head, save_head
 from elocute.head.builtin import BUILTIN_HEAD_PATH
-from elocute.head.identity import sample_identity
+from elocute.head.identity import IDENTITY_COUNT, sample_identity
 from elocute.head.store import BASIS_STEP_M
 from tests.support.commands import run_python
 
@@ -20,7 +20,7 @@ def head():
 
 def test_has_what_the_other_layers_count_on(head):
     assert head.vertex_count < 9000
-    assert head.identity_basis.shape[0] == 50
+    assert head.identity_basis.shape[0] == IDENTITY_COUNT == 77
     assert head.expression_names[0] == "eyeBlinkLeft"
     assert head.expression_names[51] == "tongueOut"
     assert head.expression_names[52:] == ("mouthLabiodental", "tongueTipUp", "tongueDental")
@@ -81,6 +81,20 @@ def test_landmarks_mirror_each_other(head):
     assert x[48] < x[51] < x[54]
 
 
+def test_ears_stand_off_the_skull_and_are_hollow(head):
+    eye = head.joint_positions[head.joint_names.index("eyeLeft")]
+    skin = head.template[head.regions["skin"]]
+    behind = skin[:, 2].max() - skin[:, 2]
+    ear = (skin[:, 0] > 0.065) & (behind > 0.095) & (behind < 0.135)
+    ear &= (skin[:, 1] < eye[1] + 0.012) & (skin[:, 1] > eye[1] - 0.046)
+    points = skin[ear & (skin[:, 0] > 0.072)].astype(float)
+    across = np.linalg.lstsq(np.c_[points[:, 1:], np.ones(len(points))], points[:, 0])[0]
+    assert 18 < np.degrees(np.arctan(-across[1])) < 27
+    light = head.occlusion[head.regions["skin"]][ear]
+    assert light.min() < 0.45
+    assert light.max() > 0.9
+
+
 def test_skin_weights_sum_to_one(head):
     assert np.allclose(head.skin_weights.sum(1), 1, atol=1e-6)
     assert head.skin_weights.min() >= 0
@@ -94,8 +108,16 @@ def test_survives_being_stored(head, tmp_path):
     assert again.expression_names == head.expression_names
     assert np.array_equal(again.quads, head.quads)
     assert np.array_equal(again.template, head.template)
+    assert np.array_equal(again.trait_basis, head.trait_basis)
     assert np.abs(again.expression_basis - head.expression_basis).max() <= BASIS_STEP_M
     assert [path.name for path in tmp_path.iterdir()] == ["head.npz"]
+
+
+def test_a_head_of_the_first_versions_is_read(head, tmp_path):
+    save_head(tmp_path / "head.npz", head)
+    with np.load(tmp_path / "head.npz") as stored:
+        np.savez(tmp_path / "old.npz", **{n: stored[n] for n in stored if n != "trait_basis"})
+    assert not len(load_head(tmp_path / "old.npz").trait_basis)
 
 
 def test_refuses_what_is_no_head(tmp_path, head):

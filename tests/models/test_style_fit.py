@@ -61,27 +61,19 @@ def test_a_known_mix_is_found_again(model: VocaModel, take: ObservedMotion) -> N
     assert given.mixed_input == pytest.approx(found.mixed_input, abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(
-            "plain.own0",
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="this small network takes plain for broad; the loss before this one did not",
-            ),
-        ),
-        "broad.own1",
-        "tense.own2",
-    ],
-)
-def test_everybody_is_known_by_a_sentence_nobody_taught(
-    learned: Any, model: VocaModel, name: str
-) -> None:
-    assert name in learned.corpus.split().test
-    speech, _ = extract_features(model, learned.corpus.sound(name))
-    fit = fit_style(model, [ObservedMotion(speech, recorded_motion(learned.corpus, name))])
-    assert fit.best_style == next(iter(fit.mix)) == learned.corpus.entry(name).subject
+@pytest.fixture(scope="module")
+def versed(learn: Any) -> Any:
+    """Of eight sentences each seed that was tried tells all three apart; of four, not each does."""
+    return learn(9, 60)
+
+
+@pytest.mark.parametrize("name", ["plain.own0", "broad.own1", "tense.own2"])
+def test_everybody_is_known_by_a_sentence_nobody_taught(versed: Any, name: str) -> None:
+    assert name in versed.corpus.split().test
+    model = VocaModel(versed.model)
+    speech, _ = extract_features(model, versed.corpus.sound(name))
+    fit = fit_style(model, [ObservedMotion(speech, recorded_motion(versed.corpus, name))])
+    assert fit.best_style == next(iter(fit.mix)) == versed.corpus.entry(name).subject
 
 
 def test_the_error_is_the_distance_of_vertices(

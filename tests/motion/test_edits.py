@@ -205,8 +205,8 @@ class TestIdentity:
         other = replace(head.with_identity(resolve_identity("ada")), name="somebody")
         with pytest.raises(MotionError, match="somebody"):
             with_identity(Motion(other, talk.weights, 30), [1.0])
-        with pytest.raises(MotionError, match="at most 50"):
-            with_identity(talk, np.zeros(51))
+        with pytest.raises(MotionError, match="at most 77"):
+            with_identity(talk, np.zeros(78))
 
 
 class TestBlinks:

@@ -257,11 +257,12 @@ def _regressor(template: Floats, joints: Floats) -> Floats:
 def _components(
     head: HeadModel, template: Floats, corners: Ints, eyes: Ints, rng: np.random.Generator
 ) -> Floats:
-    """(vertex, 3, 400): 50 faces of the built-in head and 250 of nothing, then expressions."""
+    """(vertex, 3, 400): faces of the built-in head, nothing up to 300, then expressions."""
     identity = np.zeros((300, len(template), 3))
-    identity[:50, : len(corners)] = head.identity_basis[:, corners].mean(axis=2)
+    own = len(head.identity_basis)
+    identity[:own, : len(corners)] = head.identity_basis[:, corners].mean(axis=2)
     for side, joint in enumerate((3, 4)):
-        identity[:50, eyes[side]] = head.joint_identity_basis[:, None, joint]
+        identity[:own, eyes[side]] = head.joint_identity_basis[:, None, joint]
     shapes = np.zeros((len(head.expression_names), len(template), 3))
     shapes[:, : len(corners)] = head.expression_basis[:, corners].mean(axis=2)
     # Half of them mixes of its shapes, half waves through space, so that no two are alike.

@@ -44,8 +44,12 @@ export class Controls {
     seek.max = take.duration;
     $("play").onclick = () => this.toggle();
     seek.oninput = () => jump(Number(seek.value));
-    $("volume").oninput = () => { sound.volume = Number($("volume").value); };
-    $("volume").hidden = !take.sound;
+    $("whole").textContent = ` / ${clockText(take.duration)}`;
+    $("volume").oninput = () => {
+      sound.volume = Number($("volume").value);
+      $("volume").style.setProperty("--at", sound.volume);
+    };
+    $("loud").hidden = !take.sound;
     $("speed").onchange = () => { sound.playbackRate = Number($("speed").value); };
     $("reset").onclick = () => {
       sound.pause();
@@ -65,8 +69,7 @@ export class Controls {
     press("more", (on) => { document.body.classList.toggle("curves", on); }, false);
     press("caption", (on) => { $("captions").hidden = !on; }, true);
     $("caption").hidden = !this.page.take.words.length;
-    const light = () => (root.dataset.theme ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark")) === "light";
-    $("theme").onclick = () => { root.dataset.theme = light() ? "dark" : "light"; };
+    $("theme").onclick = () => { root.dataset.theme = root.dataset.theme === "light" ? "dark" : "light"; };
     $("full").hidden = !document.fullscreenEnabled;
     $("full").onclick = () => (document.fullscreenElement ? document.exitFullscreen() : root.requestFullscreen());
     addEventListener("fullscreenchange", () => {
@@ -87,6 +90,7 @@ export class Controls {
       }
     });
     const suffix = take.sound && take.sound.split("/").pop().replace("mpeg", "mp3").replace(/^x-/, "");
+    $("get-sound").lastElementChild.textContent = `.${suffix}`;
     $("get-sound").onclick = () => save(blob, `${name}.${suffix}`);
     $("get-picture").onclick = () => {
       show();
@@ -130,10 +134,11 @@ export class Controls {
     $("play").setAttribute("aria-label", resting ? "Play" : "Pause");
     const seek = $("seek");
     if (document.activeElement !== seek || !resting) seek.value = time;
-    const told = `${clockText(time)} / ${clockText(take.duration)}`;
-    if ($("time").textContent !== told) {
-      $("time").textContent = told;
-      seek.setAttribute("aria-valuetext", told);
+    seek.style.setProperty("--at", time / take.duration);
+    const told = clockText(time);
+    if ($("now").textContent !== told) {
+      $("now").textContent = told;
+      seek.setAttribute("aria-valuetext", $("time").textContent);
     }
     this.views.forEach((button) => {
       button.setAttribute("aria-pressed", String(button.dataset.view === camera.view));

@@ -12,9 +12,11 @@ export class CurveBars {
     this.rows = SHOWN.filter((name) => name in places).map((name) => {
       const row = document.createElement("div");
       const label = document.createElement("span");
+      const track = document.createElement("div");
       const bar = document.createElement("i");
       label.textContent = name;
-      row.append(label, bar);
+      track.append(bar);
+      row.append(label, track);
       room.append(row);
       return [bar, places[name]];
     });

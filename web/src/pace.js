@@ -1,4 +1,4 @@
-// Fewer pixels where a machine is slow; all of them again once nothing moves.
+// Fewer pixels at first and where a machine is slow; all of them once nothing moves.
 
 const SLOW_MS = 60, LEAST = 0.5, STEP = 0.8, CALM_MS = 300;
 
@@ -9,7 +9,7 @@ export class Pace {
     this.share = 1;
     this.since = 0;
     this.usual = 0;
-    this.use(1);
+    this.use(LEAST);
   }
 
   use(share) {

@@ -2,29 +2,35 @@
 import * as THREE from "three";
 
 const VERTEX = `
-#include <morphtarget_pars_vertex>
 #include <skinning_pars_vertex>
 attribute float _occlusion;
-uniform mat4 key_view; uniform vec3 middle;
+uniform mat4 key_view; uniform vec3 middle; uniform bool rounded;
 varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
 varying vec3 from_key;
+#ifdef FOLDS
+attribute vec4 _folds_0; attribute vec4 _folds_1; attribute vec4 _folds_2; attribute vec4 _folds_3;
+uniform vec4 fold_strengths[4];
+varying vec2 crease;
+#endif
 void main() {
     #include <beginnormal_vertex>
-    #include <morphnormal_vertex>
     #include <skinbase_vertex>
     #include <skinnormal_vertex>
     #include <begin_vertex>
-    #include <morphtarget_vertex>
     #include <skinning_vertex>
     vec4 world = modelMatrix * vec4(transformed, 1.0);
     place = world.xyz;
     smooth_normal = normalize(mat3(modelMatrix) * objectNormal);
-    #ifdef ROUNDED
-    vec3 away = normalize(place - middle);
-    if (dot(smooth_normal, away) < 0.0) smooth_normal = -smooth_normal;
-    smooth_normal = normalize(0.4 * smooth_normal + 0.6 * away);
-    #endif
+    if (rounded) {
+        vec3 away = normalize(place - middle);
+        if (dot(smooth_normal, away) < 0.0) smooth_normal = -smooth_normal;
+        smooth_normal = normalize(0.4 * smooth_normal + 0.6 * away);
+    }
     at = vec2(uv.x, 1.0 - uv.y);
+    #ifdef FOLDS
+    crease = vec2(dot(_folds_0, fold_strengths[0]) + dot(_folds_1, fold_strengths[1]),
+        dot(_folds_2, fold_strengths[2]) + dot(_folds_3, fold_strengths[3]));
+    #endif
     // Colours in a .glb hold the occlusion; here it is a light's affair.
     paint = vec4(1.0, 1.0, 1.0, _occlusion);
     #if defined(USE_COLOR_ALPHA) || defined(USE_COLOR)
@@ -37,26 +43,32 @@ void main() {
 const FRAGMENT = `
 uniform Finish finish; uniform vec3 tint; uniform float rough_factor; uniform bool turns;
 uniform float core; uniform bool fringe; uniform float shadow_bias;
-uniform float exposure; uniform float normal_scale; uniform bool shadowed;
+uniform float exposure; uniform float normal_scale; uniform bool relief; uniform bool shadowed;
 uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
 uniform sampler2D shadow_map;
 varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
 varying vec3 from_key;
 vec2 texel_at() { return vec2(at.x, 1.0 - at.y); }
+#ifdef FOLDS
+uniform sampler2D folds_map; uniform float fold_lines; uniform float fold_step;
+varying vec2 crease;
+float height(vec2 off) {
+    vec3 fold = texture2D(folds_map, texel_at() + off).rgb * 2.0 - 1.0;
+    return dot(fold, vec3(crease, crease.x * fold_lines));
+}
+#endif
 vec3 strand_of(vec3 normal) {
     vec3 across = cross(dFdy(place), normal), down = cross(normal, dFdx(place));
     vec3 along = across * dFdx(at).y + down * dFdy(at).y;
     return along * inversesqrt(max(dot(along, along), 1e-20));
 }
 void main() {
-    vec4 texel = vec4(1.0);
-    #ifdef PICTURE
-    texel = texture2D(color_map, texel_at(), SHARPER);
-    #endif
+    vec4 texel = texture2D(color_map, texel_at(), SHARPER);
     vec3 view = normalize(cameraPosition - place);
+    bool gone = false;
     #ifdef CARDS
     texel.a *= edge_on(place, view);
-    if (fringe ? texel.a >= core || texel.a < 0.01 : texel.a < core) discard;
+    gone = fringe ? texel.a >= core || texel.a < 0.01 : texel.a < core;
     #endif
     Point p;
     // Between the samples of an edge, values run past those of their corners.
@@ -64,22 +76,32 @@ void main() {
     p.view = view;
     p.blunt = normalize(smooth_normal) * (turns && !gl_FrontFacing ? -1.0 : 1.0);
     p.normal = p.blunt;
-    #ifdef RELIEF
-    p.normal = bumped(texture2D(normal_map, texel_at()).xyz, normal_scale, place, at, p.blunt);
-    #endif
     p.strand = strand_of(p.blunt);
-    p.occlusion = clamp(paint.a, 0.0, 1.0); p.roughness = rough_factor;
-    #ifdef ROUGH
-    vec2 rough = texture2D(roughness_map, texel_at()).rg;
-    p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;
+    vec2 rough = vec2(1.0);
+    #ifdef MAPPED
+    rough = texture2D(roughness_map, texel_at()).rg;
     #endif
-    p.roughness = clamp(p.roughness, 0.05, 1.0);
-    p.shadow = 1.0;
-    if (shadowed)
-        p.shadow = open_to_key(texture2D(shadow_map, from_key.xy * 0.5 + 0.5).xy, 
-            from_key.z - shadow_bias);
-    float alpha = fringe ? texel.a : 1.0;
-    gl_FragColor = vec4(shown(lit(p, finish), exposure) * alpha, alpha);
+    p.occlusion = min(clamp(paint.a, 0.0, 1.0), rough.r);
+    p.roughness = clamp(rough_factor * rough.g, 0.05, 1.0);
+    #ifdef MAPPED
+    vec3 turned = relief ? texture2D(normal_map, texel_at()).xyz : vec3(0.5, 0.5, 1.0);
+    #ifdef FOLDS
+    turned = folded(p, turned,
+        vec3(height(vec2(0.0)), height(vec2(fold_step, 0.0)), height(vec2(0.0, -fold_step))));
+    #endif
+    if (relief) p.normal = bumped(turned, normal_scale, place, at, p.blunt);
+    #endif
+    // What looks at neighbouring pixels stands above; most of a card is not lit at all.
+    if (gone) {
+        discard;
+    } else {
+        p.shadow = 1.0;
+        if (shadowed)
+            p.shadow = open_to_key(textureLod(shadow_map, from_key.xy * 0.5 + 0.5, 0.0).xy,
+                from_key.z - shadow_bias);
+        float alpha = fringe ? texel.a : 1.0;
+        gl_FragColor = vec4(shown(lit(p, finish), exposure) * alpha, alpha);
+    }
 }`;
 
 const DEPTHS = `
@@ -98,6 +120,8 @@ export class Shading {
   // stage: as export/viewer_stage.py writes it.
   constructor(stage) {
     this.stage = stage;
+    this.blank = new THREE.DataTexture(new Uint8Array([255, 255, 255, 255]), 1, 1);
+    this.blank.needsUpdate = true;
     this.shared = {
       key_view: { value: new THREE.Matrix4().fromArray(stage.key_view) },
       exposure: { value: stage.exposure },
@@ -107,18 +131,18 @@ export class Shading {
     };
   }
 
-  // Take the pictures of a mesh's material in the file, and draw them our way. Few programs do:
-  // what differs between materials is told by uniforms where that can be.
-  dress(mesh) {
-    const given = mesh.material;
-    const fringe = given.name.endsWith("_fringe");
-    const part = this.stage.parts[given.name.replace(/_fringe$/, "")];
-    if (!part) return;
-    const shape = {
-      ...(part.core > 0 && { CARDS: "" }),
-      ...(part.rounded && { ROUNDED: "" }),
-      SHARPER: part.core > 0 ? "-1.0" : "0.0", // coarse levels thin hair out
-    };
+  // Draw a mesh our way, with the pictures of its material in the file. Few programs do, as each
+  // takes long to build: what differs between materials is told by uniforms where that can be.
+  // `folded`: the part that folds, if one does.
+  dress(mesh, pictures, folded) {
+    const { record } = mesh.userData;
+    const folds = folded?.mesh === mesh ? folded : null;
+    const fringe = record.name.endsWith("_fringe");
+    const part = this.stage.parts[record.name.replace(/_fringe$/, "")];
+    const { baseColorTexture: color, metallicRoughnessTexture: rough } = record.pbrMetallicRoughness;
+    const cards = part.core > 0;
+    const shape = cards ? { CARDS: "" } : {};
+    const mapped = !cards || rough || record.normalTexture;
     const uniforms = {
       ...this.shared,
       finish: { value: part.finish },
@@ -127,24 +151,24 @@ export class Shading {
       turns: { value: part.turns },
       core: { value: part.core },
       fringe: { value: fringe },
+      rounded: { value: part.rounded },
       middle: { value: middleOf(mesh) },
+      relief: { value: Boolean(record.normalTexture) },
       normal_scale: { value: part.normal_scale },
-      color_map: { value: given.map },
-      normal_map: { value: given.normalMap },
-      roughness_map: { value: given.roughnessMap },
+      color_map: { value: color ? pictures[color.index] : this.blank },
+      normal_map: { value: record.normalTexture ? pictures[record.normalTexture.index] : this.blank },
+      roughness_map: { value: rough ? pictures[rough.index] : this.blank },
+      ...folds?.uniforms,
     };
     const program = (vertex, fragment, more) => new THREE.ShaderMaterial({
-      uniforms, vertexColors: given.vertexColors, vertexShader: VERTEX.replace("VIEW", vertex),
+      uniforms, vertexColors: true, vertexShader: VERTEX.replace("VIEW", vertex),
       fragmentShader: fragment, ...more,
     });
     mesh.material = program(EYE, this.stage.glsl + FRAGMENT, {
-      name: given.name,
       side: part.both_sides ? THREE.DoubleSide : THREE.FrontSide,
+      // Coarse levels thin hair out.
       defines: {
-        ...shape,
-        ...(given.map && { PICTURE: "" }),
-        ...(given.normalMap && { RELIEF: "" }),
-        ...(given.roughnessMap && { ROUGH: "" }),
+        ...shape, ...(mapped && { MAPPED: "" }), ...(folds && { FOLDS: "" }), SHARPER: cards ? "-1.0" : "0.0",
       },
       ...(fringe && {
         transparent: true, depthWrite: false, blending: THREE.CustomBlending,

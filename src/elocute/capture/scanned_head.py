@@ -148,6 +148,7 @@ def scanned_head(scan: Scan, landmarks: Landmarks) -> ScannedHead:
         identity_basis=builtin.identity_basis[:0],
         joint_identity_basis=builtin.joint_identity_basis[:0],
         tone_basis=builtin.tone_basis[:0],
+        trait_basis=builtin.trait_basis[:0],
         notice="",
     )
     plain = dress(person, Look(hair="none", clothes="none", brows="none", lashes=0.0))

@@ -205,6 +205,7 @@ def _personal_head(
         identity_basis=head.identity_basis[:0],
         joint_identity_basis=head.joint_identity_basis[:0],
         tone_basis=head.tone_basis[:0],
+        trait_basis=head.trait_basis[:0],
     )
 
 

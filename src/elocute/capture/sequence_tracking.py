@@ -29,7 +29,7 @@ from elocute.capture.settings import BatchSettings
 from elocute.errors import ElocuteError
 from elocute.head.model import HeadModel
 
-SETTINGS_VERSION = 4
+SETTINGS_VERSION = 5
 """Raise it when registration itself changes: frames made before are then made again."""
 FLAGGED_MAX = 0.5
 """Share of frames beyond which a sequence is not worth filling in."""

@@ -26,10 +26,13 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
+from elocute.export.render.shading import socket_shade
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.files.atomic import write_atomically
 from elocute.files.output_plan import OutputPlan
+from elocute.head.folds import ZONES
+from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
 from elocute.head.normals import (
     linear_colors,
@@ -37,9 +40,12 @@ from elocute.head.normals import (
     moved_vertices,
     vertex_normals,
 )
+from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
 
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
+FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
+FINE = 1024  # steps of a normal's unit; floats of few bits pack well, in a page and over the net
 # Joints as engines and avatars name them, with other names that programs look for.
 JOINTS: dict[str, tuple[str, ...]] = {
     "neck": ("Neck", "neck_01", "mixamorig:Neck", "CC_Base_NeckTwist01", "J_Bip_C_Neck"),
@@ -114,7 +120,11 @@ def wav_beside(path: Path, sound: Sound) -> Path | None:
 
 
 def glb_bytes(
-    motion: Motion, sound: Sound | None = None, options: GlbOptions | None = None
+    motion: Motion,
+    sound: Sound | None = None,
+    options: GlbOptions | None = None,
+    *,
+    for_viewer: bool = False,
 ) -> bytes:
     """An animated head as the bytes of a .glb.
 
@@ -126,6 +136,10 @@ def glb_bytes(
         Embedded, where given.
     options : GlbOptions, optional
         Which shapes it has.
+    for_viewer : bool
+        Whether our own viewer draws it, which knows occlusion, folds and the shade of lids:
+        vertices carry the occlusion that their colours hold (`_OCCLUSION`) and where they fold
+        (`_FOLDS_0` to `_FOLDS_3`).
 
     Returns
     -------
@@ -138,13 +152,13 @@ def glb_bytes(
     HeadError
         For a head with an image that is none.
     """
-    file = animated_file(motion.dressed(), options or GlbOptions())
+    file = animated_file(motion.dressed(), options or GlbOptions(), for_viewer)
     if sound is not None:
         _embed(file, sound)
     return file.pack()
 
 
-def animated_file(motion: Motion, options: GlbOptions) -> GltfFile:
+def animated_file(motion: Motion, options: GlbOptions, for_viewer: bool = False) -> GltfFile:
     """An animated head as a file to which more can be added.
 
     Parameters
@@ -153,6 +167,8 @@ def animated_file(motion: Motion, options: GlbOptions) -> GltfFile:
         Of a dressed head.
     options : GlbOptions
         Which shapes it has.
+    for_viewer : bool
+        As for `glb_bytes`.
 
     Returns
     -------
@@ -169,12 +185,12 @@ def animated_file(motion: Motion, options: GlbOptions) -> GltfFile:
     file = GltfFile()
     head = motion.head
     shapes = target_shapes(head, options.profile, options.visemes)
-    materials = add_materials(file, head)
+    materials = add_materials(file, head, folds=for_viewer)
     file.json["asset"] |= {"copyright": head.notice} if head.notice else {}
     file.json["asset"]["extras"] = {"elocute": _record(motion, shapes, materials, options)}
     mesh = {
         "name": "head",
-        "primitives": _primitives(file, head, shapes, materials, options.profile == "elocute"),
+        "primitives": _primitives(file, head, shapes, materials, for_viewer),
         "weights": [0.0] * len(shapes.names),
         "extras": {"targetNames": list(shapes.names)},
     }
@@ -221,28 +237,30 @@ def _primitives(
     head: HeadModel,
     shapes: Targets,
     materials: list[MaterialIndices],
-    occlusion: bool,
+    for_viewer: bool,
 ) -> list[dict[str, Any]]:
-    """Primitives of each material that has faces; corners are split where texture seams need it."""
-    triangles = head.triangles
-    normals = vertex_normals(head.template, triangles)
+    """Primitives of each material that has faces; `for_viewer`: with what our own pages draw."""
+    normals = vertex_normals(head.template, head.triangles)
     moves = _moves(head, shapes)
     colors = linear_colors(head)
+    if not for_viewer:
+        colors = _with_shade_of_lids(head, colors, normals)
     result = []
-    for index, material in enumerate(materials):
-        chosen = head.triangle_material == index
-        if not chosen.any():
+    folds = folds_of(head) if for_viewer else None
+    for index, (name, material) in enumerate(zip(head.material_names, materials, strict=True)):
+        vertices, texels, faces = corners_of(head, index)
+        if not len(faces):
             continue
-        keys = (
-            triangles[chosen].ravel() * np.int64(len(head.uv)) + head.uv_triangles[chosen].ravel()
-        )
-        corners, faces = np.unique(keys, return_inverse=True)
-        vertices, texels = np.divmod(corners, len(head.uv))
         attributes = _attributes(file, head, vertices, texels, normals, colors)
-        if occlusion:
+        if for_viewer:
             attributes["_OCCLUSION"] = file.array(
                 head.occlusion[vertices].astype(np.float32), "SCALAR", FLOAT, ARRAY_BUFFER
             )
+        if folds is not None and head.surfaces.get(name, Surface()).folds:
+            for first, masks in enumerate(np.split(folds.masks_at(vertices), ZONES // 4, axis=1)):
+                attributes[f"_FOLDS_{first}"] = file.array(
+                    np.ascontiguousarray(masks), "VEC4", UBYTE, ARRAY_BUFFER, normalized=True
+                )
         targets = [
             {
                 name: _target(file, vertices, *part, bounds=name == "POSITION")
@@ -252,15 +270,49 @@ def _primitives(
         ]
         small = len(vertices) - 1 <= INDEX_MAX
         indices = file.array(
-            faces.ravel().astype(np.uint16 if small else np.uint32),
+            faces.astype(np.uint16 if small else np.uint32),
             "SCALAR",
             USHORT if small else UINT,
             ELEMENT_BUFFER,
         )
         primitive = {"attributes": attributes, "indices": indices}
         primitive |= {"targets": targets} if targets else {}
-        result += [primitive | {"material": each} for each in material.indices]
+        first, *fringes = material.indices
+        result.append(primitive | {"material": first})
+        if fringes and not for_viewer:
+            lifted = head.template[vertices] + FRINGE_LIFT_M * normals[vertices]
+            primitive["attributes"] = attributes | {"POSITION": _positions(file, lifted)}
+        result += [primitive | {"material": each} for each in fringes]
     return result
+
+
+def corners_of(
+    head: HeadModel, material: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """The corners of a material's faces, split where texture seams need it.
+
+    Parameters
+    ----------
+    head : HeadModel
+        Whose.
+    material : int
+        Index into its materials.
+
+    Returns
+    -------
+    vertices, texels : (corner,) int
+        The vertex of the head and the texture coordinate of each.
+    faces : (3 triangle,) int
+        Corners of the triangles.
+    """
+    chosen = head.triangle_material == material
+    triangles, texels = head.triangles[chosen].ravel(), head.uv_triangles[chosen].ravel()
+    corners, faces = np.unique(triangles * np.int64(len(head.uv)) + texels, return_inverse=True)
+    return *np.divmod(corners, len(head.uv)), faces.ravel()
+
+
+def _positions(file: GltfFile, points: NDArray[np.floating[Any]]) -> int:
+    return file.array(points.astype(np.float32), "VEC3", FLOAT, ARRAY_BUFFER, bounds=True)
 
 
 def _attributes(
@@ -274,10 +326,8 @@ def _attributes(
     uv = head.uv[texels].astype(np.float32) * [1, -1] + [0, 1]  # glTF counts from the top
     rgba = np.concatenate([colors[vertices], np.ones((len(vertices), 1))], axis=1)
     attributes = {
-        "POSITION": file.array(
-            head.template[vertices].astype(np.float32), "VEC3", FLOAT, ARRAY_BUFFER, bounds=True
-        ),
-        "NORMAL": file.array(_unit(normals[vertices]), "VEC3", FLOAT, ARRAY_BUFFER),
+        "POSITION": _positions(file, head.template[vertices]),
+        "NORMAL": file.array(_stepped(_unit(normals[vertices])), "VEC3", FLOAT, ARRAY_BUFFER),
         "TEXCOORD_0": file.array(uv.astype(np.float32), "VEC2", FLOAT, ARRAY_BUFFER),
         "COLOR_0": file.array(
             np.round(rgba * 65535).astype(np.uint16), "VEC4", USHORT, ARRAY_BUFFER, normalized=True
@@ -290,12 +340,27 @@ def _attributes(
     return attributes
 
 
+def _with_shade_of_lids(
+    head: HeadModel, colors: NDArray[np.float32], normals: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Colours whose eyes lie in their sockets: where shadows are not drawn, they would stare."""
+    eyes = [name == "eyeball" for name in head.material_names]
+    chosen = np.unique(head.triangles[np.array(eyes)[head.triangle_material]])
+    shaded = colors.copy()
+    shaded[chosen] *= socket_shade(normals[chosen])
+    return shaded
+
+
 def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
     """A vertex of no area still needs a unit normal."""
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.where(lengths > 0.5, normals / np.maximum(lengths, 1e-6), [[0, 0, 1]]).astype(
         np.float32
     )
+
+
+def _stepped(normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.round(normals * FINE) / np.float32(FINE)
 
 
 def _four_joints(weights: NDArray[np.float32]) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
@@ -317,7 +382,7 @@ def _moves(head: HeadModel, shapes: Targets) -> list[dict[str, _Part]]:
     for delta, (near, change) in zip(shapes.basis, turns, strict=True):
         clear = (change * change).sum(axis=1) > NORMAL_STEP**2
         turned, turn = np.zeros(len(delta), bool), np.zeros_like(delta)
-        turned[near[clear]], turn[near[clear]] = True, change[clear]
+        turned[near[clear]], turn[near[clear]] = True, _stepped(change[clear])
         moves.append({"POSITION": (moved_vertices(delta), delta), "NORMAL": (turned, turn)})
     return moves
 

@@ -10,7 +10,7 @@ from elocute.export.portable_pictures import portable_picture
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
 
-ALPHA_CUTOFF = 0.5
+ALPHA_CUTOFF = {"cutout": 0.5, "blend": 0.8}  # from where a surface hides what lies behind
 SAMPLER = {"magFilter": 9729, "minFilter": 9987}  # linear; linear between mipmaps
 
 
@@ -31,7 +31,11 @@ class Finish:
     both_sides : bool
         Whether the far side of its faces is seen, where no surface says it.
     kept : float
-        Share of its colour. Lids shade an eye, which other programs do not draw: its white glows.
+        Share of its colour. Lids and lips shade eyes and teeth from light of all sides, which other
+        programs do not draw: they glow.
+    relief : float
+        Share of the slope of its normal map. Light that scatters in skin sees blunter normals than
+        what it mirrors; other programs have one normal for both, and skin turns to leather.
     """
 
     roughness: float = 0.5
@@ -39,16 +43,17 @@ class Finish:
     clearcoat: float = 0.0
     both_sides: bool = False
     kept: float = 1.0
+    relief: float = 1.0
 
 
 FINISHES = {
-    "skin": Finish(0.55, 0.7),
+    "skin": Finish(0.55, 0.7, relief=0.6),
     "lips": Finish(0.38, 0.8),
     "mouth": Finish(0.5, 0.15, both_sides=True),
-    "teeth": Finish(0.25, 0.35),
+    "teeth": Finish(0.25, 0.35, kept=0.8),
     "gums": Finish(0.35, 0.25),
     "tongue": Finish(0.45, 0.25, both_sides=True),
-    "eyeball": Finish(0.25, 0.5, clearcoat=1.0, kept=0.75),
+    "eyeball": Finish(0.25, 0.5, clearcoat=1.0, kept=0.55),
     "hair": Finish(0.8, 0.3, both_sides=True),
     "clothes": Finish(0.85, 0.3, both_sides=True),
 }
@@ -71,7 +76,7 @@ class MaterialIndices:
     images: dict[str, dict[str, Any]]
 
 
-def add_materials(file: GltfFile, head: HeadModel) -> list[MaterialIndices]:
+def add_materials(file: GltfFile, head: HeadModel, *, folds: bool = False) -> list[MaterialIndices]:
     """Add the materials of a head with their images.
 
     A surface that blends becomes two records over the same faces: what is solid, which hides what
@@ -83,6 +88,9 @@ def add_materials(file: GltfFile, head: HeadModel) -> list[MaterialIndices]:
         Where to.
     head : HeadModel
         Whose materials.
+    folds : bool
+        Whether the images of folds come along, which no other program knows: their textures are
+        named in the materials' extras.
 
     Returns
     -------
@@ -94,15 +102,23 @@ def add_materials(file: GltfFile, head: HeadModel) -> list[MaterialIndices]:
     HeadError
         For an image that is none.
     """
-    return [_add_material(file, name, head.surfaces.get(name)) for name in head.material_names]
+    return [
+        _add_material(file, name, head.surfaces.get(name), folds) for name in head.material_names
+    ]
 
 
-def _add_material(file: GltfFile, name: str, surface: Surface | None) -> MaterialIndices:
+def _add_material(
+    file: GltfFile, name: str, surface: Surface | None, folds: bool
+) -> MaterialIndices:
     finish = FINISHES.get(name, Finish())
     images: dict[str, dict[str, Any]] = {}
     record: dict[str, Any] = {
         "name": name,
-        "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": finish.roughness},
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [*[finish.kept] * 3, 1.0],
+            "metallicFactor": 0.0,
+            "roughnessFactor": finish.roughness,
+        },
         "doubleSided": finish.both_sides,
     }
     if surface is not None:
@@ -111,7 +127,7 @@ def _add_material(file: GltfFile, name: str, surface: Surface | None) -> Materia
             "roughnessFactor": surface.roughness_factor,
             "baseColorFactor": [*(finish.kept * float(c) for c in surface.tint), 1.0],
         }
-        _add_images(file, record, surface, images)
+        _add_images(file, record, surface, finish.relief, images, folds)
     extensions: dict[str, Any] = {"KHR_materials_specular": {"specularFactor": finish.specular}}
     if finish.clearcoat:
         extensions["KHR_materials_clearcoat"] = {
@@ -131,17 +147,22 @@ def _layers(record: dict[str, Any], opacity: str) -> list[dict[str, Any]]:
     """The record once for each time that its faces are drawn."""
     if opacity == "opaque":
         return [record]
-    solid = record | {"alphaMode": "MASK", "alphaCutoff": ALPHA_CUTOFF}
+    solid = record | {"alphaMode": "MASK", "alphaCutoff": ALPHA_CUTOFF[opacity]}
     if opacity == "cutout":
         return [solid]
     return [solid, record | {"name": f"{record['name']}_fringe", "alphaMode": "BLEND"}]
 
 
 def _add_images(
-    file: GltfFile, record: dict[str, Any], surface: Surface, images: dict[str, dict[str, Any]]
+    file: GltfFile,
+    record: dict[str, Any],
+    surface: Surface,
+    relief: float,
+    images: dict[str, dict[str, Any]],
+    folds: bool,
 ) -> None:
     def texture(kind: str, data: bytes, clear: bool = False) -> dict[str, Any]:
-        picture = portable_picture(data, f"{kind} of the material {record['name']!r}", clear)
+        picture = portable_picture(data, f"{kind} of the material {record['name']!r}", clear, True)
         images[kind] = {"pixels": list(picture.size), "media": picture.media}
         if picture.made_from:
             images[kind]["made_from"] = picture.made_from
@@ -153,12 +174,14 @@ def _add_images(
         shaded["baseColorTexture"] = texture("color", surface.color, clear)
     if surface.normal:
         record["normalTexture"] = texture("normal", surface.normal) | {
-            "scale": float(surface.normal_scale)
+            "scale": float(relief * surface.normal_scale)
         }
     if surface.roughness:
         # One image: occlusion is read from its red, roughness from green.
         shaded["metallicRoughnessTexture"] = texture("roughness", surface.roughness)
         record["occlusionTexture"] = dict(shaded["metallicRoughnessTexture"])
+    if surface.folds and folds:
+        record["extras"] = {"folds": texture("folds", surface.folds)["index"]}
 
 
 def _texture(file: GltfFile, data: bytes, media: str, name: str) -> int:

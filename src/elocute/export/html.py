@@ -66,7 +66,7 @@ def page_pieces(
     parts = {
         "@TITLE@": html.escape(printable(title)),
         "@TAKE@": script_json(take),
-        "@HEAD@": script_bytes(glb_bytes(motion, options=ALL_SHAPES)),
+        "@HEAD@": script_bytes(glb_bytes(motion, options=ALL_SHAPES, for_viewer=True)),
         "@SOUND@": base64.b64encode(packed).decode(),
         "@VIEWER@": viewer,
     }

@@ -7,13 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from elocute.export.gltf import corners_of
 from elocute.export.render import shading
 from elocute.export.render.backends_and_views import VIEWS
 from elocute.export.render.camera import FIELD_DEG, portrait
 from elocute.export.render.lights import RIGS
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import shadow_view
+from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
+from elocute.head.surface import Surface
 
 SHADOW_SIDE = 192
 """Pixels of the viewer's shadow: those of the fast profile."""
@@ -34,10 +37,11 @@ def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
     dict
         Of plain values: `glsl` (`shading.glsl`), `exposure`, `key_view` (16, by columns), `taps`,
         `shadow_side`, `shadow_bias`, `ground` (two sRGB colours of 0 to 255), and `parts`, by the
-        name of the material.
+        name of the material; `folds` where a material has them.
     """
     rig, parts = RIGS[light], Parts(head)
     key = shadow_view(head, rig)
+    folds = [index for index, name in enumerate(head.material_names) if _folds(head, name)]
     return {
         "glsl": shading.glsl(rig),
         "exposure": parts.exposure(rig),
@@ -47,6 +51,30 @@ def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
         "shadow_bias": shading.SHADOW_BIAS,
         "ground": [np.round(255 * np.array(each)).tolist() for each in (rig.middle, rig.margin)],
         "parts": {part.name: _part(part) for part in parts.parts},
+        "folds": _fold_zones(head, folds[0]) if folds else None,
+    }
+
+
+def _folds(head: HeadModel, name: str) -> bool:
+    return bool(head.surfaces.get(name, Surface()).folds) and folds_of(head) is not None
+
+
+def _fold_zones(head: HeadModel, material: int) -> dict[str, Any]:
+    """What strengths are computed from; pairs are corners of the material's part of the .glb."""
+    folds, surface = folds_of(head), head.surfaces[head.material_names[material]]
+    assert folds is not None
+    vertices, _, _ = corners_of(head, material)
+    # Vertices are sorted, so the first corner of each is found by halving.
+    pairs = np.searchsorted(vertices, folds.pairs)
+    return {
+        "material": head.material_names[material],
+        "pairs": pairs.tolist(),
+        "zone": folds.zone.tolist(),
+        "weight": np.round(folds.weight.astype(float), 5).tolist(),
+        "reach": np.round(folds.reach.astype(float), 5).tolist(),
+        "depth": surface.fold_depth,
+        "lines": surface.fold_lines,
+        "step": shading.FOLD_STEP,
     }
 
 

@@ -18,6 +18,6 @@ def load_builtin_head() -> HeadModel:
     Returns
     -------
     HeadModel
-        With ARKit's 52 shapes and three for speech, 50 identity components and five joints.
+        With ARKit's 52 shapes and three for speech, 77 identity components and five joints.
     """
     return load_head(BUILTIN_HEAD_PATH)

@@ -12,8 +12,8 @@ FEELING_SHAPES: dict[str, dict[str, float]] = {
     "happy": {
         "mouthSmile": 0.62,
         "mouthDimple": 0.12,
-        "cheekSquint": 0.58,
-        "eyeSquint": 0.30,
+        "cheekSquint": 0.45,
+        "eyeSquint": 0.16,
         "browInnerUp": 0.10,
         "browOuterUp": 0.16,
     },
@@ -38,8 +38,8 @@ FEELING_SHAPES: dict[str, dict[str, float]] = {
     "tender": {
         "mouthSmile": 0.32,
         "mouthDimple": 0.08,
-        "cheekSquint": 0.26,
-        "eyeSquint": 0.16,
+        "cheekSquint": 0.22,
+        "eyeSquint": 0.10,
         "browInnerUp": 0.45,
         "eyeBlink": 0.10,
     },

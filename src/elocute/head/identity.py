@@ -3,23 +3,36 @@
 from __future__ import annotations
 
 import json
+import math
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.array_types import FloatArray
 from elocute.errors import HeadError
 from elocute.files.json_records import finite_number, read_record
+from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
 
-IDENTITY_COUNT = 50
+PRINCIPAL_COUNT, LOCAL_COUNT = 50, 27
+"""Components of the built-in head: of whole heads, then of places of the face. Files of the first
+versions have the former alone, and mean zero by the rest."""
+IDENTITY_COUNT = PRINCIPAL_COUNT + LOCAL_COUNT
 COEFFICIENT_MAX = 5.0
 SAMPLE_SPREAD = 0.85
 """Standard deviation of a random face: a little under one, so that few look odd."""
 SAMPLE_LIMIT = 2.5
-"""Standard deviations that no coefficient of a random face lies beyond."""
+"""Standard deviations beyond which no coefficient of a random face is drawn."""
+WOMAN, MAN, OWN_SEX = 0.05, 0.95, 0.15
+"""Sex of random faces on the scale of a head's `trait_basis`, and how much of their own deviation
+from 0.5 they keep besides. As drawn, most would lie halfway."""
+TONE_SPREAD = 1.3
+"""How much further apart skin tones are than drawn, and with them what goes with tone in a face."""
+YOUNGEST, OLDEST = 20.0, 72.0
+"""Years between which the ages of random faces spread. As drawn, half would be children."""
 IDENTITY_SEED_MAX = 999_999_999
 """The greatest seed of a random face: nine digits, as users type it."""
 COUNT_MAX = 100_000
@@ -38,11 +51,11 @@ def sample_identity(seed: int) -> NDArray[np.float32]:
 
     Returns
     -------
-    (50,) float32
+    (77,) float32
         Standard deviations.
     """
     drawn = np.random.default_rng(seed).normal(0.0, SAMPLE_SPREAD, IDENTITY_COUNT)
-    return np.clip(drawn, -SAMPLE_LIMIT, SAMPLE_LIMIT).astype(np.float32)
+    return _grown(np.clip(drawn, -SAMPLE_LIMIT, SAMPLE_LIMIT), load_builtin_head())
 
 
 def identity_names() -> tuple[str, ...]:
@@ -62,7 +75,7 @@ def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.f
     ----------
     choice : str
         "mean", a name, a whole number (the seed of a random face), or a JSON file that holds
-        {"identity": [50 numbers from -5 to 5]}.
+        {"identity": [50 to 77 numbers from -5 to 5]}; those that it leaves out are zero.
     head : HeadModel, optional
         Another head with identities than the built-in one. It has no names, and a file may give
         only its first coefficients.
@@ -70,7 +83,7 @@ def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.f
     Returns
     -------
     (identity,) float32
-        Standard deviations; 50 for the built-in head.
+        Standard deviations; 77 for the built-in head.
 
     Raises
     ------
@@ -87,7 +100,10 @@ def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.f
         seed = int(choice)
         return sample_identity(seed) if head is None else sample_identities(head, 1, seed)[0]
     if choice.lower().endswith(".json"):
-        return read_identity(Path(choice), 1 if head else count, count)
+        if head is not None:
+            return read_identity(Path(choice), 1, count)
+        given = read_identity(Path(choice))
+        return np.pad(given, (0, count - len(given)))
     known = ", ".join(("mean", *names))
     raise HeadError.about(
         f"identity {choice[:60]!r}",
@@ -97,7 +113,7 @@ def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.f
 
 
 def read_identity(
-    path: Path, least: int = IDENTITY_COUNT, most: int = IDENTITY_COUNT
+    path: Path, least: int = PRINCIPAL_COUNT, most: int = IDENTITY_COUNT
 ) -> NDArray[np.float32]:
     """(identity,) from a JSON file, `least` to `most` numbers. Raises HeadError."""
     count = f"{least}" if least == most else f"{least} to {most}"
@@ -122,6 +138,8 @@ def read_identity(
 
 def sample_identities(head: HeadModel, count: int, seed: int) -> NDArray[np.float32]:
     """Coefficients of random faces: normal, standard deviation 0.85, drawn again beyond ±2.5.
+
+    Faces of a head that knows their traits are women and men of 20 to 72 years then.
 
     Parameters
     ----------
@@ -151,12 +169,40 @@ def sample_identities(head: HeadModel, count: int, seed: int) -> NDArray[np.floa
     for name, (value, low, high) in ranges.items():
         if not low <= value <= high:
             raise HeadError.about(f"`{name}`", found=brief(value), allowed=f"{low} to {high}")
-    return np.stack([_drawn(components, seed, number) for number in range(count)])
+    drawn = (_drawn(components, seed, number) for number in range(count))
+    return np.stack([_grown(one, head) for one in drawn])
 
 
-def _drawn(components: int, seed: int, number: int) -> NDArray[np.float32]:
+def _grown(drawn: FloatArray, head: HeadModel) -> NDArray[np.float32]:
+    """The same face as a woman or man, whichever is nearer, of an age that keeps its rank."""
+    if not len(head.trait_basis):
+        return drawn.astype(np.float32)
+    bases = np.vstack([head.tone_basis, head.trait_basis]).astype(np.float64)
+    mean, slopes = bases[:, 0], bases[:, 1:]
+    known = drawn[: slopes.shape[1]]
+    tone, sex, years = mean + slopes @ known
+    spread = SAMPLE_SPREAD * float(np.linalg.norm(slopes[2]))
+    rank = (1 + math.erf((years - mean[2]) / (spread * math.sqrt(2)))) / 2
+    wanted = [
+        mean[0] + TONE_SPREAD * (tone - mean[0]),
+        (MAN if sex > 0.5 else WOMAN) + OWN_SEX * (sex - 0.5),
+        YOUNGEST + (OLDEST - YOUNGEST) * rank,
+    ]
+    # The least change of the whole face is what people of that tone, sex and age have in common.
+    change = np.linalg.pinv(slopes) @ (np.array(wanted) - [tone, sex, years])
+    return np.r_[known + change, drawn[len(known) :]].astype(np.float32)
+
+
+def _drawn(components: int, seed: int, number: int) -> NDArray[np.float64]:
+    """The built-in head's local components come last: the others stay what they were before."""
     rng = np.random.default_rng([seed, number])
-    values = rng.normal(0.0, SAMPLE_SPREAD, components)
+    local = LOCAL_COUNT if components == IDENTITY_COUNT else 0
+    parts = [_tame(rng, components - local), _tame(rng, local)]
+    return np.concatenate(parts)
+
+
+def _tame(rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+    values = rng.normal(0.0, SAMPLE_SPREAD, count)
     while (wild := np.abs(values) > SAMPLE_LIMIT).any():
         values[wild] = rng.normal(0.0, SAMPLE_SPREAD, int(wild.sum()))
-    return values.astype(np.float32)
+    return values

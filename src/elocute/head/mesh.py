@@ -195,6 +195,7 @@ def with_template(head: HeadModel, template: NDArray[np.float32], name: str) -> 
         identity_basis=head.identity_basis[:0],
         joint_identity_basis=head.joint_identity_basis[:0],
         tone_basis=head.tone_basis[:0],
+        trait_basis=head.trait_basis[:0],
     )
 
 

@@ -82,8 +82,11 @@ class HeadModel:
         The vertex on the other side.
     notice : str
         Licence and origin.
-    tone_basis : (1 + identity,) or (0,) float32
-        Skin tone of the mean face (0 light to 1 dark), then its change per standard deviation.
+    tone_basis : (at most 1 + identity,) or (0,) float32
+        Skin tone of the mean face (0 light to 1 dark), then its change per standard deviation of
+        the first components; the others leave it.
+    trait_basis : (2, at most 1 + identity) or (0, number) float32
+        The same of sex (0 woman to 1 man) and of age in years, as far as a face tells them.
     surfaces : dict of str to Surface
         Images by the name of a material; a material without one shows its vertex colours.
     look : Look, optional
@@ -132,6 +135,7 @@ class HeadModel:
     mirror: Int32Array
     notice: str = field(repr=False)
     tone_basis: Float32Array = field(default_factory=lambda: np.zeros(0, np.float32))
+    trait_basis: Float32Array = field(default_factory=lambda: np.zeros((0, 1), np.float32))
     surfaces: dict[str, Surface] = field(default_factory=dict, repr=False)
     look: Look | None = field(default=None, repr=False)
     character: Character | None = field(default=None, repr=False)
@@ -309,6 +313,7 @@ class HeadModel:
             identity_basis=self.identity_basis[:0],
             joint_identity_basis=self.joint_identity_basis[:0],
             tone_basis=self.tone_basis[:0],
+            trait_basis=self.trait_basis[:0],
         )
 
     def _toned(self, coefficients: Float32Array) -> NDArray[np.uint8]:

@@ -39,11 +39,12 @@ _NUMBERS = (
     "skin_weights",
     "occlusion",
     "tone_basis",
+    "trait_basis",
 )
 _WHOLE = ("quads", "uv_quads", *_PLACES, "material", "vertex_color")
 _AXES = {
     **dict.fromkeys(("template", "quads", "uv", "uv_quads", "joint_positions", "skin_weights"), 2),
-    **dict.fromkeys(("lip_rings", "vertex_color"), 2),
+    **dict.fromkeys(("lip_rings", "vertex_color", "trait_basis"), 2),
     **dict.fromkeys(("identity_basis", "expression_basis", "joint_identity_basis"), 3),
 }
 """Axes where they are not one."""

@@ -31,6 +31,8 @@ _FLOATS = (
     "skin_weights",
     "tone_basis",
 )
+_LATER_FLOATS = ("trait_basis",)
+"""What the first heads were stored without."""
 _INDICES = (
     "quads",
     "uv_quads",
@@ -67,7 +69,7 @@ def save_head(path: Path, head: HeadModel) -> None:
         For a basis that moves a vertex by more than 163 mm.
     """
     arrays: dict[str, NDArray[Any]] = {}
-    for name in _FLOATS:
+    for name in (*_FLOATS, *_LATER_FLOATS):
         arrays[name] = getattr(head, name).astype(np.float32)
     for name in _INDICES:
         arrays[name] = _short(getattr(head, name))
@@ -128,6 +130,7 @@ def _head_of(stored: dict[str, NDArray[Any]]) -> HeadModel:
     fields["character"] = character_of_arrays(stored)
     fields["surfaces"] = surfaces_of_arrays(stored)
     fields |= {name: stored[name] for name in _FLOATS}
+    fields |= {name: stored[name] for name in _LATER_FLOATS if name in stored}
     fields |= {name: _indices(name, stored[name]) for name in _INDICES}
     fields |= {name: _basis_of(name, stored[name]) for name in _BASES}
     fields["regions"] = {

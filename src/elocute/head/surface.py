@@ -41,6 +41,11 @@ class Surface:
         solid where alpha is near one, the fringe laid over what lies behind.
     both_sides : bool
         Whether the far side of its faces is seen.
+    folds : bytes
+        Heights of the folds that come with expressions, 128 for smooth skin; red and green: the
+        two sets of zones (`elocute.head.folds`), blue: finer lines of the first.
+    fold_depth, fold_lines : float
+        Factors of their depth, and of that of the finer lines.
     """
 
     color: bytes = field(default=b"", repr=False)
@@ -51,10 +56,15 @@ class Surface:
     normal_scale: float = 1.0
     opacity: str = "opaque"
     both_sides: bool = False
+    folds: bytes = field(default=b"", repr=False)
+    fold_depth: float = 0.0
+    fold_lines: float = 0.0
 
 
-IMAGES = ("color", "normal", "roughness")
-FINISH = ("tint", "roughness_factor", "normal_scale", "opacity", "both_sides")
+IMAGES = ("color", "normal", "roughness", "folds")
+FACTORS = ("roughness_factor", "normal_scale")
+FOLDS = ("fold_depth", "fold_lines")
+FINISH = ("tint", *FACTORS, "opacity", "both_sides", *FOLDS)
 MOST, FINISH_MAX_BYTES = 64, 10_000
 
 
@@ -94,10 +104,13 @@ def surfaces_of_arrays(stored: Mapping[str, NDArray[Any]]) -> dict[str, Surface]
 def _surface(record: Mapping[str, Any], images: dict[str, bytes]) -> Surface:
     tint = record.get("tint")
     parts = [finite_number(part) for part in tint] if isinstance(tint, list) else []
-    factors = [finite_number(record.get(name)) for name in ("roughness_factor", "normal_scale")]
-    rough, scale = factors
+    rough, scale = (finite_number(record.get(name)) for name in FACTORS)
+    # Files of earlier versions know no folds.
+    depth, lines = (finite_number(record.get(name, 0.0)) for name in FOLDS)
     if len(parts) != 3 or None in parts or rough is None or scale is None:
         raise HeadError("a surface without its numbers; allowed: tint, roughness, normal scale")
+    if depth is None or lines is None:
+        raise HeadError("folds without their depth; allowed: two numbers")
     if record.get("opacity") not in OPACITIES:
         raise HeadError(f"a surface that is {str(record.get('opacity'))[:40]!r}; allowed: opaque")
     red, green, blue = (float(part or 0.0) for part in parts)
@@ -108,4 +121,6 @@ def _surface(record: Mapping[str, Any], images: dict[str, bytes]) -> Surface:
         normal_scale=scale,
         opacity=str(record["opacity"]),
         both_sides=bool(record.get("both_sides")),
+        fold_depth=depth,
+        fold_lines=lines,
     )

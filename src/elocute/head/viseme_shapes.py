@@ -13,55 +13,60 @@ def _both(name: str, weight: float) -> dict[str, float]:
 
 LABIODENTAL = {"jawOpen": 0.04, "mouthLabiodental": 1.0}
 """The lower lip on the incisors, which are seen only where the upper lip rises."""
-INCISORS = 0.31
+INCISORS = 0.12
 """Of `mouthUpperUp`, with which an f shows the teeth that the lower lip meets."""
 VISEME_SHAPES: dict[str, dict[str, float]] = {
     "sil": {},
-    "PP": {"jawOpen": 0.06, "mouthClose": 0.06, **_both("mouthPress", 0.45)},
+    "PP": {"jawOpen": 0.06, "mouthClose": 0.06, **_both("mouthPress", 0.5)},
     "FF": {**LABIODENTAL, **_both("mouthUpperUp", INCISORS)},
     "TH": {
         "jawOpen": 0.13,
         "tongueDental": 1.0,
-        **_both("mouthLowerDown", 0.14),
-        **_both("mouthUpperUp", 0.14),
+        **_both("mouthLowerDown", 0.18),
+        **_both("mouthUpperUp", 0.08),
     },
     "DD": {
         "jawOpen": 0.12,
         "tongueTipUp": 1.0,
-        **_both("mouthLowerDown", 0.08),
-        **_both("mouthUpperUp", 0.08),
-        **_both("mouthStretch", 0.08),
+        **_both("mouthLowerDown", 0.12),
+        **_both("mouthUpperUp", 0.02),
+        **_both("mouthStretch", 0.06),
     },
     "kk": {"jawOpen": 0.18, **_both("mouthLowerDown", 0.06), **_both("mouthUpperUp", 0.05)},
-    "CH": {"jawOpen": 0.04, "mouthFunnel": 0.46, "mouthPucker": 0.20},
-    "SS": {
+    "CH": {
         "jawOpen": 0.02,
-        **_both("mouthLowerDown", 0.14),
-        **_both("mouthUpperUp", 0.24),
-        **_both("mouthStretch", 0.30),
+        "mouthFunnel": 0.36,
+        "mouthPucker": 0.30,
+        **_both("mouthLowerDown", 0.16),
+    },
+    "SS": {
+        "jawOpen": 0.01,
+        **_both("mouthLowerDown", 0.29),
+        **_both("mouthUpperUp", 0.06),
+        **_both("mouthStretch", 0.23),
     },
     "nn": {
         "jawOpen": 0.14,
         "tongueTipUp": 1.0,
-        **_both("mouthLowerDown", 0.08),
-        **_both("mouthUpperUp", 0.08),
+        **_both("mouthLowerDown", 0.12),
+        **_both("mouthUpperUp", 0.02),
     },
-    "RR": {"jawOpen": 0.10, "mouthFunnel": 0.28, "mouthPucker": 0.30},
+    "RR": {"jawOpen": 0.11, "mouthFunnel": 0.28, "mouthPucker": 0.30},
     "aa": {"jawOpen": 0.46, **_both("mouthLowerDown", 0.05), **_both("mouthUpperUp", 0.08)},
     "E": {
         "jawOpen": 0.27,
         **_both("mouthLowerDown", 0.11),
         **_both("mouthUpperUp", 0.13),
-        **_both("mouthStretch", 0.28),
+        **_both("mouthStretch", 0.215),
     },
     "ih": {
         "jawOpen": 0.13,
         **_both("mouthLowerDown", 0.15),
         **_both("mouthUpperUp", 0.17),
-        **_both("mouthStretch", 0.30),
+        **_both("mouthStretch", 0.23),
         **_both("mouthSmile", 0.15),
     },
-    "oh": {"jawOpen": 0.20, "mouthFunnel": 0.36, "mouthPucker": 0.28},
-    "ou": {"jawOpen": 0.08, "mouthFunnel": 0.10, "mouthPucker": 0.78},
-    "W": {"jawOpen": 0.03, "mouthPucker": 0.95},
+    "oh": {"jawOpen": 0.21, "mouthFunnel": 0.36, "mouthPucker": 0.28},
+    "ou": {"jawOpen": 0.09, "mouthFunnel": 0.10, "mouthPucker": 0.78},
+    "W": {"jawOpen": 0.04, "mouthPucker": 0.95},
 }

@@ -59,6 +59,33 @@ def test_no_skin_comes_through_and_no_gap_is_left(who: str, cut: str) -> None:
     assert (outside_m(skin, over.points[below_the_edge]) > 0.0005).all()
 
 
+@pytest.mark.parametrize("who", ["mean", "ben", "hana", "3"])
+def test_a_collar_is_of_two_layers_with_an_even_edge(who: str) -> None:
+    worn = dress(identity_head(who), Look(hair="none", clothes="collar"))
+    columns, edge = 84, 12
+    rings = worn.template[shirt_of(worn)][: 18 * columns].reshape(18, columns, 3)
+    layers = np.linalg.norm(rings[edge - 1] - rings[edge + 1], axis=1)
+    assert (layers > 0.0018).all()
+    assert (layers < 0.0045).all()
+    around = rings[edge]
+    bend = np.linalg.norm(np.roll(around, 1, 0) + np.roll(around, -1, 0) - 2 * around, axis=1)
+    corners = np.sort(bend)[-3:]  # the points, and the throat between them with its neighbours
+    assert corners.min() > 0.006
+    assert np.sort(bend)[:-5].max() < 0.0025
+
+
+def test_a_shirt_shades_the_skin_beside_it() -> None:
+    head = identity_head("mean")
+    for cut in ("crew", "roll", "collar"):
+        worn = dress(head, Look(hair="none", clothes=cut))
+        light = worn.occlusion[: head.vertex_count] / head.occlusion
+        under = read_cards(f"clothes/{cut}").covers
+        face = head.landmarks
+        assert light[under].min() < 0.2
+        assert (light[face] == 1).all()
+        assert light.max() <= 1
+
+
 def test_shoulders_grow_with_the_neck() -> None:
     def wide(head: HeadModel) -> float:
         worn = dress(head, Look())

@@ -67,3 +67,17 @@ def test_unknown_choices_are_refused(choice: dict) -> None:
 def test_a_dressed_head_is_not_dressed_again(worn: HeadModel) -> None:
     with pytest.raises(HeadError, match="another mesh"):
         dress(worn, Look())
+
+
+def test_light_skin_is_redder_where_blood_shows_through(head: HeadModel) -> None:
+    def redness(tone: float, vertices: np.ndarray) -> float:
+        seen = decoded(dress(head, Look(tone=tone, age=25)).surfaces["skin"].color) / 255.0
+        place = dict(zip(head.quads.ravel(), head.uv_quads.ravel(), strict=True))
+        at = head.uv[[place[v] for v in vertices]]
+        rows, columns = ((1 - at[:, 1]) * len(seen)).astype(int), (at[:, 0] * len(seen)).astype(int)
+        return float((seen[rows, columns, 0] / seen[rows, columns, 1]).mean())
+
+    tip, jaw = head.landmarks[[30, 31, 33, 35]], head.landmarks[4:13]
+    light, dark = (redness(tone, tip) / redness(tone, jaw) for tone in (0.15, 0.85))
+    assert light > 1.04
+    assert light > dark

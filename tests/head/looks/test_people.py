@@ -7,7 +7,8 @@ import pytest
 
 from elocute import animate
 from elocute.errors import HeadError
-from elocute.head.identity import identity_names
+from elocute.head.builtin import load_builtin_head
+from elocute.head.identity import identity_names, resolve_identity
 from elocute.head.looks import PEOPLE, Look, identity_look, random_look, resolve_look
 from elocute.head.looks.look import EYES, HAIR, HAIR_COLOURS
 from elocute.motion.store import load_motion, save_motion
@@ -51,6 +52,18 @@ def test_seeds_draw_people_who_differ():
     assert {look.eyes for look in drawn} == set(EYES)
     assert np.ptp([look.age for look in drawn]) > 40
     assert random_look(5) == random_look(5)
+
+
+def test_a_seeds_look_goes_with_its_face():
+    head = load_builtin_head()
+    for seed in range(20):
+        look = identity_look("auto", str(seed))
+        assert look is not None
+        face = resolve_identity(str(seed))[:50]
+        tone, sex, age = np.vstack([head.tone_basis, head.trait_basis]) @ np.r_[1, face]
+        assert (look.sex, look.age) == (float(sex > 0.5), pytest.approx(age, abs=1.0))
+        assert look.tone == pytest.approx(np.clip(tone, 0, 1), abs=1e-3)
+        assert look.sex or look.hair not in ("crop", "slick", "buzz")
 
 
 def test_a_look_travels_with_its_motion(speech_wav, tmp_path):

@@ -119,6 +119,7 @@ def character_head(character: Character) -> HeadModel:
         identity_basis=head.identity_basis[:0],
         joint_identity_basis=head.joint_identity_basis[:0],
         tone_basis=head.tone_basis[:0],
+        trait_basis=head.trait_basis[:0],
         look=None,
         character=character,
     )

@@ -34,7 +34,7 @@ from elocute.numerics.quaternions import from_axis_angle, multiply, to_axis_angl
 MM = 1000.0
 NOISE_M = 1e-4
 """Smallest scale of the robust weights: about a scanner's noise."""
-NECK_COST = 5.0
+NECK_COST = 1.0
 """Cost of a squared radian of the neck and of the head on it, in mm² of mean squared distance: the
 root turns the whole head, and a face cropped at the chin says nothing about its neck."""
 LANDMARK_NOISE_M = 0.002
@@ -65,6 +65,11 @@ class ModelParameters:
     identity: Float64Array
     expression: Float64Array
     pose: HeadPose
+
+    @property
+    def deviation(self) -> float:
+        """Root mean square of the identity, standard deviations; 0 where the face is known."""
+        return float(np.sqrt(np.mean(self.identity**2))) if len(self.identity) else 0.0
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,9 @@ WARM_STAGES = (
 """From the frame before."""
 BOUNDS = (-0.25, 1.25)
 """Of the weight of a shape made for weights from 0 to 1 (ARKit's); others are unbounded."""
+IDENTITY_BOUND = 2.5
+"""Standard deviations: nobody is further from the mean. What lies beyond shows as a face that is
+unlike any, instead of being explained by one that nobody has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,6 +340,8 @@ class ModelFit:
         gram = gram + np.diag(cost + 1e-9 * np.diag(gram) + 1e-12)
         side = side - cost * known
         low, high = np.full(len(side), -np.inf), np.full(len(side), np.inf)
+        low[:identities] = -IDENTITY_BOUND - parameters.identity
+        high[:identities] = IDENTITY_BOUND - parameters.identity
         if "jawOpen" in head.expression_names:
             span = slice(identities, count)
             low[span], high[span] = (bound - parameters.expression for bound in BOUNDS)

@@ -82,6 +82,8 @@ RIM_STIFFNESS, RIM_M = 10.0, 0.004
 """How much stiffer the skin is on the rims of the lids and inside the mouth, and how far that
 reaches: there a scan shows eyes and teeth, or nothing, and the nearest point is no match."""
 RIM_MATCHED = 0.5
+EYE_AREAS, SOCKET_OCCLUSION = ("eye_area_left", "eye_area_right"), 0.6
+"""Where these are darker, they line the sockets behind the lids, which no scan shows."""
 LANDMARK_NOISE_M = 0.002
 NOWHERE = np.zeros(0, np.int32)
 LIDS = ("lid_upper_left", "lid_upper_right", "lid_lower_left", "lid_lower_right")
@@ -131,12 +133,15 @@ class NonrigidIcp:
 
     @cached_property
     def _rim_share(self) -> Float64Array:
-        """(free,) 1 on the rims of the lids and inside the mouth, 0 on open skin."""
+        """(free,) 1 on the rims of the lids, behind them and inside the mouth, 0 on open skin."""
         from scipy.spatial import KDTree
 
         head, skin = self.template.head, self.template.vertices[self.template.skin]
         share = np.zeros(head.vertex_count)
         share[head.regions.get("inner_mouth", NOWHERE)] = 1
+        for name in EYE_AREAS:
+            area = head.regions.get(name, NOWHERE)
+            share[area[head.occlusion[area] < SOCKET_OCCLUSION]] = 1
         share = share[self.template.skin]
         rims = np.concatenate([head.regions.get(name, NOWHERE) for name in LIDS])
         if len(rims):

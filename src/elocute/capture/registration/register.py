@@ -44,7 +44,11 @@ LOST_COVERED = 0.2
 """Low, as a scan may show clothes and hair: it is the face that tells."""
 LOST_FACE = 0.8
 LOST_STRANGE_MM, LOST_STRANGE_LED_MM = 3.5, 6.0
-"""Without landmarks, and with some. People came to 2.8, faces in wrong places to 4 to 7."""
+"""Without landmarks, and with some. People came to 2.8, faces in wrong places to 3 to 7."""
+NOBODY, LOST_NOBODY_MM = 1.85, 2.2
+"""Root mean square of an identity, in standard deviations, beyond which it is nobody's, and how far
+from that a face found without landmarks may be. Real people came to 1.7 and 1.5 mm, faces in
+wrong places to 2.0 and 3.0 mm at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +93,19 @@ class Registration:
             return f"only {100 * self.surface.face:.0f} % of the face is in the scan"
         if not self.surface.face_median <= self.surface.limit:
             return f"the face is {self.surface.face_median:.2f} mm off the scan"
-        allowed = LOST_STRANGE_MM if self.landmark_mm is None else LOST_STRANGE_LED_MM
-        if self.surface.strange > allowed:
+        if self.surface.strange > self._strange_allowed:
             return f"the face is {self.surface.strange:.1f} mm from any that the model knows"
         if self.landmark_mm is not None and self.landmark_mm > LOST_LANDMARK_MM:
             return f"the landmarks are {self.landmark_mm:.1f} mm off"
         return ""
+
+    @property
+    def _strange_allowed(self) -> float:
+        """How far the face may be from the model's, mm."""
+        if self.landmark_mm is not None:
+            return LOST_STRANGE_LED_MM
+        nobody = self.parameters.deviation > NOBODY
+        return LOST_NOBODY_MM if nobody else LOST_STRANGE_MM
 
 
 def register_neutral(

@@ -76,7 +76,7 @@ class Person:
         The built-in head with this face as its template: identity, resting expression and what
         these two cannot represent.
     identity
-        (50,) standard deviations.
+        (77,) standard deviations.
     rest
         (component,) weights that the template contains.
     camera

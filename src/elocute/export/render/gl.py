@@ -14,6 +14,7 @@ from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import ShadowView, shadow_view
 from elocute.export.render.stage import Stage
 from elocute.head.model import HeadModel
+from elocute.head.surface import IMAGES
 
 SRGB_ALPHA = 0x8C43  # GL_SRGB8_ALPHA8: linear light when sampled
 UNITS = {
@@ -21,6 +22,7 @@ UNITS = {
     "normal_map": 1,
     "roughness_map": 2,
     "shadow_map": 3,
+    "folds_map": 4,
     "drawn": 0,
     "backdrop": 1,
 }
@@ -56,13 +58,16 @@ class GlRenderer:
         self._moving = self._gl.buffer(reserve=len(parts.source) * 24, dynamic=True)
         fixed = np.concatenate([parts.at, parts.color, parts.occlusion[:, None], parts.strand], 1)
         self._fixed = self._gl.buffer(fixed.astype(np.float32).tobytes())
+        if parts.fold_masks is not None:
+            self._zones = self._gl.buffer(np.ascontiguousarray(parts.fold_masks).tobytes())
+        self._folding: list[Any] = []
         self._indices = {
             part.name: self._gl.buffer(np.ascontiguousarray(part.triangles).tobytes())
             for part in parts.parts
         }
         self._images: dict[tuple[str, str], Any] = {}
         for part in parts.parts:
-            for kind in ("color", "normal", "roughness"):
+            for kind in IMAGES:
                 if (image := getattr(part, kind)) is not None:
                     self._images[part.name, kind] = self._image(image)
         self._projection = camera.matrix(size[0] / size[1])
@@ -138,11 +143,14 @@ class GlRenderer:
             )
             if used:
                 buffers.append((buffer, layout, *used))
+        if "fold_strengths" in program:
+            buffers.append((self._zones, "4f1 4f1 4f1 4f1", *(f"folds_{k}" for k in range(4))))
+            self._folding.append(program)
         return self._gl.vertex_array(program, buffers, self._indices[part.name])
 
     def bind(self, part: Part) -> None:
         """Make a part's images those that are sampled."""
-        for kind in ("color", "normal", "roughness"):
+        for kind in IMAGES:
             if (part.name, kind) in self._images:
                 self._images[part.name, kind].use(UNITS[f"{kind}_map"])
 
@@ -163,7 +171,7 @@ class GlRenderer:
 
     def _drawing(self, part: Part, *, fringe: bool = False) -> Any:
         source = gl_shaders.surface(part, self._stage.rig, fringe=fringe)
-        return self.array(self.program(gl_shaders.VERTEX, source), part)
+        return self.array(self.program(gl_shaders.vertex(part), source), part)
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(height, width, 3 or 4) picture of vertices (vertex, 3) m."""
@@ -175,6 +183,10 @@ class GlRenderer:
 
         gl = self._gl
         self._moving.write(self._parts.moved(points).tobytes())
+        if self._folding:
+            strengths = self._parts.fold_strengths(points).tobytes()
+            for program in self._folding:
+                program["fold_strengths"].write(strengths)
         self._shadow.draw()
         gl.enable_only(moderngl.DEPTH_TEST)
         self._drawn.use()

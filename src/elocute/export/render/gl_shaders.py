@@ -8,19 +8,40 @@ from elocute.export.render.parts import Part
 from elocute.export.render.stage import Stage
 
 CARD_BIAS = "-1.0"  # finer levels of images with alpha: coarse ones thin hair out
-VERTEX = """#version 330
+_VERTEX = """#version 330
 invariant gl_Position;
 uniform mat4 projection; uniform mat4 key_view;
 in vec3 position; in vec3 normal; in vec2 texcoord;
 in vec3 color; in float occlusion; in vec3 strand;
 out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint;
 out vec3 from_key; out vec3 along;
+ZONES
 void main() {
+    SET_CREASE
     gl_Position = projection * vec4(position, 1.0);
     place = position; smooth_normal = normal; at = texcoord; paint = vec4(color, occlusion);
     along = strand;
     from_key = (key_view * vec4(position, 1.0)).xyz;
 }
+"""
+_ZONES = """
+uniform vec4 fold_strengths[4];
+in vec4 folds_0; in vec4 folds_1; in vec4 folds_2; in vec4 folds_3;
+out vec2 crease;
+"""
+_CREASE = """
+    crease = vec2(dot(folds_0, fold_strengths[0]) + dot(folds_1, fold_strengths[1]),
+        dot(folds_2, fold_strengths[2]) + dot(folds_3, fold_strengths[3]));
+"""
+_HEIGHT = """
+in vec2 crease;
+float height(vec2 spot) {
+    return dot(texture(folds_map, spot).rgb * 2.0 - 1.0, vec3(crease, crease.x * FINER));
+}
+"""
+_FOLD = """
+    vec2 off = vec2(FOLD_STEP, 0.0);
+    relief = folded(p, relief, vec3(height(at), height(at + off), height(at + off.yx)));
 """
 VERTEX_OF_KEY = """#version 330
 uniform mat4 key_view;
@@ -55,8 +76,9 @@ void main() { gl_Position = vec4(corner, 0.0, 1.0); at = corner * 0.5 + 0.5; }
 _SURFACE = """#version 330
 uniform vec3 eye; uniform float exposure;
 uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
-uniform sampler2D shadow_map;
+uniform sampler2D shadow_map; uniform sampler2D folds_map;
 in vec3 place; in vec3 smooth_normal; in vec2 at; in vec4 paint; in vec3 from_key; in vec3 along;
+HEIGHT
 out vec4 pixel;
 SHADING
 void main() {
@@ -66,10 +88,12 @@ void main() {
     p.albedo = paint.rgb * texel.rgb * TINT;
     p.view = normalize(eye - place);
     p.blunt = normalize(smooth_normal) * FACING;
-    p.normal = NORMAL;
     p.strand = STRAND;
     p.occlusion = paint.a; p.roughness = ROUGHNESS;
     ROUGH
+    vec3 relief = RELIEF;
+    TURN_RELIEF
+    p.normal = NORMAL;
     p.roughness = clamp(p.roughness, 0.05, 1.0);
     p.shadow = open_to_key(texture(shadow_map, from_key.xy * 0.5 + 0.5).xy,
         from_key.z - SHADOW_BIAS);
@@ -94,6 +118,13 @@ void main() {
 """
 
 
+def vertex(part: Part) -> str:
+    """The vertices of a part; those of a surface with folds know how strong they are."""
+    folds = part.folds is not None
+    parts = {"ZONES": _ZONES, "SET_CREASE": _CREASE}
+    return _filled(_VERTEX, parts if folds else dict.fromkeys(parts, ""))
+
+
 def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     """The fragments of a part: what of it is solid, or the fringe laid over what lies behind."""
     given = part.surface
@@ -104,7 +135,7 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
         cut += f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
         alpha = "texel.a"
     scale = given.normal_scale
-    bumped = f"bumped(texture(normal_map, at).xyz, {scale:f}, place, at, p.blunt)"
+    bumped = f"bumped(relief, {scale:f}, place, at, p.blunt)"
     rough = (
         "vec2 rough = texture(roughness_map, at).rg;"
         " p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;"
@@ -115,7 +146,12 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
         "CUT": cut,
         "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
         "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",
-        "NORMAL": "p.blunt" if part.normal is None else bumped,
+        "HEIGHT": "" if part.folds is None else _HEIGHT,
+        "TURN_RELIEF": "" if part.folds is None else _FOLD,
+        "RELIEF": "texture(normal_map, at).xyz" if part.normal else "vec3(0.5, 0.5, 1.0)",
+        "NORMAL": bumped if part.normal or part.folds else "p.blunt",
+        "FINER": f"{given.fold_lines:f}",
+        "FOLD_STEP": f"{shading.FOLD_STEP:.9f}",
         "STRAND": "normalize(along)" if part.finish.strand else "vec3(0.0)",
         "ROUGHNESS": f"{part.rough:f}",
         "ROUGH": "" if part.roughness is None else rough,

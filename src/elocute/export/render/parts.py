@@ -12,10 +12,12 @@ from elocute.array_types import Float32Array, FloatArray
 from elocute.errors import HeadError
 from elocute.export.render.images import Image, open_pixels
 from elocute.export.render.lights import Rig
-from elocute.export.render.shading import Finish, finish_of, to_linear
+from elocute.export.render.shading import FOLD_STEP, Finish, finish_of, to_linear
+from elocute.head.folds import SETS, ZONES_OF_SET
+from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
-from elocute.head.surface import Surface
+from elocute.head.surface import IMAGES, Surface
 
 TWO_SIDED = ("eyeball", "teeth", "hair")  # without a surface that says it
 ENCLOSED = 0.5  # share of the surrounding light that comes to what is in the mouth, at most
@@ -38,7 +40,7 @@ class Part:
         How light meets it.
     surface : Surface
         Its settings; the images are decoded below.
-    color, normal, roughness : Image or None
+    color, normal, roughness, folds : Image or None
         Decoded; None where the surface has none.
     """
 
@@ -49,6 +51,7 @@ class Part:
     color: Image | None
     normal: Image | None
     roughness: Image | None
+    folds: Image | None
 
     @property
     def solid(self) -> bool:
@@ -78,6 +81,24 @@ class Part:
     def core(self) -> float:
         """The alpha from which it hides what lies behind; 0 for all of it."""
         return {"opaque": 0.0, "cutout": 0.5, "blend": 0.8}[self.surface.opacity]
+
+    def fold_heights(
+        self, strong: Float32Array, at: Float32Array, density: Float32Array
+    ) -> Float32Array:
+        """(point, 3) heights of folds: here, `FOLD_STEP` to the right, and as much above.
+
+        strong (point, set); at (point, 2) and density (point,) as `Image.at_density` takes them.
+        """
+        assert self.folds is not None
+        folded = np.flatnonzero(strong.sum(axis=1) > 0)
+        heights = np.zeros((len(at), 3), np.float32)
+        finer = strong[folded, :1] * np.float32(self.surface.fold_lines)
+        deep = np.concatenate([strong[folded], finer], axis=1)
+        for column, way in enumerate(((0, 0), (1, 0), (0, 1))):
+            beside = at[folded] + np.float32(FOLD_STEP) * np.array(way, np.float32)
+            texel = self.folds.at_density(beside, density[folded])[:, :3]
+            heights[folded, column] = ((texel * 2 - 1) * deep).sum(axis=1)
+        return heights
 
 
 class Parts:
@@ -110,6 +131,11 @@ class Parts:
             chosen = triangles[head.triangle_material == index]
             if len(chosen):
                 self.parts.append(_part(head, name, chosen, side_max))
+        self._folds = folds_of(head)
+        self.fold_masks: NDArray[np.uint8] | None = None
+        """(split, zone) of `elocute.head.folds`; None for a head that has none."""
+        if self._folds is not None:
+            self.fold_masks = self._folds.masks_at(self.source)
         self._hair = self._rounded_vertices()
         self.strand: Float32Array = self._strands()
         """(split, 3) unit directions of hair, at rest; zero elsewhere."""
@@ -151,6 +177,18 @@ class Parts:
             normals[self._hair] = both / np.linalg.norm(both, axis=1, keepdims=True)
         return np.concatenate([points, normals], axis=1).astype(np.float32)[self.source]
 
+    def fold_strengths(self, points: FloatArray) -> Float32Array:
+        """(zone,) how strong the folds are on vertices (vertex, 3) m."""
+        assert self._folds is not None
+        depth = max(part.surface.fold_depth for part in self.parts if part.folds is not None)
+        return self._folds.strengths(self._head.template, points) * np.float32(depth)
+
+    def folded(self, points: FloatArray) -> Float32Array:
+        """(split, set) how strong the folds of each set are at split vertices."""
+        assert self.fold_masks is not None
+        zones = self.fold_masks.astype(np.float32) / 255 * self.fold_strengths(points)
+        return zones.reshape(-1, SETS, ZONES_OF_SET).sum(axis=2)
+
     @cached_property
     def skin_color(self) -> float:
         """Mean linear colour (green) of the face, images counted."""
@@ -179,7 +217,7 @@ def _part(head: HeadModel, name: str, triangles: NDArray[np.int32], side_max: in
         )
     images = {
         kind: Image(open_pixels(data, f"{kind} of {name}", side_max, HeadError), kind == "color")
-        for kind in ("color", "normal", "roughness")
+        for kind in IMAGES
         if (data := getattr(surface, kind))
     }
     return Part(
@@ -190,4 +228,5 @@ def _part(head: HeadModel, name: str, triangles: NDArray[np.int32], side_max: in
         images.get("color"),
         images.get("normal"),
         images.get("roughness"),
+        images.get("folds"),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -181,13 +182,7 @@ class RayRenderer:
             rough = part.roughness.at_density(at, density)
             occlusion = np.minimum(occlusion, rough[:, :1])
             roughness = roughness * rough[:, 1:2]
-        normal, strand = blunt, np.zeros_like(blunt)
-        if part.normal is not None:
-            texel = part.normal.at_density(at, density)[:, :3]
-            edge, other, change, other_change = scene.frames(corners)
-            normal = shading.bumped(
-                texel, given.normal_scale, edge, other, change, other_change, blunt
-            )
+        strand = np.zeros_like(blunt)
         if part.finish.strand:
             strand = _weighted(self._parts.strand, corners, shares)
             strand /= np.maximum(np.linalg.norm(strand, axis=1, keepdims=True), 1e-9)
@@ -195,7 +190,7 @@ class RayRenderer:
         seen = bilinear(moments, from_key[:, :2] * 0.5 + 0.5, repeat=False)
         point = shading.Point(
             albedo=albedo,
-            normal=normal,
+            normal=blunt,
             blunt=blunt,
             view=views,
             strand=strand,
@@ -203,7 +198,33 @@ class RayRenderer:
             roughness=np.clip(roughness, 0.05, 1),
             shadow=shading.open_to_key(seen, from_key[:, 2:] - shading.SHADOW_BIAS),
         )
+        point = self._turned(scene, part, point, corners, shares, at, density)
         return shading.shown(shading.lit(point, part.finish, self._stage.rig), self._exposure)
+
+    @staticmethod
+    def _turned(
+        scene: _Scene,
+        part: Part,
+        point: shading.Point,
+        corners: NDArray[np.int32],
+        shares: Float32Array,
+        at: Float32Array,
+        density: Float32Array,
+    ) -> shading.Point:
+        """Points with the normals of their relief and their folds."""
+        if part.normal is None and part.folds is None:
+            return point
+        texel = np.tile(np.array([0.5, 0.5, 1.0], np.float32), (len(at), 1))
+        if part.normal is not None:
+            texel = part.normal.at_density(at, density)[:, :3]
+        if part.folds is not None:
+            strong = _weighted(scene.folded, corners, shares)
+            heights = part.fold_heights(strong, at, density)
+            point, texel = shading.folded(point, texel, heights)
+        edge, other, change, other_change = scene.frames(corners)
+        scale = part.surface.normal_scale
+        normal = shading.bumped(texel, scale, edge, other, change, other_change, point.blunt)
+        return replace(point, normal=normal)
 
     @staticmethod
     def _edges(picture: Float32Array) -> NDArray[np.intp]:
@@ -261,6 +282,9 @@ class _Scene:
         self.parts, self.triangles, self.part_of = parts, triangles, part_of
         self._both_sides = both_sides
         self._moved = parts.moved(points)
+        if parts.fold_masks is not None:
+            self.folded = parts.folded(points)
+            """(split, set) how strong folds are."""
         self._scene = EmbreeScene()
         corners = np.ascontiguousarray(self._moved[triangles, :3], np.float32)
         TriangleMesh(self._scene, corners)

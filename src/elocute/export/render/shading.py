@@ -56,26 +56,34 @@ FINISHES: dict[str, Finish] = {
     "tongue": Finish(0.028, 0.45, 0.8, 0.4, 0.0, 0.0),
     "eyeball": Finish(0.010, 0.60, 0.3, 0.6, 1.0, 0.0),
     "hair": Finish(0.010, 0.60, 0.2, 0.9, 0.0, 1.0),
+    "brows": Finish(0.010, 0.60, 0.2, 0.8, 0.0, 0.35),
     "cloth": Finish(0.020, 0.85, 0.2, 1.0, 0.0, 0.0),
 }
 """By the name of a material; `finish_of` finds the one for any name."""
 
-ALIASES = {"brows": "hair", "lashes": "hair", "beard": "hair", "clothes": "cloth"}
-WRAP = (0.34, 0.13, 0.07)  # how far red, green and blue reach round on skin
+ALIASES = {"lashes": "hair", "beard": "hair", "clothes": "cloth"}
+WRAP = (0.27, 0.13, 0.08)  # how far red, green and blue reach round on skin
 BLUNT = (0.70, 0.55, 0.30)  # how much of the smooth normal diffuse light takes
-PENUMBRA = (0.55, 0.90, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow
-GRAZING = 0.6  # of the surroundings at a grazing angle, as the whole lobe gives it (Karis 2014)
+PENUMBRA = (0.75, 0.93, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow
+GRAZING = 0.4  # of the surroundings at a grazing angle, as the whole lobe gives it (Karis 2014)
 CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
-STRAND_POWER, STRAND_TINT = 40.0, (0.014, 0.70)  # strength: white, and of its own colour
-LID_UPPER, LID_LOWER, LID_CORNER = (0.02, 0.48), (-0.7, -0.3), (0.55, 0.93)  # of an eye's normals
-BALL = 0.7  # the white of an eye is darker than it is painted
+STRAND_POWER, STRAND_TINT = 48.0, (0.045, 0.85)  # strength: white, and of its own colour
+LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.55, 0.93)  # of an eye's normals
+BALL = 0.74  # the white of an eye is darker than it is painted
+LID_ARCH = 0.7  # how far the upper lid's edge comes down towards the corners
+LID_WARMTH = (0.86, 1.06, 1.12)  # powers of a lid's shade: flesh round an eye reddens it
 COAT_REFLECTANCE = 0.04
-BOX_HALF, BOX_EDGE = (0.20, 0.26), (0.7, 1.0)  # a soft box in an eye: tangents; where it fades
-BOX_RADIANCE = (14.0, 8.0)  # of key and fill
+BOX_HALF, BOX_EDGE = (0.17, 0.20), (0.50, 1.20)  # a soft box in an eye: tangents; where it fades
+BOX_ROUND = 2.8  # power of its outline: 2 an ellipse, more a window with rounded corners
+BOX_LOWER = 0.32  # of the height of its lamp: what stands higher is behind the lid
+BOX_RADIANCE = (17.0, 1.2)  # of key and fill
 SRGB = (0.662002687, 0.684122060, -0.323583601, -0.0225411470)  # of x^1/2, x^1/4, x^1/8, x
 TONE_START, TONE_BLEACH = 0.72, 0.15  # where the shoulder begins; how fast it turns white
 SHADOW_SPREAD, SHADOW_CUT = 2e-5, 0.25  # least variance; share of the key that counts as none
 EDGE_ON = (0.02, 0.2)  # cosines between which cards fade away
+FOLD_STEP = 1 / 1024  # part of the image between the points that folds are measured at
+FOLD_SLOPE = 2.2  # of a fold from smooth skin to the deepest crease within that distance
+FOLD_TINT, FOLD_SHADE = (0.16, 0.28, 0.31), 0.45  # what a crease keeps of colour, of light
 SHADOW_BIAS = 0.006  # of the radius of the key's view
 GROUND_MIDDLE, GROUND_SHAPE = (0.5, 0.62), (1.0, 1.15)  # the bright spot behind the head
 
@@ -124,7 +132,8 @@ def finish_of(material: str) -> Finish:
 def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     """Linear light (point, 3) that points send to the eye."""
     if f.coat:
-        p = replace(p, albedo=p.albedo * (_socket(p.blunt) * BALL))
+        shade = socket_shade(p.blunt) ** _f32(LID_WARMTH)
+        p = replace(p, albedo=p.albedo * (shade * np.float32(BALL)))
     facing = np.maximum(_dot(p.normal, p.view), np.float32(0.02))
     up = _mix(p.normal[:, 1:2], p.blunt[:, 1:2], 0.5 * f.softness)
     light = _around(up, rig) * _bounced(p.occlusion, p.albedo) * f.ambient
@@ -148,12 +157,13 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     return (p.albedo * light + shine).astype(np.float32)
 
 
-def _socket(normal: FloatArray) -> FloatArray:
-    """How open a ball in its socket is: lids and brow are above, cheek and corners round it."""
-    upper = 1 - _step(*LID_UPPER, normal[:, 1:2])
+def socket_shade(normal: FloatArray) -> FloatArray:
+    """How open (point, 1) a ball in its socket is, from its normals (point, 3): lids and brow are
+    above, cheek and corners round it."""
+    upper = 1 - _step(*LID_UPPER, normal[:, 1:2] + LID_ARCH * normal[:, :1] ** 2)
     lower = _step(*LID_LOWER, normal[:, 1:2])
     middle = _step(*LID_CORNER, normal[:, 2:])
-    return (0.3 + 0.7 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle)
+    return (0.24 + 0.76 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle)
 
 
 def _step(low: float, high: float, value: FloatArray) -> FloatArray:
@@ -208,11 +218,12 @@ def _coat(p: Point, f: Finish, rig: Rig) -> FloatArray:
     mirrored = 2 * facing * p.blunt - p.view
     shine = _around(mirrored[:, 1:2], rig) * 0.5
     for lamp, radiance in zip(rig.lamps, BOX_RADIANCE, strict=False):
-        towards, right, above = box(lamp)
+        towards, right, above = box(_lowered(lamp))
         depth = np.maximum((mirrored @ towards)[:, None], np.float32(1e-3))
         x = np.abs((mirrored @ right)[:, None]) / depth / BOX_HALF[0]
         y = np.abs((mirrored @ above)[:, None]) / depth / BOX_HALF[1]
-        inside = (1 - _step(*BOX_EDGE, x)) * (1 - _step(*BOX_EDGE, y))
+        away = np.minimum(x**BOX_ROUND + y**BOX_ROUND, np.float32(9)) ** (1 / BOX_ROUND)
+        inside = 1 - _step(*BOX_EDGE, away)
         shine = shine + _f32(lamp.color) * radiance * inside
     glance = COAT_REFLECTANCE + (1 - COAT_REFLECTANCE) * (1 - facing) ** 5
     return shine * glance * (f.coat * p.occlusion)
@@ -224,6 +235,12 @@ def box(lamp: Lamp) -> tuple[FloatArray, FloatArray, FloatArray]:
     right = np.cross(_f32((0, 1, 0)), towards)
     right = right / np.linalg.norm(right)
     return towards, right.astype(np.float32), np.cross(towards, right).astype(np.float32)
+
+
+def _lowered(lamp: Lamp) -> Lamp:
+    """A lamp where eyes mirror it: below the edge of the upper lid."""
+    x, y, z = lamp.towards
+    return replace(lamp, towards=(x, BOX_LOWER * y, z))
 
 
 def shown(light: FloatArray, exposure: float) -> FloatArray:
@@ -295,6 +312,22 @@ def bumped(
     return (out / np.sqrt(np.maximum(_dot(out, out), 1e-12))).astype(np.float32)
 
 
+def folded(point: Point, texel: FloatArray, heights: FloatArray) -> tuple[Point, FloatArray]:
+    """Points in the creases of folds: darker, and the texels (point, 3) of their normals turned.
+
+    heights (point, 3) are those here, `FOLD_STEP` to the right, and as much above.
+    """
+    sunk = np.maximum(-heights[:, :1], 0)
+    turned = texel.copy()
+    turned[:, :2] -= (heights[:, 1:] - heights[:, :1]) * np.float32(0.5 * FOLD_SLOPE)
+    shaded = replace(
+        point,
+        albedo=point.albedo * (1 - sunk * _f32(FOLD_TINT)),
+        occlusion=point.occlusion * (1 - sunk * np.float32(FOLD_SHADE)),
+    )
+    return shaded, turned
+
+
 def edge_on(slant: FloatArray) -> FloatArray:
     """Factor of a card's alpha: what is seen edge-on would only be a dashed line.
 
@@ -324,7 +357,7 @@ def glsl(rig: Rig) -> str:
         )
     boxes = []
     for lamp, radiance in zip(rig.lamps, BOX_RADIANCE, strict=False):
-        sides = ", ".join(map(_vec, box(lamp)))
+        sides = ", ".join(map(_vec, box(_lowered(lamp))))
         boxes.append(f"    shine += {_vec(lamp.color)} * {radiance:f} * boxed(mirrored, {sides});")
     return f"""
 struct Point {{
@@ -342,10 +375,11 @@ vec3 bounced(float occlusion, vec3 albedo) {{
     return max(vec3(occlusion), ((occlusion * a + b) * occlusion + c) * occlusion);
 }}
 float socket(vec3 normal) {{
-    float upper = 1.0 - smoothstep({LID_UPPER[0]:f}, {LID_UPPER[1]:f}, normal.y);
+    float arched = normal.y + {LID_ARCH:f} * normal.x * normal.x;
+    float upper = 1.0 - smoothstep({LID_UPPER[0]:f}, {LID_UPPER[1]:f}, arched);
     float lower = smoothstep({LID_LOWER[0]:f}, {LID_LOWER[1]:f}, normal.y);
     float middle = smoothstep({LID_CORNER[0]:f}, {LID_CORNER[1]:f}, normal.z);
-    return (0.3 + 0.7 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle);
+    return (0.24 + 0.76 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle);
 }}
 float fifth(float x) {{ return x * x * x * x * x; }}
 void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, float gain,
@@ -374,11 +408,12 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
         + (1.0 - f.reflectance) * fifth(1.0 - clamp(dot(p.view, between), 0.0, 1.0));
     shine += color * (narrow / (lobe * lobe) * masked * fresnel * meets * gain * through);
 }}
-float fade(float share) {{ return 1.0 - smoothstep({BOX_EDGE[0]:f}, {BOX_EDGE[1]:f}, share); }}
 float boxed(vec3 mirrored, vec3 towards, vec3 right, vec3 above) {{
     float depth = max(dot(mirrored, towards), 0.001);
-    return fade(abs(dot(mirrored, right)) / depth / {BOX_HALF[0]:f})
-        * fade(abs(dot(mirrored, above)) / depth / {BOX_HALF[1]:f});
+    float x = pow(abs(dot(mirrored, right)) / depth / {BOX_HALF[0]:f}, {BOX_ROUND:f});
+    float y = pow(abs(dot(mirrored, above)) / depth / {BOX_HALF[1]:f}, {BOX_ROUND:f});
+    float away = pow(min(x + y, 9.0), {1 / BOX_ROUND:f});
+    return 1.0 - smoothstep({BOX_EDGE[0]:f}, {BOX_EDGE[1]:f}, away);
 }}
 vec3 coated(Point p, Finish f) {{
     float facing = clamp(dot(p.blunt, p.view), 0.0, 1.0);
@@ -389,7 +424,7 @@ vec3 coated(Point p, Finish f) {{
     return shine * (glance * f.coat * p.occlusion);
 }}
 vec3 lit(Point p, Finish f) {{
-    if (f.coat > 0.0) p.albedo *= socket(p.blunt) * {BALL:f};
+    if (f.coat > 0.0) p.albedo *= pow(vec3(socket(p.blunt)), {_vec(LID_WARMTH)}) * {BALL:f};
     float facing = max(dot(p.normal, p.view), 0.02);
     vec3 light = around(mix(p.normal.y, p.blunt.y, 0.5 * f.softness))
         * bounced(p.occlusion, p.albedo) * f.ambient;
@@ -428,6 +463,12 @@ float edge_on(vec3 place, vec3 view) {{
     vec3 face = cross(dFdx(place), dFdy(place));
     float slant = abs(dot(face, view)) * inversesqrt(max(dot(face, face), 1e-30));
     return smoothstep({EDGE_ON[0]:f}, {EDGE_ON[1]:f}, slant);
+}}
+vec3 folded(inout Point p, vec3 texel, vec3 heights) {{
+    float sunk = max(-heights.x, 0.0);
+    p.albedo *= 1.0 - sunk * {_vec(FOLD_TINT)};
+    p.occlusion *= 1.0 - sunk * {FOLD_SHADE:f};
+    return texel - vec3((heights.yz - heights.x) * {0.5 * FOLD_SLOPE:f}, 0.0);
 }}
 vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal) {{
     vec3 q0 = dFdx(place), q1 = dFdy(place);

@@ -44,6 +44,10 @@ class Cards:
         For what turns with the skin beside it: that skin; (vertex, 0) for what does not.
     covers : (covered,) int32
         Vertices of the head that lie under it and are not drawn.
+    near : (near,) int32
+        Vertices of the head that it keeps light from.
+    near_light : (near,) uint8
+        The light that it leaves them, 255 = all.
     """
 
     index: Int32Array
@@ -57,6 +61,8 @@ class Cards:
     skull_m: Float32Array
     around: Int32Array
     covers: Int32Array
+    near: Int32Array
+    near_light: NDArray[np.uint8]
 
     def __len__(self) -> int:
         return len(self.index)
@@ -121,7 +127,7 @@ def _rotations(before: NDArray, after: NDArray) -> NDArray[np.float64]:
 def read_cards(place: str) -> Cards:
     """Cards by their place among the assets ("hair/short01")."""
     stored = baked.arrays(place)
-    count = len(stored["index"])
+    count, none = len(stored["index"]), np.zeros(0, np.uint16)
     around = stored.get("around", np.zeros((count, 0), np.uint16))
     return Cards(
         index=stored["index"].astype(np.int32),
@@ -134,5 +140,7 @@ def read_cards(place: str) -> Cards:
         skull=stored["skull"].astype(np.int32),
         skull_m=stored["skull_m"].astype(np.float32),
         around=around.astype(np.int32),
-        covers=stored.get("covers", np.zeros(0, np.uint16)).astype(np.int32),
+        covers=stored.get("covers", none).astype(np.int32),
+        near=stored.get("near", none).astype(np.int32),
+        near_light=stored.get("near_light", none).astype(np.uint8),
     )

@@ -9,7 +9,8 @@ import numpy as np
 from elocute.errors import HeadError
 from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
-from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR, HAIR_COLOURS, Look
+from elocute.head.looks.folds import PLACE, fold_depth, fold_lines
+from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR_COLOURS, Look
 from elocute.head.looks.skin import normal_picture, skin_picture
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
@@ -17,9 +18,14 @@ from elocute.head.surface import Surface
 DEFAULT_TONE = 0.2
 DULL_WHITE = 0.22
 """How much darker the whites of the eyes are in the darkest skin: pure white seems to glow."""
-LASHES = "eyelashes01"
+HAIR_PICTURES = {"curls": "curls", "coils": "curls", "afro": "curls", "buzz": "buzz"}
+"""Of styles that are not of straight strands."""
+LASHES = "lashes/lashes"
 SHORTEST_LASH = 0.4
-LASH_COLOUR = (0.012, 0.009, 0.008)
+LASH_COLOUR, LASH_OF_HAIR = (0.006, 0.005, 0.004), 0.05
+"""What lashes have at least, and how much of the hair's colour they take."""
+BROW_WARMTH = (1.0, 0.93, 0.84)
+"""Brows over warm skin would else look blue."""
 MODELLED = ("brows", "lashes")
 """Parts of the bare head that a look puts cards in place of."""
 TEXTURED = ("skin", "lips", "eyeball")
@@ -52,26 +58,25 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
             f"head {head.name!r}", found="another mesh", allowed="the built-in head's, for a look"
         )
     hair = HAIR_COLOURS[look.hair_colour]
-    brow = tuple(0.55 * c for c in hair)
+    brow = tuple(0.55 * c * warm for c, warm in zip(hair, BROW_WARMTH, strict=True))
     dressed = _bare(head, look, hair)
     if look.lashes > 0:
-        cards = read_cards(f"lashes/{LASHES}").scaled(
-            SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes
-        )
-        dressed = _wearing(
-            dressed, head, "lashes", cards, _strands(f"lashes/{LASHES}", LASH_COLOUR)
-        )
+        cards = read_cards(LASHES).scaled(SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes)
+        lash = tuple(least + LASH_OF_HAIR * c for least, c in zip(LASH_COLOUR, hair, strict=True))
+        dressed = _wearing(dressed, head, "lashes", cards, _strands(LASHES, lash))
     if look.brows != "none":
         place = f"brows/{look.brows}"
         dressed = _wearing(dressed, head, "brows", read_cards(place), _strands(place, brow))
     if look.hair != "none":
-        place = f"hair/{HAIR[look.hair]}"
-        dressed = _wearing(dressed, head, "hair", read_cards(place), _strands(place, hair))
+        cards = read_cards(f"hair/{look.hair}")
+        picture = _strands(f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}", hair)
+        dressed = _wearing(_without(dressed, cards.covers), head, "hair", cards, picture)
     if look.clothes != "none":
         place = f"clothes/{CLOTHES[look.clothes]}"
         cards, cloth = read_cards(place), _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
         covered = np.union1d(cards.covers, head.regions["bust"])
-        dressed = _wearing(_without(dressed, covered), head, "clothes", cards, cloth)
+        bare = _shaded(_without(dressed, covered), cards)
+        dressed = _wearing(bare, head, "clothes", cards, cloth)
     return dressed
 
 
@@ -118,6 +123,13 @@ def _without(head: HeadModel, vertices: np.ndarray) -> HeadModel:
     )
 
 
+def _shaded(head: HeadModel, cards: Cards) -> HeadModel:
+    """A head whose skin lies in the shade of what is worn."""
+    occlusion = head.occlusion.copy()
+    occlusion[cards.near] *= cards.near_light / np.float32(255)
+    return replace(head, occlusion=occlusion)
+
+
 def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
     """The head's own parts with their pictures; modelled brows and lashes left out."""
     materials = head.material_names
@@ -135,11 +147,14 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
     tone = DEFAULT_TONE if look.tone is None else look.tone
     skin = Surface(
         color=skin_picture(
-            look.age, look.sex, tone, look.freckles, look.stubble, hair, HAIR[look.hair]
+            look.age, look.sex, tone, look.freckles, look.stubble, hair, look.hair != "none"
         ),
         normal=normal_picture(look.age),
         roughness=baked.picture("skins/roughness"),
         roughness_factor=1.0,
+        folds=baked.picture(PLACE),
+        fold_depth=fold_depth(look.age),
+        fold_lines=fold_lines(look.age),
     )
     white = 1 - DULL_WHITE * tone
     eye = Surface(

@@ -9,29 +9,18 @@ from elocute.errors import HeadError
 from elocute.numerics.input_checks import real_number
 from elocute.one_line_repr import brief
 
-HAIR = {
-    "none": "",
-    "swept": "short01",
-    "crop": "short02",
-    "slick": "short04",
-    "curls": "curls",
-    "long": "long01",
-    "ponytail": "ponytail01",
-    "afro": "afro01",
-    "coils": "coils",
-    "buzz": "buzz",
-    "bun": "bun",
-}
+HAIR = ("none", "swept", "crop", "slick", "curls", "coils", "afro", "buzz", "bob", "long", "waves")
+HAIR += ("ponytail", "bun")
 BROWS = ("natural", "straight", "full", "fine", "arched", "soft")
 EYES = ("brown", "brownlight", "green", "blue", "lightblue", "bluegreen", "grey", "ice")
 HAIR_COLOURS = {
-    "black": (0.016, 0.013, 0.012),
+    "black": (0.020, 0.017, 0.016),
     "dark-brown": (0.060, 0.032, 0.020),
     "brown": (0.140, 0.072, 0.038),
     "light-brown": (0.260, 0.150, 0.080),
     "auburn": (0.220, 0.070, 0.030),
     "copper": (0.420, 0.140, 0.045),
-    "blond": (0.560, 0.380, 0.200),
+    "blond": (0.720, 0.440, 0.185),
     "grey": (0.320, 0.310, 0.300),
     "white": (0.720, 0.700, 0.670),
 }

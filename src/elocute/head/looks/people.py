@@ -10,11 +10,9 @@ from elocute.errors import HeadError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.looks.look import (
-    BROWS,
     CLOTHES,
     CLOTHES_COLOURS,
     EYES,
-    HAIR,
     HAIR_COLOURS,
     Look,
 )
@@ -27,7 +25,7 @@ PEOPLE = {
         clothes_colour="grey",
     ),
     "ada": Look(
-        age=29, sex=0.0, tone=0.14, freckles=0.5, eyes="green", brows="arched", hair="long",
+        age=29, sex=0.0, tone=0.14, freckles=0.5, eyes="green", brows="arched", hair="waves",
         hair_colour="auburn",
         clothes_colour="green",
     ),
@@ -37,12 +35,12 @@ PEOPLE = {
         clothes="collar", clothes_colour="navy",
     ),
     "chidi": Look(
-        age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="buzz",
+        age=41, sex=1.0, tone=0.92, lashes=0.4, eyes="brown", brows="full", hair="coils",
         hair_colour="black",
         clothes_colour="sand",
     ),
     "dana": Look(
-        age=53, sex=0.0, tone=0.18, eyes="lightblue", brows="fine", hair="bun",
+        age=53, sex=0.0, tone=0.18, eyes="lightblue", brows="fine", hair="bob",
         hair_colour="blond",
         clothes="roll", clothes_colour="teal",
     ),
@@ -53,7 +51,7 @@ PEOPLE = {
     ),
     "feng": Look(
         age=61, sex=1.0, tone=0.34, stubble=0.15, lashes=0.4, eyes="brownlight", brows="straight",
-        hair="swept", hair_colour="black",
+        hair="slick", hair_colour="black",
         clothes="collar", clothes_colour="blue",
     ),
     "hana": Look(
@@ -74,19 +72,27 @@ ALLOWED = (
     f"auto, none, {', '.join(PEOPLE)} or a seed, and parts of it ("
     f"{', '.join((*NUMBERS, *CHOICES))}), as in otto or auto,hair=long,age=60"
 )
-MENS_HAIR = ("swept", "crop", "slick", "curls", "coils", "buzz")
-WOMENS_HAIR = tuple(style for style in HAIR if style not in ("none", "buzz"))
-"""What seeds draw from."""
+MENS_HAIR, MENS_DARK_HAIR = ("swept", "crop", "slick", "curls"), ("crop", "curls", "coils", "buzz")
+WOMENS_HAIR = ("long", "waves", "bob", "ponytail", "bun", "curls")
+WOMENS_DARK_HAIR = ("long", "ponytail", "bun", "curls", "coils", "afro")
+MENS_BROWS, WOMENS_BROWS = ("straight", "full", "natural"), ("natural", "fine", "arched", "soft")
+"""What seeds draw from; dark hair is that of dark skin."""
+AGES = (20, 30, 75)
+"""Youngest, most frequent and oldest, in years."""
 GREY_FROM, GREY_WITHIN = 45.0, 35.0
 """Years from which hair may be grey, and after which it is."""
-DARK_HAIR_FROM = 0.5
+DARK_HAIR_FROM = 0.45
 """Skin of a darker tone goes with dark hair and brown eyes."""
 SEED_MIX = 1729
 """Keeps what a seed draws here apart from the face that it draws."""
 
 
 def resolve_look(
-    choice: str | Look | None, identity: str = "mean", tone: float | None = None
+    choice: str | Look | None,
+    identity: str = "mean",
+    tone: float | None = None,
+    sex: float | None = None,
+    age: float | None = None,
 ) -> Look | None:
     """The look that a caller names.
 
@@ -99,6 +105,8 @@ def resolve_look(
         The identity it belongs to: a name, a seed, or anything else.
     tone : float, optional
         Of the identity's skin, 0 light to 1 dark, where the look leaves it open.
+    sex, age : float, optional
+        Of the identity's face, 0 woman to 1 man, and years, where it is a seed's.
 
     Returns
     -------
@@ -116,7 +124,8 @@ def resolve_look(
     first, *parts = [part.strip() for part in choice.split(",")]
     if "=" in first:
         first, parts = "auto", [first, *parts]
-    look = _named(identity if first == "auto" else first, tone, lenient=first == "auto")
+    traits = (tone, sex, age)
+    look = _named(identity if first == "auto" else first, *traits, lenient=first == "auto")
     if look is None and parts:
         raise _refused(choice)
     for part in parts:
@@ -144,21 +153,24 @@ def identity_look(choice: str | Look | None, identity: str) -> Look | None:
     HeadError
         For an unknown look or identity.
     """
-    tone = None
-    if identity not in PEOPLE:
-        mean, *slope = load_builtin_head().tone_basis.tolist()
-        given = resolve_identity(identity)[: len(slope)]
-        tone = float(np.clip(mean + given @ np.array(slope[: len(given)]), 0, 1))
-    return resolve_look(choice, identity, tone)
+    if identity in PEOPLE:
+        return resolve_look(choice, identity)
+    head = load_builtin_head()
+    bases = np.vstack([head.tone_basis, head.trait_basis])
+    given = resolve_identity(identity)[: bases.shape[1] - 1]
+    tone, sex, age = (bases[:, 0] + bases[:, 1:] @ given).tolist()
+    return resolve_look(choice, identity, min(1.0, max(0.0, tone)), sex, age)
 
 
-def _named(name: str, tone: float | None, *, lenient: bool) -> Look | None:
+def _named(
+    name: str, tone: float | None, sex: float | None, age: float | None, *, lenient: bool
+) -> Look | None:
     if name == "none" and not lenient:
         return None
     if name in PEOPLE:
         return PEOPLE[name]
     if name.isascii() and name.isdigit():
-        return random_look(int(name), tone)
+        return random_look(int(name), tone, sex, age)
     if lenient:  # an identity from a file
         return PEOPLE["mean"] if tone is None else replace(PEOPLE["mean"], tone=tone)
     raise _refused(name)
@@ -179,7 +191,9 @@ def _refused(found: object) -> HeadError:
     return HeadError.about("look", found=brief(found), allowed=ALLOWED)
 
 
-def random_look(seed: int, tone: float | None = None) -> Look:
+def random_look(
+    seed: int, tone: float | None = None, sex: float | None = None, age: float | None = None
+) -> Look:
     """A look drawn by a seed: hair, brows and eyes that go with its age, sex and tone.
 
     Parameters
@@ -188,28 +202,35 @@ def random_look(seed: int, tone: float | None = None) -> Look:
         The same seed gives the same look.
     tone : float, optional
         Of the skin, where the identity has one; drawn otherwise.
+    sex, age : float, optional
+        Of the face, 0 woman to 1 man, and years; drawn otherwise.
 
     Returns
     -------
     Look
     """
     draw = np.random.default_rng([SEED_MIX, seed])
-    man = bool(draw.random() < 0.5)
-    age = float(np.round(draw.triangular(20, 30, 75)))
+    drawn_man, drawn_age = bool(draw.random() < 0.5), float(draw.triangular(*AGES))
+    man = drawn_man if sex is None else sex > 0.5
+    age = round(drawn_age if age is None else min(max(age, AGES[0]), AGES[2]))
     drawn = float(draw.uniform(0.05, 0.95))
     tone = drawn if tone is None else min(1.0, max(0.0, tone))
     grey = draw.random() < (age - GREY_FROM) / GREY_WITHIN
     dark = tone > DARK_HAIR_FROM
+    if man:
+        hair = MENS_DARK_HAIR if dark else MENS_HAIR
+    else:
+        hair = WOMENS_DARK_HAIR if dark else WOMENS_HAIR
     return Look(
-        age=age,
+        age=float(age),
         sex=float(man),
         tone=round(tone, 3),
         freckles=0.0 if dark else float(np.round(max(0, draw.normal(0, 0.3)), 2).clip(0, 1)),
         stubble=float(np.round(draw.uniform(0, 0.8), 2)) if man else 0.0,
         lashes=0.4 if man else 1.0,
         eyes="brown" if dark else _one_of(draw, EYES),
-        brows=_one_of(draw, ("straight", "full", "natural") if man else BROWS),
-        hair=_one_of(draw, MENS_HAIR if man else WOMENS_HAIR),
+        brows=_one_of(draw, MENS_BROWS if man else WOMENS_BROWS),
+        hair=_one_of(draw, hair),
         hair_colour=_hair_colour(draw, dark, bool(grey)),
         clothes_colour=_one_of(draw, tuple(CLOTHES_COLOURS)),
         clothes=_one_of(draw, tuple(CLOTHES)[1:]),

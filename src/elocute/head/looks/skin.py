@@ -17,9 +17,13 @@ TONES = {"light": 0.16, "dark": 0.84}
 """Their place on the scale of `elocute.head.skin_tone`."""
 TONE_STRENGTH = 0.85
 """How far the blend is moved to the tone's own colour."""
+FLUSH, FLUSH_MEAN = (1.03, 0.70, 0.68), 0.47
+"""What skin that blood shows through keeps of its colour, against skin without any; its mean."""
+FLUSH_OF_DARK = 0.3
+"""How much of that is seen in the darkest skin."""
 FRECKLE = (0.72, 0.50, 0.40)
 STUBBLE_STRENGTH = 0.55
-ROOTS_STRENGTH, ROOT_OF_HAIR = 0.9, 0.5
+ROOTS_STRENGTH, ROOT_OF_HAIR, SKIN_THROUGH = 0.98, 0.28, 0.02
 LEAST_SHARE = 0.02
 MEAN_PLACE = (slice(480, 700), slice(300, 724))
 """Rows and columns of the atlas (1024 px) whose mean says what colour a skin is: the cheeks."""
@@ -33,7 +37,7 @@ def skin_picture(
     freckles: float,
     stubble: float,
     hair: tuple[float, ...],
-    style: str = "",
+    rooted: bool = True,
 ) -> bytes:
     """A JPEG of the head's atlas.
 
@@ -43,19 +47,20 @@ def skin_picture(
         As in `Look`; the tone is a number.
     hair : tuple of float
         Linear colour of the hair, which stubble and the roots have too.
-    style : str
-        File of the hair whose roots shade the scalp; '' for none.
+    rooted : bool
+        Whether roots of hair shade the scalp.
 
     Returns
     -------
     bytes
     """
-    colour = _blend(age, sex, tone)
+    colour = _flushed(_blend(age, sex, tone), tone)
     strand = np.array(hair, np.float32)
+    through = np.float32(SKIN_THROUGH) * colour  # black on brown skin would be blue
     for place, strength, tint in (
         ("skins/freckles", 0.9 * freckles, colour * np.array(FRECKLE, np.float32)),
-        ("skins/stubble", STUBBLE_STRENGTH * stubble, strand),
-        (f"hair/{style}_roots", ROOTS_STRENGTH if style else 0, np.float32(ROOT_OF_HAIR) * strand),
+        ("skins/stubble", STUBBLE_STRENGTH * stubble, through + strand),
+        ("hair/roots", ROOTS_STRENGTH * rooted, through + np.float32(ROOT_OF_HAIR) * strand),
     ):
         if strength > 0:
             share = np.float32(strength) * _grey(place)[..., None]
@@ -94,6 +99,13 @@ def _blend(age: float, sex: float, tone: float) -> Float32Array:
     found = logs[MEAN_PLACE].mean((0, 1))
     move = TONE_STRENGTH * (np.log(skin_albedo(tone)) - found)
     return np.exp(logs + move).astype(np.float32)
+
+
+def _flushed(colour: Float32Array, tone: float) -> Float32Array:
+    """Redder where blood shows through, paler elsewhere."""
+    seen = 1 - (1 - FLUSH_OF_DARK) * tone
+    share = np.float32(seen) * (_grey("skins/flush")[..., None] - np.float32(FLUSH_MEAN))
+    return np.exp(np.log(np.array(FLUSH, np.float32)) * share) * colour
 
 
 def _log_skin(name: str) -> Float32Array:

@@ -182,5 +182,6 @@ def _identity_space(head: HeadModel, space: HeadModel | None) -> HeadModel:
         identity_basis=known.identity_basis,
         joint_identity_basis=known.joint_identity_basis,
         tone_basis=known.tone_basis,
+        trait_basis=known.trait_basis,
         vertex_color=known.vertex_color,
     )

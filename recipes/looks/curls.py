@@ -1,0 +1,215 @@
+"""Curls as ribbons that grow on the scalp, and hair cut close: MakeHuman's hair has neither."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from PIL import Image, ImageDraw
+from scipy.spatial import KDTree
+
+from recipes.looks.canvas import blurred, noise
+from recipes.looks.cards import Cards
+from recipes.looks.groom import ribbons_of
+from recipes.looks.grooms import stubble
+from recipes.looks.ribbons import ribbons, together
+from recipes.looks.scalp import Scalp, grows, shell
+from recipes.looks.surface import unit
+
+CURL_PX, LANES = 512, 8
+"""Size of the picture of curls, and how many locks stand in it side by side."""
+CURL_FINER, CURL_POINTS, CURL_CLUMPS = 3, 40, 4
+CURL_STRANDS = (26, 24, 20, 18, 16, 13, 10, 7)
+"""Strands of each lock: the last are single hairs."""
+CURL_TONE, CURL_CLUMP_TONE = 0.72, 0.10
+BAND = 0.95
+"""Width of a curl's ribbon by the radius."""
+SHELL_SHADE = 0.42
+"""The shell under curls is dark."""
+
+
+@dataclass(frozen=True)
+class Curl:
+    """How hair curls.
+
+    Parameters
+    ----------
+    apart_m, edge_apart_m : float
+        Distance of the roots: on top, and at the hairline, where curls are smaller.
+    radius_m, edge_radius_m : float
+        Radius of curls, likewise.
+    rise_m : float
+        How far a turn of a curl takes it on.
+    turns : float
+        Of a whole curl.
+    steps : int
+        Pairs of vertices along a ribbon.
+    shell_m : float
+        Under the curls lies a shell this far off the skin.
+    volume_m : float
+        How much further shell and curls lie off the skin in the middle of the head.
+    """
+
+    apart_m: float
+    edge_apart_m: float
+    radius_m: float
+    edge_radius_m: float
+    rise_m: float
+    turns: float
+    steps: int
+    shell_m: float
+    volume_m: float = 0.0
+
+
+CURLS = {
+    "curls": Curl(0.0076, 0.0056, 0.0056, 0.0030, 0.0105, 2.2, 15, 0.0035),
+    "coils": Curl(0.0051, 0.0043, 0.0034, 0.0021, 0.0050, 1.4, 7, 0.0022),
+    "afro": Curl(0.0059, 0.0052, 0.0048, 0.0026, 0.0072, 1.6, 8, 0.0030, 0.034),
+}
+"""Styles by the names of their files."""
+BUZZ_M, BUZZ_INSET_MM = 0.0014, 2.0
+"""Hair cut to a few millimetres is a shell of stubs this far off the skin."""
+
+
+def curl_picture() -> np.ndarray:
+    """(CURL_PX, CURL_PX, 4): locks side by side of strands that part, cross and end one by one."""
+    rng = np.random.default_rng(23)
+    size = CURL_PX * CURL_FINER
+    tone, alpha = Image.new("L", (size, size), 110), Image.new("L", (size, size), 0)
+    drawings = ImageDraw.Draw(tone), ImageDraw.Draw(alpha)
+    t = np.linspace(0, 1, CURL_POINTS)
+    for lane, count in enumerate(CURL_STRANDS):
+        middles = rng.uniform(0.2, 0.8, CURL_CLUMPS)
+        lights = rng.normal(0, CURL_CLUMP_TONE, CURL_CLUMPS)
+        for _ in range(count):
+            clump = rng.integers(CURL_CLUMPS)
+            wander = np.sin(2 * np.pi * (rng.uniform(0.5, 1.6) * t + rng.uniform()))
+            x = middles[clump] + rng.normal(0, 0.12) + rng.uniform(0.02, 0.12) * wander
+            x = np.clip(0.5 + (x - 0.5) * (1 - 0.5 * t**3), 0.06, 0.94)
+            rows = size * (1 - rng.uniform(0.72, 0.98) * t)
+            places = list(zip(size * (lane + x) / LANES, rows, strict=True))
+            light = np.clip(CURL_TONE + lights[clump] + rng.normal(0, 0.13), 0.32, 1.0)
+            broad = int(rng.integers(3, 7))
+            cut = int(0.75 * CURL_POINTS)
+            for drawing, fill in zip(drawings, (round(255 * light), 255), strict=True):
+                drawing.line(places[: cut + 1], fill=fill, width=broad, joint="curve")
+                drawing.line(places[cut:], fill=fill, width=max(2, broad - 2))
+    grey, cover = (
+        np.asarray(each.resize((CURL_PX, CURL_PX), Image.Resampling.BOX), float) / 255
+        for each in (tone, alpha)
+    )
+    near = blurred(grey * cover, 2.0) / np.maximum(blurred(cover, 2.0), 1e-4)
+    grey = np.where(cover > 0.02, grey * cover + near * (1 - cover), np.maximum(near, 0.3))
+    return np.dstack([grey, grey, grey, np.clip(1.2 * cover, 0, 1)])
+
+
+SHELL_HEIGHT = 0.92
+"""Where the shell lies, of the volume."""
+FULL_MM = (4.0, 10.0, 17.0, 25.0, 34.0)
+"""Distances from the hairline between which hair comes to its volume."""
+CURLED_INSET_MM = 3.0
+
+
+def full(millimetres: np.ndarray) -> np.ndarray:
+    """(place,) 0 at the hairline to 1 where hair has all its volume, as round as a ball."""
+    share = np.mean([grows(millimetres, inset) for inset in FULL_MM], axis=0)
+    return np.sqrt(1 - (1 - share) ** 2)
+
+
+def curls(scalp: Scalp, curl: Curl) -> Cards:
+    """Curls all over the scalp, on a dark shell."""
+    rng = np.random.default_rng(8)
+    fitting, dense = scalp.fitting, scalp.skin
+    roots = _apart(dense.points, scalp.thick, rng, curl)
+    place, share = dense.points[roots], scalp.thick[roots]
+    normal = dense.normals[roots]
+    count = len(roots)
+    fall = np.stack([0.15 * rng.normal(size=count), np.full(count, -0.35), np.full(count, -0.1)], 1)
+    axis = unit(normal + fall + 0.38 * rng.normal(size=(count, 3)))
+    side = unit(np.cross(axis, rng.normal(size=(count, 3))))
+    other = np.cross(axis, side)
+    radius = curl.edge_radius_m + (curl.radius_m - curl.edge_radius_m) * share
+    radius *= rng.uniform(0.75, 1.25, count)
+    turns = curl.turns * rng.uniform(0.7, 1.2, count) * (0.55 + 0.45 * share)
+    t = np.linspace(0, 1, curl.steps)
+    angle = 2 * np.pi * turns[:, None] * t + rng.uniform(0, 2 * np.pi, (count, 1))
+    hand = rng.choice([-1.0, 1.0], (count, 1))
+    wide = radius[:, None] * np.clip(t / 0.12, 0.1, 1) * (1 - 0.35 * t)
+    stands = curl.volume_m * full(scalp.places(place)) * rng.uniform(0.85, 1.05, count)
+    place = place + normal * stands[:, None]
+    rise = curl.rise_m * turns[:, None] * (radius / curl.radius_m)[:, None] * t
+    paths = (
+        place[:, None]
+        + axis[:, None] * rise[..., None]
+        + side[:, None] * (wide * np.cos(angle))[..., None]
+        + other[:, None] * (wide * np.sin(angle) * hand)[..., None]
+    )
+    foot, out = dense.nearest(paths.reshape(-1, 3))
+    above = ((paths.reshape(-1, 3) - foot) * out).sum(1, keepdims=True)
+    paths = paths + (out * np.maximum(-above, 0)).reshape(paths.shape)
+    half = BAND / 2 * radius[:, None] * np.clip(t / 0.1, 0.3, 1) * np.clip((1 - t) / 0.3, 0.15, 1)
+    across = axis[:, None] * half[..., None] * np.ones((1, curl.steps, 1))
+    lane = rng.integers(0, LANES, count)
+    edges = (lane[:, None] + np.array([0.06, 0.94])) / LANES
+    uv = np.stack(
+        [
+            np.broadcast_to(edges[:, None], (count, curl.steps, 2)),
+            np.broadcast_to((0.04 + 0.92 * t)[None, :, None], (count, curl.steps, 2)),
+        ],
+        -1,
+    )
+    deep = np.clip(rise / (curl.rise_m * 1.4), 0, 1)
+    shade = (0.60 + 0.40 * deep) * rng.uniform(0.75, 1.0, (count, 1))
+    index, weights = fitting.nearest(dense.points[roots])
+    below = shell(
+        scalp,
+        lambda places: curl.shell_m + SHELL_HEIGHT * curl.volume_m * full(places),
+        CURLED_INSET_MM,
+        SHELL_SHADE,
+        sideburns=True,
+    )
+    # Here and there in a lock: a shell whose strands all run one way would shine as one.
+    spots = rng.uniform(0.1, 0.6, below.uv.shape) * [1 / LANES, 1.0]
+    return together(
+        replace(below, uv=spots),
+        ribbons(paths, across, index, weights, fitting.skin, uv, shade),
+    )
+
+
+def buzz(scalp: Scalp) -> Cards:
+    """The stubs of hair cut close: a shell in the left half of `buzz_picture`, and single hairs
+    at its edge in the right."""
+    stubs = shell(scalp, BUZZ_M, BUZZ_INSET_MM, 1.0, sideburns=True)
+    # Round the crown, the distance from it kept: nothing is drawn out.
+    skin = scalp.fitting.skin
+    x, y, z = (stubs.points - skin[skin[:, 1] > 0].mean(0)).T
+    down, round_ = np.arctan2(np.hypot(x, z), y), np.arctan2(x, z)
+    uv = 0.5 + 0.48 * (down / np.pi)[:, None] * np.stack([np.sin(round_), np.cos(round_)], 1)
+    edge = ribbons_of(scalp, stubble())
+    return together(
+        replace(stubs, uv=uv * [0.5, 1.0]), replace(edge, uv=edge.uv * [0.5, 1.0] + [0.5, 0])
+    )
+
+
+def buzz_picture(lanes: np.ndarray) -> np.ndarray:
+    """(CURL_PX, 2 CURL_PX, 4): stubs, and beside them a picture of locks made smaller."""
+    tone = (0.50 + 0.09 * noise(17, CURL_PX, 0.55) + 0.03 * noise(19, CURL_PX, 2.0)).clip(0.2, 1.0)
+    stubs = np.dstack([tone, tone, tone, np.ones_like(tone)])
+    step = len(lanes) // CURL_PX
+    small = lanes.reshape(CURL_PX, step, CURL_PX, step, 4).mean((1, 3))
+    return np.hstack([stubs, small])
+
+
+def _apart(
+    points: np.ndarray, thick: np.ndarray, rng: np.random.Generator, curl: Curl
+) -> np.ndarray:
+    """Which points are roots: as many as fit at their distance from each other."""
+    tree = KDTree(points)
+    free = thick > 0.4
+    chosen = []
+    for k in rng.permutation(np.flatnonzero(free)):
+        if free[k]:
+            chosen.append(k)
+            apart = curl.edge_apart_m + (curl.apart_m - curl.edge_apart_m) * thick[k]
+            free[tree.query_ball_point(points[k], apart)] = False
+    return np.array(chosen)

@@ -1,0 +1,358 @@
+"""Hair that is grown and combed: ribbons of strands from roots on the scalp, in layers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import reduce
+
+import numpy as np
+
+from recipes.looks.cards import Cards
+from recipes.looks.ribbons import ribbons, together
+from recipes.looks.scalp import Places, Scalp, shell
+from recipes.looks.strand_lanes import (
+    AIRY,
+    DENSE,
+    FULL,
+    LANES,
+    LATE_LONG_ROOT,
+    LONG_V,
+    LOOSE,
+    SHORT_V,
+    within,
+)
+from recipes.looks.surface import unit
+
+SUBSTEPS = 3
+"""Steps between two pairs of vertices of a ribbon."""
+SUNK_M = 0.0012
+"""Ribbons begin this far under the skin."""
+ROOT_DARK_M, ROOT_DARK = 0.016, 0.35
+"""Over this length, or this share of its own, a strand comes out of the shade of the others."""
+SHORT_M, SHORT_STEPS = 0.024, 3
+"""Ribbons shorter than this need few vertices, stand closer and are narrower."""
+SHELL_LEAST_M, SHELL_HEIGHT = 0.0003, 0.08
+"""The shell lies this far off the skin, and this share of the hair's volume further."""
+SHELL_SHADE = 0.66
+SHADED = (0.62, 0.88)
+"""Brightness at the root of long strands, and of short ones."""
+WAVE_TOGETHER = 0.035
+"""How far waves of neighbours are apart, radians per mm."""
+WAVE_FROM_M = 0.05
+"""Hair lies flat near its root: waves begin here, and are whole at twice that length."""
+HELD = 0.5
+"""Hair hangs on the scalp below it where that holds it more than this."""
+ROOT_NARROW = 0.25
+"""Share of its length over which a ribbon comes to its width."""
+CLING = 0.5
+"""How fast strands come down to the height that they should lie at."""
+OFF_SKIN_M = 0.004
+"""How far they stay off neck and ears."""
+HAIRLINE_M, HAIRLINE_STEPS = 0.028, 3
+"""Length of the fine hair that is laid over what grows at the hairline."""
+OPEN_EDGE = 0.5
+"""How light roots at the hairline are, by those of a parting."""
+SLENDER, SLENDEREST_M, CLOSED_BY = 0.17, 0.0015, 1.7
+"""Ribbons are no wider than this share of their length and so much more, else they are scales;
+those of the lowest layer are so many times wider, and close it."""
+LATE_M = 0.06
+"""Longer hair leaves out the beginnings of its locks: they would thin it for centimetres."""
+FINE_EDGE, EDGE_CLOSE = 0.4, 0.75
+"""Where less than this lies inside of the hairline one sees through locks; short ones are narrower
+there and stand closer."""
+PATCH_MM, PATCHY = 13.0, 0.10
+"""How large patches of lighter and darker hair are, and how much those differ in brightness."""
+UNEVEN, SHORT_UNEVEN = 0.70, 0.84
+"""Least brightness of one ribbon beside another; short ones that differ more look like scales."""
+OfPlaces = Callable[[Places], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Ribbons that lie equally deep.
+
+    Parameters
+    ----------
+    apart_m : float
+        Distance of the roots.
+    width_m : float
+        Of a ribbon.
+    lanes : tuple of int
+        Locks of the picture to choose from.
+    height : float
+        Share of the hair's volume that it lies above the skin.
+    length : tuple of float
+        Range of its length, by that of the style.
+    stray : float
+        How far its ribbons stray from the comb, radians.
+    shade : float
+        Brightness, 0..1.
+    where : str
+        "all", or where alone it grows: along the "parting", at the "hairline".
+    """
+
+    apart_m: float
+    width_m: float
+    lanes: tuple[int, ...]
+    height: float
+    length: tuple[float, float]
+    stray: float
+    shade: float
+    where: str = "all"
+
+
+LAYERS = (
+    Layer(0.0102, 0.0150, DENSE, 0.30, (0.75, 0.95), 0.10, 0.74),
+    Layer(0.0094, 0.0120, FULL, 0.70, (0.80, 1.05), 0.16, 0.88),
+    Layer(0.0116, 0.0095, LOOSE, 1.00, (0.80, 1.10), 0.22, 0.97),
+    Layer(0.0170, 0.0090, AIRY, 1.20, (0.75, 1.15), 0.34, 0.94),
+    Layer(0.0042, 0.0060, DENSE, 0.55, (0.85, 1.00), 0.10, 0.90, where="parting"),
+    Layer(0.0026, 0.0036, FULL[1:] + LOOSE, 0.40, (0.50, 1.00), 0.22, 0.92, where="hairline"),
+)
+
+
+@dataclass(frozen=True)
+class Groom:
+    """How a style grows.
+
+    Parameters
+    ----------
+    comb : function of Places
+        (n, 3) direction in which hair is combed there.
+    length_m, volume_m : functions of Places
+        (n,) length of what grows there, and how far its top lies above the skin.
+    rise_m : float
+        Over which length hair comes up to its height.
+    weight : float
+        How much it is drawn down rather than along the comb, at its tips.
+    stiff : float
+        How much it keeps its direction from one pair of vertices to the next, 0 to 1.
+    wave_m, wave_length_m : float
+        How far strands wave aside, and along which length.
+    inset_mm : float
+        How far behind the hairline the shell below begins.
+    steps : int
+        Pairs of vertices along a ribbon.
+    near : float
+        How much closer pairs stand at the root: 1 for evenly, more for long hair, which bends
+        round the head and then hangs straight.
+    cut : float
+        Share of a lock, from its root, that long hair shows: less for a blunt end.
+    parting : function of Places
+        (n,) 0..1 where hair is parted: roots stand closer there and lie open to the light.
+    free : function of Places
+        (n, 3) mm: places moved out of what hair may not go through beside the skin.
+    layers : tuple of Layer
+    """
+
+    comb: OfPlaces
+    length_m: OfPlaces
+    volume_m: OfPlaces
+    rise_m: float = 0.009
+    weight: float = 0.2
+    stiff: float = 0.45
+    wave_m: float = 0.0
+    wave_length_m: float = 0.05
+    inset_mm: float = 13.0
+    steps: int = 8
+    near: float = 1.0
+    cut: float = 1.0
+    parting: OfPlaces = field(default=lambda places: np.zeros(len(places)))
+    free: OfPlaces = field(default=lambda places: places)
+    layers: tuple[Layer, ...] = LAYERS
+
+
+def grown(scalp: Scalp, groom: Groom) -> Cards:
+    """All layers of a style, over a dark shell that closes the scalp."""
+
+    def off_m(places: Places) -> np.ndarray:
+        return SHELL_LEAST_M + SHELL_HEIGHT * groom.volume_m(places)
+
+    below = shell(scalp, off_m, groom.inset_mm, SHELL_SHADE)
+    return together(below, ribbons_of(scalp, groom))
+
+
+def ribbons_of(scalp: Scalp, groom: Groom) -> Cards:
+    """All layers of a style."""
+    rng = np.random.default_rng(17)
+    parts = (part for layer in groom.layers for part in _layer(scalp, groom, layer, rng))
+    return reduce(together, parts)
+
+
+def _layer(scalp: Scalp, groom: Groom, layer: Layer, rng: np.random.Generator) -> list[Cards]:
+    """Its short ribbons and its long ones."""
+    places = scalp.places(scalp.skin.points)
+    length, parting = groom.length_m(places), groom.parting(places)
+    if layer.where == "parting" and not parting.any():
+        return []
+    close = np.clip(length / SHORT_M, 0.55, 1)
+    close = close * np.where((scalp.inside < FINE_EDGE) & (length < SHORT_M), EDGE_CLOSE, 1)
+    roots = scalp.roots(layer.apart_m * close, rng)
+    if layer.where == "parting":
+        roots = roots[parting[roots] > 0.15]
+    if layer.where == "hairline":
+        roots = roots[scalp.inside[roots] < 0.5]
+    roots = roots[length[roots] > 0.003]
+    if layer.where == "hairline":
+        return [_grown(scalp, groom, layer, roots, HAIRLINE_STEPS, rng)]
+    short = length[roots] < SHORT_M
+    groups = ((roots[short], SHORT_STEPS), (roots[~short], groom.steps))
+    return [
+        _grown(scalp, groom, layer, chosen, steps, rng) for chosen, steps in groups if len(chosen)
+    ]
+
+
+def _grown(
+    scalp: Scalp,
+    groom: Groom,
+    layer: Layer,
+    roots: np.ndarray,
+    steps: int,
+    rng: np.random.Generator,
+) -> Cards:
+    start, thick = scalp.skin.points[roots], scalp.thick[roots]
+    places, count = scalp.places(start), len(roots)
+    most = HAIRLINE_M if layer.where == "hairline" else np.inf
+    length = np.minimum(groom.length_m(places), most) * rng.uniform(*layer.length, count)
+    length *= 0.55 + 0.45 * thick
+    height = groom.volume_m(places) * layer.height * (0.4 + 0.6 * thick)
+    height *= rng.uniform(0.85, 1.15, count)
+    paths, normals = _combed(scalp, groom, start, length, height, layer.stray, steps, rng)
+    slender = SLENDER * (CLOSED_BY if layer.lanes == DENSE else 1)
+    wide = np.minimum(layer.width_m, slender * length + SLENDEREST_M)
+    wide = wide * np.where((scalp.inside[roots] < FINE_EDGE) & (length < SHORT_M), 0.75, 1)
+    wide = wide * rng.uniform(0.75, 1.25, count)
+    parted = groom.parting(places)
+    narrow = np.where(length < SHORT_M, 1.0, 0.4 + 0.6 * scalp.inside[roots])
+    t = np.linspace(0, 1, steps) ** groom.near
+    across = _across(paths, normals, wide * narrow, t, parted, rng)
+    along = length[:, None] * t
+    dark = np.minimum(ROOT_DARK_M, ROOT_DARK * length)[:, None]
+    least = np.interp(length, (0.5 * SHORT_M, SHORT_M), SHADED[::-1])
+    open_ = np.maximum(parted, OPEN_EDGE * (1 - scalp.inside[roots]))
+    least = np.maximum(least, SHADED[1] * open_)[:, None]
+    shade = np.maximum(layer.shade, least - 0.05) * (
+        least + (1 - least) * np.clip(along / dark, 0, 1)
+    )
+    uneven = np.where(length < SHORT_M, SHORT_UNEVEN, UNEVEN)
+    shade = shade * (_patches(places) * rng.uniform(uneven, 1.0))[:, None]
+    index, weights = _hung(scalp, start, paths)
+    skin = scalp.fitting.skin
+    uv = _lanes(layer, length, t, groom.cut, scalp.inside[roots] < FINE_EDGE, rng)
+    return ribbons(paths, across, index, weights, skin, uv, shade)
+
+
+def _hung(scalp: Scalp, start: np.ndarray, paths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, pair, m) mixtures: of the scalp below each pair, so that hair lies on any skull; past the
+    scalp, of where it was left."""
+    count, pairs, _ = paths.shape
+    held = scalp.hold(paths.reshape(-1, 3)).reshape(count, pairs) > HELD
+    last = np.maximum.accumulate(np.where(held, np.arange(pairs), 0), axis=1)
+    places = np.take_along_axis(
+        np.concatenate([start[:, None], paths[:, 1:]], 1), last[..., None], 1
+    )
+    index, weights = scalp.fitting.nearest(places.reshape(-1, 3))
+    return index.reshape(count, pairs, -1), weights.reshape(count, pairs, -1)
+
+
+def _patches(places: Places) -> np.ndarray:
+    """(n,) about 1: neighbours are alike in brightness, as locks of a head are."""
+    rng = np.random.default_rng(11)
+    waves = rng.normal(size=(3, 6)) / PATCH_MM
+    mixed = np.sin(places @ waves + rng.uniform(0, 2 * np.pi, 6)).mean(1)
+    return 1 + PATCHY * np.clip(2 * mixed, -1, 1)
+
+
+def _lanes(
+    layer: Layer,
+    length: np.ndarray,
+    t: np.ndarray,
+    cut: float,
+    edge: np.ndarray,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """(n, step, 2, 2) places in the picture; short hair has locks of its own; at the edge one
+    sees through them."""
+    lane = rng.choice(layer.lanes, len(length))
+    short = (length < SHORT_M) | (layer.where == "hairline")
+    lane = np.where(edge, np.maximum(lane, rng.choice(LOOSE + AIRY[:1], len(lane))), lane)
+    flipped = rng.random((len(length), 1)) < 0.5
+    edges = (lane[:, None] + np.where(flipped, [0.98, 0.02], [0.02, 0.98])) / LANES
+    begun = LATE_LONG_ROOT * np.clip(1 - LATE_M / length, 0, 1)[:, None]
+    v = within(LONG_V, cut * (begun + (1 - begun) * t))
+    v = np.where(short[:, None], within(SHORT_V, t), v)
+    return np.stack(np.broadcast_arrays(edges[:, None], v[..., None]), -1).astype(float)
+
+
+def _combed(
+    scalp: Scalp,
+    groom: Groom,
+    start: np.ndarray,
+    length: np.ndarray,
+    height: np.ndarray,
+    stray: float,
+    pairs: int,
+    rng: np.random.Generator,
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, pairs, 3) m of the ribbons' middle lines, and the skin's normals beside them."""
+    count, steps = len(start), (pairs - 1) * SUBSTEPS
+    _, normal = scalp.skin.nearest(start)
+    aside = stray * rng.normal(size=(count, 1))
+    # What grows side by side waves together.
+    phase = WAVE_TOGETHER * scalp.places(start) @ [[1.0], [0.6], [0.8]]
+    phase = phase + rng.normal(0, 0.5, (count, 1))
+    point = start - SUNK_M * normal
+    direction = unit(0.4 * _along(groom.comb(scalp.places(start)), normal, 1.0) + normal)
+    ways = np.linspace(0, 1, steps + 1) ** groom.near
+    rise = np.minimum(groom.rise_m, 0.3 * length)[:, None]
+    paths, normals = [point], [normal]
+    for step in range(1, steps + 1):
+        t, gone = ways[step], ways[step] * length[:, None]
+        stride = (ways[step] - ways[step - 1]) * length[:, None]
+        hold = scalp.hold(point)
+        comb = _along(groom.comb(scalp.places(point)), normal, hold)
+        sideways = np.cross(normal, comb)
+        wave = groom.wave_m * 2 * np.pi / groom.wave_length_m
+        wave = wave * np.clip((gone - WAVE_FROM_M) / WAVE_FROM_M, 0, 1)
+        bent = aside + wave * np.cos(2 * np.pi * gone / groom.wave_length_m + phase)
+        wanted = unit(comb + bent * sideways + groom.weight * t * np.array([0, -1.0, 0]))
+        direction = unit(groom.stiff * direction + (1 - groom.stiff) * wanted)
+        point = point + stride * direction
+        foot, normal = scalp.skin.nearest(point)
+        above = ((point - foot) * normal).sum(1, keepdims=True)
+        # Hair lies on the scalp, and past it hangs free: neck and ears only keep it out.
+        over = height[:, None] * hold + OFF_SKIN_M * (1 - hold)
+        wanted_height = over * (1 - np.exp(-gone / rise))
+        lifted = np.where(above < wanted_height, 1.0, CLING * hold)
+        point = point + normal * (wanted_height - above) * lifted
+        point = (groom.free(scalp.places(point)) - scalp.shift) / 1000
+        if step % SUBSTEPS == 0:
+            paths.append(point)
+            normals.append(normal)
+    return np.stack(paths, 1), np.stack(normals, 1)
+
+
+def _along(directions: np.ndarray, normal: np.ndarray, hold: np.ndarray | float) -> np.ndarray:
+    """Unit directions, in the plane of the skin as far as the skin holds them."""
+    ahead = unit(directions)
+    flat = ahead - hold * (ahead * normal).sum(1, keepdims=True) * normal
+    return flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-9)
+
+
+def _across(
+    paths: np.ndarray,
+    normals: np.ndarray,
+    wide: np.ndarray,
+    t: np.ndarray,
+    parted: np.ndarray,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """(n, steps, 3) m from the middle of a ribbon to its edge: flat, rolled a little."""
+    tangent = unit(np.gradient(paths, axis=1))
+    flat = unit(np.cross(tangent, normals))
+    out = np.cross(flat, tangent)
+    roll = 0.35 * rng.normal(size=(len(paths), 1, 1))
+    root = 0.35 + 0.45 * parted[:, None]
+    taper = np.clip(root + t / ROOT_NARROW * (1 - root), 0, 1) * (1 - 0.35 * t**2)
+    return (np.cos(roll) * flat + np.sin(roll) * out) * (wide[:, None] / 2 * taper)[..., None]

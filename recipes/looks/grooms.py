@@ -1,0 +1,267 @@
+"""The styles that are grown: which way hair is combed, how long it is, how high it lies."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from recipes.looks.groom import LAYERS, Groom, Layer, OfPlaces
+from recipes.looks.scalp import Places
+from recipes.looks.strand_lanes import AIRY, LOOSE
+from recipes.looks.surface import Skin
+
+CROWN = np.array([9.0, 92.0, -158.0])
+"""Where the whorl of the hair is."""
+WHORL, WHORL_MM = 2.0, 26.0
+"""How much more hair turns round it there, and how far from it."""
+PART_MM = 27.0
+"""How far aside hair is parted that is not parted in the middle."""
+
+
+def ramp(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """0 below the first, 1 above the second, smooth between; the other way round if they are."""
+    t = np.clip((values - low) / (high - low), 0, 1)
+    return t * t * (3 - 2 * t)
+
+
+def top(places: Places) -> np.ndarray:
+    """(n,) 1 on top of the head, 0 at its sides and back."""
+    return ramp(places[:, 1], 38, 74) * ramp(places[:, 2], -190, -150)
+
+
+def front(places: Places) -> np.ndarray:
+    """(n,) 1 at the hairline of the forehead, 0 from the middle of the head on."""
+    return ramp(places[:, 2], -85, -42) * ramp(places[:, 1], 40, 58)
+
+
+def from_the_crown(places: Places, turn: float | np.ndarray) -> np.ndarray:
+    """Directions away from the whorl, turned about the head's own axis."""
+    away = places - CROWN
+    far = np.linalg.norm(away, axis=1, keepdims=True)
+    away = away / np.maximum(far, 1e-6)
+    turn = turn + WHORL * np.exp(-((far / WHORL_MM) ** 2))
+    return away + turn * np.cross(np.array([0, 1.0, 0]), away)
+
+
+def crop() -> Groom:
+    """Short sides, a longer top brushed forward and aside."""
+
+    def comb(places: Places) -> np.ndarray:
+        out = from_the_crown(places, 0.3) + front(places)[:, None] * np.array([0.9, 0.25, 0.0])
+        return out + np.array([0, -0.5, 0.15]) * (1 - top(places))[:, None]
+
+    def length(places: Places) -> np.ndarray:
+        return 0.017 + 0.026 * top(places)
+
+    def volume(places: Places) -> np.ndarray:
+        return 0.0050 + (0.010 + 0.006 * front(places)) * top(places)
+
+    return Groom(comb, length, volume, rise_m=0.008, weight=0.45, steps=5)
+
+
+def swept() -> Groom:
+    """Parted at one side, the front brushed up and over."""
+
+    def comb(places: Places) -> np.ndarray:
+        over = np.tanh((places[:, 0] + PART_MM) / 8)[:, None] * np.array([1.0, 0.0, 0.0])
+        up = over + np.array([0, 0.15, -0.85]) + front(places)[:, None] * np.array([0, 0.9, 0.35])
+        side = from_the_crown(places, 0.0) + np.array([0, -0.9, -0.5])
+        share = top(places)[:, None]
+        lifted = front(places)[:, None] * np.array([0, 0.8, -0.9])
+        return up * share + side * (1 - share) + lifted
+
+    def length(places: Places) -> np.ndarray:
+        return 0.018 + 0.050 * top(places)
+
+    def volume(places: Places) -> np.ndarray:
+        return 0.0045 + (0.008 + 0.010 * front(places)) * top(places)
+
+    return Groom(comb, length, volume, rise_m=0.012, weight=0.15, stiff=0.55, steps=6)
+
+
+def slick() -> Groom:
+    """Combed back."""
+
+    def comb(places: Places) -> np.ndarray:
+        return np.array([0, 0.1, -1.0]) + np.array([0, -0.9, -0.1]) * (1 - top(places))[:, None]
+
+    def length(places: Places) -> np.ndarray:
+        return 0.020 + 0.060 * top(places)
+
+    def volume(places: Places) -> np.ndarray:
+        return 0.0038 + 0.0065 * top(places)
+
+    return Groom(comb, length, volume, rise_m=0.010, weight=0.1, stiff=0.5, steps=7)
+
+
+def _parted(places: Places, part_mm: float) -> np.ndarray:
+    """Directions away from a parting, which ends at the crown, then down, off the face."""
+    parted = ramp(places[:, 2], -175, -120) * ramp(places[:, 1], 25, 56)
+    aside = np.tanh((places[:, 0] - part_mm * parted) / 1.5) * parted
+    temple = ramp(places[:, 2], -95, -55) * ramp(places[:, 1], 8, 36)
+    back = (0.15 + 0.5 * front(places)) * ramp(places[:, 1], 5, 50) + 0.7 * temple
+    inward = -0.12 * np.tanh(places[:, 0] / 40) * ramp(places[:, 1], 10, -40)
+    # Behind the shoulders hair comes together, it does not spread over them.
+    on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 25) * ramp(places[:, 1], -30, -110)
+    inward = inward - GATHER * on_back * np.tanh(places[:, 0] / 40)
+    # Before the shoulders or behind them, not over them.
+    ahead = places[:, 2] + SHOULDER_MM
+    before = SIDESTEP * np.tanh(ahead / 8) * ramp(places[:, 1], -25, -95)
+    behind = BACKSTEP * np.tanh(ahead / 12) * ramp(places[:, 1], -50, -115)
+    beside = np.where(ahead > 0, before, behind)
+    across = (aside + inward)[:, None] * np.array([1.0, 0.0, 0.0])
+    down = (1 - 0.6 * parted)[:, None] * np.array([0, -1.0, 0])
+    return across + (beside - back)[:, None] * np.array([0, 0, 1.0]) + down
+
+
+SHOULDER_MM, SIDESTEP, BACKSTEP = 112.0, 1.4, 1.1
+"""How far behind the tip of the nose the shoulders are, and how fast hair goes before them or
+behind: what falls straight onto them stays there in a tuft."""
+FACE_MM = ((-200, -76), (-60, -74), (0, -70), (25, -62), (48, -36), (60, 10))
+"""Heights over the eyes, and how far behind the tip of the nose hair begins that frames a face."""
+FRAME_MM = (-14.0, 30.0)
+"""Hair that would hang between these distances behind and before that line is pushed together
+behind it: a curtain thins out, a wall does not."""
+GATHER = 0.2
+"""How fast hair comes together on the back."""
+OFF_CLOTH_MM, WAVE_M = 10.0, 0.100
+FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.5, 1.38, 1.15
+"""Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
+
+
+def off_the_face(places: Places) -> Places:
+    x, y, _ = places.T
+    limit = np.interp(y, *np.array(FACE_MM).T) + 4 * np.sin(y / 21 + 1) + 2 * np.sin(y / 8 + x)
+    behind, before = FRAME_MM
+    over = np.clip((places[:, 2] - limit - behind) / (before - behind), 0, 1)
+    pushed = limit + behind - behind * np.sqrt(over)
+    kept = np.where(over > 0, np.minimum(places[:, 2], pushed), places[:, 2])
+    return np.column_stack([places[:, :2], kept])
+
+
+def off_the_body(places: Places, body: Skin, shift: np.ndarray) -> Places:
+    """Out of the shoulders, as far as hair lies on cloth."""
+    foot, normal = body.nearest((places - shift) / 1000)
+    above = ((places - (1000 * foot + shift)) * normal).sum(1, keepdims=True)
+    inside = (above < OFF_CLOTH_MM) & (above > -60)
+    return places + normal * np.where(inside, OFF_CLOTH_MM - above, 0)
+
+
+def falling(
+    length_m: float,
+    part_mm: float,
+    wave_m: float,
+    free: OfPlaces,
+    steps: int = 10,
+    near: float = 1.6,
+    cut: float = 1.0,
+) -> Groom:
+    """Hair that falls from a parting."""
+
+    def length(places: Places) -> np.ndarray:
+        """Ends lie about equally low: what grows higher is longer."""
+        return length_m + places[:, 1] / 1000 * 0.9 - 0.02 * front(places)
+
+    def volume(places: Places) -> np.ndarray:
+        near = np.abs(places[:, 0] - part_mm)
+        return (
+            0.006 + 0.008 * top(places) * ramp(near, 0, 14) + 0.004 * ramp(places[:, 2], -120, -180)
+        )
+
+    def parting(places: Places) -> np.ndarray:
+        on_top = ramp(places[:, 1], 46, 58) * ramp(places[:, 2], -178, -150)
+        return ramp(np.abs(places[:, 0] - part_mm), 11, 1) * on_top
+
+    layers = tuple(
+        replace(
+            layer,
+            stray=0.3 * layer.stray,
+            width_m=FALLING_WIDTH * layer.width_m,
+            apart_m=layer.apart_m * (FALLING_APART if layer.where == "all" else FALLING_EDGE),
+        )
+        for layer in LAYERS
+    )
+    return Groom(
+        lambda places: _parted(places, part_mm), length, volume,
+        rise_m=0.014, weight=1.6, stiff=0.6, wave_m=wave_m, wave_length_m=WAVE_M,
+        steps=steps, near=near, cut=cut, parting=parting, free=free, layers=layers,
+    )  # fmt: skip
+
+
+def off_face_and(body: Skin, shift: np.ndarray) -> OfPlaces:
+    return lambda places: off_the_body(off_the_face(places), body, shift)
+
+
+def long(body: Skin, shift: np.ndarray) -> Groom:
+    """Down to the chest, from a parting in the middle."""
+    return falling(0.31, 0.0, 0.0012, off_face_and(body, shift), 11)
+
+
+def waves(body: Skin, shift: np.ndarray) -> Groom:
+    """Down to the chest in waves, from a parting at one side."""
+    return falling(0.29, PART_MM, 0.017, off_face_and(body, shift), 12, near=1.25)
+
+
+def bob(body: Skin, shift: np.ndarray) -> Groom:
+    """Down to the chin, from a parting at one side."""
+    return falling(0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.93)
+
+
+TIE_MM = np.array([0.0, 48.0, -210.0])
+"""Where hair is tied."""
+SKULL_MM = 210.0
+"""Its width, for ways round it."""
+
+
+def tied() -> Groom:
+    """Combed to the tie."""
+
+    def comb(places: Places) -> np.ndarray:
+        return TIE_MM - places
+
+    def length(places: Places) -> np.ndarray:
+        straight = np.linalg.norm(TIE_MM - places, axis=1)
+        return SKULL_MM * np.arcsin(np.minimum(straight / SKULL_MM, 0.99)) / 1000 - 0.004
+
+    def volume(places: Places) -> np.ndarray:
+        return 0.0032 + 0.004 * top(places)
+
+    layers = tuple(
+        replace(
+            layer,
+            stray=0.15 * layer.stray,
+            length=(0.97, 1.03),
+            width_m=1.3 * layer.width_m,
+            apart_m=1.25 * layer.apart_m,
+        )
+        for layer in LAYERS
+        if layer.lanes != AIRY
+    )
+    return Groom(
+        comb,
+        length,
+        volume,
+        rise_m=0.010,
+        weight=0,
+        stiff=0.3,
+        steps=8,
+        inset_mm=12.0,
+        layers=layers,
+    )
+
+
+def stubble() -> Groom:
+    """What ends a shell of stubs: single hairs at its edge, each as long as the stubs."""
+
+    def comb(places: Places) -> np.ndarray:
+        return from_the_crown(places, 0.2)
+
+    fine = Layer(0.0023, 0.0032, LOOSE, 1.0, (0.6, 1.1), 0.3, 0.80, where="hairline")
+    return Groom(
+        comb, lambda p: np.full(len(p), 0.0065), lambda p: np.full(len(p), 0.0022), layers=(fine,)
+    )
+
+
+GROOMS = {"crop": crop, "swept": swept, "slick": slick}
+FALLING = {"long": long, "waves": waves, "bob": bob}

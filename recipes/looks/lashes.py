@@ -1,0 +1,149 @@
+"""Lashes, hair by hair, on bands along the edges of the lids."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from recipes.head.face import NeutralFace
+from recipes.looks.cards import Cards
+
+WIDTH_PX, HEIGHT_PX, FINER = 768, 256, 3
+"""Size of the picture: lashes of the upper lid in its upper half, of the lower in its lower."""
+ROWS, COLUMNS = 5, 25
+NEIGHBOURS = 10
+
+
+@dataclass(frozen=True)
+class Lid:
+    """Lashes of one lid.
+
+    Parameters
+    ----------
+    upper : bool
+    length_mm : float
+        Of the longest.
+    by_place : tuple of float
+        Lengths by the longest, at equal shares of the way from the nose outwards.
+    ahead, up, curl : float
+        Direction of a root, forwards and upwards, and how far it turns upwards to its tip, radians.
+    fan : float
+        How far they point away from the middle of the eye.
+    hairs : int
+    strong : float
+        How dark the darkest are, 0..1.
+    """
+
+    upper: bool
+    length_mm: float
+    by_place: tuple[float, ...]
+    ahead: float
+    up: float
+    curl: float
+    fan: float
+    hairs: int
+    strong: float
+
+
+UPPER = Lid(True, 9.0, (0.40, 0.62, 0.80, 0.92, 1.0, 1.0, 0.85), 1.0, 0.05, 0.95, 0.55, 165, 1.0)
+LOWER = Lid(False, 4.6, (0.35, 0.55, 0.75, 0.90, 1.0, 1.0, 0.8), 0.9, -0.65, -0.35, 0.40, 62, 0.62)
+
+
+def cards(face: NeutralFace) -> tuple[Cards, np.ndarray]:
+    """Both eyes' bands, and (vertex, NEIGHBOURS) skin that each turns with."""
+    anatomy, skin = face.anatomy, face.skin
+    parts, around = [], []
+    for lid in (UPPER, LOWER):
+        arc = anatomy.lid_arc(skin, lid.upper)
+        arc = arc[np.argsort(np.abs(skin[arc, 0]))]
+        index, weights, offset, uv = _band(skin, arc, face.assembly.eye_centre, lid)
+        side = np.stack([same_lid(skin, int(root), lid.upper) for root in index[:, 0]])
+        mirror = anatomy.skin_mirror
+        parts += [(index, weights, offset, uv, False)]
+        parts += [(mirror[index], weights, offset * [-1, 1, 1], uv, True)]
+        around += [side, mirror[side]]
+    grid = np.arange(COLUMNS * ROWS).reshape(COLUMNS, ROWS)
+    quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], -1)
+    quads = quads.reshape(-1, 4)
+    all_quads = [
+        (quads[:, ::-1] if turned else quads) + k * grid.size
+        for k, (*_, turned) in enumerate(parts)
+    ]
+    index, weights, offset, uv = (np.vstack([part[k] for part in parts]) for k in range(4))
+    points = np.einsum("vk,vkc->vc", weights, skin[index]) + offset
+    faces = np.vstack(all_quads)
+    whole = Cards(index, weights, offset, faces, uv, faces, np.ones(len(points)), points)
+    return whole, np.vstack(around)
+
+
+def _band(
+    skin: np.ndarray, arc: np.ndarray, eye: np.ndarray, lid: Lid
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Mixtures, offsets (m) and texture coordinates of the left eye's band, column by column."""
+    way = np.linspace(0, len(arc) - 1, COLUMNS)
+    first = np.minimum(way.astype(int), len(arc) - 2)
+    share = way - first
+    nearer = share < 0.5
+    index = np.stack([arc[first], arc[first + 1]], 1)
+    weights = np.stack([1 - share, share], 1)
+    # The nearer comes first: it is what the band turns with.
+    index = np.where(nearer[:, None], index, index[:, ::-1])
+    weights = np.where(nearer[:, None], weights, weights[:, ::-1])
+    root = np.einsum("vk,vkc->vc", weights, skin[index])
+    away = (root[:, 0] - eye[0]) / np.abs(root[:, 0] - eye[0]).max()
+    t = way / way[-1]
+    length = lid.length_mm / 1000 * np.interp(t, np.linspace(0, 1, len(lid.by_place)), lid.by_place)
+    along = np.linspace(0, 1, ROWS)
+    angle = np.arctan2(lid.up, lid.ahead) + lid.curl * along
+    step = np.stack([np.zeros(ROWS), np.sin(angle), np.cos(angle)], -1)[None]
+    step = step + np.array([1.0, 0, 0]) * lid.fan * away[:, None, None]
+    step = step / np.linalg.norm(step, axis=-1, keepdims=True)
+    path = np.cumsum(step, axis=1) - step[:, :1]
+    offset = path / (ROWS - 1) * length[:, None, None]
+    low = 0.5 if lid.upper else 0.0
+    uv = np.stack(np.broadcast_arrays(t[:, None], low + 0.01 + 0.48 * along[None]), -1)
+    many = np.repeat(index, ROWS, 0), np.repeat(weights, ROWS, 0)
+    return *many, offset.reshape(-1, 3), uv.reshape(-1, 2)
+
+
+def same_lid(skin: np.ndarray, root: int, upper: bool) -> np.ndarray:
+    """(NEIGHBOURS,) skin round a root; the other lid, which moves against it, left out."""
+    away = np.linalg.norm(skin - skin[root], axis=1)
+    other = (skin[:, 1] - skin[root, 1]) * (1 if upper else -1) < -0.0006
+    behind = skin[:, 2] < skin[root, 2] - 0.004
+    return np.argsort(away + 1.0 * (other | behind))[:NEIGHBOURS]
+
+
+def picture() -> np.ndarray:
+    """(HEIGHT_PX, WIDTH_PX, 4): white hairs, to be tinted, and their alpha; roots below."""
+    rng = np.random.default_rng(9)
+    alpha = Image.new("L", (WIDTH_PX * FINER, HEIGHT_PX * FINER))
+    draw = ImageDraw.Draw(alpha)
+    for lid in (UPPER, LOWER):
+        _drawn(draw, lid, rng)
+    small = np.asarray(alpha.resize((WIDTH_PX, HEIGHT_PX), Image.Resampling.BOX), float) / 255
+    white = np.ones_like(small)
+    return np.dstack([white, white, white, np.clip(1.6 * small, 0, 1)])
+
+
+def _drawn(draw: ImageDraw.ImageDraw, lid: Lid, rng: np.random.Generator) -> None:
+    wide, high = WIDTH_PX * FINER, HEIGHT_PX * FINER // 2
+    floor = high if lid.upper else 2 * high
+    t = np.linspace(0, 1, 10)
+    roots = np.sort(rng.uniform(0.02, 0.985, lid.hairs))
+    # Tips of neighbours meet in tufts.
+    tufts = np.sort(rng.uniform(0.02, 1.0, lid.hairs // 4))
+    for root in roots:
+        tuft = tufts[np.abs(tufts - root).argmin()]
+        tip = root + 0.55 * (tuft - root) + 0.012 * (root - 0.35) + 0.004 * rng.normal()
+        bow = 0.006 * rng.normal()
+        x = wide * (root + (tip - root) * t**1.3 + bow * np.sin(np.pi * t))
+        y = floor - high * 0.97 * rng.uniform(0.55, 1.0) * t
+        strong = lid.strong * rng.uniform(0.75, 1.0)
+        thick = rng.uniform(6.0, 9.5)
+        for k, (a, b) in enumerate(pairwise(zip(x, y, strict=True))):
+            line = max(1, round(thick * (1 - 0.85 * t[k])))
+            draw.line([*a, *b], fill=round(255 * strong), width=line)

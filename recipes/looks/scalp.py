@@ -1,0 +1,117 @@
+"""Where hair grows: the hairline, roots on the scalp, a shell over it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from elocute.head.normals import vertex_normals
+from recipes.looks.cards import Cards, Fitting
+from recipes.looks.strand_lanes import LANES
+from recipes.looks.surface import Skin, subdivided, triangles
+
+Places = np.ndarray
+"""(n, 3) mm: y from the eyes' height, z from the front of the face backwards (`Canvas`)."""
+EDGE_MM = 9.0
+"""How broad the hairline is."""
+DIVE_M = 0.003
+"""How deep the edge of a shell lies under the skin."""
+REACH_M = 0.05
+"""The scalp holds hair that is nearer than this."""
+HAIRLINE_MM = ((0, 58), (14, 57), (30, 60), (42, 57), (52, 47), (62, 38))
+"""How far aside, and the height over the eyes where hair begins there on the forehead."""
+TEMPLE_MM = ((-20, -84), (0, -80), (15, -74), (30, -68), (44, -60), (53, -46))
+"""Heights over the eyes, and how far behind the tip of the nose hair begins there."""
+LOWEST_MM = ((-205, -54), (-165, -52), (-150, -42), (-141, -22), (-133, 0), (-124, 11), (-100, 13))
+LOWEST_MM += ((-95, 2), (-91, -8), (-84, -12))
+"""How far behind the tip of the nose, and the height over the eyes where hair ends there: at the
+nape, behind the ear, over it, in the sideburn."""
+SOFT_MM = 5.0
+SHELL_V = (0.25, 0.17)
+"""The shell takes the closed part of a lock: the middle of its height there, and half of it."""
+SIDEBURN_MM, SIDEBURN_SOFT_MM = (24.0, -116.0), (14.0, 8.0)
+"""Below this height over the eyes, and before this, hair is a sideburn; how softly it begins."""
+
+
+def grows(millimetres: Places, inset_mm: float = 0.0) -> np.ndarray:
+    """(place,) 0 where no hair grows to 1 where it is thick, by `Canvas.millimetres`; `inset_mm`
+    draws the hairline back."""
+    x, y, z = millimetres.T
+    # Nobody's hairline is a line.
+    y = y + 1.6 * np.sin(0.33 * x + 1) + 1.1 * np.sin(0.77 * x + 2) + 0.8 * np.sin(0.51 * z)
+    z = z + 1.4 * np.sin(0.31 * y) + 1.0 * np.sin(0.73 * y + 1)
+
+    def above(values: np.ndarray, limit: float | np.ndarray) -> np.ndarray:
+        return np.clip((values - limit - inset_mm) / SOFT_MM + 0.5, 0, 1)
+
+    start = np.interp(y, *np.array(TEMPLE_MM).T)
+    side = above(-z, -start) * above(y, np.interp(z, *np.array(LOWEST_MM).T))
+    line = np.interp(np.abs(x), *np.array(HAIRLINE_MM).T)
+    return np.maximum(above(y, line), side)
+
+
+class Scalp:
+    """The skin that hair grows on and lies on."""
+
+    def __init__(self, fitting: Fitting, millimetres: np.ndarray) -> None:
+        self.fitting = fitting
+        self.skin = Skin(fitting.skin, fitting.face.anatomy.skin_quads)
+        self.shift = millimetres[0] - 1000 * fitting.skin[0]
+        self.thick = grows(self.places(self.skin.points))
+        self.inside = grows(self.places(self.skin.points), EDGE_MM)
+
+    def places(self, points: np.ndarray) -> Places:
+        return 1000 * points + self.shift
+
+    def hold(self, points: np.ndarray) -> np.ndarray:
+        """(n, 1) 0..1 how much hair grows at the nearest places of the skin."""
+        away, index = map(np.asarray, self.skin.tree.query(points))
+        return (self.thick[index] * np.clip(1 - away / REACH_M, 0, 1))[:, None]
+
+    def roots(self, apart_m: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Points of the skin that stand apart, (point,) m; closer at the hairline."""
+        points, thick = self.skin.points, self.thick
+        tree, free = KDTree(points), thick > 0.2
+        chosen = []
+        for k in rng.permutation(np.flatnonzero(free)):
+            if free[k]:
+                chosen.append(k)
+                free[tree.query_ball_point(points[k], apart_m[k] * (0.6 + 0.4 * thick[k]))] = False
+        return np.array(chosen)
+
+
+def shell(
+    scalp: Scalp,
+    off_m: float | Callable[[Places], np.ndarray],
+    inset_mm: float,
+    shade: float,
+    *,
+    sideburns: bool = False,
+) -> Cards:
+    """The scalp once more, further out by a distance or by a function of places;
+    its edge, which stays `inset_mm` behind the hairline, dives under the skin. Without sideburns it
+    ends above the ears: under the few hairs there it would show as a patch."""
+    points, quads, _ = subdivided(scalp.fitting.skin, scalp.fitting.face.anatomy.skin_quads)
+    thick = grows(scalp.places(points), inset_mm)
+    if not sideburns:
+        _, y, z = scalp.places(points).T
+        below = np.clip((SIDEBURN_MM[0] - y) / SIDEBURN_SOFT_MM[0], 0, 1)
+        before = np.clip((z - SIDEBURN_MM[1]) / SIDEBURN_SOFT_MM[1], 0, 1)
+        thick = thick * (1 - below * before)
+    normals = vertex_normals(points, triangles(quads))
+    quads = quads[(thick[quads] > 0).any(1)]
+    used, own = np.unique(quads, return_inverse=True)
+    own = own.reshape(-1, 4)
+    away = off_m(scalp.places(points[used])) if callable(off_m) else off_m
+    away = np.minimum(away, np.maximum(away * (2.4 * thick[used] ** 2 - 1.4), -DIVE_M))
+    points = points[used] + normals[used] * away[:, None]
+    index, weights = scalp.fitting.nearest(points)
+    # Strands run down, within one lock of the picture: shading needs their direction.
+    x, y, z = (points - points.mean(0)).T
+    turn = np.cos(np.arctan2(x, z))
+    uv = np.stack([(0.5 + 0.2 * turn) / LANES, SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()], 1)
+    offset = points - np.einsum("vk,vkc->vc", weights, scalp.fitting.skin[index])
+    dark = np.full(len(used), shade)
+    return Cards(index, weights, offset, own, uv, own, dark, points)

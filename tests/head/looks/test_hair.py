@@ -1,0 +1,88 @@
+"""Every style of hair on many faces: the face is free, the scalp closed, hair lies outside."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from elocute.head import HeadModel, load_builtin_head, resolve_identity
+from elocute.head.looks import Look, dress
+from elocute.head.looks.look import HAIR
+from elocute.head.normals import vertex_normals
+
+STYLES = [style for style in HAIR if style != "none"]
+LONG = ("long", "waves")
+FACES = ("mean", "otto", "hana", "7", "23", "101")
+EYES_MOUTH_MM = (44.0, -66.0, 20.0)
+"""Half the width of what must be free, and its heights from the eyes."""
+
+
+def dressed(style: str, who: str) -> tuple[HeadModel, HeadModel, NDArray[np.float32]]:
+    """The bare head, the dressed one, and the places of its hair (vertex, 3) m."""
+    bare = load_builtin_head().with_identity(resolve_identity(who))
+    worn = dress(bare, Look(hair=style))
+    index = np.unique(worn.quads[worn.material == worn.material_names.index("hair")])
+    return bare, worn, worn.template[index]
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("who", FACES)
+def test_hair_leaves_eyes_and_mouth_free(style: str, who: str) -> None:
+    bare, _, hair = dressed(style, who)
+    eyes = bare.joint_positions[bare.joint_names.index("eyeLeft")]
+    wide, low, high = EYES_MOUTH_MM
+    x, y = 1000 * np.abs(hair[:, 0]), 1000 * (hair[:, 1] - eyes[1])
+    before = hair[:, 2] > eyes[2] - 0.01
+    assert not (before & (x < wide) & (y > low) & (y < high)).any()
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("who", FACES)
+def test_hair_lies_outside_of_the_head(style: str, who: str) -> None:
+    """Roots are sunk; all else is over the skin."""
+    bare, _, hair = dressed(style, who)
+    skin = bare.regions["skin"]
+    normals = vertex_normals(bare.template, bare.triangles)[skin]
+    away, nearest = KDTree(bare.template[skin]).query(hair)
+    above = ((hair - bare.template[skin][nearest]) * normals[nearest]).sum(1)
+    near = away < 0.03
+    assert (above[near] < -0.006).mean() < 0.01
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_the_scalp_is_closed(style: str) -> None:
+    """Near every place of the crown and the back of the head there is hair."""
+    bare, worn, _ = dressed(style, "mean")
+    eyes = bare.joint_positions[bare.joint_names.index("eyeLeft"), 1]
+    scalp = bare.template[bare.regions["skin"]]
+    crown = scalp[(scalp[:, 1] - eyes > 0.075) | ((scalp[:, 2] < -0.10) & (scalp[:, 1] > eyes))]
+    quads = worn.quads[worn.material == worn.material_names.index("hair")]
+    corners = worn.template[quads]
+    away, _ = KDTree(np.vstack([corners.mean(1), corners.reshape(-1, 3)])).query(crown)
+    assert away.max() < (0.045 if style == "afro" else 0.020)
+
+
+@pytest.mark.parametrize("style", LONG)
+@pytest.mark.parametrize("clothes", ["crew", "roll", "collar"])
+def test_long_hair_lies_on_the_shirt(style: str, clothes: str) -> None:
+    worn = dress(load_builtin_head(), Look(hair=style, clothes=clothes))
+    of = {
+        name: np.unique(worn.quads[worn.material == worn.material_names.index(name)])
+        for name in ("hair", "clothes")
+    }
+    normals = vertex_normals(worn.template, worn.triangles)[of["clothes"]]
+    cloth = worn.template[of["clothes"]]
+    away, nearest = KDTree(cloth).query(worn.template[of["hair"]])
+    above = ((worn.template[of["hair"]] - cloth[nearest]) * normals[nearest]).sum(1)
+    assert (above[away < 0.02] < -0.002).mean() < 0.03
+
+
+def test_hair_stays_with_the_scalp_while_the_face_moves() -> None:
+    _, worn, _ = dressed("long", "mean")
+    hair = np.unique(worn.quads[worn.material == worn.material_names.index("hair")])
+    for shape in ("jawOpen", "mouthSmileLeft", "browDownLeft"):
+        weights = worn.expression_vector({shape: 1.0})
+        moved = np.linalg.norm(np.tensordot(weights, worn.expression_basis[:, hair], 1), axis=1)
+        assert np.quantile(moved, 0.95) < 0.003, shape
