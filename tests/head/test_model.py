@@ -88,7 +88,9 @@ def test_ears_stand_off_the_skull_and_are_hollow(head):
     ear = (skin[:, 0] > 0.065) & (behind > 0.095) & (behind < 0.135)
     ear &= (skin[:, 1] < eye[1] + 0.012) & (skin[:, 1] > eye[1] - 0.046)
     points = skin[ear & (skin[:, 0] > 0.072)].astype(float)
-    across = np.linalg.lstsq(np.c_[points[:, 1:], np.ones(len(points))], points[:, 0], rcond=None)[0]
+    across = np.linalg.lstsq(np.c_[points[:, 1:], np.ones(len(points))], points[:, 0], rcond=None)[
+        0
+    ]
     assert 18 < np.degrees(np.arctan(-across[1])) < 27
     light = head.occlusion[head.regions["skin"]][ear]
     assert light.min() < 0.45

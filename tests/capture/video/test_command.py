@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from elocute.audio.read import read_audio
+from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.capture.video.video_to_motion import fit_track
 from elocute.capture.video_to_corpus import write_video_corpus
 from elocute.corpus.corpus_store import open_corpus
 from elocute.errors import CaptureError
+from elocute.head.mediapipe_face_mesh import LIDS
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion
 from tests.support.commands import one_line, run_apart
@@ -26,6 +28,13 @@ needs_mediapipe = pytest.mark.skipif(
 
 def run(*arguments):
     return run_apart("capture", "video", *arguments)
+
+
+def lid_gaps_mm(motion):
+    """(frame,) between the middles of the lids of the left eye."""
+    points = builtin_face_points().on(motion.vertices())
+    upper, lower = (list(LIDS[f"{lid}_left"][3:6]) for lid in ("upper", "lower"))
+    return 1000 * (points[:, upper, 1] - points[:, lower, 1]).mean(axis=1)
 
 
 @pytest.fixture(scope="module")
@@ -76,8 +85,12 @@ def test_a_drawn_head_comes_back_from_its_video(talking, filmed, tmp_path):
     true, found = (measure_mouth(m)["opening_mm"] for m in (filmed.motion, motion))
     assert np.corrcoef(true, found)[0, 1] > 0.9
     assert (found[true < 0.01] < 0.5).mean() > 0.8
+    lids = lid_gaps_mm(motion)
+    assert lids[39:42].max() < 0.3, "the blink shuts the eyes"
+    assert lids[:38].min() > 0.8 * np.median(lids)
     blink = motion.weights[:, motion.names.index("eyeBlinkLeft")]
-    assert blink[38:43].max() > 0.7
+    assert blink[38:43].max() > 0.6
+    assert blink[:38].max() < 0.2
     assert (tmp_path / "o.glb").stat().st_size > 100_000
 
 

@@ -24,9 +24,10 @@ TOUCH_MM = 0.02
 SIDES = ("left", "right")
 USUAL_PERCENTILE = 80
 """Percentile of an eye's openness that counts as usual; blinks and looks down are rarer."""
-SHUT = 0.32
-"""Share of the usual openness that the detector still sees between shut lids (0.2 to 0.37 on real
-and drawn faces)."""
+SHUT, SHUT_NARROW, SHUT_NOISE = 0.32, 0.46, 0.04
+"""Share of the usual openness that the detector still sees between shut lids: 0.2 to 0.37 on most
+real and drawn faces, up to the second where eyes are narrow. A least of a video between the two is
+taken as shut, and what lies above it by no more than the detector's noise."""
 WIDEST = 1.4
 MIDDLE = slice(3, 6)  # of a lid's points: around the pupil
 WEIGHT = 3.0  # weight of a mm, in the detector's errors
@@ -160,7 +161,10 @@ def lid_openness(track: FaceTrack) -> Float64Array:
         shares.append(apart / np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1))
     tracked = np.stack(shares, axis=1)
     usual = np.percentile(tracked[track.seen], USUAL_PERCENTILE, axis=0)
-    return np.clip((tracked / usual - SHUT) / (1 - SHUT), 0, WIDEST)
+    tracked /= usual
+    least = tracked[track.seen].min(axis=0) + SHUT_NOISE
+    shut = np.where(least < SHUT_NARROW, np.maximum(least, SHUT), SHUT)
+    return np.clip((tracked - shut) / (1 - shut), 0, WIDEST)
 
 
 def add_lid_equations(
