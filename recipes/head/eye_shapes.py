@@ -26,7 +26,7 @@ LOWER_LID = 1.08
 SQUINT = (Pull((29, -13), (0, 1.6, 1.8), (14, 5)), Pull((47, -1), (-1.5, 0, 0.4), (8, 8)))
 """What a squint does below and beside the lids."""
 SNEER = (
-    Pull((15.5, -41), (1.2, 4.8, 0.8), (6, 7)),
+    Pull((15.5, -41), (1.6, 3.4, 0.8), (7, 8)),
     Pull((12, -55), (0.6, 4.3, 1.2), (9, 7)),
     Pull((25, -32), (-1.5, 4.0, 2.2), (10, 10)),
     Pull((9, -9), (-0.4, 2.0, 1.2), (5, 6)),
@@ -34,9 +34,11 @@ SNEER = (
     Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
 )
 """The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
+BLOWN = 1.12
+"""Blown cheeks, of MakeHuman's."""
 PUFFED_LIPS, PUFFED_M = 0.45, 0.0008
 """How far lips follow blown cheeks, and how far they overlap then."""
-NOSE_UP = 0.6
+NOSE_UP = 0.4
 """Of MakeHuman's raised wing in a sneer."""
 
 
@@ -74,7 +76,7 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes["browInnerUp"] = 1.5 * face.of_skin(
         face.expression("eyebrows-left-inner-up") + face.expression("eyebrows-right-inner-up")
     )
-    blown = face.pose_unit("CheeksPump")
+    blown = BLOWN * face.pose_unit("CheeksPump")
     beside = face.off_the_lips(blown)
     shapes["cheekPuff"] = face.of_skin(
         face.resealed(beside + PUFFED_LIPS * (blown - beside), PUFFED_M)

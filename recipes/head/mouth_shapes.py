@@ -74,7 +74,7 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 3.8, 0.0004, 0.0021, 0.04
+TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 3.8, 0.0004, 0.0034, 0.04
 """How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
 the jaw's opening that this is made for."""
 PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.8, 0.0006, 0.0025
@@ -222,5 +222,5 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     goal = np.array([0, edge + BITE_M - contact[1], front - 0.0008 - contact[2]])
     moves[:, lower] = lower_follow[:, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])
-    moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0205, 1.3)[upper][:, None]
+    moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0205, 2.2)[upper][:, None]
     return tucked + lips.field(moves)

@@ -29,7 +29,7 @@ EYE_TEXTURE_RAD = 1.35
 """Angle from the eye's axis that the edge of its image shows."""
 DEEP_TOOTH = (0.55, 0.30, 0.26)
 GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.75, 0.45, 0.425), (0.44, 0.19, 0.19)
-TONGUE_TIP_M, TONGUE_DEEP_M = 0.006, 0.034
+TONGUE_TIP_M, TONGUE_DEEP_M = 0.008, 0.044
 """Behind its tip, where a tongue begins to darken and where it has the colour of its root."""
 
 
@@ -53,7 +53,7 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
         tooth = mix(tooth, BITING, (part.shade - BITING_FROM) / (1 - BITING_FROM))
         tooth = mix(tooth, GAP, 0.7 * part.gap) * part.tone
         z = face.vertices[slices[f"teeth_{jaw}"], 2]
-        back = np.clip((z.max() - z - 0.005) / 0.017, 0, 1)  # a red mouth colours its back teeth
+        back = np.clip((z.max() - z - 0.002) / 0.018, 0, 1)  # a red mouth colours its back teeth
         colours[slices[f"teeth_{jaw}"]] = mix(tooth, DEEP_TOOTH, back)
         colours[slices[f"gums_{jaw}"]] = GUM
     colours[slices["bust"]] = SKIN

@@ -23,7 +23,7 @@ LEVELS = np.array([0.0, 0.4, 0.75, 0.92, 1.0])
 """Heights of the rings, as shares of the crown's."""
 SIDE_OF_FRONT = 0.45
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.25, 0.60), (0.45, 1.00), (1.00, 1.45), (0.95, 1.05), (0.90, 0.95))
+CORNERS_MM = ((0.40, 0.85), (0.70, 1.25), (1.15, 1.55), (1.00, 1.10), (0.95, 1.00))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
@@ -34,7 +34,7 @@ TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
 PAPILLA_MM = 1.7
 """How far the gum reaches down between two crowns."""
-SEEN_GAP = 0.30
+SEEN_GAP = 0.45
 """Of the dark between two crowns, what reaches the faces beside it."""
 SQUARENESS = 2.05
 """Exponent of the arch's superellipse: 2 would be an ellipse, more is squarer."""
@@ -48,7 +48,7 @@ TONES = (
     (0.96, 0.94, 0.90),
 )
 """What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
-SHORT_MM = (0.0, 0.6, 0.15, 0.7, 0.9, 1.1, 1.3)
+SHORT_MM = (0.0, 0.75, 0.25, 1.0, 1.4, 1.8, 2.0)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
 
 

@@ -13,7 +13,7 @@ def _both(name: str, weight: float) -> dict[str, float]:
 
 LABIODENTAL = {"jawOpen": 0.04, "mouthLabiodental": 1.0}
 """The lower lip on the incisors, which are seen only where the upper lip rises."""
-INCISORS = 0.12
+INCISORS = 0.02
 """Of `mouthUpperUp`, with which an f shows the teeth that the lower lip meets."""
 VISEME_SHAPES: dict[str, dict[str, float]] = {
     "sil": {},
@@ -52,12 +52,17 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthUpperUp", 0.02),
     },
     "RR": {"jawOpen": 0.11, "mouthFunnel": 0.28, "mouthPucker": 0.30},
-    "aa": {"jawOpen": 0.46, **_both("mouthLowerDown", 0.05), **_both("mouthUpperUp", 0.08)},
+    "aa": {
+        "jawOpen": 0.44,
+        "mouthFunnel": 0.11,
+        "mouthPucker": 0.05,
+        **_both("mouthLowerDown", 0.1),
+    },
     "E": {
         "jawOpen": 0.27,
         **_both("mouthLowerDown", 0.11),
         **_both("mouthUpperUp", 0.13),
-        **_both("mouthStretch", 0.215),
+        **_both("mouthStretch", 0.10),
     },
     "ih": {
         "jawOpen": 0.13,
@@ -67,6 +72,6 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthSmile", 0.15),
     },
     "oh": {"jawOpen": 0.21, "mouthFunnel": 0.36, "mouthPucker": 0.28},
-    "ou": {"jawOpen": 0.09, "mouthFunnel": 0.10, "mouthPucker": 0.78},
+    "ou": {"jawOpen": 0.06, "mouthFunnel": 0.22, "mouthPucker": 0.72},
     "W": {"jawOpen": 0.04, "mouthPucker": 0.95},
 }
