@@ -51,7 +51,7 @@ TOP, BELOW, GATHERED = 0.58, 1.10, 0.30
 """Light on the iris under the lid and at its lower edge; what the cornea gathers there."""
 SCLERA, FAR_SCLERA = (0.875, 0.82, 0.775), (0.80, 0.58, 0.52)
 """The white round the iris, and where the lids hide it."""
-FLESH = (0.74, 0.43, 0.39)
+FLESH = (0.95, 0.56, 0.51)
 """In the corners themselves."""
 CORNERS, VESSELS = 0.85, (0.66, 0.28, 0.24)
 VESSEL_COUNT, VESSEL_STRENGTH = 44, 0.42
@@ -95,7 +95,7 @@ def _sclera(angle: np.ndarray, around: np.ndarray) -> np.ndarray:
     """Off-white, yellower here and there; pink and veined towards the corners."""
     corner = _eased((angle - 0.42) / 0.62) * (0.35 + 0.65 * np.cos(around) ** 2)
     colour = np.array(SCLERA) + CORNERS * corner[..., None] * np.subtract(FAR_SCLERA, SCLERA)
-    flesh = _eased((angle - 0.78) / 0.28)[..., None]
+    flesh = (_eased((angle - 0.72) / 0.26) * np.cos(around) ** 2)[..., None]
     colour = colour + 0.9 * flesh * (np.array(FLESH) - colour)
     colour = colour * (1 + 0.012 * noise(35, SIZE, 18)[..., None] * np.array([0.4, 1.0, 1.6]))
     share = VESSEL_STRENGTH * _vessels()[..., None]
