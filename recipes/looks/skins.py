@@ -45,7 +45,7 @@ LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
-LID_OF_SKIN = {"light": (0.95, 0.87, 0.86), "dark": (0.89, 0.87, 0.86)}
+LID_OF_SKIN = {"light": (0.93, 0.85, 0.84), "dark": (0.79, 0.765, 0.745)}
 LID_GRAIN, STRETCHED_GRAIN = 0.2, 0.05
 """A lid's grain is drawn out as it shuts: less of it than elsewhere."""
 CREASE_DEPTH, CREASE_OF_SKIN, FOLD_OF_SKIN = 0.10, (0.78, 0.67, 0.65), (0.90, 0.85, 0.84)
