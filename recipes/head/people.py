@@ -131,10 +131,9 @@ PEOPLE = (
         (
             ("nose/nose-hump-incr", 0.5), ("nose/nose-scale-vert-incr", 0.3),
             ("neck/neck-double-incr", 0.35), ("mouth/mouth-angles-up", 0.25),
-            ("head/head-rectangular", 0.3), ("eyebrows/eyebrows-trans-forward", 0.6),
-            ("forehead/forehead-temple-decr", 0.4), ("chin/chin-height-incr", 0.25),
+            ("head/head-rectangular", 0.2), ("eyebrows/eyebrows-trans-forward", 0.6),
+            ("forehead/forehead-temple-decr", 0.4), ("chin/chin-height-incr", 0.15),
             ("chin/chin-prominent-incr", 0.3), *_both("eyes/eye-scale-decr", 0.2),
-            ("head/head-scale-horiz-decr", 0.12), ("head/head-scale-vert-incr", 0.2),
         ),
         own=8, local=_fuller_lips(0.9),
     ),
