@@ -125,14 +125,14 @@ PEOPLE = (
         ),
         own=7, local=_fuller_lips(0.4),
     ),
-    # Long and bony: a big humped nose, a heavy brow, hollow temples, a long chin.
+    # Bony: a big humped nose, a heavy brow, hollow temples, a strong chin.
     Person(
-        "otto", 74, 1.0, (0.0, 0.0, 1.0), 0.54, 0.42,
+        "otto", 74, 1.0, (0.0, 0.0, 1.0), 0.60, 0.42,
         (
-            ("nose/nose-hump-incr", 0.5), ("nose/nose-scale-vert-incr", 0.3),
+            ("nose/nose-hump-incr", 0.5), ("nose/nose-scale-vert-incr", 0.2),
             ("neck/neck-double-incr", 0.35), ("mouth/mouth-angles-up", 0.25),
-            ("head/head-rectangular", 0.2), ("eyebrows/eyebrows-trans-forward", 0.6),
-            ("forehead/forehead-temple-decr", 0.4), ("chin/chin-height-incr", 0.15),
+            ("eyebrows/eyebrows-trans-forward", 0.6),
+            ("forehead/forehead-temple-decr", 0.4),
             ("chin/chin-prominent-incr", 0.3), *_both("eyes/eye-scale-decr", 0.2),
         ),
         own=8, local=_fuller_lips(0.9),
