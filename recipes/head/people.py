@@ -22,6 +22,7 @@ class Person:
     muscle: float = 0.5
     details: tuple[tuple[str, float], ...] = ()  # (target, amount)
     own: int = 0  # seed of what is nobody else's: local components, chosen by eye
+    local: tuple[tuple[int, float], ...] = ()  # (local component, standard deviations), besides
 
     @property
     def traits(self) -> Traits:
@@ -35,52 +36,106 @@ def _both(name: str, amount: float) -> tuple[tuple[str, float], tuple[str, float
     return (f"{folder}/l-{target}", amount), (f"{folder}/r-{target}", amount)
 
 
+def _fuller_lips(amount: float) -> tuple[tuple[int, float], ...]:
+    """Local components of the mouth that give both lips more red and the upper one a bow.
+
+    Targets of lips hardly tell: every face's lips are brought to a human height."""
+    return ((8, -0.8 * amount), (10, -amount), (11, amount))
+
+
 PEOPLE = (
+    # A fine oval: high cheekbones, a narrow jaw, a short straight nose.
     Person(
-        "ada", 29, 0.0, (0.1, 0.0, 0.9), 0.45, 0.45,
-        (("head/head-oval", 0.35), *_both("cheek/cheek-bones-incr", 0.35)),
-        own=1,
+        "ada", 29, 0.0, (0.1, 0.0, 0.9), 0.42, 0.45,
+        (
+            ("head/head-invertedtriangular", 0.5), *_both("cheek/cheek-bones-incr", 0.6),
+            ("head/head-scale-horiz-decr", 0.22), ("head/head-scale-vert-incr", 0.18),
+            ("chin/chin-bones-decr", 0.6), ("chin/chin-prominent-incr", 0.3),
+            *_both("cheek/cheek-volume-decr", 0.5), ("head/head-fat-decr", 0.6),
+            ("nose/nose-width2-decr", 0.3), ("nose/nose-point-up", 0.25),
+        ),
+        own=1, local=_fuller_lips(0.7),
     ),
+    # Long and angular: a strong jaw, a straight high nose, a brow that juts.
     Person(
-        "ben", 35, 1.0, (0.0, 0.1, 0.9), 0.50, 0.60,
-        (("chin/chin-width-incr", 0.3), ("head/head-rectangular", 0.2)),
-        own=2,
+        "ben", 35, 1.0, (0.0, 0.1, 0.9), 0.46, 0.62,
+        (
+            ("head/head-rectangular", 0.25), ("chin/chin-bones-incr", 0.3),
+            ("chin/chin-prominent-incr", 0.4), ("chin/chin-cleft-incr", 0.35),
+            *_both("cheek/cheek-volume-decr", 0.35), ("forehead/forehead-nubian-decr", 0.25),
+            ("eyebrows/eyebrows-trans-forward", 0.5), ("nose/nose-width1-decr", 0.25),
+            ("nose/nose-greek-incr", 0.3), ("head/head-scale-vert-incr", 0.12),
+        ),
+        own=2, local=_fuller_lips(0.9),
     ),
+    # Broad: wide cheekbones and jaw, a wide nose, full lips.
     Person(
-        "chidi", 41, 1.0, (1.0, 0.0, 0.0), 0.52, 0.60,
-        (("head/head-square", 0.2), ("mouth/mouth-lowerlip-height-decr", 0.5)),
+        "chidi", 41, 1.0, (1.0, 0.0, 0.0), 0.54, 0.62,
+        (
+            ("head/head-square", 0.25), ("head/head-scale-vert-decr", 0.1),
+            *_both("cheek/cheek-bones-incr", 0.35), ("chin/chin-bones-incr", 0.3),
+            ("chin/chin-width-incr", 0.3), ("nose/nose-scale-horiz-incr", 0.25),
+            ("eyebrows/eyebrows-trans-forward", 0.35), ("head/head-fat-decr", 0.3),
+        ),
         own=3,
     ),
+    # Soft, with a small chin, a rounded nose and lids that hang a little.
     Person(
-        "dana", 53, 0.05, (0.2, 0.2, 0.6), 0.64, 0.45,
-        (("head/head-round", 0.35), ("neck/neck-double-incr", 0.3)),
-        own=4,
+        "dana", 53, 0.0, (0.2, 0.2, 0.6), 0.56, 0.42,
+        (
+            ("head/head-invertedtriangular", 0.3), ("neck/neck-double-incr", 0.2),
+            ("head/head-scale-horiz-decr", 0.16), ("chin/chin-bones-decr", 0.6),
+            ("chin/chin-prominent-incr", 0.35), *_both("cheek/cheek-bones-incr", 0.45),
+            ("nose/nose-point-width-incr", 0.3), ("nose/nose-hump-incr", 0.2),
+            *_both("eyes/eye-eyefold-down", 0.3), ("head/head-fat-decr", 0.3),
+        ),
+        own=4, local=_fuller_lips(0.4),
     ),
+    # Heart shaped: a wide high forehead, large eyes, a small chin, full lips.
     Person(
-        "esi", 23, 0.0, (1.0, 0.0, 0.0), 0.45, 0.45,
-        (("head/head-oval", 0.35), *_both("cheek/cheek-bones-incr", 0.3)),
+        "esi", 23, 0.0, (1.0, 0.0, 0.0), 0.42, 0.45,
+        (
+            ("head/head-invertedtriangular", 0.6), ("head/head-diamond", 0.15),
+            *_both("cheek/cheek-bones-incr", 0.5), ("head/head-fat-decr", 0.4),
+            ("chin/chin-bones-decr", 0.4), *_both("cheek/cheek-volume-decr", 0.3),
+            *_both("eyes/eye-scale-incr", 0.25), *_both("eyes/eye-corner2-up", 0.3),
+        ),
         own=5,
     ),
+    # Lean: hollow cheeks under high bones, a broad jaw, a long upper lip.
     Person(
-        "feng", 61, 1.0, (0.0, 1.0, 0.0), 0.46, 0.46,
+        "feng", 61, 1.0, (0.0, 1.0, 0.0), 0.42, 0.46,
         (
-            ("head/head-square", 0.2), ("mouth/mouth-angles-up", 0.15),
-            *_both("cheek/cheek-bones-incr", 0.3),
+            ("head/head-square", 0.3), ("mouth/mouth-angles-up", 0.15),
+            *_both("cheek/cheek-bones-incr", 0.55), *_both("cheek/cheek-volume-decr", 0.5),
+            ("chin/chin-bones-incr", 0.3), ("chin/chin-prominent-incr", 0.3),
+            ("nose/nose-hump-incr", 0.3), ("nose/nose-width3-incr", 0.2),
+            ("eyebrows/eyebrows-trans-forward", 0.4), ("head/head-fat-decr", 0.5),
         ),
-        own=6,
+        own=6, local=_fuller_lips(0.9),
     ),
+    # Small and fine: a short face, a low narrow nose, a small pointed chin.
     Person(
-        "hana", 20, 0.0, (0.0, 1.0, 0.0), 0.45, 0.45,
-        (("head/head-oval", 0.2), *_both("cheek/cheek-volume-incr", 0.2)),
-        own=7,
+        "hana", 20, 0.0, (0.0, 1.0, 0.0), 0.42, 0.45,
+        (
+            ("head/head-invertedtriangular", 0.5), ("head/head-scale-horiz-decr", 0.25),
+            ("head/head-fat-decr", 0.5), ("chin/chin-bones-decr", 0.7),
+            ("chin/chin-triangle", 0.2), ("chin/chin-prominent-incr", 0.3),
+            *_both("eyes/eye-scale-incr", 0.25), ("mouth/mouth-scale-horiz-decr", 0.2),
+        ),
+        own=7, local=_fuller_lips(0.4),
     ),
+    # Bony: a big humped nose, a heavy brow, hollow temples, a strong chin.
     Person(
         "otto", 74, 1.0, (0.0, 0.0, 1.0), 0.60, 0.42,
         (
-            ("nose/nose-hump-incr", 0.35), ("neck/neck-double-incr", 0.4),
-            ("mouth/mouth-angles-up", 0.25),
+            ("nose/nose-hump-incr", 0.5), ("nose/nose-scale-vert-incr", 0.2),
+            ("neck/neck-double-incr", 0.35), ("mouth/mouth-angles-up", 0.25),
+            ("eyebrows/eyebrows-trans-forward", 0.6),
+            ("forehead/forehead-temple-decr", 0.4),
+            ("chin/chin-prominent-incr", 0.3), *_both("eyes/eye-scale-decr", 0.2),
         ),
-        own=8,
+        own=8, local=_fuller_lips(0.9),
     ),
 )  # fmt: skip
 """Four women and four men, of 20 to 74 years."""
@@ -101,6 +156,8 @@ def coefficients(face: NeutralFace, identity: IdentityBasis) -> dict[str, np.nda
         values = fitted(face, identity, face.mh.base.vertices + moved)
         drawn = np.random.default_rng(person.own).normal(size=len(values) - PRINCIPAL_COUNT)
         values[PRINCIPAL_COUNT:] += _own_share(face, identity) * np.clip(drawn, -2, 2)
+        for component, amount in person.local:
+            values[PRINCIPAL_COUNT + component] += amount
         found[person.name] = values
     return found
 

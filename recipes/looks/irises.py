@@ -38,10 +38,10 @@ class Iris:
 IRISES = {
     "brown": Iris((0.37, 0.23, 0.13), (0.29, 0.18, 0.105), (0.13, 0.085, 0.06), 0.8),
     "brownlight": Iris((0.50, 0.34, 0.18), (0.41, 0.30, 0.18), (0.20, 0.145, 0.10), 0.9),
-    "green": Iris((0.50, 0.40, 0.23), (0.41, 0.43, 0.31), (0.21, 0.24, 0.20), 1.0),
-    "blue": Iris((0.50, 0.50, 0.45), (0.39, 0.47, 0.54), (0.19, 0.25, 0.31), 1.0),
-    "lightblue": Iris((0.58, 0.59, 0.56), (0.51, 0.60, 0.66), (0.25, 0.33, 0.40), 1.0),
-    "bluegreen": Iris((0.50, 0.47, 0.35), (0.41, 0.50, 0.49), (0.19, 0.26, 0.27), 1.0),
+    "green": Iris((0.46, 0.37, 0.22), (0.37, 0.385, 0.29), (0.21, 0.24, 0.20), 1.0),
+    "blue": Iris((0.46, 0.46, 0.42), (0.36, 0.43, 0.485), (0.19, 0.25, 0.31), 1.0),
+    "lightblue": Iris((0.52, 0.53, 0.50), (0.455, 0.53, 0.58), (0.25, 0.33, 0.40), 1.0),
+    "bluegreen": Iris((0.46, 0.43, 0.33), (0.38, 0.455, 0.445), (0.19, 0.26, 0.27), 1.0),
     "grey": Iris((0.54, 0.52, 0.47), (0.50, 0.53, 0.53), (0.25, 0.28, 0.30), 1.0),
     "ice": Iris((0.60, 0.62, 0.61), (0.59, 0.66, 0.70), (0.29, 0.36, 0.41), 1.0),
 }
@@ -51,7 +51,7 @@ TOP, BELOW, GATHERED = 0.58, 1.10, 0.30
 """Light on the iris under the lid and at its lower edge; what the cornea gathers there."""
 SCLERA, FAR_SCLERA = (0.875, 0.82, 0.775), (0.80, 0.58, 0.52)
 """The white round the iris, and where the lids hide it."""
-FLESH = (0.74, 0.43, 0.39)
+FLESH = (0.95, 0.56, 0.51)
 """In the corners themselves."""
 CORNERS, VESSELS = 0.85, (0.66, 0.28, 0.24)
 VESSEL_COUNT, VESSEL_STRENGTH = 44, 0.42
@@ -95,7 +95,7 @@ def _sclera(angle: np.ndarray, around: np.ndarray) -> np.ndarray:
     """Off-white, yellower here and there; pink and veined towards the corners."""
     corner = _eased((angle - 0.42) / 0.62) * (0.35 + 0.65 * np.cos(around) ** 2)
     colour = np.array(SCLERA) + CORNERS * corner[..., None] * np.subtract(FAR_SCLERA, SCLERA)
-    flesh = _eased((angle - 0.78) / 0.28)[..., None]
+    flesh = (_eased((angle - 0.72) / 0.26) * np.cos(around) ** 2)[..., None]
     colour = colour + 0.9 * flesh * (np.array(FLESH) - colour)
     colour = colour * (1 + 0.012 * noise(35, SIZE, 18)[..., None] * np.array([0.4, 1.0, 1.6]))
     share = VESSEL_STRENGTH * _vessels()[..., None]

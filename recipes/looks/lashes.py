@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -35,6 +35,8 @@ class Lid:
     hairs : int
     strong : float
         How dark the darkest are, 0..1.
+    thick : tuple of float
+        Of the thinnest and the thickest, pixels of the picture that is drawn.
     """
 
     upper: bool
@@ -46,10 +48,32 @@ class Lid:
     fan: float
     hairs: int
     strong: float
+    thick: tuple[float, float]
 
 
-UPPER = Lid(True, 9.0, (0.40, 0.62, 0.80, 0.92, 1.0, 1.0, 0.85), 1.0, 0.05, 0.95, 0.55, 165, 1.0)
-LOWER = Lid(False, 4.6, (0.35, 0.55, 0.75, 0.90, 1.0, 1.0, 0.8), 0.9, -0.65, -0.35, 0.40, 62, 0.62)
+UPPER = Lid(
+    True, 8.6, (0.40, 0.62, 0.80, 0.92, 1.0, 1.0, 0.85), 1.0, 0.24, 0.85, 0.55, 175, 1.0, (4.6, 7.6)
+)
+LOWER = Lid(
+    False,
+    4.6,
+    (0.35, 0.55, 0.75, 0.90, 1.0, 1.0, 0.8),
+    0.9,
+    -0.65,
+    -0.35,
+    0.40,
+    74,
+    0.78,
+    (4.2, 6.6),
+)
+PICTURES = {
+    "lashes": (UPPER, LOWER),
+    "sparse": (
+        replace(UPPER, hairs=105, strong=0.85, thick=(3.8, 6.0)),
+        replace(LOWER, hairs=44, strong=0.65, thick=(3.4, 5.2)),
+    ),
+}
+"""Of the upper lid and the lower: full ones, and fewer and finer ones, as most men have."""
 
 
 def cards(face: NeutralFace) -> tuple[Cards, np.ndarray]:
@@ -60,7 +84,7 @@ def cards(face: NeutralFace) -> tuple[Cards, np.ndarray]:
         arc = anatomy.lid_arc(skin, lid.upper)
         arc = arc[np.argsort(np.abs(skin[arc, 0]))]
         index, weights, offset, uv = _band(skin, arc, face.assembly.eye_centre, lid)
-        side = np.stack([same_lid(skin, int(root), lid.upper) for root in index[:, 0]])
+        side = np.tile(edge_of(arc), (len(index), 1))
         mirror = anatomy.skin_mirror
         parts += [(index, weights, offset, uv, False)]
         parts += [(mirror[index], weights, offset * [-1, 1, 1], uv, True)]
@@ -109,20 +133,19 @@ def _band(
     return *many, offset.reshape(-1, 3), uv.reshape(-1, 2)
 
 
-def same_lid(skin: np.ndarray, root: int, upper: bool) -> np.ndarray:
-    """(NEIGHBOURS,) skin round a root; the other lid, which moves against it, left out."""
-    away = np.linalg.norm(skin - skin[root], axis=1)
-    other = (skin[:, 1] - skin[root, 1]) * (1 if upper else -1) < -0.0006
-    behind = skin[:, 2] < skin[root, 2] - 0.004
-    return np.argsort(away + 1.0 * (other | behind))[:NEIGHBOURS]
+def edge_of(arc: np.ndarray) -> np.ndarray:
+    """(NEIGHBOURS,) skin along the edge of a lid. All its lashes turn with the whole edge, as a lid
+    turns round the ball: beside a single root skin is wrung as the lid shuts, and so would the
+    lashes be."""
+    return arc[np.round(np.linspace(0, len(arc) - 1, NEIGHBOURS)).astype(int)]
 
 
-def picture() -> np.ndarray:
+def picture(lids: tuple[Lid, Lid]) -> np.ndarray:
     """(HEIGHT_PX, WIDTH_PX, 4): white hairs, to be tinted, and their alpha; roots below."""
     rng = np.random.default_rng(9)
     alpha = Image.new("L", (WIDTH_PX * FINER, HEIGHT_PX * FINER))
     draw = ImageDraw.Draw(alpha)
-    for lid in (UPPER, LOWER):
+    for lid in lids:
         _drawn(draw, lid, rng)
     small = np.asarray(alpha.resize((WIDTH_PX, HEIGHT_PX), Image.Resampling.BOX), float) / 255
     white = np.ones_like(small)
@@ -135,15 +158,15 @@ def _drawn(draw: ImageDraw.ImageDraw, lid: Lid, rng: np.random.Generator) -> Non
     t = np.linspace(0, 1, 10)
     roots = np.sort(rng.uniform(0.02, 0.985, lid.hairs))
     # Tips of neighbours meet in tufts.
-    tufts = np.sort(rng.uniform(0.02, 1.0, lid.hairs // 4))
+    tufts = np.sort(rng.uniform(0.02, 1.0, lid.hairs // 3))
     for root in roots:
         tuft = tufts[np.abs(tufts - root).argmin()]
-        tip = root + 0.55 * (tuft - root) + 0.012 * (root - 0.35) + 0.004 * rng.normal()
+        tip = root + 0.45 * (tuft - root) + 0.012 * (root - 0.35) + 0.004 * rng.normal()
         bow = 0.006 * rng.normal()
         x = wide * (root + (tip - root) * t**1.3 + bow * np.sin(np.pi * t))
         y = floor - high * 0.97 * rng.uniform(0.55, 1.0) * t
         strong = lid.strong * rng.uniform(0.75, 1.0)
-        thick = rng.uniform(6.0, 9.5)
+        thick = rng.uniform(*lid.thick)
         for k, (a, b) in enumerate(pairwise(zip(x, y, strict=True))):
             line = max(1, round(thick * (1 - 0.85 * t[k])))
             draw.line([*a, *b], fill=round(255 * strong), width=line)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial import KDTree
 
-from recipes.looks.canvas import Canvas, blurred
+from recipes.looks.canvas import Canvas, blurred, noise
 
 SIDES = ("Left", "Right")
 LID_MOVES_M = (0.0008, 0.0035)
@@ -15,7 +15,10 @@ CREASE_MM = ((-0.12, 1.8), (0.0, 2.6), (0.25, 3.7), (0.55, 4.2), (0.85, 4.0), (1
 """Of an upper lid: share of the way from the nose outwards, height over the lid's edge."""
 LID_MM = 0.0035
 """A millimetre above a lid, as a part of the atlas."""
-CREASE_WIDTH_MM, LASH_LINE_MM = 0.7, 0.7
+CREASE_WIDTH_MM, FOLD_WIDTH_MM, LASH_LINE_MM = 0.8, 2.4, 0.5
+"""Of the crease itself, of the soft shade round it, and of the roots of the lashes."""
+VEIN_PITCH, VEIN_WIDTH = 1 / 70, 0.09
+"""Between the thin veins of a lid, as a part of the atlas; their width, in deviations of noise."""
 RIM_MM = (15.3, 16.0)
 """The edges of lids are that far from the eye's centre."""
 
@@ -42,9 +45,10 @@ def rims(canvas: Canvas, size: int) -> np.ndarray:
     return canvas.spread(share, size).clip(0, 1)
 
 
-def lines(canvas: Canvas, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """(size, size) 0..1 each: the creases of upper lids, the roots of their lashes."""
-    creases, lashes = np.zeros((2, size, size))
+def lines(canvas: Canvas, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(size, size) 0..1 each: the creases of upper lids, the soft folds that they lie in, the
+    roots of their lashes."""
+    creases, folds, lashes = np.zeros((3, size, size))
     at = canvas.millimetres
     share, height = np.array(CREASE_MM).T
     for side in SIDES:
@@ -56,7 +60,14 @@ def lines(canvas: Canvas, size: int) -> tuple[np.ndarray, np.ndarray]:
         x = places[0, 0] + share * (places[-1, 0] - places[0, 0])
         y = np.interp(share, way, places[:, 1]) - height * LID_MM
         creases += _traced(np.stack([x, y], 1), size, CREASE_WIDTH_MM)
-    return creases.clip(0, 1), lashes.clip(0, 1)
+        folds += _traced(np.stack([x, y], 1), size, FOLD_WIDTH_MM)
+    return creases.clip(0, 1), folds.clip(0, 1), lashes.clip(0, 1)
+
+
+def veins(size: int) -> np.ndarray:
+    """(size, size) 0..1: thin winding lines, where noise passes through zero."""
+    winding, strong = noise(41, size, VEIN_PITCH * size), noise(42, size, 1.5 * VEIN_PITCH * size)
+    return np.exp(-((winding / VEIN_WIDTH) ** 2)) * (0.5 + 0.5 * strong).clip(0, 1)
 
 
 def _traced(places: np.ndarray, size: int, width_mm: float) -> np.ndarray:

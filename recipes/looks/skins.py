@@ -30,16 +30,29 @@ SKINS = {
     "dark_old_male": ("old_darkskinned_male", "", 1.0),
 }
 """The source of its detail, that of its broad colours where another is, strength of the detail."""
-LIP_OF_SKIN = {"female": (0.86, 0.66, 0.655), "male": (0.87, 0.75, 0.72)}
-"""Lips as factors of the skin around them (sRGB)."""
+LIP_OF_SKIN = {
+    "light_female": (0.86, 0.63, 0.64),
+    "light_male": (0.85, 0.69, 0.69),
+    "dark_female": (0.82, 0.64, 0.67),
+    "dark_male": (0.80, 0.69, 0.71),
+}
+"""Lips as factors of the skin around them (sRGB): less red in men, duller in dark skin."""
+LIP_CREASE, LIP_ROLL = (0.045, 0.075, 0.07), 0.035
+"""How much darker lips are in their fine upright creases; how much paler the skin along them."""
+LIP_CREASE_PX, LIP_CREASE_DEPTH = (15, 1.5), 0.022
+"""Length and width of a crease on an atlas of 2048 px, and how deep it is."""
 LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
-LID_OF_SKIN, LID_GRAIN = (0.99, 0.94, 0.935), 0.2
-CREASE_DEPTH, CREASE_OF_SKIN = 0.20, (0.74, 0.62, 0.60)
-RIM_OF_SKIN, LASH_LINE_OF_SKIN = (0.88, 0.77, 0.76), (0.30, 0.22, 0.20)
-"""The edges of lids are wet and let blood show; roots of lashes are dark."""
+LID_OF_SKIN = {"light": (0.93, 0.85, 0.84), "dark": (0.79, 0.765, 0.745)}
+LID_GRAIN, STRETCHED_GRAIN = 0.2, 0.05
+"""A lid's grain is drawn out as it shuts: less of it than elsewhere."""
+CREASE_DEPTH, CREASE_OF_SKIN, FOLD_OF_SKIN = 0.10, (0.78, 0.67, 0.65), (0.90, 0.85, 0.84)
+VEIN_OF_SKIN = (0.92, 0.86, 0.90)
+RIM_OF_SKIN, RIM_FLESH, RIM_IS_FLESH = (0.97, 0.79, 0.785), (0.84, 0.52, 0.49), 0.12
+LASH_LINE_OF_SKIN = (0.58, 0.48, 0.46)
+"""The edges of lids are wet, and flesh of the same red in everybody; roots of lashes are dark."""
 UNDER_EYE_OF_SKIN = (0.935, 0.925, 0.955)
 EVENED_HUE, EVENED_LIGHT, EVENED_ORBIT = 0.85, 0.60, 0.9
 """How far patches of another hue or brightness come to the colour of the cheeks; round eyes."""
@@ -96,7 +109,7 @@ class Masks:
         within = np.minimum.reduce([*beside, np.hypot((x - 29) / 15, (y + 10) / 4.5)])
         self.round_eye = canvas.spread(np.exp(-(within**4)) * front, size).clip(0, 1)
         self.rim = lids.rims(canvas, size)
-        self.crease, self.lash_line = lids.lines(canvas, size)
+        self.crease, self.lid_fold, self.lash_line = lids.lines(canvas, size)
 
 
 def beard(canvas: Canvas, size: int) -> np.ndarray:
@@ -136,16 +149,16 @@ def skin(folder: Path, name: str, masks: Masks, size: int) -> np.ndarray:
         wide = size / 400
         coarse = baked(folder, broad, size)
         colour = blurred(coarse, wide) + strength * (colour - blurred(colour, wide))
-    sex = name.split("_")[-1]
+    tone, _, sex = name.split("_")
     colour = _shaven(colour.clip(0, 1), masks)
     colour = _lit_orbits(colour, masks)
-    colour = _plain_lids(colour, masks)
+    colour = _plain_lids(colour, masks, tone)
     colour = _without_orange(colour, masks)
     colour = _without_glints(colour, masks)
     colour = _evened(colour, masks)
     colour = _plain_corners(colour, masks)
     colour = _plain_ears(colour, masks)
-    colour = _natural_lips(colour, masks, sex)
+    colour = _natural_lips(colour, masks, f"{tone}_{sex}")
     colour = _eyes_bedded(colour, masks)
     colour = _mottled(colour, masks)
     colour[socket_patch(size)] = np.array(SOCKET) * np.clip(_skin_colour(colour, masks) * 1.3, 0, 1)
@@ -175,18 +188,20 @@ def _lit_orbits(colour: np.ndarray, masks: Masks) -> np.ndarray:
     return colour * np.maximum(_skin_colour(colour, masks) / wide, 1) ** share
 
 
-def _plain_lids(colour: np.ndarray, masks: Masks) -> np.ndarray:
+def _plain_lids(colour: np.ndarray, masks: Masks, tone: str) -> np.ndarray:
     """Lids, and what is next to them, in the colour of the skin round them: shade that is painted
     there is drawn out to streaks when they shut, and lashes lie where no lid ends."""
-    lid = np.maximum(masks.lid, masks.round_eye)
+    lid = np.maximum.reduce([masks.lid, masks.round_eye, masks.rim])
     outside = (1 - lid)[..., None] ** 2 * (masks.open > 0.75)[..., None]
     wide = colour.shape[0] / 30
     around = blurred(colour * outside, wide) / np.maximum(blurred(outside, wide), 1e-4)
     cheek = _skin_colour(colour, masks)
-    plain = (0.75 * around + 0.25 * cheek) * LID_OF_SKIN
+    plain = (0.75 * around + 0.25 * cheek) * LID_OF_SKIN[tone]
     grain = colour - blurred(colour, colour.shape[0] / 500)
     share = lid[..., None]
-    return colour * (1 - share) + (plain + LID_GRAIN * grain) * share
+    stretched = np.maximum(masks.lid, masks.rim)[..., None]
+    kept = LID_GRAIN + (STRETCHED_GRAIN - LID_GRAIN) * stretched
+    return colour * (1 - share) + (plain + kept * grain) * share
 
 
 def _without_orange(colour: np.ndarray, masks: Masks) -> np.ndarray:
@@ -226,15 +241,18 @@ def _evened(colour: np.ndarray, masks: Masks) -> np.ndarray:
 
 
 def _eyes_bedded(colour: np.ndarray, masks: Masks) -> np.ndarray:
-    """Thin skin under the eyes, creases and wet edges of the lids, dark roots of lashes."""
+    """Thin skin under the eyes, creases, veins and wet edges of the lids, dark roots of lashes."""
     for share, factor in (
         (masks.under_eye, UNDER_EYE_OF_SKIN),
+        (masks.lid * lids.veins(colour.shape[0]), VEIN_OF_SKIN),
+        (masks.lid_fold, FOLD_OF_SKIN),
         (masks.crease, CREASE_OF_SKIN),
         (masks.rim, RIM_OF_SKIN),
         (masks.lash_line, LASH_LINE_OF_SKIN),
     ):
         colour = colour * (1 - share[..., None] * (1 - np.array(factor)))
-    return colour
+    flesh = RIM_IS_FLESH * masks.rim[..., None] * (1 - masks.lash_line[..., None])
+    return colour * (1 - flesh) + np.array(RIM_FLESH) * flesh
 
 
 def _mottled(colour: np.ndarray, masks: Masks) -> np.ndarray:
@@ -272,12 +290,23 @@ def _plain_ears(colour: np.ndarray, masks: Masks) -> np.ndarray:
     return colour * (1 - share) + (tinted + EAR_GRAIN * grain) * share
 
 
-def _natural_lips(colour: np.ndarray, masks: Masks, sex: str) -> np.ndarray:
+def _natural_lips(colour: np.ndarray, masks: Masks, kind: str) -> np.ndarray:
+    """Lips in a red of the skin's own, darker in fine creases, with a pale roll along them."""
+    size, sex = colour.shape[0], kind.split("_")[-1]
     bright = luma(colour)[..., None]
     inside = masks.lip > 0.9
-    natural = bright / bright[inside].mean() * _skin_colour(colour, masks) * LIP_OF_SKIN[sex]
+    natural = bright / bright[inside].mean() * _skin_colour(colour, masks) * LIP_OF_SKIN[kind]
     share = LIP_NATURAL[sex] * masks.lip[..., None]
-    return colour * (1 - share) + natural * share
+    colour = colour * (1 - share) + natural * share
+    roll = LIP_ROLL * blurred(masks.lip, size / 160) * (1 - masks.lip)
+    creased = (masks.lip * _lip_creases(size).clip(0, 2))[..., None] * np.array(LIP_CREASE)
+    return colour * (1 - creased) * (1 + 2 * roll[..., None])
+
+
+def _lip_creases(size: int) -> np.ndarray:
+    """(size, size) of deviation 1: fine and upright, deeper where it is more."""
+    long, wide = (px * size / 2048 for px in LIP_CREASE_PX)
+    return 0.7 * noise(3, size, (long, wide)) + 0.5 * noise(8, size, (1.5 * long, 2.2 * wide))
 
 
 def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> np.ndarray:
@@ -286,13 +315,13 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     scale = size / 2048
     fine = blurred(bright, 0.9 * scale) - blurred(bright, 8 * scale)
     outside = 1 - masks.lip
-    bare = (1 - masks.scalp.clip(0, 1)) * (1 - 0.8 * masks.lid)
+    bare = (1 - masks.scalp.clip(0, 1)) * (1 - 0.95 * masks.lid) * (1 - masks.rim)
     bare *= (1 - 0.7 * masks.corner) * (1 - 0.7 * masks.ear)
     height = depth * fine * bare * outside
     pores, grain = _relief(size)
     wide = PORES[0] + (PORES[1] - PORES[0]) * masks.pored
     height -= bare * outside * (wide * pores + GRAIN * grain + 0.003 * noise(1, size, 0.9 * scale))
-    height += 0.014 * masks.lip * noise(3, size, (12 * scale, 1.6 * scale))
+    height -= LIP_CREASE_DEPTH * masks.lip * _lip_creases(size)
     height -= CREASE_DEPTH * masks.crease
     slope_x, slope_y = ndimage.sobel(height, 1), ndimage.sobel(height, 0)
     strength = 2.2
@@ -319,7 +348,7 @@ def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
     rough = 0.50 - 0.11 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
-    rough -= 0.24 * masks.rim * (1 - masks.lip)
+    rough += 0.08 * masks.lid - 0.28 * masks.rim * (1 - masks.lip)
     shade = np.maximum(0.35 + 0.65 * masks.open, np.maximum(masks.lid, 0.92 * masks.orbit))
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
@@ -367,5 +396,5 @@ def flush(canvas: Canvas, masks: Masks) -> np.ndarray:
     plain = np.maximum(0.55 * spot(0, 40, 30, 16), 0.7 * spot(27, -62, 9, 9))
     broad = blurred(canvas.spread(warm - 0.6 * plain, SIZE), SIZE / 200) + masks.ear
     blotches = 0.5 * noise(11, SIZE, 16) + 0.5 * noise(12, SIZE, 6) + 0.3 * noise(13, SIZE, 3)
-    uneven = 0.12 * blotches * (1 - masks.lip) * (1 - 0.7 * masks.lid)
+    uneven = 0.12 * blotches * (1 - masks.lip) * (1 - masks.lid)
     return (0.42 + 0.50 * broad + uneven).clip(0, 1)

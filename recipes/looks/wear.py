@@ -92,8 +92,9 @@ def bake_lashes(fitting: Fitting, folder: Path) -> None:
     """Lashes, which turn with the skin of their lid."""
     cards, around = lashes.cards(fitting.face)
     write(folder / "lashes.npz", fitting, cards, around=around)
-    size = save(folder / "lashes.webp", lashes.picture(), 80)
-    print(f"lashes: {len(cards.points)} vertices, {size / 1e3:.0f} kB")
+    for name, lids in lashes.PICTURES.items():
+        size = save(folder / f"{name}.webp", lashes.picture(lids), 80)
+        print(f"{name}: {len(cards.points)} vertices, {size / 1e3:.0f} kB")
 
 
 def write(path: Path, fitting: Fitting, cards: Cards, skull_m=None, **more: np.ndarray) -> None:

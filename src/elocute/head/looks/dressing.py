@@ -20,8 +20,9 @@ DULL_WHITE = 0.22
 """How much darker the whites of the eyes are in the darkest skin: pure white seems to glow."""
 HAIR_PICTURES = {"curls": "curls", "coils": "curls", "afro": "curls", "buzz": "buzz"}
 """Of styles that are not of straight strands."""
-LASHES = "lashes/lashes"
-SHORTEST_LASH = 0.4
+LASHES, SPARSE_LASHES = "lashes/lashes", "lashes/sparse"
+SHORTEST_LASH, SPARSE_BELOW = 0.35, 0.6
+"""Of the longest; which lashes are not only shorter, but fewer and finer, as most men's are."""
 LASH_COLOUR, LASH_OF_HAIR = (0.006, 0.005, 0.004), 0.05
 """What lashes have at least, and how much of the hair's colour they take."""
 BROW_WARMTH = (1.0, 0.93, 0.84)
@@ -63,7 +64,8 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
     if look.lashes > 0:
         cards = read_cards(LASHES).scaled(SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes)
         lash = tuple(least + LASH_OF_HAIR * c for least, c in zip(LASH_COLOUR, hair, strict=True))
-        dressed = _wearing(dressed, head, "lashes", cards, _strands(LASHES, lash))
+        picture = SPARSE_LASHES if look.lashes < SPARSE_BELOW else LASHES
+        dressed = _wearing(dressed, head, "lashes", cards, _strands(picture, lash))
     if look.brows != "none":
         place = f"brows/{look.brows}"
         dressed = _wearing(dressed, head, "brows", read_cards(place), _strands(place, brow))
