@@ -74,7 +74,7 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 3.8, 0.0004, 0.0034, 0.04
+TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 3.8, 0.0004, 0.0032, 0.04
 """How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
 the jaw's opening that this is made for."""
 PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.8, 0.0006, 0.0025

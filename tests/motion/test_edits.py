@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity, sample_identity
+from elocute.head.shape_reach import lid_gap
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.edits import (
     cut,
@@ -20,7 +21,6 @@ from elocute.motion.edits import (
     with_shape,
     without_pose,
 )
-from elocute.motion.edits.blinks import lid_gap
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion, save_motion
 from elocute.numerics.quaternions import to_axis_angle

@@ -13,6 +13,7 @@ from elocute.errors import HeadError
 from elocute.head.character import Character
 from elocute.head.looks.look import Look
 from elocute.head.model_checks import check_head, refuse
+from elocute.head.shape_reach import shape_reach
 from elocute.head.skin_tone import TONE_SHARES, recoloured
 from elocute.head.surface import Surface
 from elocute.numerics.input_checks import floats_of
@@ -266,10 +267,12 @@ class HeadModel:
         return float(np.linalg.norm(outer[1] - outer[0]))
 
     def with_identity(self, coefficients: Float32Array) -> HeadModel:
-        """The same head with another face: template, joints, skin tone, and fitting blinks.
+        """The same head with another face: template, joints, skin tone, fitting blinks and round
+        lips.
 
-        A blink is made for the mean face; on an eye that is wider open it reaches further in
-        proportion. The identity space itself is dropped.
+        Shapes are made for the mean face; on an eye that is wider open a blink reaches further in
+        proportion, and so do round lips from the corners of a wider mouth. The identity space
+        itself is dropped.
 
         Parameters
         ----------
@@ -297,13 +300,9 @@ class HeadModel:
                 allowed=f"at most {len(self.identity_basis)}",
             )
         template = self.identity_template(coefficients)
-        basis = self.expression_basis
-        for side in ("left", "right"):
-            name = f"eyeBlink{side.capitalize()}"
-            if name in self.expression_names and f"lid_upper_{side}" in self.regions:
-                basis = basis.copy() if basis is self.expression_basis else basis
-                scale = self._lid_gap(template, side) / self._lid_gap(self.template, side)
-                basis[self.expression_index(name)] *= np.float32(scale)
+        basis = self.expression_basis.copy()
+        for name, factors in shape_reach(self, template).items():
+            basis[self.expression_index(name)] *= factors
         return replace(
             self,
             template=template.astype(np.float32),
@@ -326,10 +325,6 @@ class HeadModel:
             where = np.unique(self.quads[self.material == index])
             share[where] = np.maximum(share[where], TONE_SHARES.get(name, 0.0))
         return recoloured(self.vertex_color, share, mean, tone)
-
-    def _lid_gap(self, vertices: Float32Array, side: str) -> float:
-        upper = vertices[self.regions[f"lid_upper_{side}"], 1].mean()
-        return float(upper - vertices[self.regions[f"lid_lower_{side}"], 1].mean())
 
     def vertices(self, identity: Float32Array, expression: Float32Array) -> Float32Array:
         """One face in zero pose.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import MotionError
-from elocute.head.model import HeadModel
+from elocute.head.shape_reach import has_lids, lid_gap
 from elocute.motion.blink_timing import (
     BLINK_S,
     CLOSED_S,
@@ -205,13 +205,3 @@ def lid_scale(motion: Motion, side: str) -> NDArray[np.float32]:
     rest = lid_gap(head, head.template, side)
     slopes = np.array([lid_gap(head, head.expression_basis[c], side) for c in columns])
     return (1 + motion.weights[:, columns] @ slopes / rest).astype(np.float32)
-
-
-def has_lids(head: HeadModel, side: str) -> bool:
-    return all(len(head.regions.get(f"lid_{lid}_{side}", ())) for lid in ("upper", "lower"))
-
-
-def lid_gap(head: HeadModel, vertices: NDArray[np.floating], side: str) -> float:
-    """Mean height of the upper lid over the lower one, m; linear in the vertices (vertex, 3)."""
-    upper, lower = (vertices[head.regions[f"lid_{lid}_{side}"], 1] for lid in ("upper", "lower"))
-    return float(upper.mean(dtype=np.float64) - lower.mean(dtype=np.float64))

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.errors import MotionError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
-from elocute.motion.edits.blinks import has_lids, identity_columns, lid_gap, lid_scale
+from elocute.head.shape_reach import shape_reach
+from elocute.motion.edits.blinks import identity_columns, lid_scale
 from elocute.motion.edits.keyframes import Keyframes, read_keyframes
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.resampling import interpolate
@@ -79,7 +80,7 @@ def with_identity_over_time(
     -----
     Skin tone and the places of the joints stay as the first keyframe has them. Joints of the named
     faces differ by up to 8 mm: under a turned head the last face is off by as much times the sine
-    of the turn.
+    of the turn. Round lips fit the first face's mouth.
 
     References
     ----------
@@ -168,12 +169,9 @@ def _identity_space(head: HeadModel, space: HeadModel | None) -> HeadModel:
             f"head {known.name!r}", found="no identities", allowed="a head with them"
         )
     basis = head.expression_basis.copy()
-    for side in SIDES:
-        name = f"eyeBlink{side}"
-        if name in head.expression_names and has_lids(head, side.lower()):
-            # The blink fits this face's eye: give it the mean face's reach again.
-            reach = [lid_gap(h, h.template, side.lower()) for h in (known, head)]
-            basis[head.expression_index(name)] *= np.float32(reach[0] / reach[1])
+    # Blinks and round lips fit this face: give them the mean face's reach again.
+    for name, factors in shape_reach(head, known.template).items():
+        basis[head.expression_index(name)] *= factors
     return replace(
         head,
         template=known.template,

@@ -1,0 +1,61 @@
+"""How far shapes that are made for the mean face reach on another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from elocute.head.model import HeadModel
+
+ROUND_LIPS = ("mouthFunnel", "mouthPucker")
+"""Shapes that draw the corners of the mouth in."""
+
+
+def shape_reach(head: HeadModel, template: NDArray[np.floating]) -> dict[str, NDArray[np.float32]]:
+    """Factors of the shapes that depend on the face: a blink shuts an eye that is wider open, round
+    lips are as round from the corners of a wider mouth.
+
+    Parameters
+    ----------
+    head : HeadModel
+        With the face that its shapes fit.
+    template : (vertex, 3)
+        Another neutral face, m.
+
+    Returns
+    -------
+    dict of str to (3,) float32
+        By the name of a shape; x, y and z of its displacements. Shapes that stay, and those of a
+        head that does not name its lids or corners, are left out.
+    """
+    reach = {}
+    for side in ("left", "right"):
+        name = f"eyeBlink{side.capitalize()}"
+        if name in head.expression_names and has_lids(head, side):
+            scale = lid_gap(head, template, side) / lid_gap(head, head.template, side)
+            reach[name] = np.full(3, scale, np.float32)
+    if len(head.inner_corners):
+        scale = _mouth_width(head, template) / _mouth_width(head, head.template)
+        factors = np.array([scale, 1, 1], np.float32)
+        reach |= {name: factors for name in ROUND_LIPS if name in head.expression_names}
+    return reach
+
+
+def has_lids(head: HeadModel, side: str) -> bool:
+    """Whether a head names both lids of the eye `left` or `right`."""
+    return all(len(head.regions.get(f"lid_{lid}_{side}", ())) for lid in ("upper", "lower"))
+
+
+def lid_gap(head: HeadModel, vertices: NDArray[np.floating], side: str) -> float:
+    """Mean height of the upper lid over the lower one, m; linear in the vertices (vertex, 3)."""
+    upper, lower = (vertices[head.regions[f"lid_{lid}_{side}"], 1] for lid in ("upper", "lower"))
+    return float(upper.mean(dtype=np.float64) - lower.mean(dtype=np.float64))
+
+
+def _mouth_width(head: HeadModel, vertices: NDArray[np.floating]) -> float:
+    """Between the inner corners of the lips, m."""
+    one, other = vertices[head.inner_corners]
+    return float(np.linalg.norm(one - other))
