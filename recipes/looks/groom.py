@@ -61,6 +61,8 @@ LATE_M = 0.06
 FINE_EDGE, EDGE_CLOSE = 0.4, 0.75
 """Where less than this lies inside of the hairline one sees through locks; short ones are narrower
 there and stand closer."""
+TEMPLE_MM, TEMPLE_EDGE = (-105.0, 52.0), 0.9
+"""Temples: before the first, below the second height, and how far inside of the hairline."""
 PATCH_MM, PATCHY = 13.0, 0.10
 """How large patches of lighter and darker hair are, and how much those differ in brightness."""
 UNEVEN, SHORT_UNEVEN = 0.70, 0.84
@@ -89,7 +91,7 @@ class Layer:
     shade : float
         Brightness, 0..1.
     where : str
-        "all", or where alone it grows: along the "parting", at the "hairline".
+        "all", or where alone it grows: along the "parting", at the "hairline", at the "temples".
     """
 
     apart_m: float
@@ -193,6 +195,8 @@ def _layer(scalp: Scalp, groom: Groom, layer: Layer, rng: np.random.Generator) -
         roots = roots[parting[roots] > 0.15]
     if layer.where == "hairline":
         roots = roots[scalp.inside[roots] < 0.5]
+    if layer.where == "temples":
+        roots = roots[_beside_the_face(places[roots]) & (scalp.inside[roots] < TEMPLE_EDGE)]
     roots = roots[length[roots] > 0.003]
     if layer.where == "hairline":
         return [_grown(scalp, groom, layer, roots, HAIRLINE_STEPS, rng)]
@@ -201,6 +205,11 @@ def _layer(scalp: Scalp, groom: Groom, layer: Layer, rng: np.random.Generator) -
     return [
         _grown(scalp, groom, layer, chosen, steps, rng) for chosen, steps in groups if len(chosen)
     ]
+
+
+def _beside_the_face(places: Places) -> np.ndarray:
+    """(n,) where hair grows from the corner of the forehead down to the ear."""
+    return (places[:, 2] > TEMPLE_MM[0]) & (places[:, 1] < TEMPLE_MM[1])
 
 
 def _grown(

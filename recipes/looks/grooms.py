@@ -123,6 +123,11 @@ FACE_MM = ((-200, -76), (-60, -74), (0, -70), (25, -62), (48, -36), (60, 10))
 FRAME_MM = (-14.0, 30.0)
 """Hair that would hang between these distances behind and before that line is pushed together
 behind it: a curtain thins out, a wall does not."""
+EDGE_MM = 6.0
+"""How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge."""
+FRAMING = Layer(0.0036, 0.0055, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
+FRAMING_AHEAD_MM, FRAMING_FORWARD = 9.0, 0.55
+"""Fine ribbons of all lengths that fall beside the face, this far before the others."""
 GATHER = 0.2
 """How fast hair comes together on the back."""
 OFF_CLOTH_MM, WAVE_M = 10.0, 0.100
@@ -130,9 +135,12 @@ FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.5, 1.38, 1.15
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 
 
-def off_the_face(places: Places) -> Places:
+def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
+    """Rows are ribbons, in their order from step to step: each keeps a line of its own."""
     x, y, _ = places.T
-    limit = np.interp(y, *np.array(FACE_MM).T) + 4 * np.sin(y / 21 + 1) + 2 * np.sin(y / 8 + x)
+    own = EDGE_MM * np.random.default_rng(29).normal(size=len(places))
+    limit = np.interp(y, *np.array(FACE_MM).T) + ahead_mm + own + 4 * np.sin(y / 21 + 1)
+    limit = limit + 2 * np.sin(y / 8 + x)
     behind, before = FRAME_MM
     over = np.clip((places[:, 2] - limit - behind) / (before - behind), 0, 1)
     pushed = limit + behind - behind * np.sqrt(over)
@@ -189,8 +197,19 @@ def falling(
     )  # fmt: skip
 
 
-def off_face_and(body: Skin, shift: np.ndarray) -> OfPlaces:
-    return lambda places: off_the_body(off_the_face(places), body, shift)
+def off_face_and(body: Skin, shift: np.ndarray, ahead_mm: float = 0.0) -> OfPlaces:
+    return lambda places: off_the_body(off_the_face(places, ahead_mm), body, shift)
+
+
+def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
+    """What falls beside the face before the rest of a style: without it, hair ends in an edge."""
+
+    def comb(places: Places) -> np.ndarray:
+        temple = ramp(places[:, 2], -115, -75) * ramp(places[:, 1], -10, 20)
+        return whole.comb(places) + FRAMING_FORWARD * temple[:, None] * np.array([0, -0.3, 1.0])
+
+    free = off_face_and(body, shift, FRAMING_AHEAD_MM)
+    return replace(whole, comb=comb, free=free, layers=(FRAMING,), steps=7)
 
 
 def long(body: Skin, shift: np.ndarray) -> Groom:

@@ -50,10 +50,10 @@ def styles(scalp: Scalp) -> dict[str, Cards]:
     earless = without_ears(scalp)
     tied = groom.grown(scalp, grooms.tied())
     made = {name: groom.grown(scalp, style()) for name, style in grooms.GROOMS.items()}
-    made |= {
-        name: over_ears(face, groom.grown(earless, style(body, scalp.shift)))
-        for name, style in grooms.FALLING.items()
-    }
+    for name, style in grooms.FALLING.items():
+        whole = style(body, scalp.shift)
+        before = groom.ribbons_of(earless, grooms.framing(whole, body, scalp.shift))
+        made[name] = over_ears(face, together(groom.grown(earless, whole), before))
     made |= {name: curls.curls(scalp, curl) for name, curl in curls.CURLS.items()}
     made |= {"ponytail": together(tied, tail(scalp)), "bun": together(tied, knot(scalp))}
     return made | {"buzz": curls.buzz(scalp)}
