@@ -53,6 +53,11 @@ def spoilt(face: HeadModel, vertices: Any, offset_mm: tuple[float, float, float]
     return replace(face, template=template)
 
 
+def mouth_width(face: HeadModel) -> float:
+    left, right = face.template[face.inner_corners]
+    return float(np.linalg.norm(left - right))
+
+
 def test_closures_are_heard_where_the_rules_close(
     motion: Motion, closures: list[tuple[float, float]]
 ) -> None:
@@ -64,15 +69,17 @@ def test_closures_are_heard_where_the_rules_close(
 
 
 def test_sound_faces_have_no_fault(motion: Motion, closures: list[tuple[float, float]]) -> None:
-    scores = face_scores(motion, random_faces(motion, 3, seed=SOUND), closures)
+    faces = list(random_faces(motion, 3, seed=SOUND))
+    scores = face_scores(motion, faces, closures)
     own = measure_mouth(motion)
-    for score in scores:
+    for face, score in zip(faces, scores, strict=True):
+        wider = mouth_width(face) / mouth_width(motion.head)  # round lips come from further away
         assert score.faults == () and score.severity <= 1
         assert score.sealed == score.closures == len(closures)
         assert score.widest_gap_mm <= 0.1
         assert score.peak_opening_mm == pytest.approx(own["opening_mm"].max(), abs=0.01)
         assert score.mean_opening_mm == pytest.approx(own["opening_mm"].mean(), abs=0.01)
-        assert score.width_range_mm == pytest.approx(np.ptp(own["width_mm"]), rel=0.1)
+        assert score.width_range_mm == pytest.approx(wider * np.ptp(own["width_mm"]), rel=0.05)
     depths = {round(score.tooth_depth_mm, 6) for score in scores}
     assert len(depths) == 3  # each by its own teeth
     again = face_scores(motion, random_faces(motion, 2, seed=SOUND), closures)
@@ -152,7 +159,10 @@ def test_a_decoder_moves_faces_by_its_own_shapes(
     (one,), (two,) = (
         face_scores(each, random_faces(each, 1, seed=4), closures) for each in (motion, again)
     )
-    assert vars(one) == pytest.approx(vars(two), abs=1e-3)
+    # Round lips are fitted to a face by their names, which a decoder's shapes do not have.
+    assert one.width_range_mm == pytest.approx(two.width_range_mm, rel=0.1)
+    same = replace(one, width_range_mm=two.width_range_mm)
+    assert vars(same) == pytest.approx(vars(two), abs=1e-3)
     with pytest.raises(HeadError, match="other shapes"):
         face_scores(again, random_faces(motion, 1, seed=4), closures)
 

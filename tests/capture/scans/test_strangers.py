@@ -221,14 +221,13 @@ def test_a_face_cut_out_is_found_without_landmarks_or_told_lost(head: HeadModel,
         pytest.xfail(f"{apart:.1f} mm off and not told as lost; 6 is wanted")
 
 
-@pytest.mark.parametrize(("place", "close"), [(0, False), (1, True), (2, True)])
+@pytest.mark.parametrize("place", [0, 1, 2])
 def test_a_face_laid_over_the_wrong_place_is_lost(
     head: HeadModel,
     stage: ScanSimulator,
     scans: list[Scan],
     monkeypatch: pytest.MonkeyPatch,
     place: int,
-    close: bool,
 ):
     """Free to bend, the head lies close to nearly anything: here the right place is withheld."""
 
@@ -242,10 +241,9 @@ def test_a_face_laid_over_the_wrong_place_is_lost(
     found = register_neutral(head, scans[0], no_landmarks())[1]
     assert apart_mm(found.vertices, stage.truth(0).posed, head.landmarks) > 50
     assert found.surface.median < 0.4
-    assert (found.surface.face_median < found.surface.limit) is close
     assert found.surface.strange > register.LOST_NOBODY_MM
     assert found.parameters.deviation > register.NOBODY
-    assert "any that the model knows" in found.lost or not close
+    assert found.lost
 
 
 def test_a_scan_that_is_wound_inside_out_is_turned(
