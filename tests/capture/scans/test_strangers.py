@@ -221,12 +221,13 @@ def test_a_face_cut_out_is_found_without_landmarks_or_told_lost(head: HeadModel,
         pytest.xfail(f"{apart:.1f} mm off and not told as lost; 6 is wanted")
 
 
-@pytest.mark.parametrize("place", [0, 1, 2])
+@pytest.mark.parametrize(("frame", "place"), [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2)])
 def test_a_face_laid_over_the_wrong_place_is_lost(
     head: HeadModel,
     stage: ScanSimulator,
     scans: list[Scan],
     monkeypatch: pytest.MonkeyPatch,
+    frame: int,
     place: int,
 ):
     """Free to bend, the head lies close to nearly anything: here the right place is withheld."""
@@ -238,12 +239,23 @@ def test_a_face_laid_over_the_wrong_place_is_lost(
         return wrong[place : place + 1]
 
     monkeypatch.setattr(register, "initial_poses", elsewhere)
-    found = register_neutral(head, scans[0], no_landmarks())[1]
-    assert apart_mm(found.vertices, stage.truth(0).posed, head.landmarks) > 50
+    found = register_neutral(head, scans[frame], no_landmarks())[1]
+    assert apart_mm(found.vertices, stage.truth(frame).posed, head.landmarks) > 50
     assert found.surface.median < 0.4
-    assert found.surface.strange > register.LOST_NOBODY_MM
-    assert found.parameters.deviation > register.NOBODY
-    assert found.lost
+    assert found.surface.strange > register.LOST_STRANGE_MM and found.lost
+    if frame == 1:  # nothing but its strangeness tells that this place is wrong
+        assert found.surface.face_median < found.surface.limit
+        assert "from any that the model knows" in found.lost
+
+
+def test_a_face_that_nobody_has_is_lost_sooner(found: tuple[Template, Registration]):
+    """Alike strange, one person's numbers are usual and the other's are not."""
+    right = replace(found[1], landmark_mm=None)
+    right = replace(right, surface=replace(right.surface, strange=3.0))
+    identity = right.parameters.identity
+    for deviation, told in ((1.7, False), (2.0, True)):
+        drawn = replace(right.parameters, identity=np.full_like(identity, deviation))
+        assert ("any that the model knows" in replace(right, parameters=drawn).lost) is told
 
 
 def test_a_scan_that_is_wound_inside_out_is_turned(
