@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 AROUND = 24
-PUPIL_RAD, IRIS_RAD = 0.155, 0.425
+PUPIL_RAD = 0.155
+"""Of the vertex colours; pictures have a pupil of their own."""
 RINGS_RAD = (
     0.08,
     0.130,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from elocute.head.looks.eyes import EDGE_RAD, IRIS_RAD
 from recipes.head import atlas
 from recipes.head.assembly import PARTS
-from recipes.head.eyeball import IRIS_RAD, PUPIL_RAD
+from recipes.head.eyeball import PUPIL_RAD
 from recipes.head.face import NeutralFace
 
 MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball", "hair")
@@ -25,8 +26,6 @@ TOOTH, TOOTH_ROOT = (0.845, 0.81, 0.74), (0.72, 0.62, 0.50)
 BITING, BITING_FROM = (0.76, 0.745, 0.715), 0.86
 """The edge of an incisor lets light through, from this share of its height."""
 GAP = (0.50, 0.36, 0.29)
-EYE_TEXTURE_RAD = 1.35
-"""Angle from the eye's axis that the edge of its image shows."""
 DEEP_TOOTH = (0.55, 0.30, 0.26)
 GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.75, 0.45, 0.425), (0.44, 0.19, 0.19)
 TONGUE_TIP_M, TONGUE_DEEP_M = 0.008, 0.044
@@ -173,7 +172,7 @@ def _round_the_axis(angle: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Circles of equal angle round the middle, the same for both eyes as seen from the front."""
     side = points[:, :2] - (points[0, :2] + points[-1, :2]) / 2
     length = np.linalg.norm(side, axis=1, keepdims=True)
-    reach = np.minimum(angle / EYE_TEXTURE_RAD, 1)[:, None]
+    reach = np.minimum(angle / EDGE_RAD, 1)[:, None]
     return 0.5 + 0.5 * reach * side / np.maximum(length, 1e-9)
 
 

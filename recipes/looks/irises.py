@@ -13,13 +13,15 @@ import numpy as np
 import scipy.ndimage as ndimage
 from PIL import Image, ImageDraw
 
+from elocute.head.looks.eyes import EDGE_RAD, IRIS_RAD
+from elocute.head.looks.eyes import PUPIL_RAD as EDGE_OF_PUPIL_RAD
 from elocute.numerics.smoothing import smoothstep
-from recipes.head.eyeball import IRIS_RAD
-from recipes.head.paint import EYE_TEXTURE_RAD
 from recipes.looks.canvas import noise
 
 SIZE, FINER = 512, 3
-PUPIL_RAD, PUPIL_EDGE_RAD = 0.128, 0.022
+PUPIL_EDGE_RAD = 0.022
+PUPIL_RAD = EDGE_OF_PUPIL_RAD - PUPIL_EDGE_RAD / 2
+"""Where its edge begins."""
 LIMBUS_RAD = 0.05
 """Over which the iris gives way to the white."""
 Colour = tuple[float, float, float]
@@ -60,7 +62,7 @@ VESSEL_COUNT, VESSEL_STRENGTH = 44, 0.42
 def eye(name: str) -> np.ndarray:
     """(SIZE, SIZE, 3) sRGB: the angle from the axis grows from the middle to the edge."""
     y, x = (np.mgrid[0:SIZE, 0:SIZE] + 0.5) / SIZE * 2 - 1
-    angle, around = np.hypot(x, y) * EYE_TEXTURE_RAD, np.arctan2(y, x)
+    angle, around = np.hypot(x, y) * EDGE_RAD, np.arctan2(y, x)
     inside = _eased((IRIS_RAD - angle) / LIMBUS_RAD + 0.5)[..., None]
     iris = _iris(IRISES[name], angle, around)
     return (_sclera(angle, around) * (1 - inside) + iris * inside).clip(0, 1)
@@ -130,7 +132,7 @@ def _vessel(
     steps = max(3, int((angle - end) / 0.03))
     turns = np.cumsum(rng.normal(0, 0.012, steps) + 0.02 * np.sin(np.arange(steps) * 1.3))
     way, turned = np.linspace(angle, end, steps), around + turns
-    radius = way / EYE_TEXTURE_RAD * SIZE * FINER / 2
+    radius = way / EDGE_RAD * SIZE * FINER / 2
     middle = SIZE * FINER / 2
     points = np.stack([middle + radius * np.cos(turned), middle + radius * np.sin(turned)], 1)
     for k, (a, b) in enumerate(pairwise(points)):

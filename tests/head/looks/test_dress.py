@@ -8,6 +8,7 @@ import pytest
 from elocute.errors import HeadError
 from elocute.head import HeadModel, load_builtin_head, resolve_identity
 from elocute.head.looks import Look, dress
+from elocute.head.looks.eyes import eye_picture
 from elocute.head.looks.pictures import decoded
 
 
@@ -81,3 +82,22 @@ def test_light_skin_is_redder_where_blood_shows_through(head: HeadModel) -> None
     light, dark = (redness(tone, tip) / redness(tone, jaw) for tone in (0.15, 0.85))
     assert light > 1.04
     assert light > dark
+
+
+def test_pupils_are_as_wide_as_the_look_has_them() -> None:
+    def dark(pupils: float) -> float:
+        """How wide the dark of the pupil is, in pixels, along the middle of the picture."""
+        picture = decoded(eye_picture("blue", pupils)).astype(float).mean(2)
+        row = picture[len(picture) // 2]
+        return float(np.count_nonzero(row[200:312] < 40))
+
+    drawn = dark(4.2)
+    for pupils in (2.0, 3.0, 6.0):
+        assert dark(pupils) == pytest.approx(drawn * pupils / 4.2, abs=5)
+    wide, usual = (decoded(eye_picture("blue", p)).astype(float) for p in (6.0, 4.2))
+    assert np.abs(wide - usual)[:, :170].max() < 12  # the white is left alone
+
+
+def test_pupils_have_limits() -> None:
+    with pytest.raises(HeadError, match="pupils"):
+        Look(pupils=9)

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from elocute.array_types import Float32Array
 from elocute.export.render import shading
 from elocute.export.render.camera import Camera
-from elocute.export.render.images import bilinear
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import shadow_view
 from elocute.export.render.stage import Stage
 from elocute.head.model import HeadModel
+from elocute.numerics.image_sampling import bilinear
 
 # Where edges need it, a pixel is the mean of four more rays (a rotated grid).
 GRID = ((0.125, 0.375), (0.375, -0.125), (-0.125, -0.375), (-0.375, 0.125))

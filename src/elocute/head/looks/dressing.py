@@ -9,6 +9,7 @@ import numpy as np
 from elocute.errors import HeadError
 from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
+from elocute.head.looks.eyes import eye_picture
 from elocute.head.looks.folds import PLACE, fold_depth, fold_lines
 from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR_COLOURS, Look
 from elocute.head.looks.skin import normal_picture, skin_picture
@@ -160,7 +161,7 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
     )
     white = 1 - DULL_WHITE * tone
     eye = Surface(
-        color=baked.picture(f"eyes/{look.eyes}"),
+        color=eye_picture(look.eyes, look.pupils),
         tint=(white, 0.98 * white, 0.95 * white),
         roughness_factor=0.08,
     )

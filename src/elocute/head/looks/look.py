@@ -59,6 +59,8 @@ class Look:
         0 none to 1 many.
     eyes : str
         Colour of the iris, one of `EYES`.
+    pupils : float
+        Their diameter in mm, 2 (bright light, old age) to 7 (dusk).
     brows : str
         One of `BROWS`.
     lashes : float
@@ -84,6 +86,7 @@ class Look:
     freckles: float = 0.0
     stubble: float = 0.0
     eyes: str = "brown"
+    pupils: float = 4.2
     brows: str = "natural"
     lashes: float = 1.0
     hair: str = "ponytail"
@@ -105,7 +108,7 @@ class Look:
                 found = brief(given)
                 raise HeadError.about(f"look: {name}", found=found, allowed=", ".join(known))
         ranges = {"age": (18, 80), "sex": (0, 1), "freckles": (0, 1), "stubble": (0, 1)}
-        ranges |= {"lashes": (0, 1), "tone": (0, 1)}
+        ranges |= {"lashes": (0, 1), "tone": (0, 1), "pupils": (2, 7)}
         for name, (low, high) in ranges.items():
             value = getattr(self, name)
             if value is None and name == "tone":

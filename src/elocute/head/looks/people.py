@@ -66,7 +66,7 @@ PEOPLE = {
     ),
 }  # fmt: skip
 """By the name of the identity."""
-NUMBERS = ("age", "sex", "tone", "freckles", "stubble", "lashes")
+NUMBERS = ("age", "sex", "tone", "freckles", "stubble", "lashes", "pupils")
 CHOICES = ("eyes", "brows", "hair", "hair_colour", "clothes", "clothes_colour")
 ALLOWED = (
     f"auto, none, {', '.join(PEOPLE)} or a seed, and parts of it ("
