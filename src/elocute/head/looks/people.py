@@ -182,9 +182,10 @@ def _changed(look: Look | None, name: str, value: str, part: str) -> Look:
     if name in CHOICES:
         return replace(look, **{name: value})
     try:
-        return replace(look, **{name: float(value)})
+        number = float(value)
     except ValueError:
         raise _refused(part) from None
+    return replace(look, **{name: number})
 
 
 def _refused(found: object) -> HeadError:
