@@ -13,6 +13,11 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, ClassVar
 
+if "PYTEST_XDIST_WORKER" in os.environ:
+    # Threads of one worker would wait for the processors that the others use, and wait in loops.
+    for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")
+
 import numpy as np
 import pytest
 
