@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from recipes.looks.groom import LAYERS, Groom, Layer, OfPlaces
-from recipes.looks.scalp import Places
+from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
+from recipes.looks.scalp import Places, grows
 from recipes.looks.strand_lanes import AIRY, LOOSE
 from recipes.looks.surface import Skin
 
@@ -57,7 +57,9 @@ def crop() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0050 + (0.010 + 0.006 * front(places)) * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.008, weight=0.45, steps=5)
+    return Groom(
+        comb, length, volume, rise_m=0.008, weight=0.45, steps=5, layers=SHORT_LAYERS
+    )
 
 
 def swept() -> Groom:
@@ -77,7 +79,7 @@ def swept() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0045 + (0.008 + 0.010 * front(places)) * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.012, weight=0.15, stiff=0.55, steps=6)
+    return Groom(comb, length, volume, rise_m=0.012, weight=0.15, stiff=0.55, steps=6, layers=SHORT_LAYERS)
 
 
 def slick() -> Groom:
@@ -92,7 +94,7 @@ def slick() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0038 + 0.0065 * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.010, weight=0.1, stiff=0.5, steps=7)
+    return Groom(comb, length, volume, rise_m=0.010, weight=0.1, stiff=0.5, steps=6, layers=SHORT_LAYERS)
 
 
 def _parted(places: Places, part_mm: float) -> np.ndarray:
@@ -100,7 +102,9 @@ def _parted(places: Places, part_mm: float) -> np.ndarray:
     parted = ramp(places[:, 2], -175, -120) * ramp(places[:, 1], 25, 56)
     aside = np.tanh((places[:, 0] - part_mm * parted) / 1.5) * parted
     temple = ramp(places[:, 2], -95, -55) * ramp(places[:, 1], 8, 36)
-    back = (0.15 + 0.5 * front(places)) * ramp(places[:, 1], 5, 50) + 0.7 * temple
+    # What grows at the forehead stands back from it before it falls aside.
+    lifted = LIFTED * front(places) * (1 - grows(places, LIFTED_MM))
+    back = (0.15 + 0.5 * front(places) + lifted) * ramp(places[:, 1], 5, 50) + 0.7 * temple
     inward = -0.12 * np.tanh(places[:, 0] / 40) * ramp(places[:, 1], 10, -40)
     # Behind the shoulders hair comes together, it does not spread over them.
     on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 25) * ramp(places[:, 1], -30, -110)
@@ -115,6 +119,8 @@ def _parted(places: Places, part_mm: float) -> np.ndarray:
     return across + (beside - back)[:, None] * np.array([0, 0, 1.0]) + down
 
 
+LIFTED, LIFTED_MM = 1.5, 13.0
+"""How much hair at the forehead is combed back, and how deep behind the hairline that ends."""
 SHOULDER_MM, SIDESTEP, BACKSTEP = 112.0, 1.4, 1.1
 """How far behind the tip of the nose the shoulders are, and how fast hair goes before them or
 behind: what falls straight onto them stays there in a tuft."""
@@ -125,13 +131,13 @@ FRAME_MM = (-14.0, 30.0)
 behind it: a curtain thins out, a wall does not."""
 EDGE_MM = 6.0
 """How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge."""
-FRAMING = Layer(0.0036, 0.0055, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
+FRAMING = Layer(0.0036, 0.0080, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 9.0, 0.55
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 GATHER = 0.2
 """How fast hair comes together on the back."""
 OFF_CLOTH_MM, WAVE_M = 10.0, 0.100
-FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.5, 1.38, 1.15
+FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 0.98, 0.85
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 
 
@@ -252,7 +258,7 @@ def tied() -> Groom:
             stray=0.15 * layer.stray,
             length=(0.97, 1.03),
             width_m=1.3 * layer.width_m,
-            apart_m=1.25 * layer.apart_m,
+            apart_m=layer.apart_m,
         )
         for layer in LAYERS
         if layer.lanes != AIRY

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -14,10 +15,12 @@ from recipes.looks.surface import Skin, subdivided, triangles
 
 Places = np.ndarray
 """(n, 3) mm: y from the eyes' height, z from the front of the face backwards (`Canvas`)."""
-EDGE_MM = 9.0
-"""How broad the hairline is."""
+DEEP_MM, DEPTH_STEP_MM = 24.0, 2.0
+"""How far behind the hairline depths are told apart, and how finely."""
 DIVE_M = 0.003
 """How deep the edge of a shell lies under the skin."""
+SOWN, LEAST_THICK = 40000, 0.2
+"""Of how many places at random roots are chosen, and how thick hair is there at least."""
 REACH_M = 0.05
 """The scalp holds hair that is nearer than this."""
 HAIRLINE_MM = ((0, 58), (14, 57), (30, 60), (42, 57), (52, 47), (62, 38))
@@ -52,6 +55,30 @@ def grows(millimetres: Places, inset_mm: float = 0.0) -> np.ndarray:
     return np.maximum(above(y, line), side)
 
 
+def depth_mm(millimetres: Places) -> np.ndarray:
+    """(place,) how far behind the hairline, about, from 0 to DEEP_MM."""
+    insets = np.arange(0, DEEP_MM, DEPTH_STEP_MM)
+    return DEPTH_STEP_MM * np.sum([grows(millimetres, inset) for inset in insets], axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class Roots:
+    """Where ribbons begin: (n, 3) m, (n, 3) mm, how thick hair is there, how deep it lies in mm."""
+
+    points: np.ndarray
+    places: Places
+    thick: np.ndarray
+    depth: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __getitem__(self, chosen: np.ndarray) -> Roots:
+        return Roots(
+            self.points[chosen], self.places[chosen], self.thick[chosen], self.depth[chosen]
+        )
+
+
 class Scalp:
     """The skin that hair grows on and lies on."""
 
@@ -60,7 +87,6 @@ class Scalp:
         self.skin = Skin(fitting.skin, fitting.face.anatomy.skin_quads)
         self.shift = millimetres[0] - 1000 * fitting.skin[0]
         self.thick = grows(self.places(self.skin.points))
-        self.inside = grows(self.places(self.skin.points), EDGE_MM)
 
     def places(self, points: np.ndarray) -> Places:
         return 1000 * points + self.shift
@@ -70,16 +96,22 @@ class Scalp:
         away, index = map(np.asarray, self.skin.tree.query(points))
         return (self.thick[index] * np.clip(1 - away / REACH_M, 0, 1))[:, None]
 
-    def roots(self, apart_m: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Points of the skin that stand apart, (point,) m; closer at the hairline."""
-        points, thick = self.skin.points, self.thick
-        tree, free = KDTree(points), thick > 0.2
+    def roots(
+        self, apart_m: Callable[[Places], np.ndarray], rng: np.random.Generator
+    ) -> Roots:
+        """Places on the skin that stand apart, by a function of places; closer at the hairline."""
+        points = self.skin.scattered(SOWN, self.thick > 0, rng)
+        places = self.places(points)
+        thick = grows(places)
+        apart = apart_m(places) * (0.6 + 0.4 * thick)
+        tree, free = KDTree(points), thick > LEAST_THICK
         chosen = []
-        for k in rng.permutation(np.flatnonzero(free)):
+        for k in range(SOWN):
             if free[k]:
                 chosen.append(k)
-                free[tree.query_ball_point(points[k], apart_m[k] * (0.6 + 0.4 * thick[k]))] = False
-        return np.array(chosen)
+                free[tree.query_ball_point(points[k], apart[k])] = False
+        kept = np.array(chosen)
+        return Roots(points[kept], places[kept], thick[kept], depth_mm(places[kept]))
 
 
 def shell(
