@@ -34,7 +34,7 @@ SHORT_M, SHORT_STEPS = 0.024, 3
 """Ribbons shorter than this need few vertices, stand closer and are narrower."""
 SHELL_LEAST_M, SHELL_HEIGHT = 0.0003, 0.08
 """The shell lies this far off the skin, and this share of the hair's volume further."""
-SHELL_SHADE = 0.36
+SHELL_SHADE = 0.42
 SHADED = (0.62, 0.88)
 """Brightness at the root of long strands, and of short ones."""
 WAVE_TOGETHER = 0.035

@@ -104,7 +104,7 @@ def _parted(places: Places, part_mm: float) -> np.ndarray:
     temple = ramp(places[:, 2], -95, -55) * ramp(places[:, 1], 8, 36)
     # What grows at the forehead stands back from it before it falls aside.
     lifted = LIFTED * front(places) * (1 - grows(places, LIFTED_MM))
-    back = (0.15 + 0.5 * front(places) + lifted) * ramp(places[:, 1], 5, 50) + 0.7 * temple
+    back = (0.15 + 0.5 * front(places) + lifted) * ramp(places[:, 1], 5, 50) + 0.45 * temple
     inward = -0.12 * np.tanh(places[:, 0] / 40) * ramp(places[:, 1], 10, -40)
     # Behind the shoulders hair comes together, it does not spread over them.
     on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 25) * ramp(places[:, 1], -30, -110)
@@ -112,7 +112,7 @@ def _parted(places: Places, part_mm: float) -> np.ndarray:
     # Before the shoulders or behind them, not over them.
     ahead = places[:, 2] + SHOULDER_MM
     before = SIDESTEP * np.tanh(ahead / 8) * ramp(places[:, 1], -25, -95)
-    behind = BACKSTEP * np.tanh(ahead / 12) * ramp(places[:, 1], -50, -115)
+    behind = BACKSTEP * np.tanh(ahead / 12) * ramp(places[:, 1], -30, -90)
     beside = np.where(ahead > 0, before, behind)
     across = (aside + inward)[:, None] * np.array([1.0, 0.0, 0.0])
     down = (1 - 0.6 * parted)[:, None] * np.array([0, -1.0, 0])
@@ -121,22 +121,22 @@ def _parted(places: Places, part_mm: float) -> np.ndarray:
 
 LIFTED, LIFTED_MM = 1.5, 13.0
 """How much hair at the forehead is combed back, and how deep behind the hairline that ends."""
-SHOULDER_MM, SIDESTEP, BACKSTEP = 112.0, 1.4, 1.1
+SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.5
 """How far behind the tip of the nose the shoulders are, and how fast hair goes before them or
 behind: what falls straight onto them stays there in a tuft."""
-FACE_MM = ((-200, -76), (-60, -74), (0, -70), (25, -62), (48, -36), (60, 10))
+FACE_MM = ((-200, -70), (-60, -68), (0, -62), (25, -50), (48, -24), (60, 10))
 """Heights over the eyes, and how far behind the tip of the nose hair begins that frames a face."""
-FRAME_MM = (-14.0, 30.0)
+FRAME_MM = (-22.0, 30.0)
 """Hair that would hang between these distances behind and before that line is pushed together
 behind it: a curtain thins out, a wall does not."""
-EDGE_MM = 6.0
+EDGE_MM = 7.0
 """How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge."""
 FRAMING = Layer(0.0036, 0.0080, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
-FRAMING_AHEAD_MM, FRAMING_FORWARD = 9.0, 0.55
+FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
-GATHER = 0.2
+GATHER = 0.5
 """How fast hair comes together on the back."""
-OFF_CLOTH_MM, WAVE_M = 10.0, 0.100
+OFF_CLOTH_MM, WAVE_M = 7.0, 0.100
 FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 0.98, 0.85
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 
@@ -145,8 +145,8 @@ def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
     """Rows are ribbons, in their order from step to step: each keeps a line of its own."""
     x, y, _ = places.T
     own = EDGE_MM * np.random.default_rng(29).normal(size=len(places))
-    limit = np.interp(y, *np.array(FACE_MM).T) + ahead_mm + own + 4 * np.sin(y / 21 + 1)
-    limit = limit + 2 * np.sin(y / 8 + x)
+    limit = np.interp(y, *np.array(FACE_MM).T) + ahead_mm + own
+    limit = limit + 4 * np.sin(y / 21 + own) + 1.5 * np.sin(y / 9 + 3 * own)
     behind, before = FRAME_MM
     over = np.clip((places[:, 2] - limit - behind) / (before - behind), 0, 1)
     pushed = limit + behind - behind * np.sqrt(over)
