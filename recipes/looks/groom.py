@@ -41,6 +41,8 @@ WAVE_TOGETHER = 0.035
 """How far waves of neighbours are apart, radians per mm."""
 WAVE_FROM_M = 0.05
 """Hair lies flat near its root: waves begin here, and are whole at twice that length."""
+UNEVEN_HEIGHT = (0.92, 1.08)
+"""How high ribbons of one layer lie, by its height."""
 HELD = 0.5
 """Hair hangs on the scalp below it where that holds it more than this."""
 ROOT_NARROW = 0.25
@@ -253,7 +255,7 @@ def _grown(
     short = (length < SHORT_M) | (layer.where == "hairline")
     length *= np.where(short, EDGE_LENGTH + (1 - EDGE_LENGTH) * within_edge, 0.7 + 0.3 * thick)
     height = groom.volume_m(places) * layer.height * (0.4 + 0.6 * thick)
-    height *= rng.uniform(0.85, 1.15, count)
+    height *= rng.uniform(*UNEVEN_HEIGHT, count)
     paths, normals = _combed(scalp, groom, start, length, height, layer.stray, steps, rng)
     slender = SLENDER * (CLOSED_BY if layer.lanes == DENSE else 1)
     wide = np.minimum(layer.width_m, slender * length + SLENDEREST_M)

@@ -97,8 +97,9 @@ def slick() -> Groom:
     return Groom(comb, length, volume, rise_m=0.010, weight=0.1, stiff=0.5, steps=6, layers=SHORT_LAYERS)
 
 
-def _parted(places: Places, part_mm: float) -> np.ndarray:
-    """Directions away from a parting, which ends at the crown, then down, off the face."""
+def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
+    """Directions away from a parting, which ends at the crown, then down, off the face, and tips
+    towards the neck by `tuck`."""
     parted = ramp(places[:, 2], -175, -120) * ramp(places[:, 1], 25, 56)
     aside = np.tanh((places[:, 0] - part_mm * parted) / 1.5) * parted
     temple = ramp(places[:, 2], -95, -55) * ramp(places[:, 1], 8, 36)
@@ -116,7 +117,12 @@ def _parted(places: Places, part_mm: float) -> np.ndarray:
     beside = np.where(ahead > 0, before, behind)
     across = (aside + inward)[:, None] * np.array([1.0, 0.0, 0.0])
     down = (1 - 0.6 * parted)[:, None] * np.array([0, -1.0, 0])
-    return across + (beside - back)[:, None] * np.array([0, 0, 1.0]) + down
+    tips = (NECK_MM - places) * np.array([1.0, 0, 1.0])
+    tips = tuck * ramp(places[:, 1], *TUCKED_MM)[:, None] * tips / 60
+    return across + (beside - back)[:, None] * np.array([0, 0, 1.0]) + down + tips
+
+NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
+"""The middle of the neck, and the heights over the eyes between which tips turn towards it."""
 
 
 LIFTED, LIFTED_MM = 1.5, 13.0
@@ -134,6 +140,8 @@ EDGE_MM = 7.0
 FRAMING = Layer(0.0036, 0.0080, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
+FRAMING_WAVE_M = 0.004
+"""They wave at least so far: straight ones are wires."""
 GATHER = 0.5
 """How fast hair comes together on the back."""
 OFF_CLOTH_MM, WAVE_M = 7.0, 0.100
@@ -170,8 +178,10 @@ def falling(
     steps: int = 10,
     near: float = 1.6,
     cut: float = 1.0,
+    tuck: float = 0.0,
+    even: float = 0.0,
 ) -> Groom:
-    """Hair that falls from a parting."""
+    """Hair that falls from a parting; `even` is how far its tips end on one line, 0 to 1."""
 
     def length(places: Places) -> np.ndarray:
         """Ends lie about equally low: what grows higher is longer."""
@@ -191,16 +201,21 @@ def falling(
         replace(
             layer,
             stray=0.3 * layer.stray,
+            length=(_towards_one(layer.length[0], even), _towards_one(layer.length[1], even)),
             width_m=FALLING_WIDTH * layer.width_m,
             apart_m=layer.apart_m * (FALLING_APART if layer.where == "all" else FALLING_EDGE),
         )
         for layer in LAYERS
     )
     return Groom(
-        lambda places: _parted(places, part_mm), length, volume,
+        lambda places: _parted(places, part_mm, tuck), length, volume,
         rise_m=0.014, weight=1.6, stiff=0.6, wave_m=wave_m, wave_length_m=WAVE_M,
         steps=steps, near=near, cut=cut, parting=parting, free=free, layers=layers,
     )  # fmt: skip
+
+
+def _towards_one(share: float, even: float) -> float:
+    return share + even * (1 - share)
 
 
 def off_face_and(body: Skin, shift: np.ndarray, ahead_mm: float = 0.0) -> OfPlaces:
@@ -215,7 +230,8 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
         return whole.comb(places) + FRAMING_FORWARD * temple[:, None] * np.array([0, -0.3, 1.0])
 
     free = off_face_and(body, shift, FRAMING_AHEAD_MM)
-    return replace(whole, comb=comb, free=free, layers=(FRAMING,), steps=7)
+    wave_m = max(whole.wave_m, FRAMING_WAVE_M)
+    return replace(whole, comb=comb, free=free, layers=(FRAMING,), steps=9, wave_m=wave_m)
 
 
 def long(body: Skin, shift: np.ndarray) -> Groom:
@@ -225,12 +241,12 @@ def long(body: Skin, shift: np.ndarray) -> Groom:
 
 def waves(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest in waves, from a parting at one side."""
-    return falling(0.29, PART_MM, 0.017, off_face_and(body, shift), 12, near=1.25)
+    return falling(0.29, PART_MM, 0.017, off_face_and(body, shift), 11, near=1.25)
 
 
 def bob(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chin, from a parting at one side."""
-    return falling(0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.93)
+    return falling(0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.84, tuck=0.9, even=0.7)
 
 
 TIE_MM = np.array([0.0, 48.0, -210.0])
