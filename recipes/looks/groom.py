@@ -41,12 +41,13 @@ WAVE_TOGETHER = 0.035
 """How far waves of neighbours are apart, radians per mm."""
 WAVE_FROM_M = 0.05
 """Hair lies flat near its root: waves begin here, and are whole at twice that length."""
-UNEVEN_HEIGHT = (0.92, 1.08)
-"""How high ribbons of one layer lie, by its height."""
+UNEVEN_HEIGHT, AIRY_HEIGHT = (0.92, 1.08), (0.75, 1.30)
+"""How high ribbons of one layer lie, by its height; single hairs differ more, else they are a second
+outline."""
 HELD = 0.5
 """Hair hangs on the scalp below it where that holds it more than this."""
-ROOT_NARROW = 0.25
-"""Share of its length over which a ribbon comes to its width."""
+ROOT_NARROW, ROOT_WIDTH = 0.20, 0.35
+"""Share of its length over which a ribbon comes to its width, and the share of it that it begins with."""
 CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
@@ -119,8 +120,8 @@ LAYERS = (
     Layer(0.0102, 0.0150, DENSE, 0.30, (0.75, 0.95), 0.10, 0.74),
     Layer(0.0094, 0.0120, FULL, 0.70, (0.80, 1.05), 0.16, 0.88),
     Layer(0.0116, 0.0095, LOOSE, 1.00, (0.80, 1.10), 0.22, 0.97),
-    Layer(0.0170, 0.0090, AIRY, 1.20, (0.75, 1.15), 0.34, 0.94),
-    Layer(0.0034, 0.0056, DENSE, 0.55, (0.85, 1.00), 0.10, 0.90, where="parting"),
+    Layer(0.0170, 0.0090, AIRY, 1.08, (0.75, 1.15), 0.34, 0.94),
+    Layer(0.0034, 0.0060, DENSE, 0.55, (0.85, 1.00), 0.10, 0.90, where="parting"),
     Layer(0.0026, 0.0036, FULL[1:] + LOOSE, 0.40, (0.50, 1.00), 0.22, 0.92, where="hairline"),
 )
 
@@ -255,7 +256,7 @@ def _grown(
     short = (length < SHORT_M) | (layer.where == "hairline")
     length *= np.where(short, EDGE_LENGTH + (1 - EDGE_LENGTH) * within_edge, 0.7 + 0.3 * thick)
     height = groom.volume_m(places) * layer.height * (0.4 + 0.6 * thick)
-    height *= rng.uniform(*UNEVEN_HEIGHT, count)
+    height *= rng.uniform(*(AIRY_HEIGHT if layer.lanes == AIRY else UNEVEN_HEIGHT), count)
     paths, normals = _combed(scalp, groom, start, length, height, layer.stray, steps, rng)
     slender = SLENDER * (CLOSED_BY if layer.lanes == DENSE else 1)
     wide = np.minimum(layer.width_m, slender * length + SLENDEREST_M)
@@ -264,7 +265,7 @@ def _grown(
     narrow = np.where(short, *EDGE_WIDTH)
     narrow = narrow + (1 - narrow) * within_edge
     t = np.linspace(0, 1, steps) ** groom.near
-    across = _across(paths, normals, wide * narrow, t, parted, rng)
+    across = _across(paths, normals, wide * narrow, t, rng)
     along = length[:, None] * t
     dark = np.minimum(ROOT_DARK_M, ROOT_DARK * length)[:, None]
     least = np.interp(length, (0.5 * SHORT_M, SHORT_M), SHADED[::-1])
@@ -386,7 +387,6 @@ def _across(
     normals: np.ndarray,
     wide: np.ndarray,
     t: np.ndarray,
-    parted: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """(n, steps, 3) m from the middle of a ribbon to its edge: flat, rolled a little."""
@@ -394,6 +394,6 @@ def _across(
     flat = unit(np.cross(tangent, normals))
     out = np.cross(flat, tangent)
     roll = 0.35 * rng.normal(size=(len(paths), 1, 1))
-    root = 0.35 + 0.45 * parted[:, None]
+    root = ROOT_WIDTH
     taper = np.clip(root + t / ROOT_NARROW * (1 - root), 0, 1) * (1 - 0.35 * t**2)
     return (np.cos(roll) * flat + np.sin(roll) * out) * (wide[:, None] / 2 * taper)[..., None]

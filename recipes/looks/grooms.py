@@ -15,6 +15,8 @@ CROWN = np.array([9.0, 92.0, -158.0])
 """Where the whorl of the hair is."""
 WHORL, WHORL_MM = 2.0, 26.0
 """How much more hair turns round it there, and how far from it."""
+PART_SOFT_MM, PART_ALONG = 3.5, 0.5
+"""Hair so near a parting runs partly along it, and covers it."""
 PART_MM = 27.0
 """How far aside hair is parted that is not parted in the middle."""
 
@@ -101,11 +103,13 @@ def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
     """Directions away from a parting, which ends at the crown, then down, off the face, and tips
     towards the neck by `tuck`."""
     parted = ramp(places[:, 2], -175, -120) * ramp(places[:, 1], 25, 56)
-    aside = np.tanh((places[:, 0] - part_mm * parted) / 1.5) * parted
+    beside = places[:, 0] - part_mm * parted
+    aside = np.tanh(beside / PART_SOFT_MM) * parted
+    along = PART_ALONG * np.exp(-((beside / PART_SOFT_MM) ** 2)) * parted
     temple = ramp(places[:, 2], -95, -55) * ramp(places[:, 1], 8, 36)
     # What grows at the forehead stands back from it before it falls aside.
     lifted = LIFTED * front(places) * (1 - grows(places, LIFTED_MM))
-    back = (0.15 + 0.5 * front(places) + lifted) * ramp(places[:, 1], 5, 50) + 0.45 * temple
+    back = (0.15 + 0.5 * front(places) + lifted + along) * ramp(places[:, 1], 5, 50) + 0.45 * temple
     inward = -0.12 * np.tanh(places[:, 0] / 40) * ramp(places[:, 1], 10, -40)
     # Behind the shoulders hair comes together, it does not spread over them.
     on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 25) * ramp(places[:, 1], -30, -110)
@@ -114,12 +118,12 @@ def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
     ahead = places[:, 2] + SHOULDER_MM
     before = SIDESTEP * np.tanh(ahead / 8) * ramp(places[:, 1], -25, -95)
     behind = BACKSTEP * np.tanh(ahead / 12) * ramp(places[:, 1], -30, -90)
-    beside = np.where(ahead > 0, before, behind)
+    around = np.where(ahead > 0, before, behind)
     across = (aside + inward)[:, None] * np.array([1.0, 0.0, 0.0])
     down = (1 - 0.6 * parted)[:, None] * np.array([0, -1.0, 0])
     tips = (NECK_MM - places) * np.array([1.0, 0, 1.0])
     tips = tuck * ramp(places[:, 1], *TUCKED_MM)[:, None] * tips / 60
-    return across + (beside - back)[:, None] * np.array([0, 0, 1.0]) + down + tips
+    return across + (around - back)[:, None] * np.array([0, 0, 1.0]) + down + tips
 
 NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
 """The middle of the neck, and the heights over the eyes between which tips turn towards it."""
