@@ -34,7 +34,8 @@ SHORT_M, SHORT_STEPS = 0.024, 3
 """Ribbons shorter than this need few vertices, stand closer and are narrower."""
 SHELL_LEAST_M, SHELL_HEIGHT = 0.0003, 0.08
 """The shell lies this far off the skin, and this share of the hair's volume further."""
-SHELL_SHADE = 0.42
+SHELL_SHADE, PARTING_SHADE = 0.42, 0.80
+"""Brightness of the shell between locks, and where hair is parted."""
 SHADED = (0.62, 0.88)
 """Brightness at the root of long strands, and of short ones."""
 WAVE_TOGETHER = 0.035
@@ -46,8 +47,9 @@ UNEVEN_HEIGHT, AIRY_HEIGHT = (0.92, 1.08), (0.75, 1.30)
 outline."""
 HELD = 0.5
 """Hair hangs on the scalp below it where that holds it more than this."""
-ROOT_NARROW, ROOT_WIDTH = 0.20, 0.35
-"""Share of its length over which a ribbon comes to its width, and the share of it that it begins with."""
+ROOT_NARROW, ROOT_WIDTH, POINTED = 0.20, 0.40, 0.12
+"""Share of its length over which a ribbon comes to its width, and the share of it that it begins with;
+long ones begin in a point, else one sees where they are cut."""
 CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
@@ -193,7 +195,11 @@ def grown(scalp: Scalp, groom: Groom) -> Cards:
     def off_m(places: Places) -> np.ndarray:
         return SHELL_LEAST_M + SHELL_HEIGHT * groom.volume_m(places)
 
-    below = shell(scalp, off_m, groom.inset_mm, SHELL_SHADE)
+
+    def shade(places: Places) -> np.ndarray:
+        return SHELL_SHADE + (PARTING_SHADE - SHELL_SHADE) * groom.parting(places)
+
+    below = shell(scalp, off_m, groom.inset_mm, shade)
     return together(below, ribbons_of(scalp, groom))
 
 
@@ -394,6 +400,7 @@ def _across(
     flat = unit(np.cross(tangent, normals))
     out = np.cross(flat, tangent)
     roll = 0.35 * rng.normal(size=(len(paths), 1, 1))
-    root = ROOT_WIDTH
-    taper = np.clip(root + t / ROOT_NARROW * (1 - root), 0, 1) * (1 - 0.35 * t**2)
+    taper = np.clip(ROOT_WIDTH + t / ROOT_NARROW * (1 - ROOT_WIDTH), 0, 1) * (1 - 0.35 * t**2)
+    if len(t) > SHORT_STEPS:
+        taper[0] = POINTED
     return (np.cos(roll) * flat + np.sin(roll) * out) * (wide[:, None] / 2 * taper)[..., None]

@@ -118,7 +118,7 @@ def shell(
     scalp: Scalp,
     off_m: float | Callable[[Places], np.ndarray],
     inset_mm: float,
-    shade: float,
+    shade: float | Callable[[Places], np.ndarray],
     *,
     sideburns: bool = False,
 ) -> Cards:
@@ -136,7 +136,8 @@ def shell(
     quads = quads[(thick[quads] > 0).any(1)]
     used, own = np.unique(quads, return_inverse=True)
     own = own.reshape(-1, 4)
-    away = off_m(scalp.places(points[used])) if callable(off_m) else off_m
+    places = scalp.places(points[used])
+    away = off_m(places) if callable(off_m) else off_m
     away = np.minimum(away, np.maximum(away * (2.4 * thick[used] ** 2 - 1.4), -DIVE_M))
     points = points[used] + normals[used] * away[:, None]
     index, weights = scalp.fitting.nearest(points)
@@ -145,5 +146,5 @@ def shell(
     turn = np.cos(np.arctan2(x, z))
     uv = np.stack([(0.5 + 0.2 * turn) / LANES, SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()], 1)
     offset = points - np.einsum("vk,vkc->vc", weights, scalp.fitting.skin[index])
-    dark = np.full(len(used), shade)
+    dark = shade(places) if callable(shade) else np.full(len(used), shade)
     return Cards(index, weights, offset, own, uv, own, dark, points)

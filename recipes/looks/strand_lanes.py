@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw
 from recipes.looks.canvas import blurred
 
 PX, FINER, LANES = 1024, 2, 8
-STRANDS = (96, 84, 58, 50, 28, 22, 10, 7)
+STRANDS = (120, 104, 70, 60, 34, 27, 12, 8)
 """Strands of each lock."""
 DENSE, FULL, LOOSE, AIRY = (0, 1), (2, 3), (4, 5), (6, 7)
 """Locks by how much shows through."""
@@ -30,8 +30,8 @@ SHORTEST = 0.62
 LATE_ROOT, LATE_LONG_ROOT = 0.22, 0.07
 """Strands of short hair, and of long, begin within this share of their lock."""
 POINTS = 24
-WIDTHS, SHORT_WIDTHS = (3, 4, 5, 6), (5, 6, 8, 10)
-BROADER = (0, 0, 0, 0, 1, 1, 1, 1)
+WIDTHS, SHORT_WIDTHS = (2, 3, 4, 5), (5, 6, 8, 10)
+BROADER = (0, 0, 0, 0, 1, 1, 2, 2)
 """How much broader strands of an open lock are: narrow ribbons show it."""
 Drawings = tuple[ImageDraw.ImageDraw, ImageDraw.ImageDraw]
 """Of the tone, and of what is covered."""
