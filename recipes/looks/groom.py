@@ -75,7 +75,7 @@ EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.45
 ones of the length; and how many of them there are."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
 """Temples: before the first, below the second height, and how deep behind the hairline."""
-HAIRLINE_DEEP_MM = 11.0
+HAIRLINE_DEEP_MM = 17.0
 """How deep fine hair is laid over the hairline."""
 PATCH_MM, PATCHY = 13.0, 0.10
 """How large patches of lighter and darker hair are, and how much those differ in brightness."""
@@ -129,11 +129,11 @@ LAYERS = (
 
 
 SHORT_LAYERS = (
-    Layer(0.0072, 0.0074, DENSE, 0.30, (0.75, 0.95), 0.08, 0.72),
-    Layer(0.0070, 0.0060, FULL, 0.65, (0.75, 1.05), 0.12, 0.86),
-    Layer(0.0084, 0.0050, LOOSE, 0.95, (0.70, 1.10), 0.18, 0.97),
-    Layer(0.0130, 0.0048, AIRY, 1.20, (0.70, 1.15), 0.30, 0.96),
-    Layer(0.0021, 0.0030, FULL[1:] + LOOSE, 0.40, (0.60, 1.10), 0.18, 0.90, where="hairline"),
+    Layer(0.0074, 0.0074, DENSE, 0.30, (0.75, 0.95), 0.08, 0.74),
+    Layer(0.0074, 0.0060, FULL, 0.65, (0.75, 1.05), 0.12, 0.86),
+    Layer(0.0090, 0.0050, LOOSE, 0.95, (0.70, 1.10), 0.18, 0.97),
+    Layer(0.0140, 0.0048, AIRY, 1.15, (0.70, 1.15), 0.30, 0.96),
+    Layer(0.0025, 0.0030, FULL[1:] + LOOSE, 0.40, (0.60, 1.10), 0.18, 0.90, where="hairline"),
 )
 """Of short hair: narrow ribbons, many of them."""
 

@@ -15,8 +15,9 @@ from recipes.looks.surface import Skin, subdivided, triangles
 
 Places = np.ndarray
 """(n, 3) mm: y from the eyes' height, z from the front of the face backwards (`Canvas`)."""
-DEEP_MM, DEPTH_STEP_MM = 24.0, 2.0
-"""How far behind the hairline depths are told apart, and how finely."""
+DEEP_MM, DEPTH_STEP_MM, LOWER = 24.0, 2.0, 0.4
+"""How far behind the hairline depths are told apart, how finely, and the share of them that counts at
+its lower edge."""
 DIVE_M = 0.003
 """How deep the edge of a shell lies under the skin."""
 SOWN, LEAST_THICK = 40000, 0.2
@@ -38,27 +39,28 @@ SIDEBURN_MM, SIDEBURN_SOFT_MM = (24.0, -116.0), (14.0, 8.0)
 """Below this height over the eyes, and before this, hair is a sideburn; how softly it begins."""
 
 
-def grows(millimetres: Places, inset_mm: float = 0.0) -> np.ndarray:
+def grows(millimetres: Places, inset_mm: float = 0.0, lower: float = 1.0) -> np.ndarray:
     """(place,) 0 where no hair grows to 1 where it is thick, by `Canvas.millimetres`; `inset_mm`
-    draws the hairline back."""
+    draws the hairline back, round the ears and at the nape by its share `lower`."""
     x, y, z = millimetres.T
     # Nobody's hairline is a line.
     y = y + 1.6 * np.sin(0.33 * x + 1) + 1.1 * np.sin(0.77 * x + 2) + 0.8 * np.sin(0.51 * z)
     z = z + 1.4 * np.sin(0.31 * y) + 1.0 * np.sin(0.73 * y + 1)
 
-    def above(values: np.ndarray, limit: float | np.ndarray) -> np.ndarray:
-        return np.clip((values - limit - inset_mm) / SOFT_MM + 0.5, 0, 1)
+    def above(values: np.ndarray, limit: float | np.ndarray, share: float = 1.0) -> np.ndarray:
+        return np.clip((values - limit - share * inset_mm) / SOFT_MM + 0.5, 0, 1)
 
     start = np.interp(y, *np.array(TEMPLE_MM).T)
-    side = above(-z, -start) * above(y, np.interp(z, *np.array(LOWEST_MM).T))
+    side = above(-z, -start) * above(y, np.interp(z, *np.array(LOWEST_MM).T), lower)
     line = np.interp(np.abs(x), *np.array(HAIRLINE_MM).T)
     return np.maximum(above(y, line), side)
 
 
 def depth_mm(millimetres: Places) -> np.ndarray:
-    """(place,) how far behind the hairline, about, from 0 to DEEP_MM."""
+    """(place,) how far behind the hairline, about, from 0 to DEEP_MM: it is closer round the ears
+    and at the nape than it is on the forehead, and depths count for more there."""
     insets = np.arange(0, DEEP_MM, DEPTH_STEP_MM)
-    return DEPTH_STEP_MM * np.sum([grows(millimetres, inset) for inset in insets], axis=0)
+    return DEPTH_STEP_MM * np.sum([grows(millimetres, inset, LOWER) for inset in insets], axis=0)
 
 
 @dataclass(frozen=True, eq=False)
