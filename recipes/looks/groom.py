@@ -34,7 +34,7 @@ SHORT_M, SHORT_STEPS = 0.024, 3
 """Ribbons shorter than this need few vertices, stand closer and are narrower."""
 SHELL_LEAST_M, SHELL_HEIGHT = 0.0003, 0.08
 """The shell lies this far off the skin, and this share of the hair's volume further."""
-SHELL_SHADE, PARTING_SHADE = 0.42, 0.80
+SHELL_SHADE, PARTING_SHADE = 0.38, 0.80
 """Brightness of the shell between locks, and where hair is parted."""
 SHADED = (0.62, 0.88)
 """Brightness at the root of long strands, and of short ones."""
@@ -70,7 +70,7 @@ EDGE_LANES = ((3.5, AIRY), (8.0, LOOSE), (13.0, FULL))
 """Up to which depths behind the hairline, mm, locks are no closer than these."""
 EDGE_UNEVEN_MM = 2.5
 """How far those depths differ from ribbon to ribbon: a hairline is no line."""
-EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.45
+EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.55
 """How deep the hairline is; what short and long ribbons at it have of the width of others, and short
 ones of the length; and how many of them there are."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0

@@ -33,8 +33,9 @@ LOWEST_MM += ((-95, 2), (-91, -8), (-84, -12))
 """How far behind the tip of the nose, and the height over the eyes where hair ends there: at the
 nape, behind the ear, over it, in the sideburn."""
 SOFT_MM = 5.0
-SHELL_V = (0.25, 0.17)
-"""The shell takes the closed part of a lock: the middle of its height there, and half of it."""
+SHELL_V, SHELL_TURNS = (0.25, 0.17), 5
+"""The shell takes the closed part of a lock: the middle of its height there, and half of it; how often
+it goes to and fro across it, round the head."""
 SIDEBURN_MM, SIDEBURN_SOFT_MM = (24.0, -116.0), (14.0, 8.0)
 """Below this height over the eyes, and before this, hair is a sideburn; how softly it begins."""
 
@@ -143,10 +144,10 @@ def shell(
     away = np.minimum(away, np.maximum(away * (2.4 * thick[used] ** 2 - 1.4), -DIVE_M))
     points = points[used] + normals[used] * away[:, None]
     index, weights = scalp.fitting.nearest(points)
-    # Strands run down, within one lock of the picture: shading needs their direction.
+    # Strands run down, to and fro within one lock of the picture: shading needs their direction.
     x, y, z = (points - points.mean(0)).T
-    turn = np.cos(np.arctan2(x, z))
-    uv = np.stack([(0.5 + 0.2 * turn) / LANES, SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()], 1)
+    turn = np.arcsin(np.sin(SHELL_TURNS * np.arctan2(x, z))) / (np.pi / 2)
+    uv = np.stack([(0.5 + 0.3 * turn) / LANES, SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()], 1)
     offset = points - np.einsum("vk,vkc->vc", weights, scalp.fitting.skin[index])
     dark = shade(places) if callable(shade) else np.full(len(used), shade)
     return Cards(index, weights, offset, own, uv, own, dark, points)
