@@ -291,7 +291,7 @@ def tied() -> Groom:
         weight=0,
         stiff=0.3,
         steps=8,
-        inset_mm=12.0,
+        inset_mm=15.0,
         layers=layers,
     )
 

@@ -33,7 +33,9 @@ LOWEST_MM += ((-95, 2), (-91, -8), (-84, -12))
 """How far behind the tip of the nose, and the height over the eyes where hair ends there: at the
 nape, behind the ear, over it, in the sideburn."""
 SOFT_MM = 5.0
-SHELL_V, SHELL_TURNS = (0.25, 0.17), 5
+SHELL_TIPS_V, SHELL_FADE_MM = 0.66, (2.0, 5.0, 8.0, 11.0)
+"""Where in a lock there are but tips, and over which distances from its edge a shell closes."""
+SHELL_V, SHELL_TURNS = (0.25, 0.17), 12
 """The shell takes the closed part of a lock: the middle of its height there, and half of it; how often
 it goes to and fro across it, round the head."""
 SIDEBURN_MM, SIDEBURN_SOFT_MM = (24.0, -116.0), (14.0, 8.0)
@@ -147,7 +149,10 @@ def shell(
     # Strands run down, to and fro within one lock of the picture: shading needs their direction.
     x, y, z = (points - points.mean(0)).T
     turn = np.arcsin(np.sin(SHELL_TURNS * np.arctan2(x, z))) / (np.pi / 2)
-    uv = np.stack([(0.5 + 0.3 * turn) / LANES, SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()], 1)
+    down = SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()
+    # Towards its edge come the tips of the lock: there it is no more than strands.
+    closed = np.mean([grows(places, inset_mm + more) for more in SHELL_FADE_MM], axis=0)
+    uv = np.stack([(0.5 + 0.3 * turn) / LANES, SHELL_TIPS_V + (down - SHELL_TIPS_V) * closed], 1)
     offset = points - np.einsum("vk,vkc->vc", weights, scalp.fitting.skin[index])
     dark = shade(places) if callable(shade) else np.full(len(used), shade)
     return Cards(index, weights, offset, own, uv, own, dark, points)
