@@ -75,6 +75,8 @@ EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.55
 ones of the length; and how many of them there are."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
 """Temples: before the first, below the second height, and how deep behind the hairline."""
+FRINGE_MM, FRINGE_DEEP_MM = (36.0, 44.0), (4.0, 19.0)
+"""A fringe grows this far aside at most, this high over the eyes, and between these depths."""
 HAIRLINE_DEEP_MM = 17.0
 """How deep fine hair is laid over the hairline."""
 PATCH_MM, PATCHY = 13.0, 0.10
@@ -105,7 +107,8 @@ class Layer:
     shade : float
         Brightness, 0..1.
     where : str
-        "all", or where alone it grows: along the "parting", at the "hairline", at the "temples".
+        "all", or where alone it grows: along the "parting", at the "hairline",
+        at the "temples", over the "forehead".
     """
 
     apart_m: float
@@ -226,6 +229,10 @@ def _layer(scalp: Scalp, groom: Groom, layer: Layer, rng: np.random.Generator) -
         roots = roots[roots.depth < HAIRLINE_DEEP_MM]
     if layer.where == "temples":
         roots = roots[_beside_the_face(roots.places) & (roots.depth < TEMPLE_DEEP_MM)]
+    if layer.where == "forehead":
+        x, y, _ = roots.places.T
+        deep = (roots.depth > FRINGE_DEEP_MM[0]) & (roots.depth < FRINGE_DEEP_MM[1])
+        roots = roots[deep & (np.abs(x) < FRINGE_MM[0]) & (y > FRINGE_MM[1])]
     length = groom.length_m(roots.places)
     roots, length = roots[length > 0.003], length[length > 0.003]
     if layer.where == "hairline":

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
-from recipes.looks.scalp import Places, grows
-from recipes.looks.strand_lanes import AIRY, LOOSE
+from recipes.looks.scalp import Places, depth_mm, grows
+from recipes.looks.strand_lanes import AIRY, FULL, LOOSE
 from recipes.looks.surface import Skin
 
 CROWN = np.array([9.0, 92.0, -158.0])
@@ -238,6 +238,33 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
     return replace(whole, comb=comb, free=free, layers=(FRAMING,), steps=9, wave_m=wave_m)
 
 
+def fringe() -> Groom:
+    """What falls over the forehead, and thins out above the brows."""
+
+    def comb(places: Places) -> np.ndarray:
+        aside = FRINGE_ASIDE * places[:, :1] / 40
+        return aside * np.array([1.0, 0, 0]) + np.array([0, -0.55, 0.8])
+
+    def length(places: Places) -> np.ndarray:
+        """The further aside, the longer: a curtain's middle is short."""
+        aside = np.abs(places[:, 0]) / 40
+        return (FRINGE_MM + FRINGE_LONGER_MM * aside**2 + depth_mm(places)) / 1000
+
+    return Groom(
+        comb, length, lambda places: np.full(len(places), 0.011),
+        rise_m=0.010, weight=1.2, stiff=0.5, steps=7, layers=FRINGE,
+    )  # fmt: skip
+
+
+FRINGE = (
+    Layer(0.0052, 0.0100, FULL, 0.80, (0.80, 1.00), 0.08, 0.90, where="forehead"),
+    Layer(0.0050, 0.0100, LOOSE, 0.95, (0.80, 1.06), 0.14, 0.97, where="forehead"),
+    Layer(0.0090, 0.0110, AIRY, 1.10, (0.85, 1.08), 0.22, 0.97, where="forehead"),
+)
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 33.0, 6.0, 0.35
+"""How far it falls before the hairline, how much further at its sides, and how far it goes aside."""
+
+
 def long(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest, from a parting in the middle."""
     return falling(0.31, 0.0, 0.0012, off_face_and(body, shift), 11)
@@ -310,3 +337,4 @@ def stubble() -> Groom:
 
 GROOMS = {"crop": crop, "swept": swept, "slick": slick}
 FALLING = {"long": long, "waves": waves, "bob": bob}
+FRINGED = ("long",)
