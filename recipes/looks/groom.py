@@ -75,7 +75,7 @@ EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.55
 ones of the length; and how many of them there are."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
 """Temples: before the first, below the second height, and how deep behind the hairline."""
-FRINGE_MM, FRINGE_DEEP_MM = (36.0, 44.0), (4.0, 19.0)
+FRINGE_MM, FRINGE_DEEP_MM = (42.0, 40.0), (7.0, 22.0)
 """A fringe grows this far aside at most, this high over the eyes, and between these depths."""
 HAIRLINE_DEEP_MM = 17.0
 """How deep fine hair is laid over the hairline."""

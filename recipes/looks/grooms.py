@@ -129,6 +129,9 @@ NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
 """The middle of the neck, and the heights over the eyes between which tips turn towards it."""
 
 
+SPARED_MM, SPARED_M = 16.0, 0.14
+"""What grows so near over the shoulders, at the sides, is no longer than so much: it would lie on them
+in tufts."""
 LIFTED, LIFTED_MM = 1.5, 13.0
 """How much hair at the forehead is combed back, and how deep behind the hairline that ends."""
 SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.5
@@ -149,7 +152,7 @@ FRAMING_WAVE_M = 0.004
 GATHER = 0.5
 """How fast hair comes together on the back."""
 OFF_CLOTH_MM, WAVE_M = 7.0, 0.100
-FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 0.98, 0.85
+FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.04, 0.88
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 
 
@@ -189,7 +192,9 @@ def falling(
 
     def length(places: Places) -> np.ndarray:
         """Ends lie about equally low: what grows higher is longer."""
-        return length_m + places[:, 1] / 1000 * 0.9 - 0.02 * front(places)
+        whole = length_m + places[:, 1] / 1000 * 0.9 - 0.02 * front(places)
+        on_shoulder = np.exp(-(((places[:, 2] + SHOULDER_MM) / SPARED_MM) ** 2))
+        return whole - np.maximum(length_m - SPARED_M, 0) * on_shoulder * ramp(places[:, 1], 70, 40)
 
     def volume(places: Places) -> np.ndarray:
         near = np.abs(places[:, 0] - part_mm)
@@ -251,23 +256,22 @@ def fringe() -> Groom:
         return (FRINGE_MM + FRINGE_LONGER_MM * aside**2 + depth_mm(places)) / 1000
 
     return Groom(
-        comb, length, lambda places: np.full(len(places), 0.011),
+        comb, length, lambda places: np.full(len(places), 0.009),
         rise_m=0.010, weight=1.2, stiff=0.5, steps=7, layers=FRINGE,
     )  # fmt: skip
 
 
 FRINGE = (
-    Layer(0.0052, 0.0100, FULL, 0.80, (0.80, 1.00), 0.08, 0.90, where="forehead"),
-    Layer(0.0050, 0.0100, LOOSE, 0.95, (0.80, 1.06), 0.14, 0.97, where="forehead"),
-    Layer(0.0090, 0.0110, AIRY, 1.10, (0.85, 1.08), 0.22, 0.97, where="forehead"),
+    Layer(0.0044, 0.0130, LOOSE, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
+    Layer(0.0050, 0.0130, LOOSE + AIRY, 1.00, (0.84, 1.04), 0.12, 0.97, where="forehead"),
 )
-FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 33.0, 6.0, 0.35
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 45.0, 4.0, 0.35
 """How far it falls before the hairline, how much further at its sides, and how far it goes aside."""
 
 
 def long(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest, from a parting in the middle."""
-    return falling(0.31, 0.0, 0.0012, off_face_and(body, shift), 11)
+    return falling(0.31, 0.0, 0.0012, off_face_and(body, shift), 10)
 
 
 def waves(body: Skin, shift: np.ndarray) -> Groom:
