@@ -129,7 +129,7 @@ NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
 """The middle of the neck, and the heights over the eyes between which tips turn towards it."""
 
 
-SPARED_MM, SPARED_M = 16.0, 0.14
+SPARED_MM, SPARED_M = 13.0, 0.18
 """What grows so near over the shoulders, at the sides, is no longer than so much: it would lie on them
 in tufts."""
 LIFTED, LIFTED_MM = 1.5, 13.0
@@ -152,7 +152,7 @@ FRAMING_WAVE_M = 0.004
 GATHER = 0.5
 """How fast hair comes together on the back."""
 OFF_CLOTH_MM, WAVE_M = 7.0, 0.100
-FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.04, 0.88
+FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.02, 0.76
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 
 
@@ -262,10 +262,10 @@ def fringe() -> Groom:
 
 
 FRINGE = (
-    Layer(0.0044, 0.0130, LOOSE, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
-    Layer(0.0050, 0.0130, LOOSE + AIRY, 1.00, (0.84, 1.04), 0.12, 0.97, where="forehead"),
+    Layer(0.0034, 0.0120, LOOSE, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
+    Layer(0.0042, 0.0120, LOOSE + AIRY, 1.00, (0.84, 1.04), 0.16, 0.97, where="forehead"),
 )
-FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 45.0, 4.0, 0.35
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 50.0, 4.0, 0.30
 """How far it falls before the hairline, how much further at its sides, and how far it goes aside."""
 
 

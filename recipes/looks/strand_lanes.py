@@ -31,7 +31,7 @@ LATE_ROOT, LATE_LONG_ROOT = 0.22, 0.07
 """Strands of short hair, and of long, begin within this share of their lock."""
 POINTS = 24
 WIDTHS, SHORT_WIDTHS = (2, 3, 4, 5), (5, 6, 8, 10)
-BROADER = (0, 0, 0, 0, 1, 1, 2, 2)
+BROADER = (0, 0, 0, 0, 0, 0, 1, 1)
 """How much broader strands of an open lock are: narrow ribbons show it."""
 Drawings = tuple[ImageDraw.ImageDraw, ImageDraw.ImageDraw]
 """Of the tone, and of what is covered."""
