@@ -147,7 +147,7 @@ EDGE_MM = 7.0
 FRAMING = Layer(0.0036, 0.0080, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
-FRAMING_WAVE_M = 0.004
+FRAMING_WAVE_M = 0.003
 """They wave at least so far: straight ones are wires."""
 GATHER = 0.5
 """How fast hair comes together on the back."""
@@ -161,7 +161,7 @@ def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
     x, y, _ = places.T
     own = EDGE_MM * np.random.default_rng(29).normal(size=len(places))
     limit = np.interp(y, *np.array(FACE_MM).T) + ahead_mm + own
-    limit = limit + 4 * np.sin(y / 21 + own) + 1.5 * np.sin(y / 9 + 3 * own)
+    limit = limit + 5 * np.sin(y / 28 + own)
     behind, before = FRAME_MM
     over = np.clip((places[:, 2] - limit - behind) / (before - behind), 0, 1)
     pushed = limit + behind - behind * np.sqrt(over)
@@ -240,7 +240,7 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
 
     free = off_face_and(body, shift, FRAMING_AHEAD_MM)
     wave_m = max(whole.wave_m, FRAMING_WAVE_M)
-    return replace(whole, comb=comb, free=free, layers=(FRAMING,), steps=9, wave_m=wave_m)
+    return replace(whole, comb=comb, free=free, layers=(FRAMING,), steps=11, near=1.2, wave_m=wave_m)
 
 
 def fringe() -> Groom:
