@@ -50,6 +50,8 @@ HELD = 0.5
 ROOT_NARROW, ROOT_WIDTH, POINTED = 0.20, 0.40, 0.12
 """Share of its length over which a ribbon comes to its width, and the share of it that it begins with;
 long ones begin in a point, else one sees where they are cut."""
+ROLL = 0.22
+"""How far ribbons roll about their middle line, radians."""
 CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
@@ -406,7 +408,7 @@ def _across(
     tangent = unit(np.gradient(paths, axis=1))
     flat = unit(np.cross(tangent, normals))
     out = np.cross(flat, tangent)
-    roll = 0.35 * rng.normal(size=(len(paths), 1, 1))
+    roll = ROLL * rng.normal(size=(len(paths), 1, 1))
     taper = np.clip(ROOT_WIDTH + t / ROOT_NARROW * (1 - ROOT_WIDTH), 0, 1) * (1 - 0.35 * t**2)
     if len(t) > SHORT_STEPS:
         taper[0] = POINTED

@@ -152,7 +152,7 @@ FRAMING_WAVE_M = 0.003
 GATHER = 0.5
 """How fast hair comes together on the back."""
 OFF_CLOTH_MM, WAVE_M = 7.0, 0.100
-FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.02, 0.76
+FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 
 
@@ -248,7 +248,8 @@ def fringe() -> Groom:
 
     def comb(places: Places) -> np.ndarray:
         aside = FRINGE_ASIDE * places[:, :1] / 40
-        return aside * np.array([1.0, 0, 0]) + np.array([0, -0.55, 0.8])
+        ahead = ramp(places[:, 1:2], 46, 62)
+        return aside * np.array([1.0, 0, 0]) + [0, -0.7, -0.12] + ahead * np.array([0, 0.3, 0.9])
 
     def length(places: Places) -> np.ndarray:
         """The further aside, the longer: a curtain's middle is short."""
