@@ -200,7 +200,6 @@ def grown(scalp: Scalp, groom: Groom) -> Cards:
     def off_m(places: Places) -> np.ndarray:
         return SHELL_LEAST_M + SHELL_HEIGHT * groom.volume_m(places)
 
-
     def shade(places: Places) -> np.ndarray:
         return SHELL_SHADE + (PARTING_SHADE - SHELL_SHADE) * groom.parting(places)
 
@@ -335,7 +334,9 @@ def _lanes(
         lane = np.where(uneven < up_to, np.maximum(lane, rng.choice(lanes, len(lane))), lane)
     flipped = rng.random((len(length), 1)) < 0.5
     edges = (lane[:, None] + np.where(flipped, [0.98, 0.02], [0.02, 0.98])) / LANES
-    begun = BEGUN * LATE_LONG_ROOT * np.clip(1 - LATE_M / length, 0, 1) * np.clip(depth / DEEP_MM, 0, 1)
+    begun = (
+        BEGUN * LATE_LONG_ROOT * np.clip(1 - LATE_M / length, 0, 1) * np.clip(depth / DEEP_MM, 0, 1)
+    )
     begun = begun[:, None]
     v = within(LONG_V, cut * (begun + (1 - begun) * t))
     v = np.where(short[:, None], within(SHORT_V, t), v)

@@ -59,9 +59,7 @@ def crop() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0050 + (0.010 + 0.006 * front(places)) * top(places)
 
-    return Groom(
-        comb, length, volume, rise_m=0.008, weight=0.45, steps=5, layers=SHORT_LAYERS
-    )
+    return Groom(comb, length, volume, rise_m=0.008, weight=0.45, steps=5, layers=SHORT_LAYERS)
 
 
 def swept() -> Groom:
@@ -81,7 +79,9 @@ def swept() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0045 + (0.008 + 0.010 * front(places)) * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.012, weight=0.15, stiff=0.55, steps=6, layers=SHORT_LAYERS)
+    return Groom(
+        comb, length, volume, rise_m=0.012, weight=0.15, stiff=0.55, steps=6, layers=SHORT_LAYERS
+    )
 
 
 def slick() -> Groom:
@@ -96,7 +96,9 @@ def slick() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0038 + 0.0065 * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.010, weight=0.1, stiff=0.5, steps=6, layers=SHORT_LAYERS)
+    return Groom(
+        comb, length, volume, rise_m=0.010, weight=0.1, stiff=0.5, steps=6, layers=SHORT_LAYERS
+    )
 
 
 def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
@@ -124,6 +126,7 @@ def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
     tips = (NECK_MM - places) * np.array([1.0, 0, 1.0])
     tips = tuck * ramp(places[:, 1], *TUCKED_MM)[:, None] * tips / 60
     return across + (around - back)[:, None] * np.array([0, 0, 1.0]) + down + tips
+
 
 NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
 """The middle of the neck, and the heights over the eyes between which tips turn towards it."""
@@ -240,7 +243,9 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
 
     free = off_face_and(body, shift, FRAMING_AHEAD_MM)
     wave_m = max(whole.wave_m, FRAMING_WAVE_M)
-    return replace(whole, comb=comb, free=free, layers=(FRAMING,), steps=11, near=1.2, wave_m=wave_m)
+    return replace(
+        whole, comb=comb, free=free, layers=(FRAMING,), steps=11, near=1.2, wave_m=wave_m
+    )
 
 
 def fringe() -> Groom:
@@ -258,7 +263,7 @@ def fringe() -> Groom:
 
     return Groom(
         comb, length, lambda places: np.full(len(places), 0.009),
-        rise_m=0.010, weight=1.2, stiff=0.5, steps=7, layers=FRINGE,
+        rise_m=0.010, weight=1.2, stiff=0.5, steps=7, cut=0.86, layers=FRINGE,
     )  # fmt: skip
 
 
@@ -266,7 +271,7 @@ FRINGE = (
     Layer(0.0034, 0.0120, LOOSE, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
     Layer(0.0042, 0.0120, LOOSE + AIRY, 1.00, (0.84, 1.04), 0.16, 0.97, where="forehead"),
 )
-FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 50.0, 4.0, 0.30
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 31.5, 4.0, 0.30
 """How far it falls before the hairline, how much further at its sides, and how far it goes aside."""
 
 
@@ -282,7 +287,9 @@ def waves(body: Skin, shift: np.ndarray) -> Groom:
 
 def bob(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chin, from a parting at one side."""
-    return falling(0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.84, tuck=0.9, even=0.7)
+    return falling(
+        0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.84, tuck=0.9, even=0.7
+    )
 
 
 TIE_MM = np.array([0.0, 48.0, -210.0])

@@ -9,7 +9,7 @@ from recipes.looks.canvas import Canvas, blurred
 from recipes.looks.scalp import depth_mm
 
 SIZE, FINER = 1024, 3
-SHADE_MM, SOFT_PX = (4.0, 15.0), 3.0
+SHADE_MM, SOFT_PX = (6.0, 15.0), 3.0
 """Between these depths behind the hairline the shade comes."""
 HAIRS, HAIRS_MM = 9000, (1.0, 8.0, 17.0)
 """Fine hairs that are drawn: the depths from which they grow, where all do, where no more are seen."""

@@ -24,7 +24,7 @@ SOWN, LEAST_THICK = 40000, 0.2
 """Of how many places at random roots are chosen, and how thick hair is there at least."""
 REACH_M = 0.05
 """The scalp holds hair that is nearer than this."""
-HAIRLINE_MM = ((0, 58), (14, 57), (30, 60), (42, 57), (52, 47), (62, 38))
+HAIRLINE_MM = ((0, 54), (14, 53), (30, 56), (42, 54), (52, 46), (62, 38))
 """How far aside, and the height over the eyes where hair begins there on the forehead."""
 TEMPLE_MM = ((-20, -84), (0, -80), (15, -74), (30, -68), (44, -60), (53, -46))
 """Heights over the eyes, and how far behind the tip of the nose hair begins there."""
@@ -101,9 +101,7 @@ class Scalp:
         away, index = map(np.asarray, self.skin.tree.query(points))
         return (self.thick[index] * np.clip(1 - away / REACH_M, 0, 1))[:, None]
 
-    def roots(
-        self, apart_m: Callable[[Places], np.ndarray], rng: np.random.Generator
-    ) -> Roots:
+    def roots(self, apart_m: Callable[[Places], np.ndarray], rng: np.random.Generator) -> Roots:
         """Places on the skin that stand apart, by a function of places; closer at the hairline."""
         points = self.skin.scattered(SOWN, self.thick > 0, rng)
         places = self.places(points)
