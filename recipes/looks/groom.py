@@ -27,7 +27,7 @@ from recipes.looks.surface import unit
 SUBSTEPS = 3
 """Steps between two pairs of vertices of a ribbon."""
 SUNK_M, SUNK = 0.0012, 0.03
-"""Ribbons begin this far under the skin, or this share of their length: what is sunk is not seen."""
+"""Ribbons begin this far under the skin, or this share of their length: what is sunk is lost."""
 ROOT_DARK_M, ROOT_DARK = 0.016, 0.35
 """Over this length, or this share of its own, a strand comes out of the shade of the others."""
 SHORT_M, SHORT_STEPS = 0.024, 3
@@ -43,13 +43,13 @@ WAVE_TOGETHER = 0.035
 WAVE_FROM_M = 0.05
 """Hair lies flat near its root: waves begin here, and are whole at twice that length."""
 UNEVEN_HEIGHT, AIRY_HEIGHT = (0.92, 1.08), (0.75, 1.30)
-"""How high ribbons of one layer lie, by its height; single hairs differ more, else they are a second
-outline."""
+"""How high ribbons of one layer lie, by its height; single hairs differ more, else they are a
+second outline."""
 HELD = 0.5
 """Hair hangs on the scalp below it where that holds it more than this."""
 ROOT_NARROW, ROOT_WIDTH, POINTED = 0.20, 0.40, 0.12
-"""Share of its length over which a ribbon comes to its width, and the share of it that it begins with;
-long ones begin in a point, else one sees where they are cut."""
+"""Share of its length over which a ribbon comes to its width, and the share of it that it begins
+with; long ones begin in a point, else one sees where they are cut."""
 ROLL = 0.22
 """How far ribbons roll about their middle line, radians."""
 CLING = 0.5
@@ -73,8 +73,8 @@ EDGE_LANES = ((3.5, AIRY), (8.0, LOOSE), (13.0, FULL))
 EDGE_UNEVEN_MM = 2.5
 """How far those depths differ from ribbon to ribbon: a hairline is no line."""
 EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.55
-"""How deep the hairline is; what short and long ribbons at it have of the width of others, and short
-ones of the length; and how many of them there are."""
+"""How deep the hairline is; what short and long ribbons at it have of the width of others, and
+short ones of the length; and how many of them there are."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
 """Temples: before the first, below the second height, and how deep behind the hairline."""
 FRINGE_MM, FRINGE_DEEP_MM = (42.0, 40.0), (7.0, 22.0)

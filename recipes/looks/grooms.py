@@ -8,7 +8,7 @@ import numpy as np
 
 from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
 from recipes.looks.scalp import Places, depth_mm, grows
-from recipes.looks.strand_lanes import AIRY, FULL, LOOSE
+from recipes.looks.strand_lanes import AIRY, LOOSE
 from recipes.looks.surface import Skin
 
 CROWN = np.array([9.0, 92.0, -158.0])
@@ -133,8 +133,8 @@ NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
 
 
 SPARED_MM, SPARED_M = 13.0, 0.18
-"""What grows so near over the shoulders, at the sides, is no longer than so much: it would lie on them
-in tufts."""
+"""What grows so near over the shoulders, at the sides, is no longer than so much: it would lie on
+them in tufts."""
 LIFTED, LIFTED_MM = 1.5, 13.0
 """How much hair at the forehead is combed back, and how deep behind the hairline that ends."""
 SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.5
@@ -161,7 +161,7 @@ FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 
 def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
     """Rows are ribbons, in their order from step to step: each keeps a line of its own."""
-    x, y, _ = places.T
+    y = places[:, 1]
     own = EDGE_MM * np.random.default_rng(29).normal(size=len(places))
     limit = np.interp(y, *np.array(FACE_MM).T) + ahead_mm + own
     limit = limit + 5 * np.sin(y / 28 + own)
@@ -272,7 +272,7 @@ FRINGE = (
     Layer(0.0042, 0.0120, LOOSE + AIRY, 1.00, (0.84, 1.04), 0.16, 0.97, where="forehead"),
 )
 FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 31.5, 4.0, 0.30
-"""How far it falls before the hairline, how much further at its sides, and how far it goes aside."""
+"""How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 
 def long(body: Skin, shift: np.ndarray) -> Groom:

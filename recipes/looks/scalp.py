@@ -16,8 +16,8 @@ from recipes.looks.surface import Skin, subdivided, triangles
 Places = np.ndarray
 """(n, 3) mm: y from the eyes' height, z from the front of the face backwards (`Canvas`)."""
 DEEP_MM, DEPTH_STEP_MM, LOWER = 24.0, 2.0, 0.4
-"""How far behind the hairline depths are told apart, how finely, and the share of them that counts at
-its lower edge."""
+"""How far behind the hairline depths are told apart, how finely, and the share of them that counts
+at its lower edge."""
 DIVE_M = 0.003
 """How deep the edge of a shell lies under the skin."""
 SOWN, LEAST_THICK = 40000, 0.2
@@ -36,8 +36,8 @@ SOFT_MM = 5.0
 SHELL_TIPS_V, SHELL_FADE_MM = 0.66, (2.0, 5.0, 8.0, 11.0)
 """Where in a lock there are but tips, and over which distances from its edge a shell closes."""
 SHELL_V, SHELL_TURNS = (0.25, 0.17), 12
-"""The shell takes the closed part of a lock: the middle of its height there, and half of it; how often
-it goes to and fro across it, round the head."""
+"""The shell takes the closed part of a lock: the middle of its height there, and half of it; how
+often it goes to and fro across it, round the head."""
 SIDEBURN_MM, SIDEBURN_SOFT_MM = (24.0, -116.0), (14.0, 8.0)
 """Below this height over the eyes, and before this, hair is a sideburn; how softly it begins."""
 
