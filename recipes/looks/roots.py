@@ -12,7 +12,7 @@ SIZE, FINER = 1024, 3
 SHADE_MM, SOFT_PX = (6.0, 15.0), 3.0
 """Between these depths behind the hairline the shade comes."""
 HAIRS, HAIRS_MM = 9000, (1.0, 8.0, 17.0)
-"""Fine hairs that are drawn: the depths where many grow first, where most do, where none is seen."""
+"""Fine hairs that are drawn: from which depth more grow, where most do, where none is seen."""
 HAIR_PX, STRAY_DEG = (7.0, 20.0), 20.0
 """Length of the fine hairs, and how far they stray from the way into the hair."""
 SIDE_MM, SIDE_DOWN = (46.0, 22.0), 1.5
