@@ -13,7 +13,7 @@ from recipes.looks.cards import Cards
 from recipes.looks.groom import ribbons_of
 from recipes.looks.grooms import stubble
 from recipes.looks.ribbons import ribbons, together
-from recipes.looks.scalp import Scalp, grows, shell
+from recipes.looks.scalp import Places, Scalp, depth_mm, grows, shell
 from recipes.looks.surface import unit
 
 CURL_PX, LANES = 512, 8
@@ -62,9 +62,9 @@ class Curl:
 
 
 CURLS = {
-    "curls": Curl(0.0076, 0.0056, 0.0056, 0.0030, 0.0105, 2.2, 15, 0.0035),
-    "coils": Curl(0.0051, 0.0043, 0.0034, 0.0021, 0.0050, 1.4, 7, 0.0022),
-    "afro": Curl(0.0059, 0.0052, 0.0048, 0.0026, 0.0072, 1.6, 8, 0.0030, 0.034),
+    "curls": Curl(0.0076, 0.0046, 0.0056, 0.0028, 0.0105, 2.2, 15, 0.0035),
+    "coils": Curl(0.0051, 0.0034, 0.0034, 0.0019, 0.0050, 1.4, 7, 0.0022),
+    "afro": Curl(0.0059, 0.0042, 0.0048, 0.0026, 0.0072, 1.6, 8, 0.0030, 0.034),
 }
 """Styles by the names of their files."""
 BUZZ_M, BUZZ_INSET_MM = 0.0014, 2.0
@@ -107,7 +107,10 @@ SHELL_HEIGHT = 0.92
 """Where the shell lies, of the volume."""
 FULL_MM = (4.0, 10.0, 17.0, 25.0, 34.0)
 """Distances from the hairline between which hair comes to its volume."""
-CURLED_INSET_MM = 3.0
+CURLED_INSET_MM = 5.0
+"""How far behind the hairline the shell below curls begins."""
+CURLED_EDGE_MM, CURLED_LEAST = 9.0, 0.25
+"""How deep the hairline of curls is, and how thick hair is there at least."""
 
 
 def full(millimetres: np.ndarray) -> np.ndarray:
@@ -120,8 +123,9 @@ def curls(scalp: Scalp, curl: Curl) -> Cards:
     """Curls all over the scalp, on a dark shell."""
     rng = np.random.default_rng(8)
     fitting, dense = scalp.fitting, scalp.skin
-    roots = _apart(dense.points, scalp.thick, rng, curl)
-    place, share = dense.points[roots], scalp.thick[roots]
+    roots = _apart(scalp, rng, curl)
+    place = dense.points[roots]
+    share = _behind(scalp.places(place))
     normal = dense.normals[roots]
     count = len(roots)
     fall = np.stack([0.15 * rng.normal(size=count), np.full(count, -0.35), np.full(count, -0.1)], 1)
@@ -200,16 +204,20 @@ def buzz_picture(lanes: np.ndarray) -> np.ndarray:
     return np.hstack([stubs, small])
 
 
-def _apart(
-    points: np.ndarray, thick: np.ndarray, rng: np.random.Generator, curl: Curl
-) -> np.ndarray:
+def _behind(places: Places) -> np.ndarray:
+    """(n,) 0 at the hairline to 1 where curls have their size."""
+    return np.clip(depth_mm(places) / CURLED_EDGE_MM, 0, 1)
+
+
+def _apart(scalp: Scalp, rng: np.random.Generator, curl: Curl) -> np.ndarray:
     """Which points are roots: as many as fit at their distance from each other."""
+    points, share = scalp.skin.points, _behind(scalp.places(scalp.skin.points))
     tree = KDTree(points)
-    free = thick > 0.4
+    free = scalp.thick > CURLED_LEAST
     chosen = []
     for k in rng.permutation(np.flatnonzero(free)):
         if free[k]:
             chosen.append(k)
-            apart = curl.edge_apart_m + (curl.apart_m - curl.edge_apart_m) * thick[k]
+            apart = curl.edge_apart_m + (curl.apart_m - curl.edge_apart_m) * share[k]
             free[tree.query_ball_point(points[k], apart)] = False
     return np.array(chosen)

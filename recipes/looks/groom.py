@@ -10,7 +10,7 @@ import numpy as np
 
 from recipes.looks.cards import Cards
 from recipes.looks.ribbons import ribbons, together
-from recipes.looks.scalp import Places, Scalp, shell
+from recipes.looks.scalp import DEEP_MM, Places, Roots, Scalp, shell
 from recipes.looks.strand_lanes import (
     AIRY,
     DENSE,
@@ -26,25 +26,32 @@ from recipes.looks.surface import unit
 
 SUBSTEPS = 3
 """Steps between two pairs of vertices of a ribbon."""
-SUNK_M = 0.0012
-"""Ribbons begin this far under the skin."""
+SUNK_M, SUNK = 0.0012, 0.03
+"""Ribbons begin this far under the skin, or this share of their length: what is sunk is lost."""
 ROOT_DARK_M, ROOT_DARK = 0.016, 0.35
 """Over this length, or this share of its own, a strand comes out of the shade of the others."""
 SHORT_M, SHORT_STEPS = 0.024, 3
 """Ribbons shorter than this need few vertices, stand closer and are narrower."""
 SHELL_LEAST_M, SHELL_HEIGHT = 0.0003, 0.08
 """The shell lies this far off the skin, and this share of the hair's volume further."""
-SHELL_SHADE = 0.66
+SHELL_SHADE, PARTING_SHADE = 0.38, 0.80
+"""Brightness of the shell between locks, and where hair is parted."""
 SHADED = (0.62, 0.88)
 """Brightness at the root of long strands, and of short ones."""
 WAVE_TOGETHER = 0.035
 """How far waves of neighbours are apart, radians per mm."""
 WAVE_FROM_M = 0.05
 """Hair lies flat near its root: waves begin here, and are whole at twice that length."""
+UNEVEN_HEIGHT, AIRY_HEIGHT = (0.92, 1.08), (0.75, 1.30)
+"""How high ribbons of one layer lie, by its height; single hairs differ more, else they are a
+second outline."""
 HELD = 0.5
 """Hair hangs on the scalp below it where that holds it more than this."""
-ROOT_NARROW = 0.25
-"""Share of its length over which a ribbon comes to its width."""
+ROOT_NARROW, ROOT_WIDTH, POINTED = 0.20, 0.40, 0.12
+"""Share of its length over which a ribbon comes to its width, and the share of it that it begins
+with; long ones begin in a point, else one sees where they are cut."""
+ROLL = 0.22
+"""How far ribbons roll about their middle line, radians."""
 CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
@@ -53,16 +60,27 @@ HAIRLINE_M, HAIRLINE_STEPS = 0.028, 3
 """Length of the fine hair that is laid over what grows at the hairline."""
 OPEN_EDGE = 0.5
 """How light roots at the hairline are, by those of a parting."""
-SLENDER, SLENDEREST_M, CLOSED_BY = 0.17, 0.0015, 1.7
+CLOSER = (0.6, 1.25)
+"""How much closer roots of short hair stand, and how much further those of long hair."""
+SLENDER, SLENDEREST_M, CLOSED_BY = 0.10, 0.0013, 1.3
 """Ribbons are no wider than this share of their length and so much more, else they are scales;
 those of the lowest layer are so many times wider, and close it."""
-LATE_M = 0.06
-"""Longer hair leaves out the beginnings of its locks: they would thin it for centimetres."""
-FINE_EDGE, EDGE_CLOSE = 0.4, 0.75
-"""Where less than this lies inside of the hairline one sees through locks; short ones are narrower
-there and stand closer."""
-TEMPLE_MM, TEMPLE_EDGE = (-105.0, 52.0), 0.9
-"""Temples: before the first, below the second height, and how far inside of the hairline."""
+LATE_M, BEGUN = 0.06, 0.75
+"""Longer hair leaves out so much of the beginnings of its locks, but for the hairline: they would
+thin it for centimetres."""
+EDGE_LANES = ((3.5, AIRY), (8.0, LOOSE), (13.0, FULL))
+"""Up to which depths behind the hairline, mm, locks are no closer than these."""
+EDGE_UNEVEN_MM = 2.5
+"""How far those depths differ from ribbon to ribbon: a hairline is no line."""
+EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.55
+"""How deep the hairline is; what short and long ribbons at it have of the width of others, and
+short ones of the length; and how many of them there are."""
+TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
+"""Temples: before the first, below the second height, and how deep behind the hairline."""
+FRINGE_MM, FRINGE_DEEP_MM = (42.0, 40.0), (7.0, 22.0)
+"""A fringe grows this far aside at most, this high over the eyes, and between these depths."""
+HAIRLINE_DEEP_MM = 17.0
+"""How deep fine hair is laid over the hairline."""
 PATCH_MM, PATCHY = 13.0, 0.10
 """How large patches of lighter and darker hair are, and how much those differ in brightness."""
 UNEVEN, SHORT_UNEVEN = 0.70, 0.84
@@ -91,7 +109,8 @@ class Layer:
     shade : float
         Brightness, 0..1.
     where : str
-        "all", or where alone it grows: along the "parting", at the "hairline", at the "temples".
+        "all", or where alone it grows: along the "parting", at the "hairline",
+        at the "temples", over the "forehead".
     """
 
     apart_m: float
@@ -108,10 +127,20 @@ LAYERS = (
     Layer(0.0102, 0.0150, DENSE, 0.30, (0.75, 0.95), 0.10, 0.74),
     Layer(0.0094, 0.0120, FULL, 0.70, (0.80, 1.05), 0.16, 0.88),
     Layer(0.0116, 0.0095, LOOSE, 1.00, (0.80, 1.10), 0.22, 0.97),
-    Layer(0.0170, 0.0090, AIRY, 1.20, (0.75, 1.15), 0.34, 0.94),
-    Layer(0.0042, 0.0060, DENSE, 0.55, (0.85, 1.00), 0.10, 0.90, where="parting"),
+    Layer(0.0200, 0.0090, AIRY, 1.08, (0.75, 1.15), 0.34, 0.94),
+    Layer(0.0034, 0.0060, DENSE, 0.55, (0.85, 1.00), 0.10, 0.90, where="parting"),
     Layer(0.0026, 0.0036, FULL[1:] + LOOSE, 0.40, (0.50, 1.00), 0.22, 0.92, where="hairline"),
 )
+
+
+SHORT_LAYERS = (
+    Layer(0.0074, 0.0074, DENSE, 0.30, (0.75, 0.95), 0.08, 0.74),
+    Layer(0.0074, 0.0060, FULL, 0.65, (0.75, 1.05), 0.12, 0.86),
+    Layer(0.0090, 0.0050, LOOSE, 0.95, (0.70, 1.10), 0.18, 0.97),
+    Layer(0.0140, 0.0048, AIRY, 1.15, (0.70, 1.15), 0.30, 0.96),
+    Layer(0.0025, 0.0030, FULL[1:] + LOOSE, 0.40, (0.60, 1.10), 0.18, 0.90, where="hairline"),
+)
+"""Of short hair: narrow ribbons, many of them."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +185,7 @@ class Groom:
     stiff: float = 0.45
     wave_m: float = 0.0
     wave_length_m: float = 0.05
-    inset_mm: float = 13.0
+    inset_mm: float = 17.0
     steps: int = 8
     near: float = 1.0
     cut: float = 1.0
@@ -171,7 +200,10 @@ def grown(scalp: Scalp, groom: Groom) -> Cards:
     def off_m(places: Places) -> np.ndarray:
         return SHELL_LEAST_M + SHELL_HEIGHT * groom.volume_m(places)
 
-    below = shell(scalp, off_m, groom.inset_mm, SHELL_SHADE)
+    def shade(places: Places) -> np.ndarray:
+        return SHELL_SHADE + (PARTING_SHADE - SHELL_SHADE) * groom.parting(places)
+
+    below = shell(scalp, off_m, groom.inset_mm, shade)
     return together(below, ribbons_of(scalp, groom))
 
 
@@ -184,27 +216,38 @@ def ribbons_of(scalp: Scalp, groom: Groom) -> Cards:
 
 def _layer(scalp: Scalp, groom: Groom, layer: Layer, rng: np.random.Generator) -> list[Cards]:
     """Its short ribbons and its long ones."""
-    places = scalp.places(scalp.skin.points)
-    length, parting = groom.length_m(places), groom.parting(places)
-    if layer.where == "parting" and not parting.any():
-        return []
-    close = np.clip(length / SHORT_M, 0.55, 1)
-    close = close * np.where((scalp.inside < FINE_EDGE) & (length < SHORT_M), EDGE_CLOSE, 1)
-    roots = scalp.roots(layer.apart_m * close, rng)
+
+    def apart(places: Places) -> np.ndarray:
+        return layer.apart_m * np.clip(groom.length_m(places) / SHORT_M, *CLOSER)
+
+    roots = scalp.roots(apart, rng)
+    roots = roots[rng.random(len(roots)) < EDGE_KEPT + (1 - EDGE_KEPT) * _within(roots.depth)]
     if layer.where == "parting":
-        roots = roots[parting[roots] > 0.15]
+        roots = roots[groom.parting(roots.places) > 0.15]
+        if not len(roots):
+            return []
     if layer.where == "hairline":
-        roots = roots[scalp.inside[roots] < 0.5]
+        roots = roots[roots.depth < HAIRLINE_DEEP_MM]
     if layer.where == "temples":
-        roots = roots[_beside_the_face(places[roots]) & (scalp.inside[roots] < TEMPLE_EDGE)]
-    roots = roots[length[roots] > 0.003]
+        roots = roots[_beside_the_face(roots.places) & (roots.depth < TEMPLE_DEEP_MM)]
+    if layer.where == "forehead":
+        x, y, _ = roots.places.T
+        deep = (roots.depth > FRINGE_DEEP_MM[0]) & (roots.depth < FRINGE_DEEP_MM[1])
+        roots = roots[deep & (np.abs(x) < FRINGE_MM[0]) & (y > FRINGE_MM[1])]
+    length = groom.length_m(roots.places)
+    roots, length = roots[length > 0.003], length[length > 0.003]
     if layer.where == "hairline":
         return [_grown(scalp, groom, layer, roots, HAIRLINE_STEPS, rng)]
-    short = length[roots] < SHORT_M
+    short = length < SHORT_M
     groups = ((roots[short], SHORT_STEPS), (roots[~short], groom.steps))
     return [
         _grown(scalp, groom, layer, chosen, steps, rng) for chosen, steps in groups if len(chosen)
     ]
+
+
+def _within(depth: np.ndarray) -> np.ndarray:
+    """(n,) 0 at the hairline to 1 behind it."""
+    return np.clip(depth / EDGE_MM, 0, 1)
 
 
 def _beside_the_face(places: Places) -> np.ndarray:
@@ -216,30 +259,31 @@ def _grown(
     scalp: Scalp,
     groom: Groom,
     layer: Layer,
-    roots: np.ndarray,
+    roots: Roots,
     steps: int,
     rng: np.random.Generator,
 ) -> Cards:
-    start, thick = scalp.skin.points[roots], scalp.thick[roots]
-    places, count = scalp.places(start), len(roots)
+    start, places, thick, count = roots.points, roots.places, roots.thick, len(roots)
     most = HAIRLINE_M if layer.where == "hairline" else np.inf
     length = np.minimum(groom.length_m(places), most) * rng.uniform(*layer.length, count)
-    length *= 0.55 + 0.45 * thick
+    within_edge = _within(roots.depth)
+    short = (length < SHORT_M) | (layer.where == "hairline")
+    length *= np.where(short, EDGE_LENGTH + (1 - EDGE_LENGTH) * within_edge, 0.7 + 0.3 * thick)
     height = groom.volume_m(places) * layer.height * (0.4 + 0.6 * thick)
-    height *= rng.uniform(0.85, 1.15, count)
+    height *= rng.uniform(*(AIRY_HEIGHT if layer.lanes == AIRY else UNEVEN_HEIGHT), count)
     paths, normals = _combed(scalp, groom, start, length, height, layer.stray, steps, rng)
     slender = SLENDER * (CLOSED_BY if layer.lanes == DENSE else 1)
     wide = np.minimum(layer.width_m, slender * length + SLENDEREST_M)
-    wide = wide * np.where((scalp.inside[roots] < FINE_EDGE) & (length < SHORT_M), 0.75, 1)
     wide = wide * rng.uniform(0.75, 1.25, count)
     parted = groom.parting(places)
-    narrow = np.where(length < SHORT_M, 1.0, 0.4 + 0.6 * scalp.inside[roots])
+    narrow = np.where(short, *EDGE_WIDTH)
+    narrow = narrow + (1 - narrow) * within_edge
     t = np.linspace(0, 1, steps) ** groom.near
-    across = _across(paths, normals, wide * narrow, t, parted, rng)
+    across = _across(paths, normals, wide * narrow, t, rng)
     along = length[:, None] * t
     dark = np.minimum(ROOT_DARK_M, ROOT_DARK * length)[:, None]
     least = np.interp(length, (0.5 * SHORT_M, SHORT_M), SHADED[::-1])
-    open_ = np.maximum(parted, OPEN_EDGE * (1 - scalp.inside[roots]))
+    open_ = np.maximum(parted, OPEN_EDGE * (1 - within_edge))
     least = np.maximum(least, SHADED[1] * open_)[:, None]
     shade = np.maximum(layer.shade, least - 0.05) * (
         least + (1 - least) * np.clip(along / dark, 0, 1)
@@ -248,7 +292,7 @@ def _grown(
     shade = shade * (_patches(places) * rng.uniform(uneven, 1.0))[:, None]
     index, weights = _hung(scalp, start, paths)
     skin = scalp.fitting.skin
-    uv = _lanes(layer, length, t, groom.cut, scalp.inside[roots] < FINE_EDGE, rng)
+    uv = _lanes(layer, length, t, groom.cut, roots.depth, rng)
     return ribbons(paths, across, index, weights, skin, uv, shade)
 
 
@@ -278,17 +322,22 @@ def _lanes(
     length: np.ndarray,
     t: np.ndarray,
     cut: float,
-    edge: np.ndarray,
+    depth: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """(n, step, 2, 2) places in the picture; short hair has locks of its own; at the edge one
-    sees through them."""
+    """(n, step, 2, 2) places in the picture; short hair has locks of its own; towards the hairline
+    (depth in mm) one sees through them more and more."""
     lane = rng.choice(layer.lanes, len(length))
     short = (length < SHORT_M) | (layer.where == "hairline")
-    lane = np.where(edge, np.maximum(lane, rng.choice(LOOSE + AIRY[:1], len(lane))), lane)
+    uneven = depth + EDGE_UNEVEN_MM * rng.normal(size=len(depth))
+    for up_to, lanes in EDGE_LANES:
+        lane = np.where(uneven < up_to, np.maximum(lane, rng.choice(lanes, len(lane))), lane)
     flipped = rng.random((len(length), 1)) < 0.5
     edges = (lane[:, None] + np.where(flipped, [0.98, 0.02], [0.02, 0.98])) / LANES
-    begun = LATE_LONG_ROOT * np.clip(1 - LATE_M / length, 0, 1)[:, None]
+    begun = (
+        BEGUN * LATE_LONG_ROOT * np.clip(1 - LATE_M / length, 0, 1) * np.clip(depth / DEEP_MM, 0, 1)
+    )
+    begun = begun[:, None]
     v = within(LONG_V, cut * (begun + (1 - begun) * t))
     v = np.where(short[:, None], within(SHORT_V, t), v)
     return np.stack(np.broadcast_arrays(edges[:, None], v[..., None]), -1).astype(float)
@@ -311,7 +360,7 @@ def _combed(
     # What grows side by side waves together.
     phase = WAVE_TOGETHER * scalp.places(start) @ [[1.0], [0.6], [0.8]]
     phase = phase + rng.normal(0, 0.5, (count, 1))
-    point = start - SUNK_M * normal
+    point = start - np.minimum(SUNK_M, SUNK * length)[:, None] * normal
     direction = unit(0.4 * _along(groom.comb(scalp.places(start)), normal, 1.0) + normal)
     ways = np.linspace(0, 1, steps + 1) ** groom.near
     rise = np.minimum(groom.rise_m, 0.3 * length)[:, None]
@@ -354,14 +403,14 @@ def _across(
     normals: np.ndarray,
     wide: np.ndarray,
     t: np.ndarray,
-    parted: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """(n, steps, 3) m from the middle of a ribbon to its edge: flat, rolled a little."""
     tangent = unit(np.gradient(paths, axis=1))
     flat = unit(np.cross(tangent, normals))
     out = np.cross(flat, tangent)
-    roll = 0.35 * rng.normal(size=(len(paths), 1, 1))
-    root = 0.35 + 0.45 * parted[:, None]
-    taper = np.clip(root + t / ROOT_NARROW * (1 - root), 0, 1) * (1 - 0.35 * t**2)
+    roll = ROLL * rng.normal(size=(len(paths), 1, 1))
+    taper = np.clip(ROOT_WIDTH + t / ROOT_NARROW * (1 - ROOT_WIDTH), 0, 1) * (1 - 0.35 * t**2)
+    if len(t) > SHORT_STEPS:
+        taper[0] = POINTED
     return (np.cos(roll) * flat + np.sin(roll) * out) * (wide[:, None] / 2 * taper)[..., None]

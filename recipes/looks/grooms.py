@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from recipes.looks.groom import LAYERS, Groom, Layer, OfPlaces
-from recipes.looks.scalp import Places
+from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
+from recipes.looks.scalp import Places, depth_mm, grows
 from recipes.looks.strand_lanes import AIRY, LOOSE
 from recipes.looks.surface import Skin
 
@@ -15,6 +15,8 @@ CROWN = np.array([9.0, 92.0, -158.0])
 """Where the whorl of the hair is."""
 WHORL, WHORL_MM = 2.0, 26.0
 """How much more hair turns round it there, and how far from it."""
+PART_SOFT_MM, PART_ALONG = 3.5, 0.5
+"""Hair so near a parting runs partly along it, and covers it."""
 PART_MM = 27.0
 """How far aside hair is parted that is not parted in the middle."""
 
@@ -57,7 +59,7 @@ def crop() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0050 + (0.010 + 0.006 * front(places)) * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.008, weight=0.45, steps=5)
+    return Groom(comb, length, volume, rise_m=0.008, weight=0.45, steps=5, layers=SHORT_LAYERS)
 
 
 def swept() -> Groom:
@@ -77,7 +79,9 @@ def swept() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0045 + (0.008 + 0.010 * front(places)) * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.012, weight=0.15, stiff=0.55, steps=6)
+    return Groom(
+        comb, length, volume, rise_m=0.012, weight=0.15, stiff=0.55, steps=6, layers=SHORT_LAYERS
+    )
 
 
 def slick() -> Groom:
@@ -92,15 +96,22 @@ def slick() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0038 + 0.0065 * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.010, weight=0.1, stiff=0.5, steps=7)
+    return Groom(
+        comb, length, volume, rise_m=0.010, weight=0.1, stiff=0.5, steps=6, layers=SHORT_LAYERS
+    )
 
 
-def _parted(places: Places, part_mm: float) -> np.ndarray:
-    """Directions away from a parting, which ends at the crown, then down, off the face."""
+def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
+    """Directions away from a parting, which ends at the crown, then down, off the face, and tips
+    towards the neck by `tuck`."""
     parted = ramp(places[:, 2], -175, -120) * ramp(places[:, 1], 25, 56)
-    aside = np.tanh((places[:, 0] - part_mm * parted) / 1.5) * parted
+    beside = places[:, 0] - part_mm * parted
+    aside = np.tanh(beside / PART_SOFT_MM) * parted
+    along = PART_ALONG * np.exp(-((beside / PART_SOFT_MM) ** 2)) * parted
     temple = ramp(places[:, 2], -95, -55) * ramp(places[:, 1], 8, 36)
-    back = (0.15 + 0.5 * front(places)) * ramp(places[:, 1], 5, 50) + 0.7 * temple
+    # What grows at the forehead stands back from it before it falls aside.
+    lifted = LIFTED * front(places) * (1 - grows(places, LIFTED_MM))
+    back = (0.15 + 0.5 * front(places) + lifted + along) * ramp(places[:, 1], 5, 50) + 0.45 * temple
     inward = -0.12 * np.tanh(places[:, 0] / 40) * ramp(places[:, 1], 10, -40)
     # Behind the shoulders hair comes together, it does not spread over them.
     on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 25) * ramp(places[:, 1], -30, -110)
@@ -108,39 +119,52 @@ def _parted(places: Places, part_mm: float) -> np.ndarray:
     # Before the shoulders or behind them, not over them.
     ahead = places[:, 2] + SHOULDER_MM
     before = SIDESTEP * np.tanh(ahead / 8) * ramp(places[:, 1], -25, -95)
-    behind = BACKSTEP * np.tanh(ahead / 12) * ramp(places[:, 1], -50, -115)
-    beside = np.where(ahead > 0, before, behind)
+    behind = BACKSTEP * np.tanh(ahead / 12) * ramp(places[:, 1], -30, -90)
+    around = np.where(ahead > 0, before, behind)
     across = (aside + inward)[:, None] * np.array([1.0, 0.0, 0.0])
     down = (1 - 0.6 * parted)[:, None] * np.array([0, -1.0, 0])
-    return across + (beside - back)[:, None] * np.array([0, 0, 1.0]) + down
+    tips = (NECK_MM - places) * np.array([1.0, 0, 1.0])
+    tips = tuck * ramp(places[:, 1], *TUCKED_MM)[:, None] * tips / 60
+    return across + (around - back)[:, None] * np.array([0, 0, 1.0]) + down + tips
 
 
-SHOULDER_MM, SIDESTEP, BACKSTEP = 112.0, 1.4, 1.1
+NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
+"""The middle of the neck, and the heights over the eyes between which tips turn towards it."""
+
+
+SPARED_MM, SPARED_M = 13.0, 0.18
+"""What grows so near over the shoulders, at the sides, is no longer than so much: it would lie on
+them in tufts."""
+LIFTED, LIFTED_MM = 1.5, 13.0
+"""How much hair at the forehead is combed back, and how deep behind the hairline that ends."""
+SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.5
 """How far behind the tip of the nose the shoulders are, and how fast hair goes before them or
 behind: what falls straight onto them stays there in a tuft."""
-FACE_MM = ((-200, -76), (-60, -74), (0, -70), (25, -62), (48, -36), (60, 10))
+FACE_MM = ((-200, -70), (-60, -68), (0, -62), (25, -50), (48, -24), (60, 10))
 """Heights over the eyes, and how far behind the tip of the nose hair begins that frames a face."""
-FRAME_MM = (-14.0, 30.0)
+FRAME_MM = (-22.0, 30.0)
 """Hair that would hang between these distances behind and before that line is pushed together
 behind it: a curtain thins out, a wall does not."""
-EDGE_MM = 6.0
+EDGE_MM = 7.0
 """How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge."""
-FRAMING = Layer(0.0036, 0.0055, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
-FRAMING_AHEAD_MM, FRAMING_FORWARD = 9.0, 0.55
+FRAMING = Layer(0.0036, 0.0080, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
+FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
-GATHER = 0.2
+FRAMING_WAVE_M = 0.003
+"""They wave at least so far: straight ones are wires."""
+GATHER = 0.5
 """How fast hair comes together on the back."""
-OFF_CLOTH_MM, WAVE_M = 10.0, 0.100
-FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.5, 1.38, 1.15
+OFF_CLOTH_MM, WAVE_M = 7.0, 0.100
+FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 
 
 def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
     """Rows are ribbons, in their order from step to step: each keeps a line of its own."""
-    x, y, _ = places.T
+    y = places[:, 1]
     own = EDGE_MM * np.random.default_rng(29).normal(size=len(places))
-    limit = np.interp(y, *np.array(FACE_MM).T) + ahead_mm + own + 4 * np.sin(y / 21 + 1)
-    limit = limit + 2 * np.sin(y / 8 + x)
+    limit = np.interp(y, *np.array(FACE_MM).T) + ahead_mm + own
+    limit = limit + 5 * np.sin(y / 28 + own)
     behind, before = FRAME_MM
     over = np.clip((places[:, 2] - limit - behind) / (before - behind), 0, 1)
     pushed = limit + behind - behind * np.sqrt(over)
@@ -164,12 +188,16 @@ def falling(
     steps: int = 10,
     near: float = 1.6,
     cut: float = 1.0,
+    tuck: float = 0.0,
+    even: float = 0.0,
 ) -> Groom:
-    """Hair that falls from a parting."""
+    """Hair that falls from a parting; `even` is how far its tips end on one line, 0 to 1."""
 
     def length(places: Places) -> np.ndarray:
         """Ends lie about equally low: what grows higher is longer."""
-        return length_m + places[:, 1] / 1000 * 0.9 - 0.02 * front(places)
+        whole = length_m + places[:, 1] / 1000 * 0.9 - 0.02 * front(places)
+        on_shoulder = np.exp(-(((places[:, 2] + SHOULDER_MM) / SPARED_MM) ** 2))
+        return whole - np.maximum(length_m - SPARED_M, 0) * on_shoulder * ramp(places[:, 1], 70, 40)
 
     def volume(places: Places) -> np.ndarray:
         near = np.abs(places[:, 0] - part_mm)
@@ -185,16 +213,21 @@ def falling(
         replace(
             layer,
             stray=0.3 * layer.stray,
+            length=(_towards_one(layer.length[0], even), _towards_one(layer.length[1], even)),
             width_m=FALLING_WIDTH * layer.width_m,
             apart_m=layer.apart_m * (FALLING_APART if layer.where == "all" else FALLING_EDGE),
         )
         for layer in LAYERS
     )
     return Groom(
-        lambda places: _parted(places, part_mm), length, volume,
+        lambda places: _parted(places, part_mm, tuck), length, volume,
         rise_m=0.014, weight=1.6, stiff=0.6, wave_m=wave_m, wave_length_m=WAVE_M,
         steps=steps, near=near, cut=cut, parting=parting, free=free, layers=layers,
     )  # fmt: skip
+
+
+def _towards_one(share: float, even: float) -> float:
+    return share + even * (1 - share)
 
 
 def off_face_and(body: Skin, shift: np.ndarray, ahead_mm: float = 0.0) -> OfPlaces:
@@ -209,22 +242,54 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
         return whole.comb(places) + FRAMING_FORWARD * temple[:, None] * np.array([0, -0.3, 1.0])
 
     free = off_face_and(body, shift, FRAMING_AHEAD_MM)
-    return replace(whole, comb=comb, free=free, layers=(FRAMING,), steps=7)
+    wave_m = max(whole.wave_m, FRAMING_WAVE_M)
+    return replace(
+        whole, comb=comb, free=free, layers=(FRAMING,), steps=11, near=1.2, wave_m=wave_m
+    )
+
+
+def fringe() -> Groom:
+    """What falls over the forehead, and thins out above the brows."""
+
+    def comb(places: Places) -> np.ndarray:
+        aside = FRINGE_ASIDE * places[:, :1] / 40
+        ahead = ramp(places[:, 1:2], 46, 62)
+        return aside * np.array([1.0, 0, 0]) + [0, -0.7, -0.12] + ahead * np.array([0, 0.3, 0.9])
+
+    def length(places: Places) -> np.ndarray:
+        """The further aside, the longer: a curtain's middle is short."""
+        aside = np.abs(places[:, 0]) / 40
+        return (FRINGE_MM + FRINGE_LONGER_MM * aside**2 + depth_mm(places)) / 1000
+
+    return Groom(
+        comb, length, lambda places: np.full(len(places), 0.009),
+        rise_m=0.010, weight=1.2, stiff=0.5, steps=7, cut=0.86, layers=FRINGE,
+    )  # fmt: skip
+
+
+FRINGE = (
+    Layer(0.0034, 0.0120, LOOSE, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
+    Layer(0.0042, 0.0120, LOOSE + AIRY, 1.00, (0.84, 1.04), 0.16, 0.97, where="forehead"),
+)
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 31.5, 4.0, 0.30
+"""How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 
 def long(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest, from a parting in the middle."""
-    return falling(0.31, 0.0, 0.0012, off_face_and(body, shift), 11)
+    return falling(0.31, 0.0, 0.0012, off_face_and(body, shift), 10)
 
 
 def waves(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest in waves, from a parting at one side."""
-    return falling(0.29, PART_MM, 0.017, off_face_and(body, shift), 12, near=1.25)
+    return falling(0.29, PART_MM, 0.017, off_face_and(body, shift), 11, near=1.25)
 
 
 def bob(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chin, from a parting at one side."""
-    return falling(0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.93)
+    return falling(
+        0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.84, tuck=0.9, even=0.7
+    )
 
 
 TIE_MM = np.array([0.0, 48.0, -210.0])
@@ -252,7 +317,7 @@ def tied() -> Groom:
             stray=0.15 * layer.stray,
             length=(0.97, 1.03),
             width_m=1.3 * layer.width_m,
-            apart_m=1.25 * layer.apart_m,
+            apart_m=layer.apart_m,
         )
         for layer in LAYERS
         if layer.lanes != AIRY
@@ -265,7 +330,7 @@ def tied() -> Groom:
         weight=0,
         stiff=0.3,
         steps=8,
-        inset_mm=12.0,
+        inset_mm=15.0,
         layers=layers,
     )
 
@@ -284,3 +349,4 @@ def stubble() -> Groom:
 
 GROOMS = {"crop": crop, "swept": swept, "slick": slick}
 FALLING = {"long": long, "waves": waves, "bob": bob}
+FRINGED = ("long",)

@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw
 from recipes.looks.canvas import blurred
 
 PX, FINER, LANES = 1024, 2, 8
-STRANDS = (150, 130, 84, 74, 44, 36, 15, 10)
+STRANDS = (120, 104, 70, 60, 34, 27, 12, 8)
 """Strands of each lock."""
 DENSE, FULL, LOOSE, AIRY = (0, 1), (2, 3), (4, 5), (6, 7)
 """Locks by how much shows through."""
@@ -17,18 +17,22 @@ SOLID = (0.80, 0.72, 0.5, 0.4, 0.0, 0.0, 0.0, 0.0)
 LONG_V, SHORT_V = (0.005, 0.70), (0.725, 0.995)
 """Heights of the picture that hold long locks, and below those of short hair, whose strands begin
 as fine and as uneven as they end: such hair shows its roots."""
-SHORT_STRANDS = (60, 52, 38, 32, 19, 15, 9, 6)
+SHORT_STRANDS = (46, 40, 30, 26, 17, 14, 9, 6)
 CLUMPS, GATHERED, SHORT_GATHERED = (4, 8), (0.25, 0.75), (0.6, 1.1)
 """Into how many clumps the strands of a lock fall, and how far from their middle they end there."""
-TONE, CLUMP_TONE, STRAND_TONE, TONES = 0.80, 0.10, 0.13, (0.40, 1.0)
+TONE, CLUMP_TONE, STRAND_TONE, TONES = 0.78, 0.10, 0.18, (0.30, 1.0)
 """Mean tone of strands, how far that of clumps and of strands in a clump differs, and its ends."""
 DEEP_TONE = 0.42
 """What one sees between strands of a closed lock lies in their shade."""
+FEW = 25
+"""Fewer strands than this stand as chance has it."""
 SHORTEST = 0.62
 LATE_ROOT, LATE_LONG_ROOT = 0.22, 0.07
 """Strands of short hair, and of long, begin within this share of their lock."""
 POINTS = 24
 WIDTHS, SHORT_WIDTHS = (2, 3, 4, 5), (5, 6, 8, 10)
+BROADER = (0, 0, 0, 0, 0, 0, 1, 1)
+"""How much broader strands of an open lock are: narrow ribbons show it."""
 Drawings = tuple[ImageDraw.ImageDraw, ImageDraw.ImageDraw]
 """Of the tone, and of what is covered."""
 
@@ -61,9 +65,10 @@ def picture() -> np.ndarray:
 def _body(drawings: Drawings, lane: int) -> None:
     """What closes a lock behind its strands."""
     tone, alpha = drawings
-    x = (lane + np.array([0.36, 0.64, 0.84, 0.80, 0.5, 0.2, 0.16])) / LANES
+    x = (lane + np.array([0.5, 0.7, 0.84, 0.80, 0.5, 0.2, 0.16, 0.3])) / LANES
     top = SOLID[lane]
-    outline = _pixels(x, np.array([0, 0, 0.07, top - 0.2, top, top - 0.2, 0.07]), LONG_V)
+    heights = np.array([0.05, 0.08, 0.14, top - 0.2, top, top - 0.2, 0.14, 0.08])
+    outline = _pixels(x, heights, LONG_V)
     alpha.polygon(outline, fill=255)
     tone.polygon(outline, fill=round(255 * DEEP_TONE))
 
@@ -77,7 +82,7 @@ def _lock(drawings: Drawings, lane: int, count: int, rng: np.random.Generator) -
         bow = 0.05 * rng.normal() * np.sin(np.pi * t) + 0.02 * rng.normal() * np.sin(2 * np.pi * t)
         x = np.clip(at[k] + (end - at[k]) * t**1.6 + bow, 0.02, 0.98)
         length = rng.uniform(SHORTEST, 1.0) * (1 - 0.28 * abs(2 * at[k] - 1) ** 2)
-        broad = int(rng.choice(WIDTHS, p=[0.3, 0.4, 0.2, 0.1]))
+        broad = BROADER[lane] + int(rng.choice(WIDTHS, p=[0.3, 0.4, 0.2, 0.1]))
         start = LATE_LONG_ROOT * (0.4 * rng.uniform() + 0.6 * (2 * at[k] - 1) ** 2)
         places = _pixels((lane + x) / LANES, start + (length - start) * t, LONG_V)
         cut = int(POINTS * 0.72)
@@ -111,6 +116,8 @@ def _short_lock(drawings: Drawings, lane: int, count: int, rng: np.random.Genera
 def _clumped(count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, list[int]]:
     """Where strands begin across their lock, the middle of each one's clump, its tone 0..255."""
     at = 0.06 + 0.88 * (np.arange(count) + rng.uniform(size=count)) / count
+    if count < FEW:  # else a comb's teeth
+        at = 0.06 + 0.88 * rng.uniform(size=count)
     clumps = int(rng.integers(*CLUMPS, endpoint=True))
     middles = 0.1 + 0.8 * (np.arange(clumps) + rng.uniform(0.2, 0.8, clumps)) / clumps
     own = np.abs(at[:, None] - middles).argmin(1)

@@ -16,7 +16,7 @@ class Skin:
     def __init__(self, points: np.ndarray, quads: np.ndarray) -> None:
         for _ in range(2):
             points, quads, _ = subdivided(points, quads)
-        self.points = points
+        self.points, self.quads = points, quads
         self.normals = vertex_normals(points, triangles(quads)).astype(float)
         self.tree = KDTree(points)
 
@@ -29,6 +29,15 @@ class Skin:
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         off = ((points[:, None] - self.points[index]) * self.normals[index]).sum(-1, keepdims=True)
         return points - normal * (off * share).sum(1), normal
+
+    def scattered(self, count: int, where: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """(count, 3) places evenly at random on the faces of which all corners are chosen."""
+        corners = self.points[self.quads[where[self.quads].all(1)]]
+        first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+        area = np.linalg.norm(np.cross(first, second), axis=1)
+        a, b, c, d = corners[rng.choice(len(corners), count, p=area / area.sum())].swapaxes(0, 1)
+        u, v = rng.random((2, count, 1))
+        return (1 - u) * ((1 - v) * a + v * d) + u * ((1 - v) * b + v * c)
 
     def walk(
         self, points: np.ndarray, towards: np.ndarray, length: float

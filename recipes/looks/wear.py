@@ -53,6 +53,8 @@ def styles(scalp: Scalp) -> dict[str, Cards]:
     for name, style in grooms.FALLING.items():
         whole = style(body, scalp.shift)
         before = groom.ribbons_of(earless, grooms.framing(whole, body, scalp.shift))
+        if name in grooms.FRINGED:
+            before = together(before, groom.ribbons_of(scalp, grooms.fringe()))
         made[name] = over_ears(face, together(groom.grown(earless, whole), before))
     made |= {name: curls.curls(scalp, curl) for name, curl in curls.CURLS.items()}
     made |= {"ponytail": together(tied, tail(scalp)), "bun": together(tied, knot(scalp))}
