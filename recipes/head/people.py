@@ -10,6 +10,7 @@ from elocute.head.identity import PRINCIPAL_COUNT
 from recipes.head.face import SOFTENING, NeutralFace
 from recipes.head.identity import IdentityBasis, fitted
 from recipes.head.population import YEARS_AT_HALF, YEARS_PER_AGE, Traits, body
+from recipes.head.proportions import MEASURES, Proportions
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Person:
     muscle: float = 0.5
     details: tuple[tuple[str, float], ...] = ()  # (target, amount)
     own: int = 0  # seed of what is nobody else's: local components, chosen by eye
-    local: tuple[tuple[int, float], ...] = ()  # (local component, standard deviations), besides
+    measures: tuple[tuple[str, float], ...] = ()  # (measure, mm), see `proportions`
 
     @property
     def traits(self) -> Traits:
@@ -36,11 +37,9 @@ def _both(name: str, amount: float) -> tuple[tuple[str, float], tuple[str, float
     return (f"{folder}/l-{target}", amount), (f"{folder}/r-{target}", amount)
 
 
-def _fuller_lips(amount: float) -> tuple[tuple[int, float], ...]:
-    """Local components of the mouth that give both lips more red and the upper one a bow.
-
-    Targets of lips hardly tell: every face's lips are brought to a human height."""
-    return ((8, -0.8 * amount), (10, -amount), (11, amount))
+def _sized(*sizes: float) -> tuple[tuple[str, float], ...]:
+    """All measures, mm, in the order of `MEASURES`."""
+    return tuple(zip(MEASURES, sizes, strict=True))
 
 
 PEOPLE = (
@@ -54,7 +53,8 @@ PEOPLE = (
             *_both("cheek/cheek-volume-decr", 0.5), ("head/head-fat-decr", 0.6),
             ("nose/nose-width2-decr", 0.3), ("nose/nose-point-up", 0.25),
         ),
-        own=1, local=_fuller_lips(0.7),
+        own=1,
+        measures=_sized(131, 86, 23, 29.2, 10.8, 31, 30.5, 49.5, 18.5, 44, 19, 41, 8.0, 10),
     ),
     # Long and angular: a strong jaw, a straight high nose, a brow that juts.
     Person(
@@ -66,7 +66,8 @@ PEOPLE = (
             ("eyebrows/eyebrows-trans-forward", 0.5), ("nose/nose-width1-decr", 0.25),
             ("nose/nose-greek-incr", 0.3), ("head/head-scale-vert-incr", 0.12),
         ),
-        own=2, local=_fuller_lips(0.9),
+        own=2,
+        measures=_sized(137, 101, 31, 29, 9.6, 32, 33, 53, 16, 46, 21.5, 48, 7.6, 9.8),
     ),
     # Broad: wide cheekbones and jaw, a wide nose, full lips.
     Person(
@@ -78,6 +79,7 @@ PEOPLE = (
             ("eyebrows/eyebrows-trans-forward", 0.35), ("head/head-fat-decr", 0.3),
         ),
         own=3,
+        measures=_sized(143, 108, 33, 29.5, 9.8, 34.5, 41, 56.5, 17, 45, 21, 46, 9.8, 12.5),
     ),
     # Soft, with a small chin, a rounded nose and lids that hang a little.
     Person(
@@ -89,7 +91,8 @@ PEOPLE = (
             ("nose/nose-point-width-incr", 0.3), ("nose/nose-hump-incr", 0.2),
             *_both("eyes/eye-eyefold-down", 0.3), ("head/head-fat-decr", 0.3),
         ),
-        own=4, local=_fuller_lips(0.4),
+        own=4,
+        measures=_sized(134, 98, 28, 27.5, 9.2, 31, 31.5, 50.5, 18, 44.5, 20, 40.5, 6.8, 8.8),
     ),
     # Heart shaped: a wide high forehead, large eyes, a small chin, full lips.
     Person(
@@ -101,6 +104,7 @@ PEOPLE = (
             *_both("eyes/eye-scale-incr", 0.25), *_both("eyes/eye-corner2-up", 0.3),
         ),
         own=5,
+        measures=_sized(133, 92, 25, 29.5, 10.3, 34.5, 36.5, 52.5, 18.5, 43, 20.5, 41, 10.3, 12),
     ),
     # Lean: hollow cheeks under high bones, a broad jaw, a long upper lip.
     Person(
@@ -112,7 +116,8 @@ PEOPLE = (
             ("nose/nose-hump-incr", 0.3), ("nose/nose-width3-incr", 0.2),
             ("eyebrows/eyebrows-trans-forward", 0.4), ("head/head-fat-decr", 0.5),
         ),
-        own=6, local=_fuller_lips(0.9),
+        own=6,
+        measures=_sized(146, 103, 29, 27.5, 8.4, 36, 36, 51.5, 20, 45, 22, 43, 7.2, 9.2),
     ),
     # Small and fine: a short face, a low narrow nose, a small pointed chin.
     Person(
@@ -123,7 +128,8 @@ PEOPLE = (
             ("chin/chin-triangle", 0.2), ("chin/chin-prominent-incr", 0.3),
             *_both("eyes/eye-scale-incr", 0.25), ("mouth/mouth-scale-horiz-decr", 0.2),
         ),
-        own=7, local=_fuller_lips(0.4),
+        own=7,
+        measures=_sized(128, 83, 20, 27.5, 9.8, 33, 31, 47, 20, 42, 18.5, 38.5, 8.5, 9.5),
     ),
     # Bony: a big humped nose, a heavy brow, hollow temples, a strong chin.
     Person(
@@ -135,7 +141,8 @@ PEOPLE = (
             ("forehead/forehead-temple-decr", 0.4),
             ("chin/chin-prominent-incr", 0.3), *_both("eyes/eye-scale-decr", 0.2),
         ),
-        own=8, local=_fuller_lips(0.9),
+        own=8,
+        measures=_sized(139, 103, 30, 28, 8.8, 33, 36, 54, 16, 50, 22.5, 46, 5.8, 8.5),
     ),
 )  # fmt: skip
 """Four women and four men, of 20 to 74 years."""
@@ -147,7 +154,7 @@ OWN, OWN_LEAN = 0.3, 0.9
 
 def coefficients(face: NeutralFace, identity: IdentityBasis) -> dict[str, np.ndarray]:
     """(component,) of each named face."""
-    found = {}
+    found, proportions = {}, Proportions(face, identity)
     for person in PEOPLE:
         moved = body(face.mh, person.traits)
         softening = [(target, FRIENDLY * amount) for target, amount in SOFTENING]
@@ -156,9 +163,7 @@ def coefficients(face: NeutralFace, identity: IdentityBasis) -> dict[str, np.nda
         values = fitted(face, identity, face.mh.base.vertices + moved)
         drawn = np.random.default_rng(person.own).normal(size=len(values) - PRINCIPAL_COUNT)
         values[PRINCIPAL_COUNT:] += _own_share(face, identity) * np.clip(drawn, -2, 2)
-        for component, amount in person.local:
-            values[PRINCIPAL_COUNT + component] += amount
-        found[person.name] = values
+        found[person.name] = proportions.brought(values, dict(person.measures))
     return found
 
 
