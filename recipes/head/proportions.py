@@ -31,6 +31,7 @@ UPWARDS = {
     "lips to chin": ((62, 8),),
     "upper lip": ((51, 62),),
     "lower lip": ((66, 57),),
+    "corners over lips": ((48, 62), (54, 62)),
 }
 """Differences of height, likewise."""
 MEASURES = tuple(ACROSS) + tuple(UPWARDS)
