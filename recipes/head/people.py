@@ -47,14 +47,14 @@ PEOPLE = (
     Person(
         "ada", 29, 0.0, (0.1, 0.0, 0.9), 0.42, 0.45,
         (
-            ("head/head-invertedtriangular", 0.7), *_both("cheek/cheek-bones-incr", 0.9),
-            ("chin/chin-prominent-incr", 0.3), *_both("cheek/cheek-volume-decr", 0.5),
+            ("head/head-invertedtriangular", 0.7), *_both("cheek/cheek-bones-incr", 1.2),
+            ("chin/chin-prominent-incr", 0.3), *_both("cheek/cheek-volume-decr", 0.8),
             *_both("cheek/cheek-trans-up", 0.4), ("head/head-fat-decr", 0.5),
             ("nose/nose-width2-decr", 0.4), ("nose/nose-point-up", 0.3),
             *_both("eyes/eye-corner2-up", 0.25), ("mouth/mouth-cupidsbow-incr", 0.4),
         ),
         own=1,
-        measures=_sized(131, 84, 22, 29.5, 10.8, 30.5, 29.5, 49.5, 21, 43, 18.5, 40.5, 8.0, 9.5, 1.8),
+        measures=_sized(130, 106, 80, 22, 29.5, 10.0, 30.5, 29.5, 49.5, 20.5, 43, 18.5, 40.5, 8.0, 9.5, 1.8),
     ),
     # Long and angular: a strong jaw, a straight high nose, a brow that juts.
     Person(
@@ -67,7 +67,7 @@ PEOPLE = (
             ("nose/nose-greek-incr", 0.3), *_both("cheek/cheek-bones-incr", 0.3),
         ),
         own=2,
-        measures=_sized(137, 101, 31, 29, 9.6, 32, 33, 53, 17, 46, 21.5, 48, 7.6, 9.8, 1.2),
+        measures=_sized(137, 118, 99, 31, 29, 9.4, 32, 33, 53, 17, 46, 21.5, 49, 7.8, 9.8, 1.2),
     ),
     # Broad: wide cheekbones and jaw, a wide nose, full lips.
     Person(
@@ -79,20 +79,20 @@ PEOPLE = (
             ("eyebrows/eyebrows-trans-forward", 0.35), ("head/head-fat-decr", 0.3),
         ),
         own=3,
-        measures=_sized(143, 108, 33, 29.5, 9.8, 34.5, 41, 56.5, 17.5, 45, 21, 46, 9.8, 12.5, 1.2),
+        measures=_sized(143, 127, 107, 33, 29.5, 9.4, 34.5, 41, 56.5, 17.5, 45, 21, 46, 9.8, 12.5, 1.2),
     ),
     # Soft, with a small chin, a rounded nose and lids that hang a little.
     Person(
         "dana", 53, 0.0, (0.2, 0.2, 0.6), 0.56, 0.42,
         (
             ("head/head-round", 0.5), ("head/head-square", 0.25),
-            ("neck/neck-double-incr", 0.2), *_both("cheek/cheek-volume-incr", 0.35),
+            ("neck/neck-double-incr", 0.2), *_both("cheek/cheek-volume-incr", 0.7),
             *_both("cheek/cheek-bones-incr", 0.3), *_both("cheek/cheek-trans-up", 0.3),
             ("chin/chin-prominent-incr", 0.3), ("nose/nose-scale-depth-decr", 0.2),
             ("nose/nose-width1-decr", 0.3), *_both("eyes/eye-eyefold-down", 0.6),
         ),
         own=4,
-        measures=_sized(134, 98, 28, 28.5, 9.4, 31, 30, 50.5, 20.5, 43.5, 18.5, 40.5, 7.4, 9.3, 1.6),
+        measures=_sized(134, 120, 99, 28, 28.5, 8.8, 31, 30, 50.5, 20, 43.5, 18.5, 40.5, 7.6, 9.3, 1.8),
     ),
     # Heart shaped: a wide high forehead, large eyes, a small chin, full lips.
     Person(
@@ -104,7 +104,7 @@ PEOPLE = (
             ("chin/chin-prominent-incr", 0.3), *_both("eyes/eye-corner2-up", 0.4),
         ),
         own=5,
-        measures=_sized(133, 91, 24, 29.5, 10.3, 34.5, 35.5, 51, 20, 42.5, 19, 41, 9.8, 11.5, 1.6),
+        measures=_sized(132, 112, 88, 24, 29.8, 9.8, 34.5, 35.5, 51, 20, 42.5, 19, 40.5, 9.8, 11.5, 1.8),
     ),
     # Lean: hollow cheeks under high bones, a broad jaw, a long upper lip.
     Person(
@@ -117,7 +117,7 @@ PEOPLE = (
             *_both("eyes/eye-eyefold-down", 0.6), *_both("eyes/eye-epicanthus-in", 0.6),
         ),
         own=6,
-        measures=_sized(146, 103, 29, 28, 8.4, 36, 36, 51.5, 20, 45, 21.5, 43, 7.2, 9.2, 1.2),
+        measures=_sized(146, 126, 101, 29, 28, 8.2, 36, 36, 51.5, 20, 45, 21.5, 43, 7.4, 9.2, 1.2),
     ),
     # Small and fine: a short face, a low narrow nose, a small pointed chin.
     Person(
@@ -130,20 +130,20 @@ PEOPLE = (
             *_both("eyes/eye-corner2-up", 0.3), *_both("eyes/eye-epicanthus-in", 0.4),
         ),
         own=7,
-        measures=_sized(127, 82, 21, 27.5, 9.8, 33, 30, 46.5, 21, 41, 17.5, 37.5, 8.0, 9.2, 1.8),
+        measures=_sized(126, 107, 83, 21, 27.8, 9.2, 33, 29.5, 46.5, 20.5, 41, 17.5, 37, 8.0, 9.2, 2.0),
     ),
     # Bony: a big humped nose, a heavy brow, hollow temples, a strong chin.
     Person(
         "otto", 74, 1.0, (0.0, 0.0, 1.0), 0.60, 0.42,
         (
             ("nose/nose-hump-incr", 0.6), ("nose/nose-scale-vert-incr", 0.3),
-            ("neck/neck-double-incr", 0.35), *_both("cheek/cheek-volume-decr", 0.8),
-            *_both("cheek/cheek-bones-incr", 0.4), ("mouth/mouth-laugh-lines-in", 0.4),
+            ("neck/neck-double-incr", 0.35), *_both("cheek/cheek-volume-decr", 1.5),
+            *_both("cheek/cheek-bones-incr", 0.8), ("mouth/mouth-laugh-lines-in", 0.4),
             ("eyebrows/eyebrows-trans-forward", 0.6), *_both("eyes/eye-bag-incr", 0.4),
             ("forehead/forehead-temple-decr", 0.4), ("chin/chin-prominent-incr", 0.3),
         ),
         own=8,
-        measures=_sized(139, 103, 30, 28, 8.8, 33, 36, 54, 17, 50, 22.5, 46, 5.8, 8.5, 0.8),
+        measures=_sized(138, 117, 100, 30, 28, 8.4, 33, 36, 54, 17, 50, 22.5, 46, 5.8, 8.5, 0.8),
     ),
 )  # fmt: skip
 """Four women and four men, of 20 to 74 years."""

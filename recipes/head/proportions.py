@@ -15,6 +15,7 @@ from recipes.head.marks import landmarks
 
 ACROSS = {
     "face": ((1, 15),),
+    "cheeks": ((3, 13),),
     "jaw": ((4, 12),),
     "chin": ((7, 9),),
     "eye": ((36, 39), (42, 45)),
