@@ -43,7 +43,7 @@ def _sized(*sizes: float) -> tuple[tuple[str, float], ...]:
 
 
 PEOPLE = (
-    # A fine oval: high cheekbones, a narrow jaw, a short straight nose.
+    # Heart shaped: high broad cheekbones, a narrow jaw, large eyes.
     Person(
         "ada", 29, 0.0, (0.1, 0.0, 0.9), 0.42, 0.45,
         (
@@ -54,7 +54,10 @@ PEOPLE = (
             *_both("eyes/eye-corner2-up", 0.25), ("mouth/mouth-cupidsbow-incr", 0.4),
         ),
         own=1,
-        measures=_sized(130, 106, 80, 22, 29.5, 10.0, 30.5, 29.5, 49.5, 20.5, 43, 18.5, 40.5, 8.0, 9.5, 1.8),
+        measures=_sized(
+            130, 106, 80, 22, 29.5, 10.0, 30.5, 29.5, 49.5,
+            20.5, 43, 18.5, 40.5, 8.0, 9.5, 1.8,
+        ),
     ),
     # Long and angular: a strong jaw, a straight high nose, a brow that juts.
     Person(
@@ -67,7 +70,10 @@ PEOPLE = (
             ("nose/nose-greek-incr", 0.3), *_both("cheek/cheek-bones-incr", 0.3),
         ),
         own=2,
-        measures=_sized(137, 118, 99, 31, 29, 9.4, 32, 33, 53, 17, 46, 21.5, 49, 7.8, 9.8, 1.2),
+        measures=_sized(
+            137, 118, 99, 31, 29, 9.4, 32, 33, 53,
+            17, 46, 21.5, 49, 7.8, 9.8, 1.2,
+        ),
     ),
     # Broad: wide cheekbones and jaw, a wide nose, full lips.
     Person(
@@ -79,9 +85,12 @@ PEOPLE = (
             ("eyebrows/eyebrows-trans-forward", 0.35), ("head/head-fat-decr", 0.3),
         ),
         own=3,
-        measures=_sized(143, 127, 107, 33, 29.5, 9.4, 34.5, 41, 56.5, 17.5, 45, 21, 46, 9.8, 12.5, 1.2),
+        measures=_sized(
+            143, 127, 107, 33, 29.5, 9.4, 34.5, 41, 56.5,
+            17.5, 45, 21, 46, 9.8, 12.5, 1.2,
+        ),
     ),
-    # Soft, with a small chin, a rounded nose and lids that hang a little.
+    # Round, with a square jaw, full cheeks and lids that hang a little.
     Person(
         "dana", 53, 0.0, (0.2, 0.2, 0.6), 0.56, 0.42,
         (
@@ -92,9 +101,12 @@ PEOPLE = (
             ("nose/nose-width1-decr", 0.3), *_both("eyes/eye-eyefold-down", 0.6),
         ),
         own=4,
-        measures=_sized(134, 120, 99, 28, 28.5, 8.8, 31, 30, 50.5, 20, 43.5, 18.5, 40.5, 7.6, 9.3, 1.8),
+        measures=_sized(
+            134, 120, 99, 28, 28.5, 8.8, 31, 30, 50.5,
+            20, 43.5, 18.5, 40.5, 7.6, 9.3, 1.8,
+        ),
     ),
-    # Heart shaped: a wide high forehead, large eyes, a small chin, full lips.
+    # A round forehead, almond eyes far apart, full lips.
     Person(
         "esi", 23, 0.0, (1.0, 0.0, 0.0), 0.42, 0.45,
         (
@@ -104,9 +116,12 @@ PEOPLE = (
             ("chin/chin-prominent-incr", 0.3), *_both("eyes/eye-corner2-up", 0.4),
         ),
         own=5,
-        measures=_sized(132, 112, 88, 24, 29.8, 9.8, 34.5, 35.5, 51, 20, 42.5, 19, 40.5, 9.8, 11.5, 1.8),
+        measures=_sized(
+            132, 112, 88, 24, 29.8, 9.8, 34.5, 35.5, 51,
+            20, 42.5, 19, 40.5, 9.8, 11.5, 1.8,
+        ),
     ),
-    # Lean: hollow cheeks under high bones, a broad jaw, a long upper lip.
+    # Flat and wide: broad cheekbones, narrow eyes under a low fold.
     Person(
         "feng", 61, 1.0, (0.0, 1.0, 0.0), 0.42, 0.46,
         (
@@ -117,9 +132,12 @@ PEOPLE = (
             *_both("eyes/eye-eyefold-down", 0.6), *_both("eyes/eye-epicanthus-in", 0.6),
         ),
         own=6,
-        measures=_sized(146, 126, 101, 29, 28, 8.2, 36, 36, 51.5, 20, 45, 21.5, 43, 7.4, 9.2, 1.2),
+        measures=_sized(
+            146, 126, 101, 29, 28, 8.2, 36, 36, 51.5,
+            20, 45, 21.5, 43, 7.4, 9.2, 1.2,
+        ),
     ),
-    # Small and fine: a short face, a low narrow nose, a small pointed chin.
+    # A small fine oval: a short face, a low nose, a small chin.
     Person(
         "hana", 20, 0.0, (0.0, 1.0, 0.0), 0.42, 0.45,
         (
@@ -130,9 +148,12 @@ PEOPLE = (
             *_both("eyes/eye-corner2-up", 0.3), *_both("eyes/eye-epicanthus-in", 0.4),
         ),
         own=7,
-        measures=_sized(126, 107, 83, 21, 27.8, 9.2, 33, 29.5, 46.5, 20.5, 41, 17.5, 37, 8.0, 9.2, 2.0),
+        measures=_sized(
+            126, 107, 83, 21, 27.8, 9.2, 33, 29.5, 46.5,
+            20.5, 41, 17.5, 37, 8.0, 9.2, 2.0,
+        ),
     ),
-    # Bony: a big humped nose, a heavy brow, hollow temples, a strong chin.
+    # Bony: a long humped nose, a heavy brow, hollow cheeks and temples.
     Person(
         "otto", 74, 1.0, (0.0, 0.0, 1.0), 0.60, 0.42,
         (
@@ -143,7 +164,10 @@ PEOPLE = (
             ("forehead/forehead-temple-decr", 0.4), ("chin/chin-prominent-incr", 0.3),
         ),
         own=8,
-        measures=_sized(138, 117, 100, 30, 28, 8.4, 33, 36, 54, 17, 50, 22.5, 46, 5.8, 8.5, 0.8),
+        measures=_sized(
+            138, 117, 100, 30, 28, 8.4, 33, 36, 54,
+            17, 50, 22.5, 46, 5.8, 8.5, 0.8,
+        ),
     ),
 )  # fmt: skip
 """Four women and four men, of 20 to 74 years."""

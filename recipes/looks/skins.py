@@ -356,7 +356,9 @@ def roughness(masks: Masks, size: int) -> np.ndarray:
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
     rough = 0.50 - 0.11 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
     rough += 0.16 * masks.lid - 0.28 * masks.rim * (1 - masks.lip)
-    shade = np.maximum(0.35 + 0.65 * masks.open, np.maximum(LID_OPEN * masks.lid, 0.92 * masks.orbit))
+    shade = np.maximum(
+        0.35 + 0.65 * masks.open, np.maximum(LID_OPEN * masks.lid, 0.92 * masks.orbit)
+    )
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
 
