@@ -10,6 +10,7 @@ from elocute.head.identity import PRINCIPAL_COUNT
 from recipes.head.face import SOFTENING, NeutralFace
 from recipes.head.identity import IdentityBasis, fitted
 from recipes.head.population import YEARS_AT_HALF, YEARS_PER_AGE, Traits, body
+from recipes.head.proportions import MEASURES, Proportions
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Person:
     muscle: float = 0.5
     details: tuple[tuple[str, float], ...] = ()  # (target, amount)
     own: int = 0  # seed of what is nobody else's: local components, chosen by eye
-    local: tuple[tuple[int, float], ...] = ()  # (local component, standard deviations), besides
+    measures: tuple[tuple[str, float], ...] = ()  # (measure, mm), see `proportions`
 
     @property
     def traits(self) -> Traits:
@@ -36,37 +37,43 @@ def _both(name: str, amount: float) -> tuple[tuple[str, float], tuple[str, float
     return (f"{folder}/l-{target}", amount), (f"{folder}/r-{target}", amount)
 
 
-def _fuller_lips(amount: float) -> tuple[tuple[int, float], ...]:
-    """Local components of the mouth that give both lips more red and the upper one a bow.
-
-    Targets of lips hardly tell: every face's lips are brought to a human height."""
-    return ((8, -0.8 * amount), (10, -amount), (11, amount))
+def _sized(*sizes: float) -> tuple[tuple[str, float], ...]:
+    """All measures, mm, in the order of `MEASURES`."""
+    return tuple(zip(MEASURES, sizes, strict=True))
 
 
 PEOPLE = (
-    # A fine oval: high cheekbones, a narrow jaw, a short straight nose.
+    # Heart shaped: high broad cheekbones, a narrow jaw, large eyes.
     Person(
         "ada", 29, 0.0, (0.1, 0.0, 0.9), 0.42, 0.45,
         (
-            ("head/head-invertedtriangular", 0.5), *_both("cheek/cheek-bones-incr", 0.6),
-            ("head/head-scale-horiz-decr", 0.22), ("head/head-scale-vert-incr", 0.18),
-            ("chin/chin-bones-decr", 0.6), ("chin/chin-prominent-incr", 0.3),
-            *_both("cheek/cheek-volume-decr", 0.5), ("head/head-fat-decr", 0.6),
-            ("nose/nose-width2-decr", 0.3), ("nose/nose-point-up", 0.25),
+            ("head/head-invertedtriangular", 0.7), *_both("cheek/cheek-bones-incr", 1.2),
+            ("chin/chin-prominent-incr", 0.3), *_both("cheek/cheek-volume-decr", 0.8),
+            *_both("cheek/cheek-trans-up", 0.4), ("head/head-fat-decr", 0.5),
+            ("nose/nose-width2-decr", 0.4), ("nose/nose-point-up", 0.3),
+            *_both("eyes/eye-corner2-up", 0.25), ("mouth/mouth-cupidsbow-incr", 0.4),
         ),
-        own=1, local=_fuller_lips(0.7),
+        own=1,
+        measures=_sized(
+            130, 106, 80, 22, 29.5, 10.0, 30.5, 29.5, 49.5,
+            20.5, 43, 18.5, 40.5, 8.0, 9.5, 1.8,
+        ),
     ),
     # Long and angular: a strong jaw, a straight high nose, a brow that juts.
     Person(
         "ben", 35, 1.0, (0.0, 0.1, 0.9), 0.46, 0.62,
         (
-            ("head/head-rectangular", 0.25), ("chin/chin-bones-incr", 0.3),
-            ("chin/chin-prominent-incr", 0.4), ("chin/chin-cleft-incr", 0.35),
-            *_both("cheek/cheek-volume-decr", 0.35), ("forehead/forehead-nubian-decr", 0.25),
+            ("head/head-rectangular", 0.4), ("chin/chin-bones-incr", 0.4),
+            ("chin/chin-prominent-incr", 0.5), ("chin/chin-cleft-incr", 0.35),
+            *_both("cheek/cheek-volume-decr", 0.5), ("forehead/forehead-nubian-decr", 0.25),
             ("eyebrows/eyebrows-trans-forward", 0.5), ("nose/nose-width1-decr", 0.25),
-            ("nose/nose-greek-incr", 0.3), ("head/head-scale-vert-incr", 0.12),
+            ("nose/nose-greek-incr", 0.3), *_both("cheek/cheek-bones-incr", 0.3),
         ),
-        own=2, local=_fuller_lips(0.9),
+        own=2,
+        measures=_sized(
+            137, 118, 99, 31, 29, 9.4, 32, 33, 53,
+            17, 46, 21.5, 49, 7.8, 9.8, 1.2,
+        ),
     ),
     # Broad: wide cheekbones and jaw, a wide nose, full lips.
     Person(
@@ -78,64 +85,89 @@ PEOPLE = (
             ("eyebrows/eyebrows-trans-forward", 0.35), ("head/head-fat-decr", 0.3),
         ),
         own=3,
+        measures=_sized(
+            143, 127, 107, 33, 29.5, 9.4, 34.5, 41, 56.5,
+            17.5, 45, 21, 46, 9.8, 12.5, 1.2,
+        ),
     ),
-    # Soft, with a small chin, a rounded nose and lids that hang a little.
+    # Round, with a square jaw, full cheeks and lids that hang a little.
     Person(
         "dana", 53, 0.0, (0.2, 0.2, 0.6), 0.56, 0.42,
         (
-            ("head/head-invertedtriangular", 0.3), ("neck/neck-double-incr", 0.2),
-            ("head/head-scale-horiz-decr", 0.16), ("chin/chin-bones-decr", 0.6),
-            ("chin/chin-prominent-incr", 0.35), *_both("cheek/cheek-bones-incr", 0.45),
-            ("nose/nose-point-width-incr", 0.3), ("nose/nose-hump-incr", 0.2),
-            *_both("eyes/eye-eyefold-down", 0.3), ("head/head-fat-decr", 0.3),
+            ("head/head-round", 0.5), ("head/head-square", 0.25),
+            ("neck/neck-double-incr", 0.2), *_both("cheek/cheek-volume-incr", 0.7),
+            *_both("cheek/cheek-bones-incr", 0.3), *_both("cheek/cheek-trans-up", 0.3),
+            ("chin/chin-prominent-incr", 0.3), ("nose/nose-scale-depth-decr", 0.2),
+            ("nose/nose-width1-decr", 0.3), *_both("eyes/eye-eyefold-down", 0.6),
         ),
-        own=4, local=_fuller_lips(0.4),
+        own=4,
+        measures=_sized(
+            134, 120, 99, 28, 28.5, 8.8, 31, 30, 50.5,
+            20, 43.5, 18.5, 40.5, 7.6, 9.3, 1.8,
+        ),
     ),
-    # Heart shaped: a wide high forehead, large eyes, a small chin, full lips.
+    # A round forehead, almond eyes far apart, full lips.
     Person(
         "esi", 23, 0.0, (1.0, 0.0, 0.0), 0.42, 0.45,
         (
-            ("head/head-invertedtriangular", 0.6), ("head/head-diamond", 0.15),
-            *_both("cheek/cheek-bones-incr", 0.5), ("head/head-fat-decr", 0.4),
-            ("chin/chin-bones-decr", 0.4), *_both("cheek/cheek-volume-decr", 0.3),
-            *_both("eyes/eye-scale-incr", 0.25), *_both("eyes/eye-corner2-up", 0.3),
+            ("head/head-oval", 0.5), ("head/head-diamond", 0.2),
+            ("forehead/forehead-nubian-incr", 0.4), *_both("cheek/cheek-bones-incr", 0.6),
+            ("head/head-fat-decr", 0.4), *_both("cheek/cheek-volume-decr", 0.3),
+            ("chin/chin-prominent-incr", 0.3), *_both("eyes/eye-corner2-up", 0.4),
         ),
         own=5,
+        measures=_sized(
+            132, 112, 88, 24, 29.8, 9.8, 34.5, 35.5, 51,
+            20, 42.5, 19, 40.5, 9.8, 11.5, 1.8,
+        ),
     ),
-    # Lean: hollow cheeks under high bones, a broad jaw, a long upper lip.
+    # Flat and wide: broad cheekbones, narrow eyes under a low fold.
     Person(
         "feng", 61, 1.0, (0.0, 1.0, 0.0), 0.42, 0.46,
         (
-            ("head/head-square", 0.3), ("mouth/mouth-angles-up", 0.15),
-            *_both("cheek/cheek-bones-incr", 0.55), *_both("cheek/cheek-volume-decr", 0.5),
+            ("head/head-diamond", 0.4), ("head/head-square", 0.3),
+            *_both("cheek/cheek-bones-incr", 0.9), *_both("cheek/cheek-volume-decr", 0.4),
             ("chin/chin-bones-incr", 0.3), ("chin/chin-prominent-incr", 0.3),
-            ("nose/nose-hump-incr", 0.3), ("nose/nose-width3-incr", 0.2),
-            ("eyebrows/eyebrows-trans-forward", 0.4), ("head/head-fat-decr", 0.5),
+            ("nose/nose-scale-depth-decr", 0.2), ("head/head-fat-decr", 0.4),
+            *_both("eyes/eye-eyefold-down", 0.6), *_both("eyes/eye-epicanthus-in", 0.6),
         ),
-        own=6, local=_fuller_lips(0.9),
+        own=6,
+        measures=_sized(
+            146, 126, 101, 29, 28, 8.2, 36, 36, 51.5,
+            20, 45, 21.5, 43, 7.4, 9.2, 1.2,
+        ),
     ),
-    # Small and fine: a short face, a low narrow nose, a small pointed chin.
+    # A small fine oval: a short face, a low nose, a small chin.
     Person(
         "hana", 20, 0.0, (0.0, 1.0, 0.0), 0.42, 0.45,
         (
-            ("head/head-invertedtriangular", 0.5), ("head/head-scale-horiz-decr", 0.25),
-            ("head/head-fat-decr", 0.5), ("chin/chin-bones-decr", 0.7),
-            ("chin/chin-triangle", 0.2), ("chin/chin-prominent-incr", 0.3),
-            *_both("eyes/eye-scale-incr", 0.25), ("mouth/mouth-scale-horiz-decr", 0.2),
+            ("head/head-oval", 0.7), ("head/head-fat-decr", 0.2),
+            ("head/head-scale-depth-decr", 0.2), ("chin/chin-triangle", 0.2),
+            ("chin/chin-prominent-incr", 0.2), *_both("cheek/cheek-bones-incr", 0.4),
+            *_both("cheek/cheek-volume-incr", 0.2), ("nose/nose-point-width-decr", 0.3),
+            *_both("eyes/eye-corner2-up", 0.3), *_both("eyes/eye-epicanthus-in", 0.4),
         ),
-        own=7, local=_fuller_lips(0.4),
+        own=7,
+        measures=_sized(
+            126, 107, 83, 21, 27.8, 9.2, 33, 29.5, 46.5,
+            20.5, 41, 17.5, 37, 8.0, 9.2, 2.0,
+        ),
     ),
-    # Bony: a big humped nose, a heavy brow, hollow temples, a strong chin.
+    # Bony: a long humped nose, a heavy brow, hollow cheeks and temples.
     Person(
         "otto", 74, 1.0, (0.0, 0.0, 1.0), 0.60, 0.42,
         (
-            ("nose/nose-hump-incr", 0.5), ("nose/nose-scale-vert-incr", 0.2),
-            ("neck/neck-double-incr", 0.35), ("mouth/mouth-angles-up", 0.25),
-            ("eyebrows/eyebrows-trans-forward", 0.6),
-            ("forehead/forehead-temple-decr", 0.4),
-            ("chin/chin-prominent-incr", 0.3), *_both("eyes/eye-scale-decr", 0.2),
+            ("nose/nose-hump-incr", 0.6), ("nose/nose-scale-vert-incr", 0.3),
+            ("neck/neck-double-incr", 0.35), *_both("cheek/cheek-volume-decr", 1.5),
+            *_both("cheek/cheek-bones-incr", 0.8), ("mouth/mouth-laugh-lines-in", 0.4),
+            ("eyebrows/eyebrows-trans-forward", 0.6), *_both("eyes/eye-bag-incr", 0.4),
+            ("forehead/forehead-temple-decr", 0.4), ("chin/chin-prominent-incr", 0.3),
         ),
-        own=8, local=_fuller_lips(0.9),
+        own=8,
+        measures=_sized(
+            138, 117, 100, 30, 28, 8.4, 33, 36, 54,
+            17, 50, 22.5, 46, 5.8, 8.5, 0.8,
+        ),
     ),
 )  # fmt: skip
 """Four women and four men, of 20 to 74 years."""
@@ -147,7 +179,7 @@ OWN, OWN_LEAN = 0.3, 0.9
 
 def coefficients(face: NeutralFace, identity: IdentityBasis) -> dict[str, np.ndarray]:
     """(component,) of each named face."""
-    found = {}
+    found, proportions = {}, Proportions(face, identity)
     for person in PEOPLE:
         moved = body(face.mh, person.traits)
         softening = [(target, FRIENDLY * amount) for target, amount in SOFTENING]
@@ -156,9 +188,7 @@ def coefficients(face: NeutralFace, identity: IdentityBasis) -> dict[str, np.nda
         values = fitted(face, identity, face.mh.base.vertices + moved)
         drawn = np.random.default_rng(person.own).normal(size=len(values) - PRINCIPAL_COUNT)
         values[PRINCIPAL_COUNT:] += _own_share(face, identity) * np.clip(drawn, -2, 2)
-        for component, amount in person.local:
-            values[PRINCIPAL_COUNT + component] += amount
-        found[person.name] = values
+        found[person.name] = proportions.brought(values, dict(person.measures))
     return found
 
 

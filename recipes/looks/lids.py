@@ -15,7 +15,7 @@ CREASE_MM = ((-0.12, 1.8), (0.0, 2.6), (0.25, 3.7), (0.55, 4.2), (0.85, 4.0), (1
 """Of an upper lid: share of the way from the nose outwards, height over the lid's edge."""
 LID_MM = 0.0035
 """A millimetre above a lid, as a part of the atlas."""
-CREASE_WIDTH_MM, FOLD_WIDTH_MM, LASH_LINE_MM = 0.8, 2.4, 0.5
+CREASE_WIDTH_MM, FOLD_WIDTH_MM, LASH_LINE_MM = 0.9, 3.0, 0.5
 """Of the crease itself, of the soft shade round it, and of the roots of the lashes."""
 VEIN_PITCH, VEIN_WIDTH = 1 / 70, 0.09
 """Between the thin veins of a lid, as a part of the atlas; their width, in deviations of noise."""

@@ -45,10 +45,14 @@ LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
-LID_OF_SKIN = {"light": (0.93, 0.85, 0.84), "dark": (0.79, 0.765, 0.745)}
+LID_OF_SKIN = {"light": (0.91, 0.805, 0.80), "dark": (0.73, 0.67, 0.65)}
+NEAR_LID_OF_SKIN = (0.955, 0.905, 0.905)
+"""Lids are thin and redder than the skin round them, which comes to their colour by and by."""
 LID_GRAIN, STRETCHED_GRAIN = 0.2, 0.05
 """A lid's grain is drawn out as it shuts: less of it than elsewhere."""
-CREASE_DEPTH, CREASE_OF_SKIN, FOLD_OF_SKIN = 0.10, (0.78, 0.67, 0.65), (0.90, 0.85, 0.84)
+LID_CREPE, LID_CREPE_PX = 0.02, (0.9, 5.0)
+"""Depth of the fine lines across a lid; their height and length on an atlas of 2048 px."""
+CREASE_DEPTH, CREASE_OF_SKIN, FOLD_OF_SKIN = 0.045, (0.84, 0.75, 0.73), (0.91, 0.86, 0.85)
 VEIN_OF_SKIN = (0.92, 0.86, 0.90)
 RIM_OF_SKIN, RIM_FLESH, RIM_IS_FLESH = (0.97, 0.79, 0.785), (0.84, 0.52, 0.49), 0.12
 LASH_LINE_OF_SKIN = (0.58, 0.48, 0.46)
@@ -89,6 +93,7 @@ class Masks:
         behind = np.clip((-95 - at[:, 2]) / 14, 0, 1) * np.clip((at[:, 1] + 62) / 20, 0, 1)
         self.scalp = blurred(canvas.spread(np.maximum(crown, behind), size), size / 200)
         self.lid = lids.lids(canvas, size)
+        self.near_lid = (1.6 * blurred(self.lid, size / 110)).clip(0, 1)
         x, y = np.abs(at[:, 0]), at[:, 1]
         orbit = (x > 12) & (x < 48) & (y > 1) & (y < 24)
         corner = (x > 42) & (x < 66) & (y > -11) & (y < 9)
@@ -244,6 +249,7 @@ def _eyes_bedded(colour: np.ndarray, masks: Masks) -> np.ndarray:
     """Thin skin under the eyes, creases, veins and wet edges of the lids, dark roots of lashes."""
     for share, factor in (
         (masks.under_eye, UNDER_EYE_OF_SKIN),
+        (masks.near_lid, NEAR_LID_OF_SKIN),
         (masks.lid * lids.veins(colour.shape[0]), VEIN_OF_SKIN),
         (masks.lid_fold, FOLD_OF_SKIN),
         (masks.crease, CREASE_OF_SKIN),
@@ -323,6 +329,7 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     height -= bare * outside * (wide * pores + GRAIN * grain + 0.003 * noise(1, size, 0.9 * scale))
     height -= LIP_CREASE_DEPTH * masks.lip * _lip_creases(size)
     height -= CREASE_DEPTH * masks.crease
+    height += LID_CREPE * masks.lid * noise(9, size, tuple(px * scale for px in LID_CREPE_PX))
     slope_x, slope_y = ndimage.sobel(height, 1), ndimage.sobel(height, 0)
     strength = 2.2
     normal = np.stack([-slope_x * strength, slope_y * strength, np.ones_like(height)], -1)
@@ -348,8 +355,10 @@ def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
     rough = 0.50 - 0.11 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
-    rough += 0.08 * masks.lid - 0.28 * masks.rim * (1 - masks.lip)
-    shade = np.maximum(0.35 + 0.65 * masks.open, np.maximum(masks.lid, 0.92 * masks.orbit))
+    rough += 0.16 * masks.lid - 0.28 * masks.rim * (1 - masks.lip)
+    shade = np.maximum(
+        0.35 + 0.65 * masks.open, np.maximum(LID_OPEN * masks.lid, 0.92 * masks.orbit)
+    )
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
 
@@ -365,7 +374,8 @@ NORMALS = {
     "old": ("old_darkskinned_male", 1.3),
 }
 """Source of the relief and its depth."""
-MAP_SIZE = 512
+MAP_SIZE, LID_OPEN = 512, 0.86
+"""Size of the map of roughness; how open to the light a shut lid is, under its brow."""
 
 
 def marks(canvas: Canvas, masks: Masks) -> dict[str, np.ndarray]:
