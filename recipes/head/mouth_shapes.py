@@ -10,6 +10,7 @@ from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
 from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
 from recipes.head.lips import COLUMN_COUNT, PAIRS, RING_COUNT
+from recipes.head.tongue import along
 from recipes.head.pulls import Fold, Pull, both_sides, pulled
 
 FUNNEL = Aperture(
@@ -38,6 +39,11 @@ PUCKER = Aperture(
     hole=0.62,
     pinch=1.0,
 )
+BARED_M, BARED_REACH, BARED_BESIDE = np.array([0.0, -0.0042, 0.0006]), (0.0215, 0.5), 2.4
+"""How far a jaw that is wide open draws the lower lip off the teeth (see `reach`), and how much
+more beside the middle, so that its edge is a bow and no point."""
+TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
+"""How far the back of the tongue sinks then; where along it, and how wide."""
 BELOW_M, BESIDE_M = 0.008, 0.016
 """Depth under the line of the lips from which what pulls the lower lip down is whole, and the
 distance beside the corners from which it is nothing."""
@@ -74,9 +80,16 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 3.8, 0.0004, 0.0032, 0.04
-"""How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
-the jaw's opening that this is made for."""
+BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0004, 0.0026, 0.04
+"""How far the lower lip covers the incisors' edges in f, how far the upper one rises, and the jaw's
+opening that this is made for."""
+ROLLED, ROLLED_REACH, LIFTED_REACH = (0.40, 0.45), (0.0235, 0.6), (0.0185, 1.8)
+"""What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
+in and the upper one lifted; see `reach`."""
+BITTEN_REACH = (0.0170, 0.8)
+"""How far to the sides the lower lip lies under the teeth, not under the upper lip."""
+BUNCHED_CHIN = (Pull((0, -88), (0, 2.6, 1.8), (15, 8)), Pull((0, -78), (0, 0.8, -0.8), (14, 4)))
+"""The chin lifts the lip."""
 PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.8, 0.0006, 0.0025
 """Pressed lips: rings rolled in, overlap at the corners, and what the middle has more, so that p
 closes on a neighbour's round hole."""
@@ -84,7 +97,7 @@ closes on a neighbour's round hole."""
 
 def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes = {
-        "jawOpen": face.jaw(open_deg=OPEN_DEG),
+        "jawOpen": _jaw_open(face),
         "jawForward": face.jaw(shift=(0, 0, FORWARD_M)),
         "jawLeft": face.jaw(side_deg=SIDE_DEG),
         "jawRight": face.jaw(side_deg=-SIDE_DEG),
@@ -93,6 +106,27 @@ def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     skin |= _sided_shapes(face)
     skin["mouthLabiodental"] = _labiodental(face)
     return shapes | {name: face.of_skin(moved) for name, moved in skin.items()}
+
+
+def _jaw_open(face: NeutralFace) -> np.ndarray:
+    """The jaw falls; the lower lip falls further and bares the lower teeth, the back of the tongue
+    sinks and leaves the throat open. The corners of the mouth only follow the jaw."""
+    moved = face.jaw(open_deg=OPEN_DEG)
+    moved[face.skin_slice] += _bared(face)
+    where = face.assembly.slices["tongue"]
+    back = (along(face.vertices[where]) - TONGUE_SINKS_AT[0]) / TONGUE_SINKS_AT[1]
+    moved[where, 1] -= TONGUE_SINKS_M * np.exp(-(back**2))
+    return moved
+
+
+def _bared(face: NeutralFace) -> np.ndarray:
+    """The lower lip down and a little forward, round at the sides."""
+    lower = np.arange(CORNERS[0] + 1, CORNERS[1])
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    beside = (face.lips.rest[face.lips.rings[CONTACT_RING], 0] / BARED_REACH[0]) ** 2
+    share = reach(face.lips, *BARED_REACH) * (1 + BARED_BESIDE * beside)
+    moves[:, lower] = share[lower][:, None] * BARED_M
+    return face.lips.field(moves)
 
 
 def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
@@ -209,18 +243,21 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     middle = teeth[np.abs(teeth[:, 0]) < 0.008]
     edge = middle[:, 1].min()
     front = middle[middle[:, 1] < edge + 0.002][:, 2].max()
-    tucked = lips.roll(0, TUCK_RINGS, beyond=1.0)
+    rest = face.skin[lips.rings]
+    offset = rest - rest[CONTACT_RING]
+    offset[CONTACT_RING + 1 :] = 0
+    rolled = offset * (np.array([1, *ROLLED]) - 1) * reach(lips, *ROLLED_REACH)[:, None]
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    lower_follow = np.array([0.38, 0.52, 0.66, 0.78, 0.87, 0.94, 0.98, 1.0, 0.95, 0.75])
-    drawn_back = np.array([0.75, 0.82, 0.88, 0.92, 0.96, 1.0, 1.0, 1.0, 0.95, 0.75])
-    lower_follow = np.stack([lower_follow, lower_follow, drawn_back], 1)
     upper_follow = np.array([0.55, 0.66, 0.78, 0.90, 1, 1, 1, 1, 0.95, 0.8])
+    lower_follow = np.array([1, 1, 1, 1, 1, 1, 1, 1, 0.95, 0.75])
     lower, upper = np.arange(13, 26), np.r_[0:12, 27:38]
     middle_vertex = lips.rings[CONTACT_RING, 19]
-    drop = LABIODENTAL_JAW * face.jaw(open_deg=OPEN_DEG)[face.skin_slice][middle_vertex]
-    contact = (face.skin + tucked)[middle_vertex] + drop
+    drop = LABIODENTAL_JAW * _jaw_open(face)[face.skin_slice][middle_vertex]
+    contact = face.skin[middle_vertex] + drop
     goal = np.array([0, edge + BITE_M - contact[1], front - 0.0008 - contact[2]])
-    moves[:, lower] = lower_follow[:, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
+    bitten = reach(lips, *BITTEN_REACH)[lower][:, None]
+    moves[:, lower] = rolled[:, lower] + lower_follow[:, None, None] * goal * bitten
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])
-    moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0205, 2.2)[upper][:, None]
-    return tucked + lips.field(moves)
+    lifted = reach(lips, *LIFTED_REACH)[upper][:, None]
+    moves[:, upper] = upper_follow[:, None, None] * lift * lifted
+    return lips.field(moves) + face.off_the_lips(_beside(face, *BUNCHED_CHIN) / 2)

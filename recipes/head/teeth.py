@@ -15,41 +15,47 @@ LOWER_DEPTHS_MM = (5.4, 5.6, 7.0, 7.6, 8.0, 9.8, 9.6)
 """Crowns from the middle outwards: two incisors, canine, two premolars, two molars
 (rounded from dental anatomy tables)."""
 
-ACROSS = np.array([1, 0.86, 0.5, 0, -0.5, -0.86, -1, -0.8, -0.4, 0, 0.4, 0.8])
+ACROSS = np.array([1, 0.92, 0.7, 0.36, 0, -0.36, -0.7, -0.92, -1, -0.75, 0, 0.75])
 """Where the vertices around a crown lie between its sides (1 is the one away from the middle of
-the arch): seven along the face that is seen, five along the back."""
-AROUND, SEEN = len(ACROSS), 7
-LEVELS = np.array([0.0, 0.4, 0.75, 0.92, 1.0])
+the arch): nine along the face that is seen, three along the back."""
+AROUND, SEEN = len(ACROSS), 9
+LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
-SIDE_OF_FRONT = 0.45
+SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.40, 0.85), (0.70, 1.25), (1.15, 1.55), (1.00, 1.10), (0.95, 1.00))
+CORNERS_MM = ((0.55, 1.15), (0.95, 1.55), (1.45, 1.95), (1.25, 1.35), (1.00, 1.05))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
 """Of that fall, what the front teeth of the lower jaw have."""
-SHARPNESS = (4.0, 3.2, 1.25, 1.4, 1.4)
+SHARPNESS = (4.5, 3.4, 1.25, 1.4, 1.5)
 """Exponent of that fall: 1 is a point, more an edge with round corners."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
 PAPILLA_MM = 1.7
 """How far the gum reaches down between two crowns."""
-SEEN_GAP = 0.45
+SEEN_GAP = 0.32
 """Of the dark between two crowns, what reaches the faces beside it."""
-SQUARENESS = 2.05
+SQUARENESS = 2.2
 """Exponent of the arch's superellipse: 2 would be an ellipse, more is squarer."""
 TONES = (
     (1.00, 1.00, 1.00),
     (0.985, 0.98, 0.965),
-    (0.95, 0.925, 0.86),
-    (0.975, 0.96, 0.93),
-    (0.955, 0.94, 0.91),
+    (0.955, 0.93, 0.875),
+    (0.98, 0.965, 0.935),
+    (0.96, 0.945, 0.915),
     (0.97, 0.95, 0.92),
     (0.96, 0.94, 0.90),
 )
 """What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
-SHORT_MM = (0.0, 0.75, 0.25, 1.0, 1.4, 1.8, 2.0)
+SHORT_MM = (0.0, 0.8, 0.05, 0.75, 1.0, 1.3, 1.5)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
+SLIM = 0.975
+"""Share of its place in the arch that a crown fills: the rest is the dark between two."""
+UPPER_SET = ((-1.5, 0.0), (7.0, -0.45), (-4.0, 0.40), (0.0, 0.1))
+LOWER_SET = ((3.0, -0.12), (-4.0, 0.15), (2.0, 0.2))
+"""No row is a drawn line: degrees by which a crown's far side turns outwards, and mm that it
+stands out of the arch."""
 
 
 @dataclass(frozen=True)
@@ -108,13 +114,13 @@ def crown(
     and molars end in a dented top.
     """
     front = place < 3
-    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.76, 0.92, 1.0, 0.99, 0.93])
+    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.76, 0.92, 1.0, 0.985, 0.90])
     if front:
         depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.33, 0.24])
     else:
         depths = np.interp(LEVELS, [0, 0.4, 0.8, 0.92, 1], [0.88, 1.0, 0.94, 0.84, 0.66])
     seen = np.arange(AROUND) < SEEN
-    bulge = np.abs(ACROSS) ** 4
+    bulge = np.abs(ACROSS) ** 3.2
     round_it = np.where(seen, 1 - (1 - SIDE_OF_FRONT) * bulge, -1 + 0.5 * bulge)
     fall = _edge_fall_mm(place) * (1.0 if upper or not front else LOWER_FALL)
     vertices, shade = [], []
@@ -128,8 +134,7 @@ def crown(
         vertices.append(np.stack([ACROSS * wide * width / 2, y, z], 1))
         shade.append(np.full(AROUND, level))
     top = vertices[-1].mean(0)
-    if not front:
-        top[1] = 0.86 * height
+    top[1] = vertices[-1][:, 1].max() if front else 0.86 * height
     centre = len(LEVELS) * AROUND
     quads = []
     for row in range(len(LEVELS) - 1):
@@ -161,7 +166,8 @@ def teeth(arch: Arch, widths, heights, depths) -> Part:
     count = 0
     for place, (width, height, depth) in enumerate(zip(widths, heights, depths, strict=True)):
         width = width * scale
-        local, faces, shade, gap = crown(width * 0.992, height, depth, place, arch.direction < 0)
+        local, faces, shade, gap = crown(width * SLIM, height, depth, place, arch.direction < 0)
+        local = _set(local, depth, place, arch.direction < 0)
         point, tangent, outward = arch.frame(start + width / 2)
         start += width
         centre = point - outward * depth / 2
@@ -188,6 +194,18 @@ def teeth(arch: Arch, widths, heights, depths) -> Part:
         np.concatenate(gaps),
         np.concatenate(tones),
     )
+
+
+def _set(local: np.ndarray, depth: float, place: int, upper: bool) -> np.ndarray:
+    """A crown turned and moved as it stands in its row, about the middle of its face."""
+    row = UPPER_SET if upper else LOWER_SET
+    turn_deg, out_mm = row[place] if place < len(row) else (0.0, 0.0)
+    turn = np.radians(turn_deg)
+    along, outwards = local[:, 0], local[:, 2] - depth / 2
+    placed = local.copy()
+    placed[:, 0] = along * np.cos(turn) - outwards * np.sin(turn)
+    placed[:, 2] = along * np.sin(turn) + outwards * np.cos(turn) + depth / 2 + out_mm
+    return placed
 
 
 def _fitting(arch: Arch, widths) -> float:
