@@ -58,10 +58,13 @@ SMILING = {
 }
 """MakeHuman's pose units in a smile."""
 APPLE = (
-    Pull((34, -28), (-1.0, 3.6, 3.6), (13, 11)),
-    Fold(((17, -39), (23, -46), (31, -54), (37, -64)), 2.0, 1.8),
+    Pull((34, -28), (-0.6, 2.0, 3.0), (13, 11)),
+    Pull((37, -40), (0.8, 3.6, 4.6), (12, 11)),
+    Fold(((17, -39), (23, -46), (31, -54), (37, -64)), 2.5, 2.6),
+    Pull((33, -66), (-0.6, 0, -1.8), (4, 5)),
 )
-"""What a smile has more: the cheek's apple, and the fold from the nose's wing round the corner."""
+"""What a smile has more: the cheek's apple, the fold from the nose's wing round the corner, and a
+dimple beside it."""
 STRETCHED = (
     Fold(((33, -54), (36, -65), (33, -77)), 1.3, 1.2),
     Pull((40, -84), (3.0, -2.0, 0.0), (14, 13)),
@@ -74,7 +77,7 @@ FROWNED = (
 )
 """What a frown does beside the mouth: the fold down from the corner, and the chin bunches."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
-THINNER = {"mouthSmile": 0.06, "mouthStretch": 0.25, "mouthDimple": 0.18}
+THINNER = {"mouthSmile": 0.15, "mouthStretch": 0.25, "mouthDimple": 0.18}
 """Share of their height that lips lose while corners are drawn apart."""
 SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
@@ -199,7 +202,7 @@ def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.nda
 
 def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     apart = face.expression("mouth-retraction")
-    smile = face.expression("mouth-corner-puller") * [1, 0.74, 1] + apart * [0.35, 0, 0.3]
+    smile = face.expression("mouth-corner-puller") * [1, 0.70, 1] + apart * [0.60, 0, 0.45]
     thin = {name: _flattened(face, share) for name, share in THINNER.items()}
     dimpled = face.expression("mouth-compression") * [0.6, 0.3, 0.6] + apart * [0.55, 0.1, 0.6]
     sources = {

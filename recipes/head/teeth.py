@@ -15,10 +15,11 @@ LOWER_DEPTHS_MM = (5.4, 5.6, 7.0, 7.6, 8.0, 9.8, 9.6)
 """Crowns from the middle outwards: two incisors, canine, two premolars, two molars
 (rounded from dental anatomy tables)."""
 
-ACROSS = np.array([1, 0.92, 0.7, 0.36, 0, -0.36, -0.7, -0.92, -1, -0.75, 0, 0.75])
+UPPER_ACROSS = np.array([1, 0.92, 0.7, 0.36, 0, -0.36, -0.7, -0.92, -1, -0.75, 0, 0.75])
+LOWER_ACROSS = np.array([1, 0.86, 0.45, 0, -0.45, -0.86, -1, -0.86, -0.45, 0, 0.45, 0.86])
 """Where the vertices around a crown lie between its sides (1 is the one away from the middle of
-the arch): nine along the face that is seen, three along the back."""
-AROUND, SEEN = len(ACROSS), 9
+the arch): most along the face that is seen first, of the lower jaw as many along the back."""
+AROUND, UPPER_SEEN, LOWER_SEEN = len(UPPER_ACROSS), 9, 7
 LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
 SIDE_OF_FRONT = 0.33
@@ -27,7 +28,7 @@ CORNERS_MM = ((0.55, 1.15), (0.95, 1.55), (1.45, 1.95), (1.25, 1.35), (1.00, 1.0
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
-"""Of that fall, what the front teeth of the lower jaw have."""
+"""Of that fall, what the teeth of the lower jaw have."""
 SHARPNESS = (4.5, 3.4, 1.25, 1.4, 1.5)
 """Exponent of that fall: 1 is a point, more an edge with round corners."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
@@ -116,13 +117,14 @@ def crown(
     front = place < 3
     widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.76, 0.92, 1.0, 0.985, 0.90])
     if front:
-        depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.33, 0.24])
+        depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.31, 0.17])
     else:
         depths = np.interp(LEVELS, [0, 0.4, 0.8, 0.92, 1], [0.88, 1.0, 0.94, 0.84, 0.66])
-    seen = np.arange(AROUND) < SEEN
-    bulge = np.abs(ACROSS) ** 3.2
+    across = UPPER_ACROSS if upper else LOWER_ACROSS
+    seen = np.arange(AROUND) < (UPPER_SEEN if upper else LOWER_SEEN)
+    bulge = np.abs(across) ** 3.2
     round_it = np.where(seen, 1 - (1 - SIDE_OF_FRONT) * bulge, -1 + 0.5 * bulge)
-    fall = _edge_fall_mm(place) * (1.0 if upper or not front else LOWER_FALL)
+    fall = _edge_fall_mm(across, place) * (1.0 if upper else LOWER_FALL)
     vertices, shade = [], []
     for level, wide, deep in zip(LEVELS, widths, depths, strict=True):
         # The front face stays on the arch and leans in, the back face slopes towards it.
@@ -131,7 +133,7 @@ def crown(
         if level == 1.0:
             z = z - ROUNDED_MM * seen
         y = level * height - fall * level**4
-        vertices.append(np.stack([ACROSS * wide * width / 2, y, z], 1))
+        vertices.append(np.stack([across * wide * width / 2, y, z], 1))
         shade.append(np.full(AROUND, level))
     top = vertices[-1].mean(0)
     top[1] = vertices[-1][:, 1].max() if front else 0.86 * height
@@ -144,19 +146,19 @@ def crown(
     last = centre - AROUND
     for k in range(0, AROUND, 2):
         quads.append([last + k, last + (k + 1) % AROUND, last + (k + 2) % AROUND, centre])
-    side = np.abs(ACROSS)
-    dark = np.where(side == 1, 1.0, np.where(side > 0.8, SEEN_GAP, 0.0))
+    side = np.abs(across)
+    dark = np.where(side == 1, 1.0, np.where(side > 0.8, SEEN_GAP, 0.0) * seen)
     gap = np.r_[np.tile(dark, len(LEVELS)), 0.0]
     whole = np.vstack([*vertices, top[None]])
     return whole, np.array(quads), np.r_[np.concatenate(shade), 1.0], gap
 
 
-def _edge_fall_mm(place: int) -> np.ndarray:
+def _edge_fall_mm(across: np.ndarray, place: int) -> np.ndarray:
     """(AROUND,) mm by which a crown's edge stays below its highest point."""
     if place >= len(CORNERS_MM):  # molars: two cusps
-        return VALLEY_MM * (0.5 + 0.5 * np.cos(2 * np.pi * ACROSS)) + 0.4 * np.abs(ACROSS) ** 4
+        return VALLEY_MM * (0.5 + 0.5 * np.cos(2 * np.pi * across)) + 0.4 * np.abs(across) ** 4
     near, far = CORNERS_MM[place]
-    return np.where(ACROSS < 0, near, far) * np.abs(ACROSS) ** SHARPNESS[place]
+    return np.where(across < 0, near, far) * np.abs(across) ** SHARPNESS[place]
 
 
 def teeth(arch: Arch, widths, heights, depths) -> Part:
