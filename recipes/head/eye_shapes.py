@@ -34,10 +34,10 @@ SNEER = (
     Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
 )
 """The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
-BLOWN, BUCCAL_MM, BUCCAL_REACH_MM = 0.95, (39, -55), (17, 24)
+BLOWN, BUCCAL_MM, BUCCAL_REACH_MM = 0.85, (41, -56), (22, 27)
 """Blown cheeks, of MakeHuman's, and where between cheekbone and jaw they are blown; see `Pull`."""
 FILLED = (
-    Pull((38, -58), (3.6, 0.0, 5.0), (13, 15)),
+    Pull((37, -58), (2.8, 0.0, 3.4), (17, 17)),
     Pull((20, -48), (0.6, 0.4, 2.0), (10, 6)),
     Pull((20, -84), (0.6, 0.0, 1.6), (10, 7)),
 )

@@ -39,7 +39,7 @@ PUCKER = Aperture(
     hole=0.62,
     pinch=1.0,
 )
-BARED_M, BARED_REACH, BARED_BESIDE = np.array([0.0, -0.0042, 0.0006]), (0.0215, 0.5), 2.4
+BARED_M, BARED_REACH, BARED_BESIDE = np.array([0.0, -0.0055, 0.0006]), (0.0215, 0.5), 1.6
 """How far a jaw that is wide open draws the lower lip off the teeth (see `reach`), and how much
 more beside the middle, so that its edge is a bow and no point."""
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
@@ -54,14 +54,14 @@ SMILING = {
     "RightCheekUp": 0.75,
     "LeftLowerLidUp": 0.36,
     "RightLowerLidUp": 0.36,
-    "NasolabialDeepener": 0.8,
+    "NasolabialDeepener": 0.65,
 }
 """MakeHuman's pose units in a smile."""
 APPLE = (
     Pull((34, -28), (-0.6, 2.0, 3.0), (13, 11)),
     Pull((37, -40), (0.8, 3.6, 4.6), (12, 11)),
-    Fold(((17, -39), (23, -46), (31, -54), (37, -64)), 2.5, 2.6),
-    Pull((33, -66), (-0.6, 0, -1.8), (4, 5)),
+    Fold(((17, -39), (23, -46), (31, -54), (36, -61)), 1.9, 2.0, 3.4),
+    Pull((33, -66), (-0.4, 0, -1.1), (4, 5)),
 )
 """What a smile has more: the cheek's apple, the fold from the nose's wing round the corner, and a
 dimple beside it."""
@@ -202,7 +202,7 @@ def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.nda
 
 def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     apart = face.expression("mouth-retraction")
-    smile = face.expression("mouth-corner-puller") * [1, 0.70, 1] + apart * [0.60, 0, 0.45]
+    smile = face.expression("mouth-corner-puller") * [1, 0.60, 1] + apart * [0.65, 0, 0.5]
     thin = {name: _flattened(face, share) for name, share in THINNER.items()}
     dimpled = face.expression("mouth-compression") * [0.6, 0.3, 0.6] + apart * [0.55, 0.1, 0.6]
     sources = {

@@ -21,7 +21,7 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.20, 0.14, 0.09),
     (0.02,) * 3,
 )
-TOOTH, TOOTH_ROOT = (0.875, 0.845, 0.78), (0.78, 0.69, 0.57)
+TOOTH, TOOTH_ROOT = (0.875, 0.845, 0.78), (0.80, 0.725, 0.625)
 BITING, BITING_FROM = (0.735, 0.745, 0.745), 0.80
 """The edge of an incisor lets light through, from this share of its height."""
 GAP, GAP_SHARE = (0.36, 0.23, 0.18), 0.85

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 UPPER_WIDTHS_MM = (8.5, 6.6, 7.6, 7.0, 6.8, 10.0, 9.4)
-UPPER_HEIGHTS_MM = (10.2, 8.9, 9.8, 8.4, 7.8, 7.2, 6.8)
+UPPER_HEIGHTS_MM = (10.2, 9.0, 10.0, 9.2, 8.6, 7.8, 7.2)
 UPPER_DEPTHS_MM = (6.0, 5.6, 7.2, 8.6, 8.8, 10.4, 10.2)
 LOWER_WIDTHS_MM = (5.4, 5.9, 6.8, 7.0, 7.1, 10.6, 10.2)
 LOWER_HEIGHTS_MM = (8.6, 8.8, 9.8, 8.2, 7.8, 7.0, 6.6)
@@ -115,7 +115,7 @@ def crown(
     and molars end in a dented top.
     """
     front = place < 3
-    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.76, 0.92, 1.0, 0.985, 0.90])
+    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.80, 0.94, 1.0, 0.985, 0.90])
     if front:
         depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.31, 0.17])
     else:

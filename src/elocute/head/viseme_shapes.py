@@ -32,7 +32,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthUpperUp", 0.02),
         **_both("mouthStretch", 0.06),
     },
-    "kk": {"jawOpen": 0.18, **_both("mouthLowerDown", 0.06), **_both("mouthUpperUp", 0.05)},
+    "kk": {"jawOpen": 0.17, **_both("mouthLowerDown", 0.06), **_both("mouthUpperUp", 0.05)},
     "CH": {
         "jawOpen": 0.02,
         "mouthFunnel": 0.36,
