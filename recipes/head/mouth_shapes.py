@@ -10,8 +10,8 @@ from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
 from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
 from recipes.head.lips import COLUMN_COUNT, PAIRS, RING_COUNT
-from recipes.head.tongue import along
 from recipes.head.pulls import Fold, Pull, both_sides, pulled
+from recipes.head.tongue import along
 
 FUNNEL = Aperture(
     half_width=9.4,

@@ -8,7 +8,12 @@ RAYS = 96
 REACH_M = 0.12
 BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like holes
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
-LINING, THROAT, TONGUE, LINING_M = 0.52, 0.06, 0.22, 0.052  # and itself: dark red from the side, no black gap
+LINING, THROAT, TONGUE, LINING_M = (
+    0.52,
+    0.06,
+    0.22,
+    0.052,
+)  # and itself: dark red from the side, no black gap
 BACK_TEETH = 0.30  # what light reaches the last of them
 LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 
@@ -68,7 +73,8 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     light[slices["tongue"]] = TONGUE + 0.55 * forward**2.2 * (0.70 + 0.30 * groove)
     for jaw, brightest in (("upper", 0.86), ("lower", 0.74)):
         teeth = slices[f"teeth_{jaw}"]
-        near_gum = LIP_SHADE + (1 - LIP_SHADE) * np.clip(2 * face.assembly.jaws[f"teeth_{jaw}"].shade, 0, 1)
+        from_gum = np.clip(2 * face.assembly.jaws[f"teeth_{jaw}"].shade, 0, 1)
+        near_gum = LIP_SHADE + (1 - LIP_SHADE) * from_gum
         lit = BACK_TEETH + (1 - BACK_TEETH) * (1 - depth[teeth]) ** 1.3
         light[teeth] = np.minimum(lit, brightest) * near_gum
         gums = slices[f"gums_{jaw}"]
