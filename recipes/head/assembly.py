@@ -149,7 +149,7 @@ def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
     """Teeth and gums fitted to the mouth of `body`."""
     helper = body[UPPER_HELPER] * 1000
     front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 3.1
-    upper = teeth.Arch(28.3, front, front - 46.0, biting, direction=-1)
+    upper = teeth.Arch(29.0, front, front - 46.0, biting, direction=-1)
     lower = teeth.Arch(26.0, front - 2.9, front - 46.5, biting - 0.3, direction=1)
     return {
         "teeth_upper": teeth.teeth(

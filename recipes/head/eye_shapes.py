@@ -34,8 +34,14 @@ SNEER = (
     Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
 )
 """The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
-BLOWN = 1.12
-"""Blown cheeks, of MakeHuman's."""
+BLOWN, BUCCAL_MM, BUCCAL_REACH_MM = 0.85, (41, -56), (22, 27)
+"""Blown cheeks, of MakeHuman's, and where between cheekbone and jaw they are blown; see `Pull`."""
+FILLED = (
+    Pull((37, -58), (2.8, 0.0, 3.4), (17, 17)),
+    Pull((20, -48), (0.6, 0.4, 2.0), (10, 6)),
+    Pull((20, -84), (0.6, 0.0, 1.6), (10, 7)),
+)
+"""What air does beside the corners of the mouth, and above and below them."""
 PUFFED_LIPS, PUFFED_M = 0.45, 0.0008
 """How far lips follow blown cheeks, and how far they overlap then."""
 NOSE_UP = 0.4
@@ -76,12 +82,21 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes["browInnerUp"] = 1.5 * face.of_skin(
         face.expression("eyebrows-left-inner-up") + face.expression("eyebrows-right-inner-up")
     )
-    blown = BLOWN * face.pose_unit("CheeksPump")
+    blown = _blown(face)
     beside = face.off_the_lips(blown)
     shapes["cheekPuff"] = face.of_skin(
         face.resealed(beside + PUFFED_LIPS * (blown - beside), PUFFED_M)
     )
     return shapes
+
+
+def _blown(face: NeutralFace) -> np.ndarray:
+    """Both cheeks full of air beside the mouth; the edge of the jaw stays."""
+    eye = face.assembly.eye_centre
+    place = np.stack([np.abs(face.skin[:, 0]), face.skin[:, 1] - eye[1]], 1) * 1000
+    buccal = np.exp(-(((place - BUCCAL_MM) / BUCCAL_REACH_MM) ** 2).sum(1))[:, None]
+    filled = both_sides(face, pulled(face, *FILLED))
+    return BLOWN * buccal * face.pose_unit("CheeksPump") + filled["Left"] + filled["Right"]
 
 
 def _look(face: NeutralFace, way: str, side: str) -> np.ndarray:

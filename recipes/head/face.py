@@ -14,6 +14,7 @@ from recipes.head.lips import Lips
 from recipes.head.makehuman import MakeHuman
 from recipes.head.population import RACES, Traits, body
 from recipes.head.pose import PoseUnits
+from recipes.head.tongue import resting
 from recipes.head.topology import SmoothSpread, mirrored, symmetrised
 
 SOFTENING = (
@@ -71,7 +72,8 @@ class NeutralFace:
         self.ears = Ears(self.anatomy, raw[self.skin_slice])
         raw[self.skin_slice] = self.finished(raw[self.skin_slice]) + self.ears.sculpted()
         self.vertices = self.assembly.attach(symmetrised(raw, self.assembly.mirror))
-        self.vertices[self.assembly.slices["tongue"]] += self.tongue_rest()
+        self.tongue_rest = resting(self.vertices[self.assembly.slices["tongue"]])
+        self.vertices[self.assembly.slices["tongue"]] += self.tongue_rest
         self.lips.rest = self.skin
         self.bite = Bite(self.assembly, self.lips, self.vertices)
         self.pose_units = PoseUnits(mh)
@@ -89,7 +91,7 @@ class NeutralFace:
         the neutral face."""
         vertices = self.assembly.whole(body)
         vertices[self.skin_slice] = self.finished(vertices[self.skin_slice] + moved)
-        vertices[self.assembly.slices["tongue"]] += self.tongue_rest()
+        vertices[self.assembly.slices["tongue"]] += self.tongue_rest
         return self.assembly.attach(self.bite.behind_lips(vertices))
 
     def off_the_bust(self, height_m: float) -> np.ndarray:
@@ -100,12 +102,6 @@ class NeutralFace:
     @property
     def skin(self) -> np.ndarray:
         return self.vertices[self.skin_slice]
-
-    def tongue_rest(self) -> np.ndarray:
-        """Lower than MakeHuman's and longer, so that its tip lies behind the lower teeth."""
-        z = self.vertices[self.assembly.slices["tongue"], 2]
-        tip = (z - z.min()) / np.ptp(z)
-        return np.stack([0 * tip, -0.0045 - 0.0040 * tip, -0.003 + 0.006 * tip], 1)
 
     def of_skin(self, displacement: np.ndarray) -> np.ndarray:
         """A displacement of the skin as one of the whole."""

@@ -11,6 +11,7 @@ from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
 from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
 from recipes.head.lips import COLUMN_COUNT, PAIRS, RING_COUNT
 from recipes.head.pulls import Fold, Pull, both_sides, pulled
+from recipes.head.tongue import along
 
 FUNNEL = Aperture(
     half_width=9.4,
@@ -38,6 +39,11 @@ PUCKER = Aperture(
     hole=0.62,
     pinch=1.0,
 )
+BARED_M, BARED_REACH, BARED_BESIDE = np.array([0.0, -0.0055, 0.0006]), (0.0215, 0.5), 1.6
+"""How far a jaw that is wide open draws the lower lip off the teeth (see `reach`), and how much
+more beside the middle, so that its edge is a bow and no point."""
+TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
+"""How far the back of the tongue sinks then; where along it, and how wide."""
 BELOW_M, BESIDE_M = 0.008, 0.016
 """Depth under the line of the lips from which what pulls the lower lip down is whole, and the
 distance beside the corners from which it is nothing."""
@@ -48,14 +54,17 @@ SMILING = {
     "RightCheekUp": 0.75,
     "LeftLowerLidUp": 0.36,
     "RightLowerLidUp": 0.36,
-    "NasolabialDeepener": 0.8,
+    "NasolabialDeepener": 0.65,
 }
 """MakeHuman's pose units in a smile."""
 APPLE = (
-    Pull((34, -28), (-1.0, 3.6, 3.6), (13, 11)),
-    Fold(((17, -39), (23, -46), (31, -54), (37, -64)), 2.0, 1.8),
+    Pull((34, -28), (-0.6, 2.0, 3.0), (13, 11)),
+    Pull((37, -40), (0.8, 3.6, 4.6), (12, 11)),
+    Fold(((17, -39), (23, -46), (31, -54), (36, -61)), 1.9, 2.0, 3.4),
+    Pull((33, -66), (-0.4, 0, -1.1), (4, 5)),
 )
-"""What a smile has more: the cheek's apple, and the fold from the nose's wing round the corner."""
+"""What a smile has more: the cheek's apple, the fold from the nose's wing round the corner, and a
+dimple beside it."""
 STRETCHED = (
     Fold(((33, -54), (36, -65), (33, -77)), 1.3, 1.2),
     Pull((40, -84), (3.0, -2.0, 0.0), (14, 13)),
@@ -68,15 +77,22 @@ FROWNED = (
 )
 """What a frown does beside the mouth: the fold down from the corner, and the chin bunches."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
-THINNER = {"mouthSmile": 0.06, "mouthStretch": 0.25, "mouthDimple": 0.18}
+THINNER = {"mouthSmile": 0.15, "mouthStretch": 0.25, "mouthDimple": 0.18}
 """Share of their height that lips lose while corners are drawn apart."""
 SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-TUCK_RINGS, BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 3.8, 0.0004, 0.0032, 0.04
-"""How far the lower lip rolls in and covers the incisors in f, how far the upper one rises, and
-the jaw's opening that this is made for."""
+BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0004, 0.0026, 0.04
+"""How far the lower lip covers the incisors' edges in f, how far the upper one rises, and the jaw's
+opening that this is made for."""
+ROLLED, ROLLED_REACH, LIFTED_REACH = (0.40, 0.45), (0.0235, 0.6), (0.0185, 1.8)
+"""What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
+in and the upper one lifted; see `reach`."""
+BITTEN_REACH = (0.0170, 0.8)
+"""How far to the sides the lower lip lies under the teeth, not under the upper lip."""
+BUNCHED_CHIN = (Pull((0, -88), (0, 2.6, 1.8), (15, 8)), Pull((0, -78), (0, 0.8, -0.8), (14, 4)))
+"""The chin lifts the lip."""
 PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.8, 0.0006, 0.0025
 """Pressed lips: rings rolled in, overlap at the corners, and what the middle has more, so that p
 closes on a neighbour's round hole."""
@@ -84,7 +100,7 @@ closes on a neighbour's round hole."""
 
 def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes = {
-        "jawOpen": face.jaw(open_deg=OPEN_DEG),
+        "jawOpen": _jaw_open(face),
         "jawForward": face.jaw(shift=(0, 0, FORWARD_M)),
         "jawLeft": face.jaw(side_deg=SIDE_DEG),
         "jawRight": face.jaw(side_deg=-SIDE_DEG),
@@ -93,6 +109,27 @@ def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     skin |= _sided_shapes(face)
     skin["mouthLabiodental"] = _labiodental(face)
     return shapes | {name: face.of_skin(moved) for name, moved in skin.items()}
+
+
+def _jaw_open(face: NeutralFace) -> np.ndarray:
+    """The jaw falls; the lower lip falls further and bares the lower teeth, the back of the tongue
+    sinks and leaves the throat open. The corners of the mouth only follow the jaw."""
+    moved = face.jaw(open_deg=OPEN_DEG)
+    moved[face.skin_slice] += _bared(face)
+    where = face.assembly.slices["tongue"]
+    back = (along(face.vertices[where]) - TONGUE_SINKS_AT[0]) / TONGUE_SINKS_AT[1]
+    moved[where, 1] -= TONGUE_SINKS_M * np.exp(-(back**2))
+    return moved
+
+
+def _bared(face: NeutralFace) -> np.ndarray:
+    """The lower lip down and a little forward, round at the sides."""
+    lower = np.arange(CORNERS[0] + 1, CORNERS[1])
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    beside = (face.lips.rest[face.lips.rings[CONTACT_RING], 0] / BARED_REACH[0]) ** 2
+    share = reach(face.lips, *BARED_REACH) * (1 + BARED_BESIDE * beside)
+    moves[:, lower] = share[lower][:, None] * BARED_M
+    return face.lips.field(moves)
 
 
 def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
@@ -165,7 +202,7 @@ def _closing_shapes(face: NeutralFace, jaw_open: np.ndarray) -> dict[str, np.nda
 
 def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     apart = face.expression("mouth-retraction")
-    smile = face.expression("mouth-corner-puller") * [1, 0.74, 1] + apart * [0.35, 0, 0.3]
+    smile = face.expression("mouth-corner-puller") * [1, 0.60, 1] + apart * [0.65, 0, 0.5]
     thin = {name: _flattened(face, share) for name, share in THINNER.items()}
     dimpled = face.expression("mouth-compression") * [0.6, 0.3, 0.6] + apart * [0.55, 0.1, 0.6]
     sources = {
@@ -209,18 +246,21 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     middle = teeth[np.abs(teeth[:, 0]) < 0.008]
     edge = middle[:, 1].min()
     front = middle[middle[:, 1] < edge + 0.002][:, 2].max()
-    tucked = lips.roll(0, TUCK_RINGS, beyond=1.0)
+    rest = face.skin[lips.rings]
+    offset = rest - rest[CONTACT_RING]
+    offset[CONTACT_RING + 1 :] = 0
+    rolled = offset * (np.array([1, *ROLLED]) - 1) * reach(lips, *ROLLED_REACH)[:, None]
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    lower_follow = np.array([0.38, 0.52, 0.66, 0.78, 0.87, 0.94, 0.98, 1.0, 0.95, 0.75])
-    drawn_back = np.array([0.75, 0.82, 0.88, 0.92, 0.96, 1.0, 1.0, 1.0, 0.95, 0.75])
-    lower_follow = np.stack([lower_follow, lower_follow, drawn_back], 1)
     upper_follow = np.array([0.55, 0.66, 0.78, 0.90, 1, 1, 1, 1, 0.95, 0.8])
+    lower_follow = np.array([1, 1, 1, 1, 1, 1, 1, 1, 0.95, 0.75])
     lower, upper = np.arange(13, 26), np.r_[0:12, 27:38]
     middle_vertex = lips.rings[CONTACT_RING, 19]
-    drop = LABIODENTAL_JAW * face.jaw(open_deg=OPEN_DEG)[face.skin_slice][middle_vertex]
-    contact = (face.skin + tucked)[middle_vertex] + drop
+    drop = LABIODENTAL_JAW * _jaw_open(face)[face.skin_slice][middle_vertex]
+    contact = face.skin[middle_vertex] + drop
     goal = np.array([0, edge + BITE_M - contact[1], front - 0.0008 - contact[2]])
-    moves[:, lower] = lower_follow[:, None] * goal * reach(lips, 0.0215, 0.5)[lower][:, None]
+    bitten = reach(lips, *BITTEN_REACH)[lower][:, None]
+    moves[:, lower] = rolled[:, lower] + lower_follow[:, None, None] * goal * bitten
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])
-    moves[:, upper] = upper_follow[:, None, None] * lift * reach(lips, 0.0205, 2.2)[upper][:, None]
-    return tucked + lips.field(moves)
+    lifted = reach(lips, *LIFTED_REACH)[upper][:, None]
+    moves[:, upper] = upper_follow[:, None, None] * lift * lifted
+    return lips.field(moves) + face.off_the_lips(_beside(face, *BUNCHED_CHIN) / 2)

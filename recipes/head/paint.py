@@ -22,13 +22,14 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.20, 0.14, 0.09),
     (0.02,) * 3,
 )
-TOOTH, TOOTH_ROOT = (0.845, 0.81, 0.74), (0.72, 0.62, 0.50)
-BITING, BITING_FROM = (0.76, 0.745, 0.715), 0.86
+TOOTH, TOOTH_ROOT = (0.875, 0.845, 0.78), (0.80, 0.725, 0.625)
+BITING, BITING_FROM = (0.735, 0.745, 0.745), 0.80
 """The edge of an incisor lets light through, from this share of its height."""
-GAP = (0.50, 0.36, 0.29)
-DEEP_TOOTH = (0.55, 0.30, 0.26)
-GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.75, 0.45, 0.425), (0.44, 0.19, 0.19)
-TONGUE_TIP_M, TONGUE_DEEP_M = 0.008, 0.044
+GAP, GAP_SHARE = (0.36, 0.23, 0.18), 0.85
+DEEP_TOOTH, DEEP_SHARE, DEEP_M = (0.58, 0.36, 0.30), 0.75, 0.030
+GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.74, 0.43, 0.42), (0.46, 0.20, 0.20)
+TONGUE_COAT = (0.78, 0.58, 0.55)
+TONGUE_TIP_M, TONGUE_DEEP_M = 0.020, 0.056
 """Behind its tip, where a tongue begins to darken and where it has the colour of its root."""
 
 
@@ -50,9 +51,10 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
         part = face.assembly.jaws[f"teeth_{jaw}"]
         tooth = mix(np.tile(TOOTH_ROOT, (len(part.shade), 1)), TOOTH, part.shade * 1.6)
         tooth = mix(tooth, BITING, (part.shade - BITING_FROM) / (1 - BITING_FROM))
-        tooth = mix(tooth, GAP, 0.7 * part.gap) * part.tone
+        tooth = mix(tooth, GAP, GAP_SHARE * part.gap) * part.tone
         z = face.vertices[slices[f"teeth_{jaw}"], 2]
-        back = np.clip((z.max() - z - 0.002) / 0.018, 0, 1)  # a red mouth colours its back teeth
+        # A red mouth colours its back teeth.
+        back = DEEP_SHARE * np.clip((z.max() - z - 0.006) / DEEP_M, 0, 1)
         colours[slices[f"teeth_{jaw}"]] = mix(tooth, DEEP_TOOTH, back)
         colours[slices[f"gums_{jaw}"]] = GUM
     colours[slices["bust"]] = SKIN
@@ -65,11 +67,15 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
 
 
 def _tongue(points: np.ndarray) -> np.ndarray:
-    """Darker towards the throat and, a little, along its middle."""
+    """Red at its edge, with a pale coat on its back, darker towards the throat and along the
+    groove of its middle."""
     behind = points[:, 2].max() - points[:, 2]
     deep = (behind - TONGUE_TIP_M) / (TONGUE_DEEP_M - TONGUE_TIP_M)
-    groove = 0.25 * np.exp(-((points[:, 0] / 0.003) ** 2))
-    return mix(np.tile(TONGUE, (len(points), 1)), TONGUE_ROOT, np.maximum(deep, groove))
+    groove = 0.25 * np.exp(-((points[:, 0] / 0.002) ** 2)) * np.clip(behind / 0.008, 0, 1)
+    coat = np.exp(-(((np.abs(points[:, 0]) - 0.006) / 0.0045) ** 2)) * np.clip(behind / 0.012, 0, 1)
+    grain = 0.75 + 0.25 * np.cos(900 * np.abs(points[:, 0])) * np.cos(700 * points[:, 2])
+    colours = mix(np.tile(TONGUE, (len(points), 1)), TONGUE_COAT, 0.75 * coat * grain)
+    return mix(colours, TONGUE_ROOT, np.maximum(deep, groove))
 
 
 def _eye(angle: np.ndarray) -> np.ndarray:

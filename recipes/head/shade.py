@@ -8,7 +8,14 @@ RAYS = 96
 REACH_M = 0.12
 BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like holes
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
-LINING, THROAT, TONGUE = 0.46, 0.16, 0.24  # and itself: dark red from the side, no black gap
+LINING, THROAT, TONGUE, LINING_M = (
+    0.52,
+    0.06,
+    0.22,
+    0.052,
+)  # and itself: dark red from the side, no black gap
+BACK_TEETH = 0.30  # what light reaches the last of them
+LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 
 
 def occlusion(
@@ -54,18 +61,22 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     deep = (1 - depth) ** 1.3 * np.clip(0.35 + 1.6 * free, 0, 1)
     light[inside] = np.clip(LINING + (1 - LINING) * deep[inside], 0, 1)
     lining = face.anatomy.inner_mouth
-    light[lining] = LINING + (THROAT - LINING) * depth[lining]
+    behind = np.clip((front - face.vertices[lining, 2]) / LINING_M, 0, 1)
+    light[lining] = LINING + (THROAT - LINING) * behind**0.8
     # The inner side of the lips: lamps behind the head would else light the far one from within.
     near_lips = face.lips.rings[[5, 6, 7, 8, 9]]
     for ring, most in zip(near_lips, (0.75, 0.62, 0.54, 0.38, 0.30), strict=True):
         light[ring] = np.minimum(light[ring], most)
     tongue = face.vertices[slices["tongue"]]
     forward = (tongue[:, 2] - tongue[:, 2].min()) / np.ptp(tongue[:, 2])
-    groove = np.clip(np.abs(tongue[:, 0]) / 0.010, 0, 1)  # a shallow fold along the middle
-    light[slices["tongue"]] = TONGUE + 0.62 * forward**1.7 * (0.75 + 0.25 * groove)
-    for jaw, brightest in (("upper", 0.80), ("lower", 0.64)):
+    groove = np.clip(np.abs(tongue[:, 0]) / 0.004, 0, 1)  # a shallow fold along the middle
+    light[slices["tongue"]] = TONGUE + 0.55 * forward**2.2 * (0.70 + 0.30 * groove)
+    for jaw, brightest in (("upper", 0.86), ("lower", 0.74)):
         teeth = slices[f"teeth_{jaw}"]
-        light[teeth] = np.minimum(BOUNCE + 0.85 * (1 - depth[teeth]) ** 1.8, brightest)
+        from_gum = np.clip(2 * face.assembly.jaws[f"teeth_{jaw}"].shade, 0, 1)
+        near_gum = LIP_SHADE + (1 - LIP_SHADE) * from_gum
+        lit = BACK_TEETH + (1 - BACK_TEETH) * (1 - depth[teeth]) ** 1.3
+        light[teeth] = np.minimum(lit, brightest) * near_gum
         gums = slices[f"gums_{jaw}"]
         light[gums] = BOUNCE + 0.60 * (1 - depth[gums]) ** 2.5
     return light

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 UPPER_WIDTHS_MM = (8.5, 6.6, 7.6, 7.0, 6.8, 10.0, 9.4)
-UPPER_HEIGHTS_MM = (10.2, 8.9, 9.8, 8.4, 7.8, 7.2, 6.8)
+UPPER_HEIGHTS_MM = (10.2, 9.0, 10.0, 9.2, 8.6, 7.8, 7.2)
 UPPER_DEPTHS_MM = (6.0, 5.6, 7.2, 8.6, 8.8, 10.4, 10.2)
 LOWER_WIDTHS_MM = (5.4, 5.9, 6.8, 7.0, 7.1, 10.6, 10.2)
 LOWER_HEIGHTS_MM = (8.6, 8.8, 9.8, 8.2, 7.8, 7.0, 6.6)
@@ -15,41 +15,48 @@ LOWER_DEPTHS_MM = (5.4, 5.6, 7.0, 7.6, 8.0, 9.8, 9.6)
 """Crowns from the middle outwards: two incisors, canine, two premolars, two molars
 (rounded from dental anatomy tables)."""
 
-ACROSS = np.array([1, 0.86, 0.5, 0, -0.5, -0.86, -1, -0.8, -0.4, 0, 0.4, 0.8])
+UPPER_ACROSS = np.array([1, 0.92, 0.7, 0.36, 0, -0.36, -0.7, -0.92, -1, -0.75, 0, 0.75])
+LOWER_ACROSS = np.array([1, 0.86, 0.45, 0, -0.45, -0.86, -1, -0.86, -0.45, 0, 0.45, 0.86])
 """Where the vertices around a crown lie between its sides (1 is the one away from the middle of
-the arch): seven along the face that is seen, five along the back."""
-AROUND, SEEN = len(ACROSS), 7
-LEVELS = np.array([0.0, 0.4, 0.75, 0.92, 1.0])
+the arch): most along the face that is seen first, of the lower jaw as many along the back."""
+AROUND, UPPER_SEEN, LOWER_SEEN = len(UPPER_ACROSS), 9, 7
+LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
-SIDE_OF_FRONT = 0.45
+SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.40, 0.85), (0.70, 1.25), (1.15, 1.55), (1.00, 1.10), (0.95, 1.00))
+CORNERS_MM = ((0.55, 1.15), (0.95, 1.55), (1.45, 1.95), (1.25, 1.35), (1.00, 1.05))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
-"""Of that fall, what the front teeth of the lower jaw have."""
-SHARPNESS = (4.0, 3.2, 1.25, 1.4, 1.4)
+"""Of that fall, what the teeth of the lower jaw have."""
+SHARPNESS = (4.5, 3.4, 1.25, 1.4, 1.5)
 """Exponent of that fall: 1 is a point, more an edge with round corners."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
 PAPILLA_MM = 1.7
 """How far the gum reaches down between two crowns."""
-SEEN_GAP = 0.45
+SEEN_GAP = 0.32
 """Of the dark between two crowns, what reaches the faces beside it."""
-SQUARENESS = 2.05
+SQUARENESS = 2.2
 """Exponent of the arch's superellipse: 2 would be an ellipse, more is squarer."""
 TONES = (
     (1.00, 1.00, 1.00),
     (0.985, 0.98, 0.965),
-    (0.95, 0.925, 0.86),
-    (0.975, 0.96, 0.93),
-    (0.955, 0.94, 0.91),
+    (0.955, 0.93, 0.875),
+    (0.98, 0.965, 0.935),
+    (0.96, 0.945, 0.915),
     (0.97, 0.95, 0.92),
     (0.96, 0.94, 0.90),
 )
 """What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
-SHORT_MM = (0.0, 0.75, 0.25, 1.0, 1.4, 1.8, 2.0)
+SHORT_MM = (0.0, 0.8, 0.05, 0.75, 1.0, 1.3, 1.5)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
+SLIM = 0.975
+"""Share of its place in the arch that a crown fills: the rest is the dark between two."""
+UPPER_SET = ((-1.5, 0.0), (7.0, -0.45), (-4.0, 0.40), (0.0, 0.1))
+LOWER_SET = ((3.0, -0.12), (-4.0, 0.15), (2.0, 0.2))
+"""No row is a drawn line: degrees by which a crown's far side turns outwards, and mm that it
+stands out of the arch."""
 
 
 @dataclass(frozen=True)
@@ -108,15 +115,16 @@ def crown(
     and molars end in a dented top.
     """
     front = place < 3
-    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.76, 0.92, 1.0, 0.99, 0.93])
+    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.80, 0.94, 1.0, 0.985, 0.90])
     if front:
-        depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.33, 0.24])
+        depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.31, 0.17])
     else:
         depths = np.interp(LEVELS, [0, 0.4, 0.8, 0.92, 1], [0.88, 1.0, 0.94, 0.84, 0.66])
-    seen = np.arange(AROUND) < SEEN
-    bulge = np.abs(ACROSS) ** 4
+    across = UPPER_ACROSS if upper else LOWER_ACROSS
+    seen = np.arange(AROUND) < (UPPER_SEEN if upper else LOWER_SEEN)
+    bulge = np.abs(across) ** 3.2
     round_it = np.where(seen, 1 - (1 - SIDE_OF_FRONT) * bulge, -1 + 0.5 * bulge)
-    fall = _edge_fall_mm(place) * (1.0 if upper or not front else LOWER_FALL)
+    fall = _edge_fall_mm(across, place) * (1.0 if upper else LOWER_FALL)
     vertices, shade = [], []
     for level, wide, deep in zip(LEVELS, widths, depths, strict=True):
         # The front face stays on the arch and leans in, the back face slopes towards it.
@@ -125,11 +133,10 @@ def crown(
         if level == 1.0:
             z = z - ROUNDED_MM * seen
         y = level * height - fall * level**4
-        vertices.append(np.stack([ACROSS * wide * width / 2, y, z], 1))
+        vertices.append(np.stack([across * wide * width / 2, y, z], 1))
         shade.append(np.full(AROUND, level))
     top = vertices[-1].mean(0)
-    if not front:
-        top[1] = 0.86 * height
+    top[1] = vertices[-1][:, 1].max() if front else 0.86 * height
     centre = len(LEVELS) * AROUND
     quads = []
     for row in range(len(LEVELS) - 1):
@@ -139,19 +146,19 @@ def crown(
     last = centre - AROUND
     for k in range(0, AROUND, 2):
         quads.append([last + k, last + (k + 1) % AROUND, last + (k + 2) % AROUND, centre])
-    side = np.abs(ACROSS)
-    dark = np.where(side == 1, 1.0, np.where(side > 0.8, SEEN_GAP, 0.0))
+    side = np.abs(across)
+    dark = np.where(side == 1, 1.0, np.where(side > 0.8, SEEN_GAP, 0.0) * seen)
     gap = np.r_[np.tile(dark, len(LEVELS)), 0.0]
     whole = np.vstack([*vertices, top[None]])
     return whole, np.array(quads), np.r_[np.concatenate(shade), 1.0], gap
 
 
-def _edge_fall_mm(place: int) -> np.ndarray:
+def _edge_fall_mm(across: np.ndarray, place: int) -> np.ndarray:
     """(AROUND,) mm by which a crown's edge stays below its highest point."""
     if place >= len(CORNERS_MM):  # molars: two cusps
-        return VALLEY_MM * (0.5 + 0.5 * np.cos(2 * np.pi * ACROSS)) + 0.4 * np.abs(ACROSS) ** 4
+        return VALLEY_MM * (0.5 + 0.5 * np.cos(2 * np.pi * across)) + 0.4 * np.abs(across) ** 4
     near, far = CORNERS_MM[place]
-    return np.where(ACROSS < 0, near, far) * np.abs(ACROSS) ** SHARPNESS[place]
+    return np.where(across < 0, near, far) * np.abs(across) ** SHARPNESS[place]
 
 
 def teeth(arch: Arch, widths, heights, depths) -> Part:
@@ -161,7 +168,8 @@ def teeth(arch: Arch, widths, heights, depths) -> Part:
     count = 0
     for place, (width, height, depth) in enumerate(zip(widths, heights, depths, strict=True)):
         width = width * scale
-        local, faces, shade, gap = crown(width * 0.992, height, depth, place, arch.direction < 0)
+        local, faces, shade, gap = crown(width * SLIM, height, depth, place, arch.direction < 0)
+        local = _set(local, depth, place, arch.direction < 0)
         point, tangent, outward = arch.frame(start + width / 2)
         start += width
         centre = point - outward * depth / 2
@@ -188,6 +196,18 @@ def teeth(arch: Arch, widths, heights, depths) -> Part:
         np.concatenate(gaps),
         np.concatenate(tones),
     )
+
+
+def _set(local: np.ndarray, depth: float, place: int, upper: bool) -> np.ndarray:
+    """A crown turned and moved as it stands in its row, about the middle of its face."""
+    row = UPPER_SET if upper else LOWER_SET
+    turn_deg, out_mm = row[place] if place < len(row) else (0.0, 0.0)
+    turn = np.radians(turn_deg)
+    along, outwards = local[:, 0], local[:, 2] - depth / 2
+    placed = local.copy()
+    placed[:, 0] = along * np.cos(turn) - outwards * np.sin(turn)
+    placed[:, 2] = along * np.sin(turn) + outwards * np.cos(turn) + depth / 2 + out_mm
+    return placed
 
 
 def _fitting(arch: Arch, widths) -> float:

@@ -32,7 +32,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthUpperUp", 0.02),
         **_both("mouthStretch", 0.06),
     },
-    "kk": {"jawOpen": 0.18, **_both("mouthLowerDown", 0.06), **_both("mouthUpperUp", 0.05)},
+    "kk": {"jawOpen": 0.17, **_both("mouthLowerDown", 0.06), **_both("mouthUpperUp", 0.05)},
     "CH": {
         "jawOpen": 0.02,
         "mouthFunnel": 0.36,
@@ -53,15 +53,15 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
     },
     "RR": {"jawOpen": 0.11, "mouthFunnel": 0.28, "mouthPucker": 0.30},
     "aa": {
-        "jawOpen": 0.44,
+        "jawOpen": 0.39,
         "mouthFunnel": 0.11,
         "mouthPucker": 0.05,
-        **_both("mouthLowerDown", 0.1),
+        **_both("mouthUpperUp", 0.06),
     },
     "E": {
-        "jawOpen": 0.27,
+        "jawOpen": 0.25,
         **_both("mouthLowerDown", 0.11),
-        **_both("mouthUpperUp", 0.13),
+        **_both("mouthUpperUp", 0.17),
         **_both("mouthStretch", 0.10),
     },
     "ih": {
@@ -71,7 +71,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthStretch", 0.23),
         **_both("mouthSmile", 0.15),
     },
-    "oh": {"jawOpen": 0.21, "mouthFunnel": 0.36, "mouthPucker": 0.28},
+    "oh": {"jawOpen": 0.20, "mouthFunnel": 0.36, "mouthPucker": 0.28},
     "ou": {"jawOpen": 0.06, "mouthFunnel": 0.22, "mouthPucker": 0.72},
     "W": {"jawOpen": 0.04, "mouthPucker": 0.95},
 }
