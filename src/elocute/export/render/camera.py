@@ -91,15 +91,17 @@ def portrait(
                 f"{kind} {brief(value)}", found="unknown", allowed=", ".join(known)
             )
     yaw_deg, pitch_deg, share = VIEWS[view]
-    low, high = head.template.min(axis=0), head.template.max(axis=0)
+    high = head.template.max(axis=0)
+    skin = head.regions.get("skin", slice(None))  # clothes end lower and lie further in front
+    low, front = head.template[skin, 1].min(), head.template[skin, 2].max()
     # The bust below the chin fills the frame's foot; the crown keeps some air.
     top = high[1] + 0.02
-    chin = head.template[head.landmarks[8], 1] if len(head.landmarks) else low[1]
-    bottom = max(low[1] + 0.015, chin - 0.075)
+    chin = head.template[head.landmarks[8], 1] if len(head.landmarks) else low
+    bottom = max(low + 0.015, chin - 0.075)
     eyes = head.template[head.landmarks[36:48], 1].mean() if len(head.landmarks) else high[1]
     if framing == "face" and len(head.landmarks):
         top, bottom = eyes + FOREHEAD * (eyes - chin), chin - BELOW_CHIN * (eyes - chin)
-    target = np.array([0.0, (top + bottom) / 2, high[2] - 0.1])
+    target = np.array([0.0, (top + bottom) / 2, front - 0.1])
     if view == "mouth" and len(head.lip_rings):
         target = head.template[head.lip_rings[0]].mean(axis=0)
     height = (top - bottom) * share * MARGIN
