@@ -37,7 +37,7 @@ SHELL_TIPS_V, SHELL_FADE_MM = 0.66, (2.0, 5.0, 8.0, 11.0)
 """Where in a lock there are but tips, and over which distances from its edge a shell closes."""
 SHELL_V, SHELL_TURNS = (0.25, 0.17), 12
 """The shell takes the closed part of a lock: the middle of its height there, and half of it; how
-often it goes to and fro across it, round the head."""
+often it goes forth and back across it, round the head."""
 SIDEBURN_MM, SIDEBURN_SOFT_MM = (24.0, -116.0), (14.0, 8.0)
 """Below this height over the eyes, and before this, hair is a sideburn; how softly it begins."""
 
@@ -144,7 +144,7 @@ def shell(
     away = np.minimum(away, np.maximum(away * (2.4 * thick[used] ** 2 - 1.4), -DIVE_M))
     points = points[used] + normals[used] * away[:, None]
     index, weights = scalp.fitting.nearest(points)
-    # Strands run down, to and fro within one lock of the picture: shading needs their direction.
+    # Strands run down, back and forth within one lock of the picture: shading needs their direction.
     x, y, z = (points - points.mean(0)).T
     turn = np.arcsin(np.sin(SHELL_TURNS * np.arctan2(x, z))) / (np.pi / 2)
     down = SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()
