@@ -144,7 +144,7 @@ def shell(
     away = np.minimum(away, np.maximum(away * (2.4 * thick[used] ** 2 - 1.4), -DIVE_M))
     points = points[used] + normals[used] * away[:, None]
     index, weights = scalp.fitting.nearest(points)
-    # Strands run down, back and forth within one lock of the picture: shading needs their direction.
+    # Strands run down, back and forth within one lock of the picture: shading needs their way.
     x, y, z = (points - points.mean(0)).T
     turn = np.arcsin(np.sin(SHELL_TURNS * np.arctan2(x, z))) / (np.pi / 2)
     down = SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()
