@@ -329,7 +329,8 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     height -= bare * outside * (wide * pores + GRAIN * grain + 0.003 * noise(1, size, 0.9 * scale))
     height -= LIP_CREASE_DEPTH * masks.lip * _lip_creases(size)
     height -= CREASE_DEPTH * masks.crease
-    height += LID_CREPE * masks.lid * noise(9, size, tuple(px * scale for px in LID_CREPE_PX))
+    wide_px, high_px = LID_CREPE_PX
+    height += LID_CREPE * masks.lid * noise(9, size, (wide_px * scale, high_px * scale))
     slope_x, slope_y = ndimage.sobel(height, 1), ndimage.sobel(height, 0)
     strength = 2.2
     normal = np.stack([-slope_x * strength, slope_y * strength, np.ones_like(height)], -1)
