@@ -271,7 +271,7 @@ FRINGE = (
     Layer(0.0034, 0.0120, LOOSE, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
     Layer(0.0042, 0.0120, LOOSE + AIRY, 1.00, (0.84, 1.04), 0.16, 0.97, where="forehead"),
 )
-FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 31.5, 4.0, 0.30
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 26.5, 4.0, 0.30
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 

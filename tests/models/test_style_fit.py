@@ -53,7 +53,7 @@ def take(model: VocaModel, speech: SpeechFeatures) -> ObservedMotion:
 
 def test_a_known_mix_is_found_again(model: VocaModel, take: ObservedMotion) -> None:
     fit = fit_style(model, [take])
-    assert model.mix(fit.mix).mixed_input == pytest.approx([0.0, 0.6, 0.4], abs=0.07)
+    assert model.mix(fit.mix).mixed_input == pytest.approx([0.0, 0.6, 0.4], abs=0.05)
     assert list(fit.mix)[:2] == ["broad", "tense"]
     assert fit.error_mm < 0.01 < min(fit.styles.values())
     assert fit.seconds == pytest.approx(2.0)

@@ -15,7 +15,7 @@ from elocute.head.normals import vertex_normals
 STYLES = [style for style in HAIR if style != "none"]
 LONG = ("long", "waves")
 FACES = ("mean", "otto", "hana", "7", "23", "101")
-EYES_MOUTH_MM = (44.0, -66.0, 14.0)
+EYES_MOUTH_MM = (44.0, -66.0, 20.0)
 """Half the width of what must be free, and its heights from the eyes."""
 
 
@@ -48,7 +48,7 @@ def test_hair_lies_outside_of_the_head(style: str, who: str) -> None:
     away, nearest = KDTree(bare.template[skin]).query(hair)
     above = ((hair - bare.template[skin][nearest]) * normals[nearest]).sum(1)
     near = away < 0.03
-    assert (above[near] < -0.006).mean() < 0.015
+    assert (above[near] < -0.006).mean() < 0.01
 
 
 @pytest.mark.parametrize("style", STYLES)
