@@ -80,7 +80,7 @@ class FittedShapes:
             own = [motion.names.index(each) for each in curves]
             found[:, self.names.index(name)] = motion.weights[:, own].mean(axis=1)
         if self.silent:
-            rest = 1 - found[:, columns].sum(axis=1)
+            rest = 1 - np.take(found, columns, axis=1).sum(axis=1)
             found[:, self.names.index(self.silent)] = np.maximum(rest, 0)
         return found
 
