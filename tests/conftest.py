@@ -14,9 +14,10 @@ from types import FunctionType
 from typing import Any, ClassVar
 
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # Threads of one worker would wait for the processors that the others use, and wait in loops.
-    for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(threads, "1")
+    # Threads that wait would else turn in loops on processors that the other workers need. How many
+    # there are stays as it is: sums, and what is found by them, would change with it.
+    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 import numpy as np
 import pytest
