@@ -65,7 +65,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthStretch", 0.10),
     },
     "ih": {
-        "jawOpen": 0.11,
+        "jawOpen": 0.13,
         **_both("mouthLowerDown", 0.15),
         **_both("mouthUpperUp", 0.17),
         **_both("mouthStretch", 0.23),

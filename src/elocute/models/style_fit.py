@@ -173,8 +173,8 @@ def search(
 ) -> Float64Array:
     """(style,) on the simplex: give shares from one style to another while the loss falls.
 
-    Exchanges between two styles span all directions on the simplex, so where none helps at the
-    smallest step there is no better mix nearby. Other moves search elsewhere.
+    Exchanges between two styles span all directions on the simplex; where a style gives all it has
+    to the others, in proportion to theirs, a narrow valley is left. Other moves search elsewhere.
     """
     moves = moves or _exchanges
     mix = start.astype(np.float64)
@@ -198,6 +198,10 @@ def _exchanges(mix: Float64Array, step: float) -> list[Float64Array]:
                 other[giver] -= given
                 other[taker] += given
                 found.append(other)
+    # What a style should not have at all may belong to several others.
+    for giver in np.flatnonzero((mix > 1e-9) & (mix < 1)):
+        without = mix * (np.arange(len(mix)) != giver)
+        found.append(without / without.sum())
     return found
 
 
