@@ -8,12 +8,8 @@ RAYS = 96
 REACH_M = 0.12
 BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like holes
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
-LINING, THROAT, TONGUE, LINING_M = (
-    0.52,
-    0.06,
-    0.22,
-    0.052,
-)  # and itself: dark red from the side, no black gap
+# And the mouth itself: dark red from the side, no black gap; how deep it lies where it is darkest.
+LINING, THROAT, TONGUE, LINING_M = 0.52, 0.06, 0.22, 0.052
 BACK_TEETH = 0.30  # what light reaches the last of them
 LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+LOWER_M, LOWER_TIP_M, BACK_M, LONGER_M = 0.0045, 0.0040, 0.003, 0.006
+"""How far the root lies lower than MakeHuman's, and the tip more than that; how far the root goes
+back, and how much longer the whole is."""
 SUNK_M = 0.0030
 """How far the back of the tongue lies lower than MakeHuman's."""
 DOME_M, GROOVE_M, GROOVE_WIDTH_M = 0.0028, 0.0010, 0.0025
@@ -30,5 +33,5 @@ def resting(points: np.ndarray) -> np.ndarray:
     dome = DOME_M * (1 - (x / edge) ** 2) - groove
     sunk = SUNK_M * (1 - tip) ** 0.5
     fades = np.clip((1 - tip) / 0.06, 0, 1)
-    down = -0.0045 - 0.0040 * tip - sunk + upper * fades * dome
-    return np.stack([-NARROWER * x * tip**2, down, -0.003 + 0.006 * tip], 1)
+    down = -LOWER_M - LOWER_TIP_M * tip - sunk + upper * fades * dome
+    return np.stack([-NARROWER * x * tip**2, down, -BACK_M + LONGER_M * tip], 1)

@@ -77,7 +77,7 @@ EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.55
 short ones of the length; and how many of them there are."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
 """Temples: before the first, below the second height, and how deep behind the hairline."""
-FRINGE_MM, FRINGE_DEEP_MM = (42.0, 40.0), (7.0, 22.0)
+FOREHEAD_MM, FOREHEAD_DEEP_MM = (42.0, 40.0), (7.0, 22.0)
 """A fringe grows this far aside at most, this high over the eyes, and between these depths."""
 HAIRLINE_DEEP_MM = 17.0
 """How deep fine hair is laid over the hairline."""
@@ -232,8 +232,8 @@ def _layer(scalp: Scalp, groom: Groom, layer: Layer, rng: np.random.Generator) -
         roots = roots[_beside_the_face(roots.places) & (roots.depth < TEMPLE_DEEP_MM)]
     if layer.where == "forehead":
         x, y, _ = roots.places.T
-        deep = (roots.depth > FRINGE_DEEP_MM[0]) & (roots.depth < FRINGE_DEEP_MM[1])
-        roots = roots[deep & (np.abs(x) < FRINGE_MM[0]) & (y > FRINGE_MM[1])]
+        deep = (roots.depth > FOREHEAD_DEEP_MM[0]) & (roots.depth < FOREHEAD_DEEP_MM[1])
+        roots = roots[deep & (np.abs(x) < FOREHEAD_MM[0]) & (y > FOREHEAD_MM[1])]
     length = groom.length_m(roots.places)
     roots, length = roots[length > 0.003], length[length > 0.003]
     if layer.where == "hairline":
