@@ -30,6 +30,8 @@ UPPER_HELPER = slice(15060, 15128)
 LOWER_HELPER = slice(14992, 15060)
 EYE_SHELL_LEFT, EYE_SHELL_RIGHT = slice(0, 256), slice(532, 788)
 """Outer shells in MakeHuman's high-poly eyes."""
+OVERBITE_MM = 1.3
+"""How far the upper incisors reach over the lower ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +152,7 @@ def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
     helper = body[UPPER_HELPER] * 1000
     front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 3.1
     upper = teeth.Arch(29.0, front, front - 46.0, biting, direction=-1)
-    lower = teeth.Arch(26.0, front - 2.9, front - 46.5, biting - 0.3, direction=1)
+    lower = teeth.Arch(26.0, front - 2.9, front - 46.5, biting + OVERBITE_MM, direction=1)
     return {
         "teeth_upper": teeth.teeth(
             upper, teeth.UPPER_WIDTHS_MM, teeth.UPPER_HEIGHTS_MM, teeth.UPPER_DEPTHS_MM

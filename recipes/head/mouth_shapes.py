@@ -39,7 +39,7 @@ PUCKER = Aperture(
     hole=0.62,
     pinch=1.0,
 )
-BARED_M, BARED_REACH, BARED_BESIDE = np.array([0.0, -0.0055, 0.0006]), (0.0215, 0.5), 1.6
+BARED_M, BARED_REACH, BARED_BESIDE = np.array([0.0, -0.0025, 0.0003]), (0.0215, 0.5), 1.6
 """How far a jaw that is wide open draws the lower lip off the teeth (see `reach`), and how much
 more beside the middle, so that its edge is a bow and no point."""
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)

@@ -20,7 +20,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
     "PP": {"jawOpen": 0.06, "mouthClose": 0.06, **_both("mouthPress", 0.5)},
     "FF": {**LABIODENTAL, **_both("mouthUpperUp", INCISORS)},
     "TH": {
-        "jawOpen": 0.11,
+        "jawOpen": 0.115,
         "tongueDental": 1.0,
         **_both("mouthLowerDown", 0.18),
         **_both("mouthUpperUp", 0.08),
@@ -32,7 +32,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthUpperUp", 0.02),
         **_both("mouthStretch", 0.06),
     },
-    "kk": {"jawOpen": 0.15, **_both("mouthLowerDown", 0.06), **_both("mouthUpperUp", 0.05)},
+    "kk": {"jawOpen": 0.16, **_both("mouthLowerDown", 0.06), **_both("mouthUpperUp", 0.05)},
     "CH": {
         "jawOpen": 0.02,
         "mouthFunnel": 0.36,
@@ -53,13 +53,13 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
     },
     "RR": {"jawOpen": 0.095, "mouthFunnel": 0.28, "mouthPucker": 0.30},
     "aa": {
-        "jawOpen": 0.39,
+        "jawOpen": 0.40,
         "mouthFunnel": 0.11,
         "mouthPucker": 0.05,
         **_both("mouthUpperUp", 0.06),
     },
     "E": {
-        "jawOpen": 0.22,
+        "jawOpen": 0.235,
         **_both("mouthLowerDown", 0.11),
         **_both("mouthUpperUp", 0.14),
         **_both("mouthStretch", 0.10),
@@ -71,7 +71,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthStretch", 0.23),
         **_both("mouthSmile", 0.15),
     },
-    "oh": {"jawOpen": 0.18, "mouthFunnel": 0.36, "mouthPucker": 0.28},
+    "oh": {"jawOpen": 0.185, "mouthFunnel": 0.36, "mouthPucker": 0.28},
     "ou": {"jawOpen": 0.06, "mouthFunnel": 0.22, "mouthPucker": 0.72},
     "W": {"jawOpen": 0.04, "mouthPucker": 0.95},
 }
