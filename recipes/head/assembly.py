@@ -30,7 +30,7 @@ UPPER_HELPER = slice(15060, 15128)
 LOWER_HELPER = slice(14992, 15060)
 EYE_SHELL_LEFT, EYE_SHELL_RIGHT = slice(0, 256), slice(532, 788)
 """Outer shells in MakeHuman's high-poly eyes."""
-OVERBITE_MM = 1.3
+OVERBITE_MM = 0.1
 """How far the upper incisors reach over the lower ones."""
 
 

@@ -39,11 +39,8 @@ PUCKER = Aperture(
     hole=0.62,
     pinch=1.0,
 )
-BARED_M, BARED_REACH, BARED_BESIDE = np.array([0.0, -0.0025, 0.0003]), (0.0215, 0.5), 1.6
-"""How far a jaw that is wide open draws the lower lip off the teeth (see `reach`), and how much
-more beside the middle, so that its edge is a bow and no point."""
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
-"""How far the back of the tongue sinks then; where along it, and how wide."""
+"""How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""
 BELOW_M, BESIDE_M = 0.008, 0.016
 """Depth under the line of the lips from which what pulls the lower lip down is whole, and the
 distance beside the corners from which it is nothing."""
@@ -112,24 +109,12 @@ def mouth_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 
 
 def _jaw_open(face: NeutralFace) -> np.ndarray:
-    """The jaw falls; the lower lip falls further and bares the lower teeth, the back of the tongue
-    sinks and leaves the throat open. The corners of the mouth only follow the jaw."""
+    """The jaw falls, the back of the tongue sinks and leaves the throat open."""
     moved = face.jaw(open_deg=OPEN_DEG)
-    moved[face.skin_slice] += _bared(face)
     where = face.assembly.slices["tongue"]
     back = (along(face.vertices[where]) - TONGUE_SINKS_AT[0]) / TONGUE_SINKS_AT[1]
     moved[where, 1] -= TONGUE_SINKS_M * np.exp(-(back**2))
     return moved
-
-
-def _bared(face: NeutralFace) -> np.ndarray:
-    """The lower lip down and a little forward, round at the sides."""
-    lower = np.arange(CORNERS[0] + 1, CORNERS[1])
-    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    beside = (face.lips.rest[face.lips.rings[CONTACT_RING], 0] / BARED_REACH[0]) ** 2
-    share = reach(face.lips, *BARED_REACH) * (1 + BARED_BESIDE * beside)
-    moves[:, lower] = share[lower][:, None] * BARED_M
-    return face.lips.field(moves)
 
 
 def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:

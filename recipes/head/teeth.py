@@ -24,7 +24,7 @@ LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
 SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.55, 1.15), (0.95, 1.55), (1.45, 1.95), (1.25, 1.35), (1.00, 1.05))
+CORNERS_MM = ((0.55, 1.15), (0.95, 1.55), (1.10, 1.55), (1.25, 1.35), (1.00, 1.05))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
@@ -42,16 +42,16 @@ SQUARENESS = 2.2
 TONES = (
     (1.00, 1.00, 1.00),
     (0.985, 0.98, 0.965),
-    (0.955, 0.93, 0.875),
+    (0.975, 0.955, 0.92),
     (0.98, 0.965, 0.935),
     (0.96, 0.945, 0.915),
     (0.97, 0.95, 0.92),
     (0.96, 0.94, 0.90),
 )
 """What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
-SHORT_MM = (0.0, 0.8, 0.05, 0.75, 1.0, 1.3, 1.5)
+SHORT_MM = (0.0, 0.7, 0.35, 0.75, 1.0, 1.3, 1.5)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
-SLIM = 0.975
+SLIM = 0.987
 """Share of its place in the arch that a crown fills: the rest is the dark between two."""
 UPPER_SET = ((-1.5, 0.0), (7.0, -0.45), (-4.0, 0.40), (0.0, 0.1))
 LOWER_SET = ((3.0, -0.12), (-4.0, 0.15), (2.0, 0.2))
