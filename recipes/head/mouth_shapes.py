@@ -57,7 +57,7 @@ SMILING = {
 APPLE = (
     Pull((34, -28), (-0.6, 2.0, 3.0), (13, 11)),
     Pull((37, -40), (0.8, 3.6, 4.6), (12, 11)),
-    Fold(((17, -39), (23, -46), (31, -54), (36, -61)), 1.9, 2.0, 3.4),
+    Fold(((17, -39), (23, -46), (31, -54), (36, -61)), 1.2, 1.1, 3.6),
     Pull((33, -66), (-0.4, 0, -1.1), (4, 5)),
 )
 """What a smile has more: the cheek's apple, the fold from the nose's wing round the corner, and a
