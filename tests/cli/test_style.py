@@ -57,7 +57,10 @@ def test_clips_and_motions_are_one_speaker(cli: Cli, versed: Any, words: Path, t
     record = json.loads(cli("style", "fit", clip, *options).stdout)
     assert record["best_style"] == "tense" and record["seconds"] == 1.5
     assert set(record["styles_mm"]) == {"plain", "broad", "tense"}
-    assert record["error_mm"] <= min(record["styles_mm"].values()) + 0.01
+    # What the fit counts is not millimetres alone (models/style_fit.py): they may rise a little.
+    nearest, *others = sorted(record["styles_mm"].values())
+    assert record["error_mm"] < 1.1 * nearest < others[0]
+    assert next(iter(record["mix"])) == "tense"
     assert sum(record["mix"].values()) == pytest.approx(1, abs=1e-5)
     both = json.loads(cli("style", "fit", clip, talk, "--sound", words, *options).stdout)
     assert both["best_style"] == "tense" and both["seconds"] == 4.5
