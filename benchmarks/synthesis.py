@@ -1,7 +1,6 @@
 """Speed, memory and size of the way from sound to motion and out.
 
-    python -m benchmarks.synthesis            # everything but rendering
-    python -m benchmarks.synthesis --render   # frames per second too
+    python -m benchmarks.synthesis
 
 Process CPU seconds on one thread, medians; the matrix-product floor is measured in the same run.
 """
@@ -136,34 +135,12 @@ def memory() -> None:
         row("one hour, peak memory", peak, "GB", "< 1")
 
 
-def rendering() -> None:
-    from elocute.animation import animate
-    from elocute.export.render import open_renderer
-
-    motion = animate(EXAMPLE, fps=30).motion
-    for backend in ("moderngl", "embreex"):
-        for size in ((800, 800), (1920, 1080)):
-            frames = motion.vertices(60, 120 if backend == "moderngl" else 64)
-            with open_renderer(motion.head, size, backend=backend) as renderer:
-                renderer.frame(frames[0])
-                begun = time.perf_counter()
-                for points in frames:
-                    renderer.frame(points)
-                rate = len(frames) / (time.perf_counter() - begun)
-            target = ">= 10" if (backend, size[0]) == ("moderngl", 800) else ""
-            row(f"{backend} {size[0]}x{size[1]}", rate, "frames/s", target)
-
-
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--render", action="store_true", help="measure the renderers as well")
-    arguments = parser.parse_args()
+    parser.parse_args()
     print("| what | measured | target |\n|---|---|---|")
     start_up()
     synthesis()
     expansion()
     writing()
     memory()
-    if arguments.render:
-        os.environ.pop("OMP_NUM_THREADS", None)
-        rendering()

@@ -17,8 +17,12 @@ from recipes.looks.over_ears import over_ears, without_ears
 from recipes.looks.ribbons import together
 from recipes.looks.roots import roots
 from recipes.looks.scalp import Scalp
+from recipes.looks.seen import without_hidden
 from recipes.looks.surface import Skin
 from recipes.looks.tied import knot, tail
+
+DEEP = (*grooms.FALLING, "ponytail", "bun")
+"""Styles whose locks lie on many others."""
 
 
 def bake(face: NeutralFace, canvas: Canvas, assets: Path) -> None:
@@ -32,10 +36,12 @@ def bake(face: NeutralFace, canvas: Canvas, assets: Path) -> None:
 def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path) -> None:
     """All styles, three pictures for them, and the shade of their roots on the skin."""
     scalp = Scalp(fitting, canvas.millimetres[: len(fitting.skin)])
+    lanes = strand_lanes.picture()
     for name, cards in styles(scalp).items():
+        if name in DEEP:
+            cards = without_hidden(cards, lanes, scalp.skin)
         write_hair(folder, fitting, name, cards)
         print(f"{name}: {len(cards.points)} vertices")
-    lanes = strand_lanes.picture()
     save(folder / "strands.webp", lanes, 78)
     save(folder / "curls.webp", curls.curl_picture(), 78)
     save(folder / "buzz.webp", curls.buzz_picture(lanes), 78)
