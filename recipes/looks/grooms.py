@@ -154,7 +154,7 @@ FRAMING_WAVE_M = 0.003
 """They wave at least so far: straight ones are wires."""
 GATHER = 0.5
 """How fast hair comes together on the back."""
-OFF_CLOTH_MM, WAVE_M = 7.0, 0.100
+OFF_CLOTH_MM, WAVE_M = 9.0, 0.100
 FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 

@@ -102,8 +102,8 @@ def _gather(faces: FloatArray, triangles: NDArray[np.integer], count: int) -> ND
 
 
 def _unit(sums: NDArray[np.float64]) -> FloatArray:
-    lengths = np.sqrt((sums * sums).sum(axis=1, keepdims=True))
-    return (sums / np.maximum(lengths, 1e-20)).astype(np.float32)
+    lengths = np.sqrt(np.einsum("vc,vc->v", sums, sums))
+    return (sums / np.maximum(lengths, 1e-20)[:, None]).astype(np.float32)
 
 
 def linear_colors(head: HeadModel) -> FloatArray:

@@ -122,6 +122,11 @@ def blended(
     (..., vertex, 3)
         Metres.
     """
-    mixed = np.einsum("vj,...jab->...vab", weights, rotations)
-    moved = np.einsum("...vab,...vb->...va", mixed, vertices)
-    return moved + np.einsum("vj,...ja->...va", weights, translations)
+    # Columns of the rotations and the shift side by side: one product mixes them all.
+    columns = np.concatenate([np.swapaxes(rotations, -1, -2), translations[..., None, :]], axis=-2)
+    mixed = weights @ columns.reshape(*columns.shape[:-2], 12)
+    mixed = mixed.reshape(*mixed.shape[:-1], 4, 3)
+    moved = mixed[..., 3, :]
+    for axis in range(3):
+        moved = moved + mixed[..., axis, :] * vertices[..., axis, None]
+    return moved

@@ -82,15 +82,7 @@ class GlRenderer:
         cards = [part for part in parts.parts if not part.solid]
         solid = [part for part in parts.parts if part.solid]
         self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
-        self._covers = [
-            (
-                self.array(
-                    self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, stage.rig)), part
-                ),
-                part,
-            )
-            for part in cards
-        ]
+        self._covers = [(self._cover(part, head, camera), part) for part in cards]
         fringed = [part for part in cards if part.surface.opacity == "blend"]
         self._fringes = [(self._drawing(part, fringe=True), part) for part in fringed]
         scale = stage.profile.oversampling
@@ -98,9 +90,10 @@ class GlRenderer:
         self._texture = self._gl.texture(large, 4)
         self._drawn = self._gl.framebuffer([self._texture], self._gl.depth_renderbuffer(large))
         self._finished = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
-        self._finish = self.overlay(gl_shaders.finishing(stage))
-        if "step_size" in self._finish.program:
-            self._finish.program["step_size"].value = (1 / large[0], 1 / large[1])
+        self._finish = self.overlay(gl_shaders.finishing(stage), gl_shaders.TURNED_OVERLAY)
+        for name, value in (("step_size", (1 / large[0], 1 / large[1])), ("high", size[1])):
+            if name in self._finish.program:
+                self._finish.program[name].value = value
         if stage.backdrop is not None:
             self._backdrop = self._gl.texture(size, 3, stage.backdrop_for(size)[::-1].tobytes())
         self._empty = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
@@ -119,16 +112,16 @@ class GlRenderer:
                 program[name].value = unit
         return program
 
-    def overlay(self, fragment: str) -> Any:
+    def overlay(self, fragment: str, vertex: str = gl_shaders.OVERLAY) -> Any:
         """One triangle over the whole target."""
-        program = self.program(gl_shaders.OVERLAY, fragment)
+        program = self.program(vertex, fragment)
         corners = np.array([-1, -1, 3, -1, -1, 3], np.float32)
         return self._gl.vertex_array(
             program, [(self._gl.buffer(corners.tobytes()), "2f", "corner")]
         )
 
-    def array(self, program: Any, part: Part) -> Any:
-        """The faces of a part, as a program takes them."""
+    def array(self, program: Any, part: Part, indices: Any = None) -> Any:
+        """The faces of a part, as a program takes them; in an order of their own if one is given."""
         moving, fixed = ["3f", "3f"], ["2f", "3f", "1f", "3f"]
         places = (("position", "normal"), ("texcoord", "color", "occlusion", "strand"))
         buffers = []
@@ -146,7 +139,7 @@ class GlRenderer:
         if "fold_strengths" in program:
             buffers.append((self._zones, "4f1 4f1 4f1 4f1", *(f"folds_{k}" for k in range(4))))
             self._folding.append(program)
-        return self._gl.vertex_array(program, buffers, self._indices[part.name])
+        return self._gl.vertex_array(program, buffers, indices or self._indices[part.name])
 
     def bind(self, part: Part) -> None:
         """Make a part's images those that are sampled."""
@@ -172,6 +165,14 @@ class GlRenderer:
     def _drawing(self, part: Part, *, fringe: bool = False) -> Any:
         source = gl_shaders.surface(part, self._stage.rig, fringe=fringe)
         return self.array(self.program(gl_shaders.vertex(part), source), part)
+
+    def _cover(self, part: Part, head: HeadModel, camera: Camera) -> Any:
+        """Where cards are solid. What is near at rest comes first: it spares what lies behind."""
+        middles = head.template[self._parts.source[part.triangles]].mean(axis=1)
+        away = np.linalg.norm(middles - camera.position, axis=1)
+        nearest = np.ascontiguousarray(part.triangles[np.argsort(away, kind="stable")])
+        program = self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, self._stage.rig))
+        return self.array(program, part, self._gl.buffer(nearest.tobytes()))
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(height, width, 3 or 4) picture of vertices (vertex, 3) m."""
@@ -218,9 +219,9 @@ class GlRenderer:
         self._lay(self._finished)
         self._finished.scissor = None
         channels = 4 if self._stage.transparent else 3
-        raw = self._finished.read(components=4, alignment=1)
-        picture = np.frombuffer(raw, np.uint8).reshape(self._size[1], self._size[0], 4)
-        return np.ascontiguousarray(picture[::-1, :, :channels])
+        picture = np.empty((self._size[1], self._size[0], channels), np.uint8)
+        self._finished.read_into(picture, components=channels, alignment=1)
+        return picture
 
     def _lay(self, target: Any) -> None:
         """Smooth what was drawn and lay the ground behind it."""
@@ -231,15 +232,17 @@ class GlRenderer:
         self._finish.render()
 
     def _seen(self, points: NDArray[np.float32]) -> tuple[int, int, int, int]:
-        """Where in the picture the head is: left, bottom, width and height in pixels."""
-        clip = points @ self._projection[:3, :3].T + self._projection[:3, 3]
-        clip = clip[:, :2] / (points @ self._projection[3, :3] + self._projection[3, 3])[:, None]
-        size = np.array(self._size)
-        low = np.floor((clip.min(axis=0) * 0.5 + 0.5) * size) - 8
-        high = np.ceil((clip.max(axis=0) * 0.5 + 0.5) * size) + 8
-        left, bottom = (int(side) for side in np.clip(low, 0, size))
-        right, top = (int(side) for side in np.clip(high, 0, size))
-        return left, bottom, right - left, top - bottom
+        """Where in the picture the box round the head is: left, top, width and height in pixels."""
+        columns = np.ascontiguousarray(points.T)  # short rows are slow to reduce
+        ends = zip(columns.min(axis=1), columns.max(axis=1), strict=True)
+        corners = np.stack(np.meshgrid(*ends), axis=-1).reshape(-1, 3)
+        clip = np.pad(corners, ((0, 0), (0, 1)), constant_values=1) @ self._projection.T
+        if (clip[:, 3] <= 0).any():  # a corner beside the camera
+            return 0, 0, *self._size
+        places = (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * self._size
+        first = np.clip(np.floor(places.min(axis=0)) - 8, 0, self._size).astype(int)
+        last = np.clip(np.ceil(places.max(axis=0)) + 8, 0, self._size).astype(int)
+        return int(first[0]), int(first[1]), int(last[0] - first[0]), int(last[1] - first[1])
 
     def _sides(self, part: Part) -> None:
         """The far side of what is closed need not be drawn."""

@@ -73,6 +73,13 @@ OVERLAY = """#version 330
 in vec2 corner; out vec2 at;
 void main() { gl_Position = vec4(corner, 0.0, 1.0); at = corner * 0.5 + 0.5; }
 """
+# Pictures are read from their upper row on, targets from their lowest.
+TURNED_OVERLAY = """#version 330
+in vec2 corner; out vec2 at;
+void main() {
+    gl_Position = vec4(corner, 0.0, 1.0); at = vec2(corner.x, -corner.y) * 0.5 + 0.5;
+}
+"""
 _SURFACE = """#version 330
 uniform vec3 eye; uniform float exposure;
 uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
@@ -185,20 +192,22 @@ def blur(taps: list[tuple[float, float]], step: tuple[float, float]) -> str:
 
 
 _FINISHING = """#version 330
-uniform sampler2D drawn; uniform sampler2D backdrop; uniform vec2 step_size;
+uniform sampler2D drawn; uniform sampler2D backdrop; uniform vec2 step_size; uniform float high;
 in vec2 at; out vec4 pixel;
+vec2 spot;
 SHADING
 float noise(vec2 place) {
     return fract(52.9829189 * fract(dot(place, vec2(0.06711056, 0.00583715)))) - 0.5;
 }
 SMOOTHED
 void main() {
+    spot = vec2(gl_FragCoord.x, high - gl_FragCoord.y);
     vec4 head = smoothed();
     GROUND
 }
 """
 _OPAQUE = """
-    vec3 color = head.rgb + noise(gl_FragCoord.xy) / 255.0;
+    vec3 color = head.rgb + noise(spot) / 255.0;
     if (head.a < 1.0) color += (1.0 - head.a) * BEHIND;
     pixel = vec4(color, 1.0);
 """
@@ -212,7 +221,7 @@ vec4 smoothed() { return texture(drawn, at); }
 _EDGES = """
 float luma(vec4 c) { return dot(c.rgb, vec3(0.30, 0.59, 0.11)) + (1.0 - c.a) * 0.35; }
 vec4 smoothed() {
-    ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(drawn, 0) - 1;
+    ivec2 here = ivec2(spot), last = textureSize(drawn, 0) - 1;
     ivec2 low = max(here - 1, ivec2(0)), high = min(here + 1, last);
     vec4 middle = texelFetch(drawn, here, 0);
     float m = luma(middle);

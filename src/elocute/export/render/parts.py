@@ -169,13 +169,13 @@ class Parts:
         normals = vertex_normals(points, self._head.triangles)
         if len(self._hair):
             # Cards look crumpled by their own normals: half of a ball's smooths them.
-            away = points[self._hair] - points[self._hair].mean(axis=0)
-            away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
-            own = normals[self._hair]
-            own = own * np.where((own * away).sum(axis=1, keepdims=True) < 0, -1, 1)
-            both = 0.4 * own + 0.6 * away
-            normals[self._hair] = both / np.linalg.norm(both, axis=1, keepdims=True)
-        return np.concatenate([points, normals], axis=1).astype(np.float32)[self.source]
+            places, own = (np.take(each, self._hair, axis=0) for each in (points, normals))
+            away = places - np.full(len(places), 1 / len(places), places.dtype) @ places
+            away *= 0.6 / np.maximum(np.sqrt(_dots(away, away)), 1e-9)[:, None]
+            both = away + own * np.where(_dots(own, away) < 0, -0.4, 0.4)[:, None]
+            normals[self._hair] = both / np.sqrt(_dots(both, both))[:, None]
+        moved = np.concatenate([points, normals], axis=1).astype(np.float32, copy=False)
+        return np.take(moved, self.source, axis=0)
 
     def fold_strengths(self, points: FloatArray) -> Float32Array:
         """(zone,) how strong the folds are on vertices (vertex, 3) m."""
@@ -207,6 +207,11 @@ class Parts:
         """The factor of light before the tone curve: darker skin is exposed for longer."""
         factor = (EXPOSED_AS / max(self.skin_color, 1e-3)) ** EXPOSURE_POWER
         return rig.exposure * float(np.clip(factor, *EXPOSURE_RANGE))
+
+
+def _dots(one: FloatArray, other: FloatArray) -> FloatArray:
+    """(n,) products of rows (n, 3)."""
+    return np.einsum("nc,nc->n", one, other)
 
 
 def _part(head: HeadModel, name: str, triangles: NDArray[np.int32], side_max: int) -> Part:
