@@ -82,7 +82,15 @@ class GlRenderer:
         cards = [part for part in parts.parts if not part.solid]
         solid = [part for part in parts.parts if part.solid]
         self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
-        self._covers = [(self._cover(part, head, camera), part) for part in cards]
+        self._covers = [
+            (
+                self.array(
+                    self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, stage.rig)), part
+                ),
+                part,
+            )
+            for part in cards
+        ]
         fringed = [part for part in cards if part.surface.opacity == "blend"]
         self._fringes = [(self._drawing(part, fringe=True), part) for part in fringed]
         scale = stage.profile.oversampling
@@ -120,8 +128,8 @@ class GlRenderer:
             program, [(self._gl.buffer(corners.tobytes()), "2f", "corner")]
         )
 
-    def array(self, program: Any, part: Part, indices: Any = None) -> Any:
-        """The faces of a part, as a program takes them; in an order of their own if one is given."""
+    def array(self, program: Any, part: Part) -> Any:
+        """The faces of a part, as a program takes them."""
         moving, fixed = ["3f", "3f"], ["2f", "3f", "1f", "3f"]
         places = (("position", "normal"), ("texcoord", "color", "occlusion", "strand"))
         buffers = []
@@ -139,7 +147,7 @@ class GlRenderer:
         if "fold_strengths" in program:
             buffers.append((self._zones, "4f1 4f1 4f1 4f1", *(f"folds_{k}" for k in range(4))))
             self._folding.append(program)
-        return self._gl.vertex_array(program, buffers, indices or self._indices[part.name])
+        return self._gl.vertex_array(program, buffers, self._indices[part.name])
 
     def bind(self, part: Part) -> None:
         """Make a part's images those that are sampled."""
@@ -165,14 +173,6 @@ class GlRenderer:
     def _drawing(self, part: Part, *, fringe: bool = False) -> Any:
         source = gl_shaders.surface(part, self._stage.rig, fringe=fringe)
         return self.array(self.program(gl_shaders.vertex(part), source), part)
-
-    def _cover(self, part: Part, head: HeadModel, camera: Camera) -> Any:
-        """Where cards are solid. What is near at rest comes first: it spares what lies behind."""
-        middles = head.template[self._parts.source[part.triangles]].mean(axis=1)
-        away = np.linalg.norm(middles - camera.position, axis=1)
-        nearest = np.ascontiguousarray(part.triangles[np.argsort(away, kind="stable")])
-        program = self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, self._stage.rig))
-        return self.array(program, part, self._gl.buffer(nearest.tobytes()))
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(height, width, 3 or 4) picture of vertices (vertex, 3) m."""
