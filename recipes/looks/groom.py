@@ -72,9 +72,12 @@ EDGE_LANES = ((3.5, AIRY), (8.0, LOOSE), (13.0, FULL))
 """Up to which depths behind the hairline, mm, locks are no closer than these."""
 EDGE_UNEVEN_MM = 2.5
 """How far those depths differ from ribbon to ribbon: a hairline is no line."""
-EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.45, 0.55
+EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.30, 0.55
 """How deep the hairline is; what short and long ribbons at it have of the width of others, and
 short ones of the length; and how many of them there are."""
+FADE_MM, FADE_BELOW_MM = 30.0, 30.0
+"""How deep behind the hairline short hair comes to its length at the sides and the neck, and the
+height over the eyes below which it does."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
 """Temples: before the first, below the second height, and how deep behind the hairline."""
 FOREHEAD_MM, FOREHEAD_DEEP_MM = (42.0, 40.0), (7.0, 22.0)
@@ -268,7 +271,8 @@ def _grown(
     length = np.minimum(groom.length_m(places), most) * rng.uniform(*layer.length, count)
     within_edge = _within(roots.depth)
     short = (length < SHORT_M) | (layer.where == "hairline")
-    length *= np.where(short, EDGE_LENGTH + (1 - EDGE_LENGTH) * within_edge, 0.7 + 0.3 * thick)
+    cut = np.clip(roots.depth / np.where(places[:, 1] < FADE_BELOW_MM, FADE_MM, EDGE_MM), 0, 1)
+    length *= np.where(short, EDGE_LENGTH + (1 - EDGE_LENGTH) * cut, 0.7 + 0.3 * thick)
     height = groom.volume_m(places) * layer.height * (0.4 + 0.6 * thick)
     height *= rng.uniform(*(AIRY_HEIGHT if layer.lanes == AIRY else UNEVEN_HEIGHT), count)
     paths, normals = _combed(scalp, groom, start, length, height, layer.stray, steps, rng)

@@ -45,7 +45,7 @@ LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
-LID_OF_SKIN = {"light": (0.91, 0.805, 0.80), "dark": (0.73, 0.67, 0.65)}
+LID_OF_SKIN = {"light": (0.92, 0.83, 0.825), "dark": (0.73, 0.67, 0.65)}
 NEAR_LID_OF_SKIN = (0.955, 0.905, 0.905)
 """Lids are thin and redder than the skin round them, which comes to their colour by and by."""
 LID_GRAIN, STRETCHED_GRAIN = 0.2, 0.05
