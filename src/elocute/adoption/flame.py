@@ -19,7 +19,9 @@ from elocute.head.model import HeadModel
 JAW = JOINT_NAMES.index("jaw")
 JAW_DEG = np.arange(0.0, 41.0)
 """Angles that the jaw joint is tried at."""
-MOVED = 0.2  # share of the furthest movement from which a vertex tells how far a jaw is open
+MOVED = 0.8
+"""Share of the furthest movement from which a vertex tells how far a jaw is open: the chin and the
+lower lip. The corners of the mouth move on their own as well."""
 
 
 def with_flame_landmarks(head: HeadModel) -> HeadModel:

@@ -20,6 +20,7 @@ from elocute.capture.scans.landmarks import Landmarks, no_landmarks, write_landm
 from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.capture.scans.scan_file import write_scan
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
+from elocute.errors import CaptureError
 from elocute.head.mesh import read_mesh
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
@@ -221,16 +222,17 @@ def test_a_face_cut_out_is_found_without_landmarks_or_told_lost(head: HeadModel,
         pytest.xfail(f"{apart:.1f} mm off and not told as lost; 6 is wanted")
 
 
-@pytest.fixture
-def misplaced(
+@pytest.mark.parametrize("place", range(3))
+@pytest.mark.parametrize("frame", range(3))
+def test_a_face_laid_over_a_wrong_place_is_lost(
     head: HeadModel,
     stage: ScanSimulator,
     scans: list[Scan],
     monkeypatch: pytest.MonkeyPatch,
     frame: int,
     place: int,
-) -> Registration:
-    """A scan's registration where the right place is withheld."""
+) -> None:
+    """Free to bend, the head lies close to nearly anything, but is then no face that it knows."""
 
     def elsewhere(*about: Any) -> list[HeadPose]:
         poses = initial_poses(*about)
@@ -239,25 +241,15 @@ def misplaced(
         return wrong[place : place + 1]
 
     monkeypatch.setattr(register, "initial_poses", elsewhere)
-    found = register_neutral(head, scans[frame], no_landmarks())[1]
+    try:
+        found = register_neutral(head, scans[frame], no_landmarks())[1]
+    except CaptureError as error:
+        assert "no head" in str(error)
+        return
     assert apart_mm(found.vertices, stage.truth(frame).posed, head.landmarks) > 50
-    return found
-
-
-@pytest.mark.parametrize(("frame", "place"), [(0, 0), (0, 2), (1, 0), (2, 0)])
-def test_a_face_laid_over_the_wrong_place_is_lost(misplaced: Registration, frame: int) -> None:
-    """Free to bend, the head lies close to nearly anything. Which places it lies close to depends
-    on where the scanner's points happen to be: these are such."""
-    assert misplaced.surface.median < 0.4
-    assert misplaced.surface.strange > register.LOST_STRANGE_MM and misplaced.lost
-    if frame > 0:  # nothing but its strangeness tells that this place is wrong
-        assert misplaced.surface.face_median < misplaced.surface.limit
-        assert "from any that the model knows" in misplaced.lost
-
-
-@pytest.mark.parametrize(("frame", "place"), [(0, 1), (1, 1), (1, 2), (2, 1), (2, 2)])
-def test_any_other_wrong_place_is_lost(misplaced: Registration) -> None:
-    assert misplaced.lost
+    assert found.lost
+    if found.surface.face_median < found.surface.limit:
+        assert found.surface.strange > register.LOST_STRANGE_MM
 
 
 def test_a_face_that_nobody_has_is_lost_sooner(found: tuple[Template, Registration]):
