@@ -85,9 +85,10 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0004, 0.0026, 0.04
-"""How far the lower lip covers the incisors' edges in f, how far the upper one rises, and the jaw's
-opening that this is made for."""
+BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = -0.0003, 0.0023, 0.04
+"""How far the lower lip covers the incisors' edges in f (it stays below them, as teeth of random
+faces lie up to a millimetre lower), how far the upper one rises, and the jaw's opening that this is
+made for."""
 ROLLED, ROLLED_REACH, LIFTED_REACH = (0.40, 0.45), (0.0235, 0.6), (0.0185, 1.8)
 """What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
 in and the upper one lifted; see `reach`."""
@@ -95,7 +96,7 @@ BITTEN_REACH = (0.0170, 0.8)
 """How far to the sides the lower lip lies under the teeth, not under the upper lip."""
 BUNCHED_CHIN = (Pull((0, -88), (0, 2.6, 1.8), (15, 8)), Pull((0, -78), (0, 0.8, -0.8), (14, 4)))
 """The chin lifts the lip."""
-PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.8, 0.0006, 0.0025
+PRESS_RINGS, PRESS_M, PRESS_MORE_M = 2.0, 0.0003, 0.0019
 """Pressed lips: rings rolled in, overlap at the corners, and what the middle has more, so that p
 closes on a neighbour's round hole."""
 
@@ -260,7 +261,7 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     middle_vertex = lips.rings[CONTACT_RING, 19]
     drop = LABIODENTAL_JAW * _jaw_open(face)[face.skin_slice][middle_vertex]
     contact = face.skin[middle_vertex] + drop
-    goal = np.array([0, edge + BITE_M - contact[1], front - 0.0008 - contact[2]])
+    goal = np.array([0, edge + BITE_M - contact[1], front + 0.0002 - contact[2]])
     bitten = reach(lips, *BITTEN_REACH)[lower][:, None]
     moves[:, lower] = rolled[:, lower] + lower_follow[:, None, None] * goal * bitten
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])
