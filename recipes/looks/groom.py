@@ -56,6 +56,8 @@ CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
 """How far they stay off neck and ears."""
+TIP_FALLS, TIPS_FROM_M = 0.5, 0.10
+"""Ribbons longer than the second are left out whose tips fall by less of their way."""
 HAIRLINE_M, HAIRLINE_STEPS = 0.028, 3
 """Length of the fine hair that is laid over what grows at the hairline."""
 OPEN_EDGE = 0.5
@@ -173,6 +175,8 @@ class Groom:
         round the head and then hangs straight.
     cut : float
         Share of a lock, from its root, that long hair shows: less for a blunt end.
+    falls : bool
+        Whether it hangs to the jaw and below, and covers the hairline beside the face.
     parting : function of Places
         (n,) 0..1 where hair is parted: roots stand closer there and lie open to the light.
     free : function of Places
@@ -192,6 +196,7 @@ class Groom:
     steps: int = 8
     near: float = 1.0
     cut: float = 1.0
+    falls: bool = False
     parting: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     free: OfPlaces = field(default=lambda places: places)
     layers: tuple[Layer, ...] = LAYERS
@@ -231,6 +236,8 @@ def _layer(scalp: Scalp, groom: Groom, layer: Layer, rng: np.random.Generator) -
             return []
     if layer.where == "hairline":
         roots = roots[roots.depth < HAIRLINE_DEEP_MM]
+        if groom.falls:
+            roots = roots[~_beside_the_face(roots.places)]
     if layer.where == "temples":
         roots = roots[_beside_the_face(roots.places) & (roots.depth < TEMPLE_DEEP_MM)]
     if layer.where == "forehead":
@@ -297,7 +304,15 @@ def _grown(
     index, weights = _hung(scalp, start, paths)
     skin = scalp.fitting.skin
     uv = _lanes(layer, length, t, groom.cut, roots.depth, rng)
-    return ribbons(paths, across, index, weights, skin, uv, shade)
+    whole = _hang(paths) | (length < TIPS_FROM_M) if groom.falls else np.ones(count, bool)
+    parts = (part[whole] for part in (paths, across, index, weights))
+    return ribbons(*parts, skin, uv[whole], shade[whole])
+
+
+def _hang(paths: np.ndarray) -> np.ndarray:
+    """(n,) whether the tips of long ribbons fall: what stands off shoulders does not."""
+    tip = paths[:, -1] - paths[:, -2]
+    return tip[:, 1] < -TIP_FALLS * np.linalg.norm(tip, axis=1)
 
 
 def _hung(scalp: Scalp, start: np.ndarray, paths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -140,7 +140,7 @@ LIFTED, LIFTED_MM = 1.5, 13.0
 SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.5
 """How far behind the tip of the nose the shoulders are, and how fast hair goes before them or
 behind: what falls straight onto them stays there in a tuft."""
-FACE_MM = ((-200, -70), (-60, -68), (0, -62), (25, -50), (48, -24), (60, 10))
+FACE_MM = ((-200, -66), (-60, -60), (0, -56), (25, -48), (48, -24), (60, 10))
 """Heights over the eyes, and how far behind the tip of the nose hair begins that frames a face."""
 FRAME_MM = (-22.0, 30.0)
 """Hair that would hang between these distances behind and before that line is pushed together
@@ -150,6 +150,8 @@ EDGE_MM = 7.0
 FRAMING = Layer(0.0036, 0.0080, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
+FRAMING_BLUNT = (0.75, 0.95)
+"""Their lengths where the others end on one line."""
 FRAMING_WAVE_M = 0.003
 """They wave at least so far: straight ones are wires."""
 GATHER = 0.5
@@ -222,7 +224,7 @@ def falling(
     return Groom(
         lambda places: _parted(places, part_mm, tuck), length, volume,
         rise_m=0.014, weight=1.6, stiff=0.6, wave_m=wave_m, wave_length_m=WAVE_M,
-        steps=steps, near=near, cut=cut, parting=parting, free=free, layers=layers,
+        steps=steps, near=near, cut=cut, falls=True, parting=parting, free=free, layers=layers,
     )  # fmt: skip
 
 
@@ -243,8 +245,9 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
 
     free = off_face_and(body, shift, FRAMING_AHEAD_MM)
     wave_m = max(whole.wave_m, FRAMING_WAVE_M)
+    layer = FRAMING if whole.cut == 1 else replace(FRAMING, length=FRAMING_BLUNT)
     return replace(
-        whole, comb=comb, free=free, layers=(FRAMING,), steps=11, near=1.2, wave_m=wave_m
+        whole, comb=comb, free=free, layers=(layer,), steps=11, near=1.2, wave_m=wave_m
     )
 
 
@@ -349,4 +352,6 @@ def stubble() -> Groom:
 
 GROOMS = {"crop": crop, "swept": swept, "slick": slick}
 FALLING = {"long": long, "waves": waves, "bob": bob}
+OVER_CHEEKS = {"long": 1.0, "waves": 1.0, "bob": 0.4}
+"""How far each is led over the cheeks: what ends at the jaw stays off full ones."""
 FRINGED = ("long",)

@@ -10,6 +10,7 @@ import numpy as np
 from elocute.files.array_writing import write_npz
 from recipes.head.face import NeutralFace
 from recipes.looks import brows, clothes, curls, fabric, groom, grooms, lashes, strand_lanes
+from recipes.looks.beside_face import beside_face
 from recipes.looks.canvas import Canvas, save
 from recipes.looks.cards import Cards, Fitting
 from recipes.looks.cuts import CUTS
@@ -37,7 +38,7 @@ def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path) -> None:
     """All styles, three pictures for them, and the shade of their roots on the skin."""
     scalp = Scalp(fitting, canvas.millimetres[: len(fitting.skin)])
     lanes = strand_lanes.picture()
-    for name, cards in styles(scalp).items():
+    for name, cards in styles(scalp, canvas.head.expression_basis).items():
         if name in DEEP:
             cards = without_hidden(cards, lanes, scalp.skin)
         write_hair(folder, fitting, name, cards)
@@ -48,8 +49,8 @@ def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path) -> None:
     save(folder / "roots.webp", roots(canvas), 60)
 
 
-def styles(scalp: Scalp) -> dict[str, Cards]:
-    """Every style's cards, by its name."""
+def styles(scalp: Scalp, shapes: np.ndarray) -> dict[str, Cards]:
+    """Every style's cards, by its name; `shapes` as for `beside_face`."""
     face = scalp.fitting.face
     worn = reduce(together, (clothes.shirt(face, cut).cards for cut in CUTS.values()))
     body = Skin(worn.points, worn.quads)  # what hair lies on, whichever shirt it is
@@ -61,7 +62,8 @@ def styles(scalp: Scalp) -> dict[str, Cards]:
         before = groom.ribbons_of(earless, grooms.framing(whole, body, scalp.shift))
         if name in grooms.FRINGED:
             before = together(before, groom.ribbons_of(scalp, grooms.fringe()))
-        made[name] = over_ears(face, together(groom.grown(earless, whole), before))
+        hung = over_ears(face, together(groom.grown(earless, whole), before))
+        made[name] = beside_face(earless, hung, shapes, grooms.OVER_CHEEKS[name])
     made |= {name: curls.curls(scalp, curl) for name, curl in curls.CURLS.items()}
     made |= {"ponytail": together(tied, tail(scalp)), "bun": together(tied, knot(scalp))}
     return made | {"buzz": curls.buzz(scalp)}

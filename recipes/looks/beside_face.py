@@ -1,0 +1,61 @@
+"""Hair that hangs beside a face lies on its cheeks, or one sees a mask between two curtains."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from recipes.looks.cards import NEAREST, Cards
+from recipes.looks.grooms import ramp
+from recipes.looks.scalp import Scalp
+
+INWARD_MM, AHEAD_MM = 13.0, 18.0
+"""How far the foremost locks come towards the middle, and forward with all behind them."""
+INWARD_FROM_MM, AHEAD_FROM_MM = (-88.0, -58.0), (-165.0, -55.0)
+"""Distances behind the tip of the nose between which they come to it: hair is stretched over the
+ear, not torn open."""
+BELOW_MM, ABOVE_MM, ASIDE_MM = (34.0, -14.0), (-190.0, -110.0), (35.0, 50.0)
+"""Heights over the eyes, and distances from the middle, between which they do."""
+OFF_MM, WITHIN_MM = 5.0, 30.0
+"""They stay so far off the skin; what lies deeper in it than the second is on its other side."""
+
+
+STILL_M = 0.001
+"""Locks follow the width of the cheeks, but only skin that no shape moves further."""
+
+
+def beside_face(
+    scalp: Scalp, cards: Cards, shapes: np.ndarray, far: float = 1.0
+) -> Cards:
+    """The same cards, led over the cheeks; `shapes` (shape, vertex, 3) m move the skin,
+    and `far` says how much of the way they are led."""
+    places = scalp.places(cards.points)
+    aside, height, depth = np.abs(places[:, 0]), places[:, 1], places[:, 2]
+    share = ramp(height, *BELOW_MM) * ramp(height, *ABOVE_MM) * ramp(aside, *ASIDE_MM)
+    share = share * ramp(depth, *AHEAD_FROM_MM)
+    foremost = share * ramp(depth, *INWARD_FROM_MM)
+    moved = np.zeros_like(places)
+    moved[:, 0] = -far * INWARD_MM * foremost * np.sign(places[:, 0])
+    moved[:, 2] = far * AHEAD_MM * share
+    points = cards.points + moved / 1000
+    for _ in range(2):
+        foot, normal = scalp.skin.nearest(points)
+        above = 1000 * ((points - foot) * normal).sum(1)
+        within = (share > 0.02) & (above < OFF_MM) & (above > -WITHIN_MM)
+        points = points + normal * np.where(within, OFF_MM - above, 0)[:, None] / 1000
+    return _hung_on(scalp, replace(cards, points=points), np.sqrt(foremost), shapes)
+
+
+def _hung_on(scalp: Scalp, cards: Cards, share: np.ndarray, shapes: np.ndarray) -> Cards:
+    """That share of each vertex hangs on still skin near it, the rest where it hung."""
+    skin = scalp.fitting.skin
+    still = np.flatnonzero((np.linalg.norm(shapes[:, : len(skin)], axis=2) < STILL_M).all(0))
+    away, nearest = KDTree(skin[still]).query(cards.points, NEAREST)
+    near = 1 / np.maximum(away, 1e-5)
+    near = near / near.sum(1, keepdims=True)
+    index = np.hstack([cards.index, still[nearest]])
+    weights = np.hstack([cards.weights * (1 - share)[:, None], near * share[:, None]])
+    offset = cards.points - np.einsum("vk,vkc->vc", weights, skin[index])
+    return replace(cards, index=index, weights=weights, offset=offset)
