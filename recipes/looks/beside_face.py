@@ -26,9 +26,7 @@ STILL_M = 0.001
 """Locks follow the width of the cheeks, but only skin that no shape moves further."""
 
 
-def beside_face(
-    scalp: Scalp, cards: Cards, shapes: np.ndarray, far: float = 1.0
-) -> Cards:
+def beside_face(scalp: Scalp, cards: Cards, shapes: np.ndarray, far: float = 1.0) -> Cards:
     """The same cards, led over the cheeks; `shapes` (shape, vertex, 3) m move the skin,
     and `far` says how much of the way they are led."""
     places = scalp.places(cards.points)

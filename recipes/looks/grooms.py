@@ -246,9 +246,7 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
     free = off_face_and(body, shift, FRAMING_AHEAD_MM)
     wave_m = max(whole.wave_m, FRAMING_WAVE_M)
     layer = FRAMING if whole.cut == 1 else replace(FRAMING, length=FRAMING_BLUNT)
-    return replace(
-        whole, comb=comb, free=free, layers=(layer,), steps=11, near=1.2, wave_m=wave_m
-    )
+    return replace(whole, comb=comb, free=free, layers=(layer,), steps=11, near=1.2, wave_m=wave_m)
 
 
 def fringe() -> Groom:
