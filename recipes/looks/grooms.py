@@ -37,6 +37,11 @@ def front(places: Places) -> np.ndarray:
     return ramp(places[:, 2], -85, -42) * ramp(places[:, 1], 40, 58)
 
 
+def forehead(places: Places) -> np.ndarray:
+    """(n, 1) 1 at the hairline over the brows, down to its corners, 0 at the temples."""
+    return (ramp(places[:, 2], -88, -60) * ramp(places[:, 1], 24, 42))[:, None]
+
+
 def from_the_crown(places: Places, turn: float | np.ndarray) -> np.ndarray:
     """Directions away from the whorl, turned about the head's own axis."""
     away = places - CROWN
@@ -69,6 +74,7 @@ def swept() -> Groom:
         over = np.tanh((places[:, 0] + PART_MM) / 8)[:, None] * np.array([1.0, 0.0, 0.0])
         up = over + np.array([0, 0.15, -0.85]) + front(places)[:, None] * np.array([0, 0.9, 0.35])
         side = from_the_crown(places, 0.0) + np.array([0, -0.9, -0.5])
+        side = side + forehead(places) * (np.array([0, 0.6, -0.9]) - side)
         share = top(places)[:, None]
         lifted = front(places)[:, None] * np.array([0, 0.8, -0.9])
         return up * share + side * (1 - share) + lifted
@@ -88,7 +94,10 @@ def slick() -> Groom:
     """Combed back."""
 
     def comb(places: Places) -> np.ndarray:
-        return np.array([0, 0.1, -1.0]) + np.array([0, -0.9, -0.1]) * (1 - top(places))[:, None]
+        down = (1 - top(places))[:, None] * (1 - forehead(places))
+        lifted = forehead(places) * (1 - top(places))[:, None]
+        back = np.array([0, 0.1, -1.0]) + np.array([0, 0.6, 0.0]) * lifted
+        return back + np.array([0, -0.9, -0.1]) * down
 
     def length(places: Places) -> np.ndarray:
         return 0.020 + 0.060 * top(places)
