@@ -57,7 +57,9 @@ VEIN_OF_SKIN = (0.92, 0.86, 0.90)
 RIM_OF_SKIN, RIM_FLESH, RIM_IS_FLESH = (0.97, 0.79, 0.785), (0.84, 0.52, 0.49), 0.12
 LASH_LINE_OF_SKIN = (0.58, 0.48, 0.46)
 """The edges of lids are wet, and flesh of the same red in everybody; roots of lashes are dark."""
-UNDER_EYE_OF_SKIN = (0.935, 0.925, 0.955)
+UNDER_EYE_OF_SKIN = {"light": (0.935, 0.925, 0.955), "dark": (0.96, 0.945, 0.935)}
+ROUND_EYE = {"light": 1.0, "dark": 0.35}
+"""How much of a lid's colour the skin round the eye takes: in dark skin it would be a bruise."""
 EVENED_HUE, EVENED_LIGHT, EVENED_ORBIT = 0.85, 0.60, 0.9
 """How far patches of another hue or brightness come to the colour of the cheeks; round eyes."""
 ORBIT_EVENED = 1.0
@@ -164,7 +166,7 @@ def skin(folder: Path, name: str, masks: Masks, size: int) -> np.ndarray:
     colour = _plain_corners(colour, masks)
     colour = _plain_ears(colour, masks)
     colour = _natural_lips(colour, masks, f"{tone}_{sex}")
-    colour = _eyes_bedded(colour, masks)
+    colour = _eyes_bedded(colour, masks, tone)
     colour = _mottled(colour, masks)
     colour[socket_patch(size)] = np.array(SOCKET) * np.clip(_skin_colour(colour, masks) * 1.3, 0, 1)
     return colour.clip(0, 1)
@@ -201,7 +203,8 @@ def _plain_lids(colour: np.ndarray, masks: Masks, tone: str) -> np.ndarray:
     wide = colour.shape[0] / 30
     around = blurred(colour * outside, wide) / np.maximum(blurred(outside, wide), 1e-4)
     cheek = _skin_colour(colour, masks)
-    plain = (0.75 * around + 0.25 * cheek) * LID_OF_SKIN[tone]
+    tinted = np.maximum.reduce([masks.lid, ROUND_EYE[tone] * masks.round_eye, masks.rim])[..., None]
+    plain = (0.75 * around + 0.25 * cheek) * (1 - tinted * (1 - np.array(LID_OF_SKIN[tone])))
     grain = colour - blurred(colour, colour.shape[0] / 500)
     share = lid[..., None]
     stretched = np.maximum(masks.lid, masks.rim)[..., None]
@@ -245,10 +248,10 @@ def _evened(colour: np.ndarray, masks: Masks) -> np.ndarray:
     return colour * light ** bright[..., None] * hue ** (EVENED_HUE * bare)[..., None]
 
 
-def _eyes_bedded(colour: np.ndarray, masks: Masks) -> np.ndarray:
+def _eyes_bedded(colour: np.ndarray, masks: Masks, tone: str) -> np.ndarray:
     """Thin skin under the eyes, creases, veins and wet edges of the lids, dark roots of lashes."""
     for share, factor in (
-        (masks.under_eye, UNDER_EYE_OF_SKIN),
+        (masks.under_eye, UNDER_EYE_OF_SKIN[tone]),
         (masks.near_lid, NEAR_LID_OF_SKIN),
         (masks.lid * lids.veins(colour.shape[0]), VEIN_OF_SKIN),
         (masks.lid_fold, FOLD_OF_SKIN),
@@ -367,7 +370,7 @@ PORE_SHADE, MOTTLE = 0.07, 0.014
 """How much darker pores are; deviation of green, by which skin is redder here than there."""
 PITCH = 1 / 300
 """Between pores, as a part of the atlas: a good millimetre."""
-PORES, GRAIN = (0.05, 0.125), 0.034
+PORES, GRAIN = (0.045, 0.090), 0.032
 """Depth of pores where there are few, and beside the nose; of the furrows between."""
 NORMALS = {
     "young": ("young_lightskinned_female2", 0.7),
