@@ -51,9 +51,9 @@ COLLARETTE, RUFF = 0.40, (0.45, 0.33, 0.25)
 """Where, between pupil and edge, the wreath of fibres lies; what the pupil's margin keeps."""
 TOP, BELOW, GATHERED = 0.58, 1.10, 0.30
 """Light on the iris under the lid and at its lower edge; what the cornea gathers there."""
-SCLERA, FAR_SCLERA = (0.875, 0.82, 0.775), (0.80, 0.58, 0.52)
+SCLERA, FAR_SCLERA = (0.885, 0.835, 0.795), (0.90, 0.76, 0.71)
 """The white round the iris, and where the lids hide it."""
-FLESH = (0.95, 0.56, 0.51)
+FLESH = (1.0, 0.74, 0.68)
 """In the corners themselves."""
 CORNERS, VESSELS = 0.85, (0.66, 0.28, 0.24)
 VESSEL_COUNT, VESSEL_STRENGTH = 44, 0.42

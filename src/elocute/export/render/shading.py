@@ -68,9 +68,9 @@ PENUMBRA = (0.75, 0.93, 1.0)  # exponent of the key's visibility on skin: red bl
 GRAZING = 0.4  # of the surroundings at a grazing angle, as the whole lobe gives it (Karis 2014)
 CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
 STRAND_POWER, STRAND_TINT = 48.0, (0.045, 0.85)  # strength: white, and of its own colour
-LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.55, 0.93)  # of an eye's normals
+LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.40, 0.88)  # of an eye's normals
 BALL = 0.74  # the white of an eye is darker than it is painted
-LID_ARCH = 0.7  # how far the upper lid's edge comes down towards the corners
+LID_ARCH = 0.45  # how far the upper lid's edge comes down towards the corners
 LID_WARMTH = (0.86, 1.06, 1.12)  # powers of a lid's shade: flesh round an eye reddens it
 COAT_REFLECTANCE = 0.04
 BOX_HALF, BOX_EDGE = (0.17, 0.20), (0.50, 1.20)  # a soft box in an eye: tangents; where it fades
@@ -163,7 +163,7 @@ def socket_shade(normal: FloatArray) -> FloatArray:
     upper = 1 - _step(*LID_UPPER, normal[:, 1:2] + LID_ARCH * normal[:, :1] ** 2)
     lower = _step(*LID_LOWER, normal[:, 1:2])
     middle = _step(*LID_CORNER, normal[:, 2:])
-    return (0.24 + 0.76 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle)
+    return (0.24 + 0.76 * upper) * (0.6 + 0.4 * lower) * (0.62 + 0.38 * middle)
 
 
 def _step(low: float, high: float, value: FloatArray) -> FloatArray:
@@ -379,7 +379,7 @@ float socket(vec3 normal) {{
     float upper = 1.0 - smoothstep({LID_UPPER[0]:f}, {LID_UPPER[1]:f}, arched);
     float lower = smoothstep({LID_LOWER[0]:f}, {LID_LOWER[1]:f}, normal.y);
     float middle = smoothstep({LID_CORNER[0]:f}, {LID_CORNER[1]:f}, normal.z);
-    return (0.24 + 0.76 * upper) * (0.6 + 0.4 * lower) * (0.4 + 0.6 * middle);
+    return (0.24 + 0.76 * upper) * (0.6 + 0.4 * lower) * (0.62 + 0.38 * middle);
 }}
 float fifth(float x) {{ return x * x * x * x * x; }}
 void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, float gain,
