@@ -166,7 +166,8 @@ class GlRenderer:
         texture.build_mipmaps()
         between = gl.LINEAR_MIPMAP_LINEAR if profile.blended_levels else gl.LINEAR_MIPMAP_NEAREST
         texture.filter = between, gl.LINEAR
-        if profile.anisotropy > 1:
+        if profile.anisotropy > 1 and (image.pixels[..., 3] == 255).all():
+            # Mesa's software sampler leaves single wrong texels of images with alpha otherwise.
             texture.anisotropy = profile.anisotropy
         return texture
 
