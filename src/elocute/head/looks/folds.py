@@ -12,7 +12,7 @@ from elocute.head.model import HeadModel
 
 PLACE = "skins/folds"
 AGES = (20.0, 35.0, 50.0, 70.0)
-DEPTHS = (0.12, 0.24, 0.60, 1.0)
+DEPTHS = (0.21, 0.26, 0.60, 1.0)
 LINES = (0.0, 0.15, 0.6, 1.0)
 """Depth of the folds, and of the finer lines between them, at these ages."""
 
