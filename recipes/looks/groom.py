@@ -305,8 +305,8 @@ def _grown(
     skin = scalp.fitting.skin
     uv = _lanes(layer, length, t, groom.cut, roots.depth, rng)
     whole = _hang(paths) | (length < TIPS_FROM_M) if groom.falls else np.ones(count, bool)
-    parts = (part[whole] for part in (paths, across, index, weights))
-    return ribbons(*parts, skin, uv[whole], shade[whole])
+    paths, across, index, weights = paths[whole], across[whole], index[whole], weights[whole]
+    return ribbons(paths, across, index, weights, skin, uv[whole], shade[whole])
 
 
 def _hang(paths: np.ndarray) -> np.ndarray:
