@@ -34,8 +34,8 @@ SHORT_M, SHORT_STEPS = 0.024, 3
 """Ribbons shorter than this need few vertices, stand closer and are narrower."""
 SHELL_LEAST_M, SHELL_HEIGHT = 0.0003, 0.08
 """The shell lies this far off the skin, and this share of the hair's volume further."""
-SHELL_SHADE, PARTING_SHADE = 0.38, 0.80
-"""Brightness of the shell between locks, and where hair is parted."""
+SHELL_SHADE, SHORT_SHELL_SHADE, PARTING_SHADE = 0.38, 0.80, 0.80
+"""Brightness of the shell between locks, between short ones, and where hair is parted."""
 SHADED = (0.62, 0.88)
 """Brightness at the root of long strands, and of short ones."""
 WAVE_TOGETHER = 0.035
@@ -139,8 +139,8 @@ LAYERS = (
 
 
 SHORT_LAYERS = (
-    Layer(0.0074, 0.0074, DENSE, 0.30, (0.75, 0.95), 0.08, 0.74),
-    Layer(0.0074, 0.0060, FULL, 0.65, (0.75, 1.05), 0.12, 0.86),
+    Layer(0.0074, 0.0074, DENSE, 0.30, (0.75, 0.95), 0.08, 0.90),
+    Layer(0.0074, 0.0060, FULL, 0.65, (0.75, 1.05), 0.12, 0.94),
     Layer(0.0090, 0.0050, LOOSE, 0.95, (0.70, 1.10), 0.18, 0.97),
     Layer(0.0140, 0.0048, AIRY, 1.15, (0.70, 1.15), 0.30, 0.96),
     Layer(0.0025, 0.0030, FULL[1:] + LOOSE, 0.40, (0.60, 1.10), 0.18, 0.90, where="hairline"),
@@ -209,7 +209,9 @@ def grown(scalp: Scalp, groom: Groom) -> Cards:
         return SHELL_LEAST_M + SHELL_HEIGHT * groom.volume_m(places)
 
     def shade(places: Places) -> np.ndarray:
-        return SHELL_SHADE + (PARTING_SHADE - SHELL_SHADE) * groom.parting(places)
+        lengths = (0.8 * SHORT_M, 3.0 * SHORT_M)
+        between = np.interp(groom.length_m(places), lengths, (SHORT_SHELL_SHADE, SHELL_SHADE))
+        return between + (PARTING_SHADE - between) * groom.parting(places)
 
     below = shell(scalp, off_m, groom.inset_mm, shade)
     return together(below, ribbons_of(scalp, groom))
