@@ -24,7 +24,7 @@ LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
 SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.55, 1.15), (0.95, 1.55), (1.10, 1.55), (1.25, 1.35), (1.00, 1.05))
+CORNERS_MM = ((0.35, 0.80), (0.60, 1.10), (0.95, 1.35), (1.10, 1.20), (0.90, 0.95))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
@@ -51,7 +51,7 @@ TONES = (
 """What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
 SHORT_MM = (0.0, 0.7, 0.35, 0.75, 1.0, 1.3, 1.5)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
-SLIM = 0.987
+SLIM = 0.992
 """Share of its place in the arch that a crown fills: the rest is the dark between two."""
 UPPER_SET = ((-1.5, 0.0), (7.0, -0.45), (-4.0, 0.40), (0.0, 0.1))
 LOWER_SET = ((3.0, -0.12), (-4.0, 0.15), (2.0, 0.2))
@@ -115,7 +115,7 @@ def crown(
     and molars end in a dented top.
     """
     front = place < 3
-    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.80, 0.94, 1.0, 0.985, 0.90])
+    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.80, 0.94, 1.0, 1.0, 0.95])
     if front:
         depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.31, 0.17])
     else:

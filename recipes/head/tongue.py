@@ -14,6 +14,9 @@ DOME_M, GROOVE_M, GROOVE_WIDTH_M = 0.0028, 0.0010, 0.0025
 its front."""
 NARROWER = 0.16
 """Share of its width that it loses in front, between the teeth."""
+TIP_WIDTH_M, TIP_BACK_M, TIP_UP_M = 0.0065, 0.0011, 0.0006
+"""So far aside of its middle the tip lies further back, and its under side higher, by these: it is
+a spoon's, MakeHuman's is a board's."""
 
 
 def along(points: np.ndarray) -> np.ndarray:
@@ -34,4 +37,8 @@ def resting(points: np.ndarray) -> np.ndarray:
     sunk = SUNK_M * (1 - tip) ** 0.5
     fades = np.clip((1 - tip) / 0.06, 0, 1)
     down = -LOWER_M - LOWER_TIP_M * tip - sunk + upper * fades * dome
-    return np.stack([-NARROWER * x * tip**2, down, -BACK_M + LONGER_M * tip], 1)
+    aside = np.minimum(np.abs(x) / TIP_WIDTH_M, 1.4) ** 2
+    under = np.clip((middle - points[:, 1]) / 0.003, 0, 1)
+    back = -BACK_M + LONGER_M * tip - TIP_BACK_M * aside * np.clip((tip - 0.82) / 0.14, 0, 1)
+    up = TIP_UP_M * aside * under * np.clip((tip - 0.70) / 0.20, 0, 1)
+    return np.stack([-NARROWER * x * tip**2, down + up, back], 1)

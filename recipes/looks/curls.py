@@ -24,7 +24,7 @@ CURL_STRANDS = (26, 24, 20, 18, 16, 13, 10, 7)
 CURL_TONE, CURL_CLUMP_TONE = 0.72, 0.10
 BAND = 0.95
 """Width of a curl's ribbon by the radius."""
-SHELL_SHADE = 0.42
+SHELL_SHADE = 0.25
 """The shell under curls is dark."""
 
 
@@ -64,7 +64,7 @@ class Curl:
 CURLS = {
     "curls": Curl(0.0076, 0.0046, 0.0056, 0.0028, 0.0105, 2.2, 15, 0.0035),
     "coils": Curl(0.0051, 0.0034, 0.0034, 0.0019, 0.0050, 1.4, 7, 0.0022),
-    "afro": Curl(0.0059, 0.0042, 0.0048, 0.0026, 0.0072, 1.6, 8, 0.0030, 0.034),
+    "afro": Curl(0.0061, 0.0043, 0.0048, 0.0026, 0.0072, 1.6, 7, 0.0030, 0.034),
 }
 """Styles by the names of their files."""
 BUZZ_M, BUZZ_INSET_MM = 0.0014, 2.0
@@ -210,8 +210,11 @@ def _behind(places: Places) -> np.ndarray:
 
 
 def _apart(scalp: Scalp, rng: np.random.Generator, curl: Curl) -> np.ndarray:
-    """Which points are roots: as many as fit at their distance from each other."""
-    points, share = scalp.skin.points, _behind(scalp.places(scalp.skin.points))
+    """Which points are roots: as many as fit at their distance from each other, where they stand
+    off the skin: along the steep front of a ball they stand as close as on its top."""
+    points, places = scalp.skin.points, scalp.places(scalp.skin.points)
+    share = _behind(places)
+    points = points + scalp.skin.normals * (curl.volume_m * full(places))[:, None]
     tree = KDTree(points)
     free = scalp.thick > CURLED_LEAST
     chosen = []

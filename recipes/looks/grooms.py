@@ -8,7 +8,7 @@ import numpy as np
 
 from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
 from recipes.looks.scalp import Places, depth_mm, grows
-from recipes.looks.strand_lanes import AIRY, LOOSE
+from recipes.looks.strand_lanes import AIRY, FULL, LOOSE
 from recipes.looks.surface import Skin
 
 CROWN = np.array([9.0, 92.0, -158.0])
@@ -156,7 +156,7 @@ FRAME_MM = (-22.0, 30.0)
 behind it: a curtain thins out, a wall does not."""
 EDGE_MM = 7.0
 """How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge."""
-FRAMING = Layer(0.0036, 0.0080, LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
+FRAMING = Layer(0.0036, 0.0080, FULL + LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 FRAMING_BLUNT = (0.75, 0.95)
@@ -278,10 +278,10 @@ def fringe() -> Groom:
 
 
 FRINGE = (
-    Layer(0.0034, 0.0120, LOOSE, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
-    Layer(0.0042, 0.0120, LOOSE + AIRY, 1.00, (0.84, 1.04), 0.16, 0.97, where="forehead"),
+    Layer(0.0034, 0.0120, FULL, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
+    Layer(0.0038, 0.0110, LOOSE, 1.00, (0.84, 1.06), 0.14, 0.97, where="forehead"),
 )
-FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 26.5, 4.0, 0.30
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 29.0, 4.0, 0.30
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 
