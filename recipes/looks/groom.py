@@ -34,7 +34,7 @@ SHORT_M, SHORT_STEPS = 0.024, 3
 """Ribbons shorter than this need few vertices, stand closer and are narrower."""
 SHELL_LEAST_M, SHELL_HEIGHT = 0.0003, 0.08
 """The shell lies this far off the skin, and this share of the hair's volume further."""
-SHELL_SHADE, SHORT_SHELL_SHADE, PARTING_SHADE = 0.38, 0.80, 0.80
+SHELL_SHADE, SHORT_SHELL_SHADE, PARTING_SHADE = 0.50, 0.80, 0.80
 """Brightness of the shell between locks, between short ones, and where hair is parted."""
 SHADED = (0.62, 0.88)
 """Brightness at the root of long strands, and of short ones."""

@@ -27,6 +27,8 @@ DEEP_TONE = 0.42
 FEW = 25
 """Fewer strands than this stand as chance has it."""
 SHORTEST = 0.62
+SIDES = (0.02, 0.98)
+"""Between these places across its lock a strand stays."""
 LATE_ROOT, LATE_LONG_ROOT = 0.22, 0.07
 """Strands of short hair, and of long, begin within this share of their lock."""
 POINTS = 24
@@ -80,7 +82,7 @@ def _lock(drawings: Drawings, lane: int, count: int, rng: np.random.Generator) -
         end = centre[k] + (at[k] - centre[k]) * rng.uniform(*GATHERED) + 0.03 * rng.normal()
         end = 0.5 + (end - 0.5) * 0.85
         bow = 0.05 * rng.normal() * np.sin(np.pi * t) + 0.02 * rng.normal() * np.sin(2 * np.pi * t)
-        x = np.clip(at[k] + (end - at[k]) * t**1.6 + bow, 0.02, 0.98)
+        x = _inside(at[k] + (end - at[k]) * t**1.6 + bow)
         length = rng.uniform(SHORTEST, 1.0) * (1 - 0.28 * abs(2 * at[k] - 1) ** 2)
         broad = BROADER[lane] + int(rng.choice(WIDTHS, p=[0.3, 0.4, 0.2, 0.1]))
         start = LATE_LONG_ROOT * (0.4 * rng.uniform() + 0.6 * (2 * at[k] - 1) ** 2)
@@ -101,8 +103,8 @@ def _short_lock(drawings: Drawings, lane: int, count: int, rng: np.random.Genera
         t = np.linspace(0, 1, POINTS)
         end = centre[k] + (at[k] - centre[k]) * rng.uniform(*SHORT_GATHERED)
         end = end + 0.08 * rng.normal()
-        x = np.clip(at[k] + (end - at[k]) * t**1.4, 0.02, 0.98)
-        x = np.clip(x + 0.05 * rng.normal() * np.sin(np.pi * t), 0.02, 0.98)
+        bow = 0.05 * rng.normal() * np.sin(np.pi * t)
+        x = _inside(at[k] + (end - at[k]) * t**1.4 + bow)
         places = _pixels((lane + x) / LANES, start + (stop - start) * t, SHORT_V)
         broad = int(rng.choice(SHORT_WIDTHS))
         in_, out, far = POINTS // 6, int(POINTS * 0.58), int(POINTS * 0.8)
@@ -111,6 +113,12 @@ def _short_lock(drawings: Drawings, lane: int, count: int, rng: np.random.Genera
             drawing.line(places[in_ : out + 1], fill=fill, width=broad, joint="curve")
             drawing.line(places[out : far + 1], fill=fill, width=round(0.7 * broad))
             drawing.line(places[far:], fill=fill, width=round(0.4 * broad))
+
+
+def _inside(x: np.ndarray) -> np.ndarray:
+    """Places across a lock that turn back at its sides: held there, they would be a straight edge."""
+    low, high = SIDES
+    return high - np.abs(high - low - np.abs(x - low))
 
 
 def _clumped(count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, list[int]]:
