@@ -202,7 +202,7 @@ def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
         along = _dot(p.strand, half)
         across = np.maximum(1 - along * along, 0) ** STRAND_POWER
         tint = STRAND_TINT[0] + STRAND_TINT[1] * p.albedo
-        return color * tint * (f.strand * across * _mix(meets, 1, 0.25))
+        return color * tint * (f.strand * p.occlusion * across * _mix(meets, 1, 0.25))
     aligned, seen = np.clip(_dot(p.normal, half), 0, 1), np.clip(_dot(p.view, half), 0, 1)
     wide = np.minimum(p.roughness * p.roughness + lamp.size * 0.5, 1)
     narrow = wide * wide
@@ -396,7 +396,7 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
         float along = dot(p.strand, between);
         float across = pow(max(1.0 - along * along, 0.0), {STRAND_POWER:f});
         shine += color * ({STRAND_TINT[0]:f} + {STRAND_TINT[1]:f} * p.albedo)
-            * (gain * through * f.strand * across * mix(meets, 1.0, 0.25));
+            * (gain * through * f.strand * p.occlusion * across * mix(meets, 1.0, 0.25));
         return;
     }}
     float aligned = clamp(dot(p.normal, between), 0.0, 1.0);

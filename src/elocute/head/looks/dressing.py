@@ -33,6 +33,9 @@ MODELLED = ("brows", "lashes")
 TEXTURED = ("skin", "lips", "eyeball")
 """Materials whose colour is all in their pictures."""
 
+OPEN_SHADE = 128
+"""Hair darker than this, of 255, lies under other hair, which keeps light and lustre from it."""
+
 
 def dress(head: HeadModel, look: Look) -> HeadModel:
     """A head as its look shows it.
@@ -73,7 +76,8 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
     if look.hair != "none":
         cards = read_cards(f"hair/{look.hair}")
         picture = _strands(f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}", hair)
-        dressed = _wearing(_without(dressed, cards.covers), head, "hair", cards, picture)
+        light = np.minimum(cards.shade / np.float32(OPEN_SHADE), 1) ** 2
+        dressed = _wearing(_without(dressed, cards.covers), head, "hair", cards, picture, light)
     if look.clothes != "none":
         place = f"clothes/{CLOTHES[look.clothes]}"
         cards, cloth = read_cards(place), _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
@@ -180,10 +184,17 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
 
 
 def _wearing(
-    dressed: HeadModel, head: HeadModel, name: str, cards: Cards, surface: Surface
+    dressed: HeadModel,
+    head: HeadModel,
+    name: str,
+    cards: Cards,
+    surface: Surface,
+    light: np.ndarray | None = None,
 ) -> HeadModel:
-    """A head with one more thing worn; `head` is the bare one that its skin belongs to."""
+    """A head with one more thing worn; `head` is the bare one that its skin belongs to, `light`
+    how open each vertex of the thing is, (vertex,) 0 to 1."""
     cards = cards.scaled_to(head)
+    light = np.ones(len(cards), np.float32) if light is None else light
     first, texcoords = dressed.vertex_count, len(dressed.uv)
     names = dressed.material_names
     if name not in names:
@@ -205,7 +216,7 @@ def _wearing(
         material=np.concatenate([dressed.material, number]),
         material_names=names,
         vertex_color=np.vstack([dressed.vertex_color, white]),
-        occlusion=np.concatenate([dressed.occlusion, np.ones(len(cards), np.float32)]),
+        occlusion=np.concatenate([dressed.occlusion, light]),
         mirror=np.concatenate([dressed.mirror, own]) if len(dressed.mirror) else dressed.mirror,
         surfaces={**dressed.surfaces, name: surface},
     )
