@@ -34,12 +34,12 @@ SNEER = (
     Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
 )
 """The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
-BLOWN, BUCCAL_MM, BUCCAL_REACH_MM = 0.85, (41, -56), (22, 27)
+BLOWN, BUCCAL_MM, BUCCAL_REACH_MM = 0.70, (37, -56), (21, 26)
 """Blown cheeks, of MakeHuman's, and where between cheekbone and jaw they are blown; see `Pull`."""
 FILLED = (
-    Pull((37, -58), (2.8, 0.0, 3.4), (17, 17)),
-    Pull((20, -48), (0.6, 0.4, 2.0), (10, 6)),
-    Pull((20, -84), (0.6, 0.0, 1.6), (10, 7)),
+    Pull((34, -58), (3.4, 0.0, 5.4), (16, 18)),
+    Pull((16, -49), (0.6, 0.6, 2.8), (12, 7)),
+    Pull((18, -84), (0.6, 0.0, 2.2), (12, 8)),
 )
 """What air does beside the corners of the mouth, and above and below them."""
 PUFFED_LIPS, PUFFED_M = 0.45, 0.0008

@@ -127,7 +127,7 @@ class Director:
         wanted = 0.3 + 0.5 * min(1.0, max(0.0, syllable.pitch) / 4)
         if rested < 70 or syllable.prominence < 0.5 or self._draw() > wanted:
             return
-        size = (0.12 + 0.3 * self._draw()) * (0.4 + 0.6 * syllable.prominence)
+        size = (0.16 + 0.4 * self._draw()) * (0.4 + 0.6 * syllable.prominence)
         start = syllable.row - 18
         if syllable.pitch < 0.3 and self._draw() < 0.5:
             self._canvas.pulse(DOWN, start, _BROW_UP, 0.8 * size)
