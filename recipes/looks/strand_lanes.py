@@ -116,7 +116,7 @@ def _short_lock(drawings: Drawings, lane: int, count: int, rng: np.random.Genera
 
 
 def _inside(x: np.ndarray) -> np.ndarray:
-    """Places across a lock that turn back at its sides: held there, they would be a straight edge."""
+    """Places across a lock, turned back at its sides: held there, they would be an edge."""
     low, high = SIDES
     return high - np.abs(high - low - np.abs(x - low))
 
