@@ -115,7 +115,7 @@ NEUTRAL_STAGES = (
     FitStage(3, 0.03, 0.3, 1.0, 0.2, 1.0),
     FitStage(4, 0.015, 0.4, 0.3, 0.05, 0.5),
     FitStage(4, 0.006, 0.5, 0.1, 0.02, 0.2),
-    FitStage(4, 0.003, 0.6, 0.1, 5e-4, 0.2),
+    FitStage(6, 0.003, 0.6, 0.1, 5e-4, 0.2),
 )
 """A face of unknown identity at rest. Its expression is stiff: it must not explain the identity."""
 

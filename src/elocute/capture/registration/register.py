@@ -43,8 +43,8 @@ LOST_LANDMARK_MM = 6.0
 LOST_COVERED = 0.2
 """Low, as a scan may show clothes and hair: it is the face that tells."""
 LOST_FACE = 0.8
-LOST_STRANGE_MM, LOST_STRANGE_LED_MM = 3.5, 6.0
-"""Without landmarks, and with some. People came to 2.8, faces in wrong places to 3 to 7."""
+LOST_STRANGE_MM, LOST_STRANGE_LED_MM = 3.0, 6.0
+"""Without landmarks, and with some. People came to 2.8, faces in wrong places to 3.1 to 8.7."""
 NOBODY, LOST_NOBODY_MM = 1.85, 2.2
 """Root mean square of an identity, in standard deviations, beyond which it is nobody's, and how far
 from that a face found without landmarks may be. Real people came to 1.7 and 1.5 mm, most
