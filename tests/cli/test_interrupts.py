@@ -161,6 +161,28 @@ def test_files_that_an_interruption_left_open_do_not_complain(
         assert expected in said and (said.count("\n") == 1) == bool(by), said
 
 
+def test_one_while_a_class_is_made(tmp_path: Path) -> None:
+    """Python 3.11 makes a RuntimeError of what a descriptor's `__set_name__` raises."""
+    classes = """
+import os, signal, sys
+from elocute.cli import main
+class Descriptor:
+    def __set_name__(self, *_):
+        os.kill(os.getpid(), signal.SIGINT)
+class Notice:
+    def find_spec(name, *_):
+        if name == "elocute.cli.entry_point":
+            class Made:
+                one = Descriptor()
+sys.meta_path.insert(0, Notice)
+main()
+"""
+    words = python("-c", AS_FROM_A_TERMINAL + classes, "--version")
+    process = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    check(process.returncode, process.stderr, tmp_path)
+    assert process.returncode == 130
+
+
 def test_nohup_is_heeded(speech_wav: Path, tmp_path: Path) -> None:
     code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + START
     words = python("-c", code, HANDLED, "animate", speech_wav, "-o", "t.npz")
