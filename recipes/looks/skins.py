@@ -43,6 +43,9 @@ LIP_CREASE_PX, LIP_CREASE_DEPTH = (15, 1.5), 0.022
 """Length and width of a crease on an atlas of 2048 px, and how deep it is."""
 LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
+LIP_ENDS_MM, LIP_END = (0.5, 8.5), 0.35
+"""Over which distance from the corners of the mouth lips take on their red, and their share of it
+at the corners, where it comes to an end in skin, not in a point."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
 LID_OF_SKIN = {"light": (0.92, 0.83, 0.825), "dark": (0.73, 0.67, 0.65)}
@@ -88,6 +91,10 @@ class Masks:
         self.lip = blurred(canvas.spread(lip, size), size / 700).clip(0, 1)
         ends = at[head.landmarks[[48, 54]]]
         away = np.linalg.norm(at[:, None] - ends[None], axis=2).min(axis=1)
+        first, last = LIP_ENDS_MM
+        along = np.clip((away - first) / (last - first), 0, 1)
+        red = LIP_END + (1 - LIP_END) * along**2 * (3 - 2 * along)
+        self.red = blurred(canvas.spread(red, size), size / 400).clip(0, 1)
         beside = np.exp(-((away / CORNER_MM) ** 2))
         self.corner = blurred(canvas.spread(beside, size), size / 250) * (1 - self.lip)
         front = at[:, 2] > -75
@@ -304,8 +311,11 @@ def _natural_lips(colour: np.ndarray, masks: Masks, kind: str) -> np.ndarray:
     size, sex = colour.shape[0], kind.split("_")[-1]
     bright = luma(colour)[..., None]
     inside = masks.lip > 0.9
-    natural = bright / bright[inside].mean() * _skin_colour(colour, masks) * LIP_OF_SKIN[kind]
-    share = LIP_NATURAL[sex] * masks.lip[..., None]
+    red = masks.red[..., None]
+    shade = (bright / bright[inside].mean()) ** red
+    tint = 1 - red * (1 - np.array(LIP_OF_SKIN[kind]))
+    natural = shade * _skin_colour(colour, masks) * tint
+    share = (1 - (1 - LIP_NATURAL[sex]) * red) * masks.lip[..., None]
     colour = colour * (1 - share) + natural * share
     roll = LIP_ROLL * blurred(masks.lip, size / 160) * (1 - masks.lip)
     creased = (masks.lip * _lip_creases(size).clip(0, 2))[..., None] * np.array(LIP_CREASE)
