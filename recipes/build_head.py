@@ -1,8 +1,11 @@
 """Build the built-in head from MakeHuman's CC0 data.
 
     python -m recipes.build_head [--data ../shared/data] [--people 600]
+    python -m recipes.build_head --like src/elocute/head/assets/head.npz
 
-Writes src/elocute/head/assets/head.npz and identities.json. Takes two minutes on one core.
+Writes src/elocute/head/assets/head.npz and identities.json. Takes two minutes on one core. The
+second keeps the identity space of a built head, so that its seeds stay the same people while shapes
+and textures change.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.head import HeadModel, save_head
+from elocute.head import HeadModel, load_head, save_head
 from elocute.head.normals import vertex_normals
 from recipes.head import marks, paint, shade
 from recipes.head.arkit import NAMES
@@ -21,8 +24,8 @@ from recipes.head.face import NeutralFace
 from recipes.head.identity import (
     JOINT_NAMES,
     JOINT_PARENTS,
-    IdentityBasis,
     identity_basis,
+    identity_of,
     joints_of,
 )
 from recipes.head.lips import PAIRS
@@ -41,30 +44,18 @@ NOTICE = (
 )
 
 
-def build(data: Path, people: int, cache: Path | None) -> tuple[HeadModel, dict]:
+def build(data: Path, people: int, like: Path | None) -> tuple[HeadModel, dict]:
     """The head, and the coefficients of the named faces."""
     face = NeutralFace(MakeHuman(data / "makehuman"))
-    identity = cached_identity(face, people, cache)
-    print(
-        f"identity: {identity.explained:.4f} of variance, "
-        f"held out {identity.held_out_m * 1e3:.2f} mm"
-    )
+    if like:
+        identity = identity_of(load_head(like))
+    else:
+        identity = with_local_components(face, identity_basis(face, people))
     shapes = expression_basis(face)
     named = coefficients(face, identity)
     for name, values in named.items():
         print(f"{name}: largest coefficient {np.abs(values).max():.1f}")
     return assembled(face, identity, shapes), named
-
-
-def cached_identity(face: NeutralFace, people: int, cache: Path | None) -> IdentityBasis:
-    """Sampling people is slow: keep the basis beside the scratch files while shapes change."""
-    if cache and cache.exists():
-        with np.load(cache) as stored:
-            return IdentityBasis(**{name: stored[name] for name in stored.files})
-    basis = with_local_components(face, identity_basis(face, people))
-    if cache:
-        np.savez(cache, **vars(basis))
-    return basis
 
 
 def assembled(face: NeutralFace, identity: IdentityBasis, shapes: np.ndarray) -> HeadModel:
@@ -117,12 +108,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data")
     parser.add_argument("--people", type=int, default=600)
-    parser.add_argument("--cache", type=Path, help="keep the identity basis in this .npz")
+    parser.add_argument("--like", type=Path, help="a built head whose identity space is kept")
     parser.add_argument(
         "--out", type=Path, default=ROOT / "src" / "elocute" / "head" / "assets" / "head.npz"
     )
     choice = parser.parse_args()
-    head, named = build(choice.data, choice.people, choice.cache)
+    head, named = build(choice.data, choice.people, choice.like)
     save_head(choice.out, head)
     rounded = {name: np.round(values, 3).tolist() for name, values in named.items()}
     choice.out.with_name("identities.json").write_text(json.dumps(rounded) + "\n")

@@ -23,7 +23,7 @@ CHEEK = (
 """The muscle round the eye: the cheek's apple rises, the skin beside the eye bunches."""
 LOWER_LID = 1.08
 """Of MakeHuman's raised lower lid in a squint."""
-SQUINT = (Pull((29, -13), (0, 1.6, 1.8), (14, 5)), Pull((47, -1), (-1.5, 0, 0.4), (8, 8)))
+SQUINT = (Pull((29, -16), (0, 1.4, 0.9), (14, 6)), Pull((47, -1), (-1.5, 0, 0.4), (8, 8)))
 """What a squint does below and beside the lids."""
 SNEER = (
     Pull((15.5, -41), (1.6, 3.4, 0.8), (7, 8)),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elocute.head import HeadModel
 from elocute.numerics.ridge import ridge_coefficients
 from recipes.head.face import NeutralFace
 from recipes.head.population import Traits, random_adult, tone_of
@@ -24,9 +25,6 @@ class IdentityBasis:
     joints: np.ndarray  # (component, joint, 3)
     tone: np.ndarray  # (1 + component,) mean skin tone, then its slope
     traits: np.ndarray  # (2, 1 + component) sex (0 woman, 1 man) and age in years, in the same way
-    coefficients: np.ndarray  # (person, component) of the sampled people
-    explained: float  # share of variance
-    held_out_m: float  # mean vertex error on faces not used
 
 
 def joints_of(face: NeutralFace, body: np.ndarray) -> np.ndarray:
@@ -51,6 +49,9 @@ def identity_basis(
     coefficients = centred @ basis.T / spread
     rest = unknown - mean
     missed = (rest - (rest @ basis.T) @ basis).reshape(held_out, -1, 3)
+    held_out_m = np.linalg.norm(missed[:, face.skin_slice], axis=2).mean()
+    explained = values[order].sum() / values.sum()
+    print(f"identity: {explained:.4f} of variance, held out {held_out_m * 1e3:.2f} mm")
     scaled = (basis * spread[:, None]).reshape(components, -1, 3)
     return IdentityBasis(
         vertices=scaled[:, : face.assembly.count],
@@ -62,9 +63,17 @@ def identity_basis(
                 _regression(coefficients, Traits().years, [one.years for one in everyone]),
             ]
         ),
-        coefficients=coefficients,
-        explained=float(values[order].sum() / values.sum()),
-        held_out_m=float(np.linalg.norm(missed[:, face.skin_slice], axis=2).mean()),
+    )
+
+
+def identity_of(head: HeadModel) -> IdentityBasis:
+    """That of a head built earlier. A basis sampled anew, of a face that has changed a little, has
+    components that are turned among each other: its seeds would be other people."""
+    return IdentityBasis(
+        vertices=head.identity_basis.astype(float),
+        joints=head.joint_identity_basis.astype(float),
+        tone=head.tone_basis.astype(float),
+        traits=head.trait_basis.astype(float),
     )
 
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from PIL import Image, ImageDraw
+from scipy.spatial import KDTree
 
 from recipes.head.face import NeutralFace
 from recipes.looks.cards import Cards
@@ -15,6 +16,8 @@ WIDTH_PX, HEIGHT_PX, FINER = 768, 256, 3
 """Size of the picture: lashes of the upper lid in its upper half, of the lower in its lower."""
 ROWS, COLUMNS = 5, 25
 NEIGHBOURS = 10
+PLATE_M = 0.004
+"""How far the plate of the lower lid reaches down."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,8 @@ def cards(face: NeutralFace) -> tuple[Cards, np.ndarray]:
         arc = anatomy.lid_arc(skin, lid.upper)
         arc = arc[np.argsort(np.abs(skin[arc, 0]))]
         index, weights, offset, uv = _band(skin, arc, face.assembly.eye_centre, lid)
-        side = np.tile(edge_of(arc), (len(index), 1))
+        turns_with = edge_of(arc, NEIGHBOURS) if lid.upper else _plate(skin, arc)
+        side = np.tile(turns_with, (len(index), 1))
         mirror = anatomy.skin_mirror
         parts += [(index, weights, offset, uv, False)]
         parts += [(mirror[index], weights, offset * [-1, 1, 1], uv, True)]
@@ -133,11 +137,19 @@ def _band(
     return *many, offset.reshape(-1, 3), uv.reshape(-1, 2)
 
 
-def edge_of(arc: np.ndarray) -> np.ndarray:
-    """(NEIGHBOURS,) skin along the edge of a lid. All its lashes turn with the whole edge, as a lid
+def edge_of(arc: np.ndarray, count: int) -> np.ndarray:
+    """(count,) skin along the edge of a lid. All its lashes turn with the whole edge, as a lid
     turns round the ball: beside a single root skin is wrung as the lid shuts, and so would the
     lashes be."""
-    return arc[np.round(np.linspace(0, len(arc) - 1, NEIGHBOURS)).astype(int)]
+    return arc[np.round(np.linspace(0, len(arc) - 1, count)).astype(int)]
+
+
+def _plate(skin: np.ndarray, arc: np.ndarray) -> np.ndarray:
+    """(NEIGHBOURS,) skin along the edge of the lower lid, and below it: where the cheek pushes the
+    lid up, the edge stays as steep as it was, but the skin before which lashes lie bulges."""
+    edge = edge_of(arc, NEIGHBOURS // 2)
+    below = KDTree(skin).query(skin[edge] - [0, PLATE_M, 0])[1]
+    return np.r_[edge, below]
 
 
 def picture(lids: tuple[Lid, Lid]) -> np.ndarray:

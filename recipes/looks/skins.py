@@ -48,7 +48,7 @@ LIP_ENDS_MM, LIP_END = (0.5, 8.5), 0.35
 at the corners, where it comes to an end in skin, not in a point."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
-LID_OF_SKIN = {"light": (0.92, 0.83, 0.825), "dark": (0.73, 0.67, 0.65)}
+LID_OF_SKIN = {"light": (0.95, 0.89, 0.88), "dark": (0.80, 0.75, 0.73)}
 NEAR_LID_OF_SKIN = (0.955, 0.905, 0.905)
 """Lids are thin and redder than the skin round them, which comes to their colour by and by."""
 LID_GRAIN, STRETCHED_GRAIN = 0.2, 0.05

@@ -67,7 +67,9 @@ BLUNT = (0.70, 0.55, 0.30)  # how much of the smooth normal diffuse light takes
 PENUMBRA = (0.75, 0.93, 1.0)  # exponent of the key's visibility on skin: red bleeds into shadow
 GRAZING = 0.4  # of the surroundings at a grazing angle, as the whole lobe gives it (Karis 2014)
 CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
-STRAND_POWER, STRAND_TINT = 48.0, (0.045, 0.85)  # strength: white, and of its own colour
+STRAND_POWER = (110.0, 12.0)  # of what the surface of hair mirrors, and of what passes through it
+STRAND_TINT = (0.06, 0.95)  # strength: white of the former, of the hair's own colour of the latter
+STRAND_TILT = (-0.10, 0.14)  # by scales of the hair: of the former to its root, of the latter on
 LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.40, 0.88)  # of an eye's normals
 BALL = 0.74  # the white of an eye is darker than it is painted
 LID_ARCH = 0.45  # how far the upper lid's edge comes down towards the corners
@@ -199,10 +201,13 @@ def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
     meets = np.clip((p.normal @ towards)[:, None], 0, 1)
     color = _f32(lamp.color) * lamp.shine
     if f.strand:
-        along = _dot(p.strand, half)
-        across = np.maximum(1 - along * along, 0) ** STRAND_POWER
-        tint = STRAND_TINT[0] + STRAND_TINT[1] * p.albedo
-        return color * tint * (f.strand * p.occlusion * across * _mix(meets, 1, 0.25))
+        along, out = _dot(p.strand, half), _dot(p.normal, half)
+        mirrored, passed = (
+            np.maximum(1 - (along + tilt * out) ** 2, 0) ** power
+            for tilt, power in zip(STRAND_TILT, STRAND_POWER, strict=True)
+        )
+        bright = STRAND_TINT[0] * mirrored + STRAND_TINT[1] * passed * p.albedo
+        return color * bright * (f.strand * p.occlusion * _mix(meets, 1, 0.25))
     aligned, seen = np.clip(_dot(p.normal, half), 0, 1), np.clip(_dot(p.view, half), 0, 1)
     wide = np.minimum(p.roughness * p.roughness + lamp.size * 0.5, 1)
     narrow = wide * wide
@@ -393,10 +398,12 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
     vec3 between = normalize(p.view + towards);
     float meets = clamp(bare, 0.0, 1.0);
     if (f.strand > 0.0) {{
-        float along = dot(p.strand, between);
-        float across = pow(max(1.0 - along * along, 0.0), {STRAND_POWER:f});
-        shine += color * ({STRAND_TINT[0]:f} + {STRAND_TINT[1]:f} * p.albedo)
-            * (gain * through * f.strand * p.occlusion * across * mix(meets, 1.0, 0.25));
+        float along = dot(p.strand, between), out_ = dot(p.normal, between);
+        float first = along + out_ * {STRAND_TILT[0]:f}, second = along + out_ * {STRAND_TILT[1]:f};
+        float mirrored = pow(max(1.0 - first * first, 0.0), {STRAND_POWER[0]:f});
+        float passed = pow(max(1.0 - second * second, 0.0), {STRAND_POWER[1]:f});
+        shine += color * ({STRAND_TINT[0]:f} * mirrored + {STRAND_TINT[1]:f} * passed * p.albedo)
+            * (gain * through * f.strand * p.occlusion * mix(meets, 1.0, 0.25));
         return;
     }}
     float aligned = clamp(dot(p.normal, between), 0.0, 1.0);
