@@ -24,6 +24,7 @@ from recipes.head.face import NeutralFace
 from recipes.head.identity import (
     JOINT_NAMES,
     JOINT_PARENTS,
+    IdentityBasis,
     identity_basis,
     identity_of,
     joints_of,
