@@ -12,6 +12,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from scipy.spatial import KDTree
 
 from recipes.looks.cards import Cards
 from recipes.looks.surface import Skin
@@ -26,6 +27,9 @@ CORE, FAINT = 0.8, 0.01
 """The alpha that hides what lies behind, and the least that is drawn."""
 SHOWN = 0.05
 """The share of its pixels that a quad must show to be kept."""
+ROUND, OPEN = 40, (0.15, 0.45)
+"""How many vertices lie round one; the share of pixels seen from which a card begins to lie open,
+and does."""
 _VERTEX = """#version 430
 uniform mat4 view; uniform float deeper;
 in vec3 place; in vec2 texcoord; out vec2 at;
@@ -62,7 +66,9 @@ def without_hidden(cards: Cards, picture: np.ndarray, skin: Skin) -> Cards:
         What hides hair as well.
     """
     seen, whole = _pixels(cards, picture, skin)
-    kept = seen >= SHOWN * np.maximum(whole, 1)
+    share = seen / np.maximum(whole, 1)
+    kept = share >= SHOWN
+    cards = replace(cards, shade=_lit(cards, share))
     used, quads = np.unique(cards.quads[kept], return_inverse=True)
     places, uv_quads = np.unique(cards.uv_quads[kept], return_inverse=True)
     return replace(
@@ -75,6 +81,18 @@ def without_hidden(cards: Cards, picture: np.ndarray, skin: Skin) -> Cards:
             for name in ("index", "weights", "offset", "shade", "points")
         },
     )
+
+
+def _lit(cards: Cards, share: np.ndarray) -> np.ndarray:
+    """(vertex,) shade where what lies open, since it was led round ears and cheeks, is no darker
+    than what lies open round it; `share` of each quad is seen."""
+    open_ = np.zeros(len(cards.points))
+    np.maximum.at(open_, cards.quads, share[:, None])
+    near = KDTree(cards.points).query(cards.points, ROUND)[1]
+    weight = open_[near] + 1e-3
+    around = (weight * cards.shade[near]).sum(1) / weight.sum(1)
+    less = np.maximum(around - cards.shade, 0)
+    return cards.shade + less * ((open_ - OPEN[0]) / np.ptp(OPEN)).clip(0, 1)
 
 
 def _views(points: np.ndarray) -> list[np.ndarray]:

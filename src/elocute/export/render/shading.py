@@ -68,7 +68,8 @@ PENUMBRA = (0.75, 0.93, 1.0)  # exponent of the key's visibility on skin: red bl
 GRAZING = 0.4  # of the surroundings at a grazing angle, as the whole lobe gives it (Karis 2014)
 CREVICE, ENCLOSED = 0.35, 0.7  # how much occlusion keeps from the key, and from other lamps
 STRAND_POWER = (110.0, 12.0)  # of what the surface of hair mirrors, and of what passes through it
-STRAND_TINT = (0.06, 0.95)  # strength: white of the former, of the hair's own colour of the latter
+STRAND_TINT = (0.10, 0.95)  # strength: white of the former, of the hair's own colour of the latter
+STRAND_GAP = 0.02  # linear green of hair at which half of the former is left: gaps are in shade
 STRAND_TILT = (-0.10, 0.14)  # by scales of the hair: of the former to its root, of the latter on
 LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.40, 0.88)  # of an eye's normals
 BALL = 0.74  # the white of an eye is darker than it is painted
@@ -206,7 +207,8 @@ def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
             np.maximum(1 - (along + tilt * out) ** 2, 0) ** power
             for tilt, power in zip(STRAND_TILT, STRAND_POWER, strict=True)
         )
-        bright = STRAND_TINT[0] * mirrored + STRAND_TINT[1] * passed * p.albedo
+        strands = p.albedo[:, 1:2] / (p.albedo[:, 1:2] + np.float32(STRAND_GAP))
+        bright = STRAND_TINT[0] * mirrored * strands + STRAND_TINT[1] * passed * p.albedo
         return color * bright * (f.strand * p.occlusion * _mix(meets, 1, 0.25))
     aligned, seen = np.clip(_dot(p.normal, half), 0, 1), np.clip(_dot(p.view, half), 0, 1)
     wide = np.minimum(p.roughness * p.roughness + lamp.size * 0.5, 1)
@@ -402,6 +404,7 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
         float first = along + out_ * {STRAND_TILT[0]:f}, second = along + out_ * {STRAND_TILT[1]:f};
         float mirrored = pow(max(1.0 - first * first, 0.0), {STRAND_POWER[0]:f});
         float passed = pow(max(1.0 - second * second, 0.0), {STRAND_POWER[1]:f});
+        mirrored *= p.albedo.g / (p.albedo.g + {STRAND_GAP:f});
         shine += color * ({STRAND_TINT[0]:f} * mirrored + {STRAND_TINT[1]:f} * passed * p.albedo)
             * (gain * through * f.strand * p.occlusion * mix(meets, 1.0, 0.25));
         return;
