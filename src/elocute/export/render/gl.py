@@ -82,14 +82,13 @@ class GlRenderer:
         cards = [part for part in parts.parts if not part.solid]
         solid = [part for part in parts.parts if part.solid]
         self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
+        # Depths alone: half of all cards lie behind the head, and most of the others behind these.
         self._covers = [
-            (
-                self.array(
-                    self.program(gl_shaders.VERTEX_AT, gl_shaders.cover(part, stage.rig)), part
-                ),
-                part,
+            (self.array(self.program(gl_shaders.VERTEX_AT, fragment), part), part)
+            for part, fragment in (
+                *((part, gl_shaders.HIDING) for part in solid if cards),
+                *((part, gl_shaders.cover(part, stage.rig)) for part in cards),
             )
-            for part in cards
         ]
         fringed = [part for part in cards if part.surface.opacity == "blend"]
         self._fringes = [(self._drawing(part, fringe=True), part) for part in fringed]
@@ -194,13 +193,13 @@ class GlRenderer:
         self._drawn.use()
         self._drawn.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
         self._shadow.moments.use(UNITS["shadow_map"])
-        # Where cards are solid is found out first: each pixel of them is then lit but once.
+        # What lies in front is found out first: each pixel is then lit but once.
         for array, part in self._covers:
             self._sides(part)
             self.bind(part)
             array.render()
         for array, part in self._solid:
-            gl.depth_func = "<" if part.solid else "=="
+            gl.depth_func = "<=" if part.solid else "=="
             self._sides(part)
             self.bind(part)
             array.render()

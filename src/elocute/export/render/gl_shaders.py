@@ -59,6 +59,10 @@ in vec3 position; in vec2 texcoord;
 out vec2 at; out vec3 place;
 void main() { gl_Position = projection * vec4(position, 1.0); at = texcoord; place = position; }
 """
+HIDING = """#version 330
+out vec4 pixel;
+void main() { pixel = vec4(0.0); }
+"""
 _COVER = """#version 330
 uniform sampler2D color_map; uniform vec3 eye;
 in vec2 at; in vec3 place; out vec4 pixel;
