@@ -61,7 +61,7 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         outer = face.expression(f"eyebrows-{low}-extern-up")
         skin = {
             "browDown": 1.05 * face.expression(f"eyebrows-{low}-down") - arch - 0.35 * outer,
-            "browOuterUp": outer + 1.6 * arch,
+            "browOuterUp": 0.8 * outer + 1.5 * arch,
             "eyeBlink": SHUT * (face.expression(f"eye-{low}-closure") - EYES_OPEN * wide),
             "eyeWide": WIDE * wide,
             "eyeSquint": LOWER_LID * face.pose_unit(f"{side}LowerLidUp") + squint[side],
