@@ -11,14 +11,14 @@ from recipes.looks.scalp import depth_mm
 SIZE, FINER = 1024, 3
 SHADE_MM, SOFT_PX = (6.0, 15.0), 3.0
 """Between these depths behind the hairline the shade comes."""
-HAIRS, HAIRS_MM = 9000, (1.0, 8.0, 17.0)
+HAIRS, HAIRS_MM = 15000, (1.5, 10.0, 18.0)
 """Fine hairs that are drawn: from which depth more grow, where most do, where none is seen."""
-HAIR_PX, STRAY_DEG = (7.0, 20.0), 20.0
+HAIR_PX, STRAY_DEG = (6.0, 18.0), 12.0
 """Length of the fine hairs, and how far they stray from the way into the hair."""
 SIDE_MM, SIDE_DOWN = (46.0, 22.0), 1.5
 """Between these heights over the eyes hair turns from back to down, and how much."""
 BEHIND_MM = -108.0
-THIN = 0.80
+THIN = 0.55
 """How dark a hair is at most: it is thinner than a pixel."""
 
 
