@@ -48,6 +48,7 @@ uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D rou
 uniform sampler2D shadow_map;
 varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
 varying vec3 from_key;
+uniform vec3 eye;
 vec2 texel_at() { return vec2(at.x, 1.0 - at.y); }
 #ifdef FOLDS
 uniform sampler2D folds_map; uniform float fold_lines; uniform float fold_step;
@@ -63,8 +64,15 @@ vec3 strand_of(vec3 normal) {
     return along * inversesqrt(max(dot(along, along), 1e-20));
 }
 void main() {
-    vec4 texel = texture2D(color_map, texel_at(), SHARPER);
     vec3 view = normalize(cameraPosition - place);
+    vec2 spot = texel_at();
+    #ifndef CARDS
+    if (eye.z > 0.0) {
+        spot = refracted(at, eye, view, place, normalize(smooth_normal));
+        spot.y = 1.0 - spot.y;
+    }
+    #endif
+    vec4 texel = texture2D(color_map, spot, SHARPER);
     bool gone = false;
     #ifdef CARDS
     texel.a *= edge_on(place, view);
@@ -155,6 +163,7 @@ export class Shading {
       middle: { value: middleOf(mesh) },
       relief: { value: Boolean(record.normalTexture) },
       normal_scale: { value: part.normal_scale },
+      eye: { value: part.eye },
       color_map: { value: color ? pictures[color.index] : this.blank },
       normal_map: { value: record.normalTexture ? pictures[record.normalTexture.index] : this.blank },
       roughness_map: { value: rough ? pictures[rough.index] : this.blank },

@@ -16,7 +16,7 @@ from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import shadow_view
 from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
-from elocute.head.surface import Surface
+from elocute.head.surface import EYE, Surface
 
 SHADOW_SIDE = 192
 """Pixels of the viewer's shadow: those of the fast profile."""
@@ -84,6 +84,7 @@ def _part(part: Part) -> dict[str, Any]:
         "rough": float(part.rough),
         "tint": list(map(float, part.surface.tint)),
         "normal_scale": float(part.surface.normal_scale),
+        "eye": [getattr(part.surface, name) for name in EYE],
         "both_sides": part.surface.both_sides,
         "turns": part.turns,
         "rounded": part.rounded,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,10 @@ class Surface:
         two sets of zones (`elocute.head.folds`), blue: finer lines of the first.
     fold_depth, fold_lines : float
         Factors of their depth, and of that of the finer lines.
+    eye_rad, iris_rad, iris_depth : float
+        Of an eye, in whose image the angle from its axis grows evenly from the middle: the angle
+        at the image's edge and at that of the iris, and how many radii of the eye the iris lies
+        behind the top of the cornea; 0: no such image, or an iris on the surface.
     """
 
     color: bytes = field(default=b"", repr=False)
@@ -59,12 +63,17 @@ class Surface:
     folds: bytes = field(default=b"", repr=False)
     fold_depth: float = 0.0
     fold_lines: float = 0.0
+    eye_rad: float = 0.0
+    iris_rad: float = 0.0
+    iris_depth: float = 0.0
 
 
 IMAGES = ("color", "normal", "roughness", "folds")
 FACTORS = ("roughness_factor", "normal_scale")
-FOLDS = ("fold_depth", "fold_lines")
-FINISH = ("tint", *FACTORS, "opacity", "both_sides", *FOLDS)
+EYE = ("eye_rad", "iris_rad", "iris_depth")
+LATER = ("fold_depth", "fold_lines", *EYE)
+"""Numbers that files of earlier versions do not have."""
+FINISH = ("tint", *FACTORS, "opacity", "both_sides", *LATER)
 MOST, FINISH_MAX_BYTES = 64, 10_000
 
 
@@ -105,22 +114,24 @@ def _surface(record: Mapping[str, Any], images: dict[str, bytes]) -> Surface:
     tint = record.get("tint")
     parts = [finite_number(part) for part in tint] if isinstance(tint, list) else []
     rough, scale = (finite_number(record.get(name)) for name in FACTORS)
-    # Files of earlier versions know no folds.
-    depth, lines = (finite_number(record.get(name, 0.0)) for name in FOLDS)
+    later = {name: finite_number(record.get(name, 0.0)) for name in LATER}
     if len(parts) != 3 or None in parts or rough is None or scale is None:
         raise HeadError("a surface without its numbers; allowed: tint, roughness, normal scale")
-    if depth is None or lines is None:
-        raise HeadError("folds without their depth; allowed: two numbers")
+    numbers = {name: number for name, number in later.items() if number is not None}
+    if len(numbers) < len(LATER) or (numbers["iris_depth"] and not _is_eye(numbers)):
+        raise HeadError(f"a surface whose folds or iris are wrong; allowed: {', '.join(LATER)}")
     if record.get("opacity") not in OPACITIES:
         raise HeadError(f"a surface that is {str(record.get('opacity'))[:40]!r}; allowed: opaque")
     red, green, blue = (float(part or 0.0) for part in parts)
-    return Surface(
-        **images,
+    surface = Surface(
         tint=(red, green, blue),
         roughness_factor=rough,
         normal_scale=scale,
         opacity=str(record["opacity"]),
         both_sides=bool(record.get("both_sides")),
-        fold_depth=depth,
-        fold_lines=lines,
     )
+    return replace(surface, **images, **numbers)
+
+
+def _is_eye(numbers: Mapping[str, float]) -> bool:
+    return all(0 < numbers[name] <= np.pi for name in EYE)

@@ -145,6 +145,10 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
         cut = "texel.a *= edge_on(place, normalize(eye - place)); "
         cut += f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
         alpha = "texel.a"
+    where = "at"
+    if given.iris_depth > 0:
+        where = f"refracted(at, vec3({given.eye_rad:f}, {given.iris_rad:f}, {given.iris_depth:f}), "
+        where += "normalize(eye - place), place, normalize(smooth_normal))"
     scale = given.normal_scale
     bumped = f"bumped(relief, {scale:f}, place, at, p.blunt)"
     rough = (
@@ -153,7 +157,7 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     )
     parts = {
         "SHADING": shading.glsl(rig),
-        "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, at{bias})",
+        "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, {where}{bias})",
         "CUT": cut,
         "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
         "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",

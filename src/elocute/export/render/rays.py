@@ -175,7 +175,11 @@ class RayRenderer:
 
         albedo = _weighted(self._parts.color, corners, shares) * np.array(given.tint, np.float32)
         if part.color is not None:
-            albedo = albedo * part.color.at_density(at, density)[:, :3]
+            spot = at
+            if given.iris_depth > 0:
+                eye = given.eye_rad, given.iris_rad, given.iris_depth
+                spot = shading.refracted(at, eye, views, blunt, scene.frames(corners))
+            albedo = albedo * part.color.at_density(spot, density)[:, :3]
         occlusion = _weighted(self._parts.occlusion[:, None], corners, shares)
         roughness = np.full((len(chosen), 1), part.rough, np.float32)
         if part.roughness is not None:

@@ -87,6 +87,8 @@ EDGE_ON = (0.02, 0.2)  # cosines between which cards fade away
 FOLD_STEP = 1 / 1024  # part of the image between the points that folds are measured at
 FOLD_SLOPE = 2.2  # of a fold from smooth skin to the deepest crease within that distance
 FOLD_TINT, FOLD_SHADE = (0.16, 0.28, 0.31), 0.45  # what a crease keeps of colour, of light
+CORNEA_INDEX = 1.336  # refraction, of the aqueous humour behind it (Gullstrand)
+CORNEA_ASLANT = 0.25  # least cosine of a view that is followed through the cornea
 SHADOW_BIAS = 0.006  # of the radius of the key's view
 GROUND_MIDDLE, GROUND_SHAPE = (0.5, 0.62), (1.0, 1.15)  # the bright spot behind the head
 
@@ -319,6 +321,34 @@ def bumped(
     return (out / np.sqrt(np.maximum(_dot(out, out), 1e-12))).astype(np.float32)
 
 
+def refracted(
+    at: FloatArray,
+    eye: tuple[float, float, float],
+    view: FloatArray,
+    normal: FloatArray,
+    edges: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+) -> FloatArray:
+    """Where (point, 2) on an eye's image views meet the iris, as the cornea bends them; as it is
+    drawn, it is seen from ahead.
+
+    eye: the three of `elocute.head.surface.EYE`; edges: the last but one four of `bumped`.
+    """
+    edge_rad, iris_rad, depth = eye
+    edge, other, change, other_change = edges
+    across, down = np.cross(other, normal), np.cross(normal, edge)
+    side = np.sign(_dot(np.cross(edge, other), normal))
+    facing = np.maximum(_dot(view, normal), np.float32(CORNEA_ASLANT))
+    inside = np.sqrt(1 - (1 - facing * facing) / np.float32(CORNEA_INDEX**2))
+    slant = []
+    for axis in (0, 1):
+        way = across * change[:, axis, None] + down * other_change[:, axis, None]
+        slant.append(_dot(view, way) / np.sqrt(np.maximum(_dot(way, way), 1e-30)))
+    angle = (at - 0.5) * np.float32(2 * edge_rad)
+    below = depth / CORNEA_INDEX * np.maximum(1 - _dot(angle, angle) / iris_rad**2, 0)
+    shift = below * (np.hstack(slant) * (side / inside) + angle)
+    return (at - shift / (2 * edge_rad)).astype(np.float32)
+
+
 def folded(point: Point, texel: FloatArray, heights: FloatArray) -> tuple[Point, FloatArray]:
     """Points in the creases of folds: darker, and the texels (point, 3) of their normals turned.
 
@@ -479,6 +509,19 @@ vec3 folded(inout Point p, vec3 texel, vec3 heights) {{
     p.albedo *= 1.0 - sunk * {_vec(FOLD_TINT)};
     p.occlusion *= 1.0 - sunk * {FOLD_SHADE:f};
     return texel - vec3((heights.yz - heights.x) * {0.5 * FOLD_SLOPE:f}, 0.0);
+}}
+vec2 refracted(vec2 at, vec3 eye, vec3 view, vec3 place, vec3 normal) {{
+    vec3 q0 = dFdx(place), q1 = dFdy(place);
+    vec2 a0 = dFdx(at), a1 = dFdy(at);
+    vec3 across = cross(q1, normal), down = cross(normal, q0);
+    vec3 right = across * a0.x + down * a1.x, up = across * a0.y + down * a1.y;
+    float facing = max(dot(view, normal), {CORNEA_ASLANT:f});
+    float inside = sqrt(1.0 - (1.0 - facing * facing) / {CORNEA_INDEX**2:f});
+    vec2 slant = vec2(dot(view, right) * inversesqrt(max(dot(right, right), 1e-30)),
+        dot(view, up) * inversesqrt(max(dot(up, up), 1e-30)));
+    vec2 angle = (at - 0.5) * (2.0 * eye.x);
+    float below = eye.z / {CORNEA_INDEX:f} * max(1.0 - dot(angle, angle) / (eye.y * eye.y), 0.0);
+    return at - (slant / inside + angle) * (below / (2.0 * eye.x));
 }}
 vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal) {{
     vec3 q0 = dFdx(place), q1 = dFdy(place);

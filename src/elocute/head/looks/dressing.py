@@ -9,7 +9,7 @@ import numpy as np
 from elocute.errors import HeadError
 from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
-from elocute.head.looks.eyes import eye_picture
+from elocute.head.looks.eyes import EDGE_RAD, IRIS_DEPTH, IRIS_RAD, eye_picture
 from elocute.head.looks.folds import PLACE, fold_depth, fold_lines
 from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR_COLOURS, Look
 from elocute.head.looks.skin import normal_picture, skin_picture
@@ -168,6 +168,9 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
         color=eye_picture(look.eyes, look.pupils),
         tint=(white, 0.98 * white, 0.95 * white),
         roughness_factor=0.08,
+        eye_rad=EDGE_RAD,
+        iris_rad=IRIS_RAD,
+        iris_depth=IRIS_DEPTH,
     )
     wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.6}
     surfaces = {"skin": skin, "eyeball": eye}

@@ -12,6 +12,8 @@ from elocute.numerics.image_sampling import bilinear
 
 EDGE_RAD, IRIS_RAD, PUPIL_RAD = 1.35, 0.425, 0.139
 """Angles from the axis of the eye: edge of the picture, of the iris and of the drawn pupil."""
+IRIS_DEPTH = 0.133
+"""In radii of the eye: a flat disc, 1.6 mm behind the top of the cornea of an eye of 12 mm."""
 DRAWN_MM = 4.2
 """How wide the drawn pupil is seen, as the pupil of a young person in a room is."""
 
