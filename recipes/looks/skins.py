@@ -10,6 +10,7 @@ import scipy.ndimage as ndimage
 from PIL import Image
 from scipy.spatial import KDTree
 
+from elocute.numerics.smoothing import smoothstep
 from recipes.head.atlas import SOURCE_PX, socket_patch, source_pixels
 from recipes.looks import lids
 from recipes.looks.canvas import Canvas, blurred, luma, noise
@@ -93,7 +94,7 @@ class Masks:
         away = np.linalg.norm(at[:, None] - ends[None], axis=2).min(axis=1)
         first, last = LIP_ENDS_MM
         along = np.clip((away - first) / (last - first), 0, 1)
-        red = LIP_END + (1 - LIP_END) * along**2 * (3 - 2 * along)
+        red = LIP_END + (1 - LIP_END) * smoothstep(along)
         self.red = blurred(canvas.spread(red, size), size / 400).clip(0, 1)
         beside = np.exp(-((away / CORNER_MM) ** 2))
         self.corner = blurred(canvas.spread(beside, size), size / 250) * (1 - self.lip)

@@ -59,8 +59,8 @@ float height(vec2 off) {
 }
 #endif
 vec3 strand_of(vec3 normal) {
-    vec3 across = cross(dFdy(place), normal), down = cross(normal, dFdx(place));
-    vec3 along = across * dFdx(at).y + down * dFdy(at).y;
+    vec3 across, along;
+    tangents(place, at, normal, across, along);
     return along * inversesqrt(max(dot(along, along), 1e-20));
 }
 void main() {

@@ -82,8 +82,8 @@ class GlRenderer:
         cards = [part for part in parts.parts if not part.solid]
         solid = [part for part in parts.parts if part.solid]
         self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
-        # Depths alone: half of all cards lie behind the head, and most of the others behind these.
-        self._covers = [
+        # Depths alone; what is solid before cards, as much of these lies behind the head.
+        self._depths = [
             (self.array(self.program(gl_shaders.VERTEX_AT, fragment), part), part)
             for part, fragment in (
                 *((part, gl_shaders.HIDING) for part in solid if cards),
@@ -194,7 +194,7 @@ class GlRenderer:
         self._drawn.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
         self._shadow.moments.use(UNITS["shadow_map"])
         # What lies in front is found out first: each pixel is then lit but once.
-        for array, part in self._covers:
+        for array, part in self._depths:
             self._sides(part)
             self.bind(part)
             array.render()

@@ -178,7 +178,8 @@ class RayRenderer:
             spot = at
             if given.iris_depth > 0:
                 eye = given.eye_rad, given.iris_rad, given.iris_depth
-                spot = shading.refracted(at, eye, views, blunt, scene.frames(corners))
+                ways = shading.tangents(*scene.frames(corners), blunt)
+                spot = shading.refracted(at, eye, views, *ways, blunt)
             albedo = albedo * part.color.at_density(spot, density)[:, :3]
         occlusion = _weighted(self._parts.occlusion[:, None], corners, shares)
         roughness = np.full((len(chosen), 1), part.rough, np.float32)
@@ -225,9 +226,8 @@ class RayRenderer:
             strong = _weighted(scene.folded, corners, shares)
             heights = part.fold_heights(strong, at, density)
             point, texel = shading.folded(point, texel, heights)
-        edge, other, change, other_change = scene.frames(corners)
-        scale = part.surface.normal_scale
-        normal = shading.bumped(texel, scale, edge, other, change, other_change, point.blunt)
+        ways = shading.tangents(*scene.frames(corners), point.blunt)
+        normal = shading.bumped(texel, part.surface.normal_scale, *ways, point.blunt)
         return replace(point, normal=normal)
 
     @staticmethod

@@ -204,9 +204,9 @@ def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
     meets = np.clip((p.normal @ towards)[:, None], 0, 1)
     color = _f32(lamp.color) * lamp.shine
     if f.strand:
-        along, out = _dot(p.strand, half), _dot(p.normal, half)
+        along, away = _dot(p.strand, half), _dot(p.normal, half)
         mirrored, passed = (
-            np.maximum(1 - (along + tilt * out) ** 2, 0) ** power
+            np.maximum(1 - (along + tilt * away) ** 2, 0) ** power
             for tilt, power in zip(STRAND_TILT, STRAND_POWER, strict=True)
         )
         strands = p.albedo[:, 1:2] / (p.albedo[:, 1:2] + np.float32(STRAND_GAP))
@@ -297,25 +297,34 @@ def open_to_key(moments: FloatArray, depth: FloatArray) -> FloatArray:
     return np.where(behind <= 0, np.float32(1), share).astype(np.float32)
 
 
-def bumped(
-    texel: FloatArray,
-    scale: float,
+def tangents(
     edge: FloatArray,
     other: FloatArray,
     change: FloatArray,
     other_change: FloatArray,
     normal: FloatArray,
-) -> FloatArray:
-    """Unit normals (point, 3) with a normal map; from two edges (point, 3) of each triangle.
+) -> tuple[FloatArray, FloatArray]:
+    """Directions (point, 3) across the normals in which either texture coordinate grows.
 
-    texel (point, 3) 0…1; change (point, 2) is that of the texture coordinates along the edges.
+    From two edges (point, 3) of each triangle; change (point, 2) is that of the texture
+    coordinates along them. Longer where the coordinate grows faster.
     """
     across, down = np.cross(other, normal), np.cross(normal, edge)
-    tangent = across * change[:, :1] + down * other_change[:, :1]
-    bitangent = across * change[:, 1:] + down * other_change[:, 1:]
     side = np.sign(_dot(np.cross(edge, other), normal))
+    right = side * (across * change[:, :1] + down * other_change[:, :1])
+    return right, side * (across * change[:, 1:] + down * other_change[:, 1:])
+
+
+def bumped(
+    texel: FloatArray,
+    scale: float,
+    tangent: FloatArray,
+    bitangent: FloatArray,
+    normal: FloatArray,
+) -> FloatArray:
+    """Unit normals (point, 3) with a normal map, by `tangents`; texel (point, 3) 0…1."""
     largest = np.maximum(_dot(tangent, tangent), _dot(bitangent, bitangent))
-    unit = side * scale / np.sqrt(np.maximum(largest, 1e-30))
+    unit = scale / np.sqrt(np.maximum(largest, 1e-30))
     slope = (texel[:, :2] * 2 - 1) * unit
     out = tangent * slope[:, :1] + bitangent * slope[:, 1:] + normal * (texel[:, 2:] * 2 - 1)
     return (out / np.sqrt(np.maximum(_dot(out, out), 1e-12))).astype(np.float32)
@@ -325,27 +334,27 @@ def refracted(
     at: FloatArray,
     eye: tuple[float, float, float],
     view: FloatArray,
+    tangent: FloatArray,
+    bitangent: FloatArray,
     normal: FloatArray,
-    edges: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
 ) -> FloatArray:
-    """Where (point, 2) on an eye's image views meet the iris, as the cornea bends them; as it is
-    drawn, it is seen from ahead.
+    """Where (point, 2) on an eye's image views meet the iris, by `tangents`: the cornea bends them.
+    Seen from ahead, all is where it is drawn.
 
-    eye: the three of `elocute.head.surface.EYE`; edges: the last but one four of `bumped`.
+    eye: the three of `elocute.head.surface.EYE`.
     """
     edge_rad, iris_rad, depth = eye
-    edge, other, change, other_change = edges
-    across, down = np.cross(other, normal), np.cross(normal, edge)
-    side = np.sign(_dot(np.cross(edge, other), normal))
     facing = np.maximum(_dot(view, normal), np.float32(CORNEA_ASLANT))
     inside = np.sqrt(1 - (1 - facing * facing) / np.float32(CORNEA_INDEX**2))
-    slant = []
-    for axis in (0, 1):
-        way = across * change[:, axis, None] + down * other_change[:, axis, None]
-        slant.append(_dot(view, way) / np.sqrt(np.maximum(_dot(way, way), 1e-30)))
+    slant = np.hstack(
+        [
+            _dot(view, way) / np.sqrt(np.maximum(_dot(way, way), 1e-30))
+            for way in (tangent, bitangent)
+        ]
+    )
     angle = (at - 0.5) * np.float32(2 * edge_rad)
     below = depth / CORNEA_INDEX * np.maximum(1 - _dot(angle, angle) / iris_rad**2, 0)
-    shift = below * (np.hstack(slant) * (side / inside) + angle)
+    shift = below * (slant / inside + angle)
     return (at - shift / (2 * edge_rad)).astype(np.float32)
 
 
@@ -430,8 +439,8 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
     vec3 between = normalize(p.view + towards);
     float meets = clamp(bare, 0.0, 1.0);
     if (f.strand > 0.0) {{
-        float along = dot(p.strand, between), out_ = dot(p.normal, between);
-        float first = along + out_ * {STRAND_TILT[0]:f}, second = along + out_ * {STRAND_TILT[1]:f};
+        float along = dot(p.strand, between), away = dot(p.normal, between);
+        float first = along + away * {STRAND_TILT[0]:f}, second = along + away * {STRAND_TILT[1]:f};
         float mirrored = pow(max(1.0 - first * first, 0.0), {STRAND_POWER[0]:f});
         float passed = pow(max(1.0 - second * second, 0.0), {STRAND_POWER[1]:f});
         mirrored *= p.albedo.g / (p.albedo.g + {STRAND_GAP:f});
@@ -510,11 +519,15 @@ vec3 folded(inout Point p, vec3 texel, vec3 heights) {{
     p.occlusion *= 1.0 - sunk * {FOLD_SHADE:f};
     return texel - vec3((heights.yz - heights.x) * {0.5 * FOLD_SLOPE:f}, 0.0);
 }}
-vec2 refracted(vec2 at, vec3 eye, vec3 view, vec3 place, vec3 normal) {{
-    vec3 q0 = dFdx(place), q1 = dFdy(place);
+void tangents(vec3 place, vec2 at, vec3 normal, out vec3 right, out vec3 up) {{
     vec2 a0 = dFdx(at), a1 = dFdy(at);
-    vec3 across = cross(q1, normal), down = cross(normal, q0);
-    vec3 right = across * a0.x + down * a1.x, up = across * a0.y + down * a1.y;
+    vec3 across = cross(dFdy(place), normal), down = cross(normal, dFdx(place));
+    right = across * a0.x + down * a1.x;
+    up = across * a0.y + down * a1.y;
+}}
+vec2 refracted(vec2 at, vec3 eye, vec3 view, vec3 place, vec3 normal) {{
+    vec3 right, up;
+    tangents(place, at, normal, right, up);
     float facing = max(dot(view, normal), {CORNEA_ASLANT:f});
     float inside = sqrt(1.0 - (1.0 - facing * facing) / {CORNEA_INDEX**2:f});
     vec2 slant = vec2(dot(view, right) * inversesqrt(max(dot(right, right), 1e-30)),
@@ -524,10 +537,8 @@ vec2 refracted(vec2 at, vec3 eye, vec3 view, vec3 place, vec3 normal) {{
     return at - (slant / inside + angle) * (below / (2.0 * eye.x));
 }}
 vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal) {{
-    vec3 q0 = dFdx(place), q1 = dFdy(place);
-    vec2 a0 = dFdx(at), a1 = dFdy(at);
-    vec3 across = cross(q1, normal), down = cross(normal, q0);
-    vec3 tangent = across * a0.x + down * a1.x, bitangent = across * a0.y + down * a1.y;
+    vec3 tangent, bitangent;
+    tangents(place, at, normal, tangent, bitangent);
     float largest = max(dot(tangent, tangent), dot(bitangent, bitangent));
     float unit = largest > 0.0 ? inversesqrt(largest) : 0.0;
     vec2 slope = (texel.xy * 2.0 - 1.0) * (scale * unit);
