@@ -46,7 +46,7 @@ def rate_of(
         renderer.frame(motion.vertices(59, 60)[0])
         for _ in range(ROUNDS):
             begun = time.perf_counter()
-            pictures = [renderer.frame(points) for points in motion.vertices(60, 60 + count)]
+            pictures = list(renderer.frames(motion.faces(60, 60 + count)))
             rates.append(count / (time.perf_counter() - begun))
     if keep:
         from PIL import Image

@@ -64,6 +64,19 @@ def test_the_same_frame_is_drawn_the_same_again(draw, backend):
     assert np.array_equal(draw(backend, jawOpen=0.3), draw(backend, jawOpen=0.3))
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_frames_in_a_row_are_those_drawn_alone(draw, head, backend):
+    mouths = [{"jawOpen": opened} for opened in (0.0, 0.4, 0.8, 0.2)]
+    alone = [draw(backend, **mouth) for mouth in mouths]
+    with open_renderer(head, SIZE, backend=backend, camera=portrait(head)) as renderer:
+        frames = renderer.frames(posed(head, **mouth) for mouth in mouths)
+        first = next(frames)
+        between = renderer.frame(posed(head, **mouths[2]))  # while others are still drawn
+        rest = list(frames)
+    assert np.array_equal([first, *rest], alone)
+    assert np.array_equal(between, alone[2])
+
+
 def test_nothing_is_burnt_out_or_black(draw):
     picture = draw("embreex")
     face = picture[60:180, 80:160]

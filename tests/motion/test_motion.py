@@ -37,6 +37,8 @@ def test_vertices_are_the_sum_of_shapes(head):
 def test_blocks_are_the_same_vertices(head):
     motion = moving(head, jawOpen=ramp())
     assert np.array_equal(np.concatenate(list(motion.blocks(7))), motion.vertices())
+    assert np.abs(np.stack(list(motion.faces())) - motion.vertices()).max() < 1e-8
+    assert np.abs(np.stack(list(motion.faces(3, -2))) - motion.vertices(3, -2)).max() < 1e-8
 
 
 def test_stored_motion_comes_back_exactly(head, tmp_path):

@@ -105,13 +105,10 @@ def write_video(
         open_pictures(motion.head, size, options) as renderer,
         _Encoder(draft, coding, motion, size, sound) as encoder,
     ):
-        done = 0
-        for block in motion.blocks(60):
-            for points in block:
-                encoder.add(renderer.frame(points))
-                done += 1
-                if progress:
-                    progress(done / motion.frame_count)
+        for done, picture in enumerate(renderer.frames(motion.faces()), 1):
+            encoder.add(picture)
+            if progress:
+                progress(done / motion.frame_count)
 
 
 @contextlib.contextmanager

@@ -58,11 +58,11 @@ def morphed_normals(
         moved = moved_vertices(shape)
         touched = np.flatnonzero(moved[t0] | moved[t1] | moved[t2])
         corners = triangles[touched]
-        change = _face_normals(points + shape, corners) - faces[touched]
+        change = _face_normals(points + shape, corners) - faces[:, touched]
         near = np.zeros(len(points), bool)
         near[corners] = True
         vertices = np.flatnonzero(near)
-        total = sums[vertices] + _gather(change, corners, len(points))[vertices]
+        total = sums[:, vertices] + _gather(change, corners, len(points))[:, vertices]
         yield vertices, _unit(total) - normals[vertices]
 
 
@@ -82,28 +82,24 @@ def moved_vertices(shape: FloatArray) -> NDArray[np.bool_]:
 
 
 def _face_normals(points: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
-    a, b, c = points[triangles[:, 0]], points[triangles[:, 1]], points[triangles[:, 2]]
-    u, v = b - a, c - a
-    return np.stack(
-        [
-            u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1],
-            u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2],
-            u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0],
-        ],
-        axis=1,
-    )
+    """(3, triangle) twice the area along the normal; long rows go several times faster."""
+    corners = np.ascontiguousarray(triangles.T)
+    x, y, z = (np.take(row, corners) for row in np.ascontiguousarray(points.T))
+    ux, uy, uz, vx, vy, vz = (row[k] - row[0] for k in (1, 2) for row in (x, y, z))
+    return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx])
 
 
 def _gather(faces: FloatArray, triangles: NDArray[np.integer], count: int) -> NDArray[np.float64]:
-    """Sum what faces give to each of their three vertices."""
-    corners = triangles.ravel()
-    parts = [np.bincount(corners, np.repeat(faces[:, axis], 3), count) for axis in range(3)]
-    return np.stack(parts, axis=1).astype(np.float64, copy=False)
+    """(3, vertex) sums of what faces (3, triangle) give to each of their three vertices."""
+    corners = triangles.ravel().astype(np.intp)
+    sums = [np.bincount(corners, np.repeat(row, 3), count) for row in faces]
+    return np.stack(sums).astype(np.float64, copy=False)
 
 
 def _unit(sums: NDArray[np.float64]) -> FloatArray:
-    lengths = np.sqrt(np.einsum("vc,vc->v", sums, sums))
-    return (sums / np.maximum(lengths, 1e-20)[:, None]).astype(np.float32)
+    """(vertex, 3) of (3, vertex)."""
+    lengths = np.sqrt(np.einsum("cv,cv->v", sums, sums))
+    return np.ascontiguousarray((sums / np.maximum(lengths, 1e-20)).T, np.float32)
 
 
 def linear_colors(head: HeadModel) -> FloatArray:

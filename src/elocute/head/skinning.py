@@ -122,11 +122,13 @@ def blended(
     (..., vertex, 3)
         Metres.
     """
-    # Columns of the rotations and the shift side by side: one product mixes them all.
-    columns = np.concatenate([np.swapaxes(rotations, -1, -2), translations[..., None, :]], axis=-2)
-    mixed = weights @ columns.reshape(*columns.shape[:-2], 12)
-    mixed = mixed.reshape(*mixed.shape[:-1], 4, 3)
+    # Long rows, one for each coordinate, go several times faster than short ones.
+    joined = np.concatenate([rotations, translations[..., None]], axis=-1)
+    joined = np.moveaxis(joined, -3, -1)
+    mixed = joined.reshape(*joined.shape[:-3], 12, -1) @ np.ascontiguousarray(weights.T)
+    mixed = mixed.reshape(*mixed.shape[:-2], 3, 4, -1)
+    rows = np.ascontiguousarray(np.swapaxes(vertices, -1, -2))[..., None, :, :]
     moved = mixed[..., 3, :]
     for axis in range(3):
-        moved = moved + mixed[..., axis, :] * vertices[..., axis, None]
-    return moved
+        moved = moved + mixed[..., axis, :] * rows[..., axis, :]
+    return np.ascontiguousarray(np.swapaxes(moved, -1, -2))

@@ -274,9 +274,8 @@ def _drawn(source: PictureSource, motion: Motion) -> Iterator[NDArray[np.uint8]]
         background=stimuli.background,
     )
     with open_pictures(motion.head, stimuli.size, options) as renderer:
-        for block in motion.blocks(60):
-            for points in block:
-                yield renderer.frame(points)[..., :3]
+        for picture in renderer.frames(motion.faces()):
+            yield picture[..., :3]
 
 
 def _video_pictures(

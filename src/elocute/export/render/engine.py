@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable, Iterator
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +27,10 @@ class Renderer(Protocol):
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(height, width, 3) sRGB picture of vertices (vertex, 3) m."""
+        ...
+
+    def frames(self, faces: Iterable[NDArray[np.float32]]) -> Iterator[NDArray[np.uint8]]:
+        """One `frame` for each, drawn side by side with what makes the faces."""
         ...
 
     def __enter__(self) -> Renderer: ...

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -103,6 +104,8 @@ class GlRenderer:
                 self._finish.program[name].value = value
         if stage.backdrop is not None:
             self._backdrop = self._gl.texture(size, 3, stage.backdrop_for(size)[::-1].tobytes())
+        self._channels = 4 if stage.transparent else 3
+        self._free: list[Any] = []
         self._empty = self._gl.framebuffer([self._gl.renderbuffer(size, 4)])
         self._drawn.clear(0.0, 0.0, 0.0, 0.0)
         self._lay(self._empty)
@@ -176,13 +179,41 @@ class GlRenderer:
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(height, width, 3 or 4) picture of vertices (vertex, 3) m."""
-        with self._gl:  # several renderers may live in one process
-            return self._draw(points)
+        return next(self.frames([points]))
 
-    def _draw(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
+    def frames(self, faces: Iterable[NDArray[np.float32]]) -> Iterator[NDArray[np.uint8]]:
+        """One `frame` for each: the card draws one while the next face is taken and prepared."""
+        waiting = None
+        for points in faces:
+            drawn = self._drawn_to_buffer(points)
+            if waiting is not None:
+                yield self._taken(waiting)
+            waiting = drawn
+        if waiting is not None:
+            yield self._taken(waiting)
+
+    def _drawn_to_buffer(self, points: NDArray[np.float32]) -> Any:
+        """A buffer that the card will have read its picture into: nothing waits for it here."""
+        channels, pixels = self._channels, self._size[0] * self._size[1]
+        with self._gl:  # several renderers may live in one process
+            buffer = self._free.pop() if self._free else self._gl.buffer(reserve=pixels * channels)
+            self._draw(points)
+            self._finished.read_into(buffer, components=channels, alignment=1)
+        return buffer
+
+    def _taken(self, buffer: Any) -> NDArray[np.uint8]:
+        """The picture in a buffer, once it is there."""
+        picture = np.empty((self._size[1], self._size[0], self._channels), np.uint8)
+        with self._gl:
+            buffer.read_into(picture)
+        self._free.append(buffer)
+        return picture
+
+    def _draw(self, points: NDArray[np.float32]) -> None:
         import moderngl
 
         gl = self._gl
+        self._moving.orphan()  # the frame before may still be drawn from it
         self._moving.write(self._parts.moved(points).tobytes())
         if self._folding:
             strengths = self._parts.fold_strengths(points).tobytes()
@@ -218,10 +249,6 @@ class GlRenderer:
         self._finished.scissor = self._seen(points)
         self._lay(self._finished)
         self._finished.scissor = None
-        channels = 4 if self._stage.transparent else 3
-        picture = np.empty((self._size[1], self._size[0], channels), np.uint8)
-        self._finished.read_into(picture, components=channels, alignment=1)
-        return picture
 
     def _lay(self, target: Any) -> None:
         """Smooth what was drawn and lay the ground behind it."""

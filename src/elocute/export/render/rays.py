@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -69,6 +69,10 @@ class RayRenderer:
             more = [self._cast(scene, moments, edges, offset) for offset in GRID]
             pixels[edges] = np.mean(more, axis=0)
         return self._finished(pixels)
+
+    def frames(self, faces: Iterable[NDArray[np.float32]]) -> Iterator[NDArray[np.uint8]]:
+        """One `frame` for each."""
+        return map(self.frame, faces)
 
     def _finished(self, pixels: Float32Array) -> NDArray[np.uint8]:
         """The ground laid behind, in bytes."""
