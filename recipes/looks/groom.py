@@ -179,6 +179,8 @@ class Groom:
         Whether it hangs to the jaw and below, and covers the hairline beside the face.
     parting : function of Places
         (n,) 0..1 where hair is parted: roots stand closer there and lie open to the light.
+    hangs : function of Places
+        (n,) 0..1 where hair hangs free although it grows there, as at the nape below what falls.
     free : function of Places
         (n, 3) mm: places moved out of what hair may not go through beside the skin.
     layers : tuple of Layer
@@ -198,6 +200,7 @@ class Groom:
     cut: float = 1.0
     falls: bool = False
     parting: OfPlaces = field(default=lambda places: np.zeros(len(places)))
+    hangs: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     free: OfPlaces = field(default=lambda places: places)
     layers: tuple[Layer, ...] = LAYERS
 
@@ -389,8 +392,9 @@ def _combed(
     for step in range(1, steps + 1):
         t, gone = ways[step], ways[step] * length[:, None]
         stride = (ways[step] - ways[step - 1]) * length[:, None]
-        hold = scalp.hold(point)
-        comb = _along(groom.comb(scalp.places(point)), normal, hold)
+        places = scalp.places(point)
+        hold = scalp.hold(point) * (1 - groom.hangs(places)[:, None])
+        comb = _along(groom.comb(places), normal, hold)
         sideways = np.cross(normal, comb)
         wave = groom.wave_m * 2 * np.pi / groom.wave_length_m
         wave = wave * np.clip((gone - WAVE_FROM_M) / WAVE_FROM_M, 0, 1)

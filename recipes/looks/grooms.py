@@ -122,13 +122,14 @@ def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
     lifted = LIFTED * front(places) * (1 - grows(places, LIFTED_MM))
     back = (0.15 + 0.5 * front(places) + lifted + along) * ramp(places[:, 1], 5, 50) + 0.45 * temple
     inward = -0.12 * np.tanh(places[:, 0] / 40) * ramp(places[:, 1], 10, -40)
-    # Behind the shoulders hair comes together, it does not spread over them.
-    on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 25) * ramp(places[:, 1], -30, -110)
-    inward = inward - GATHER * on_back * np.tanh(places[:, 0] / 40)
+    # On the back it hangs straight.
+    on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 30) * ramp(places[:, 1], -70, -120)
+    inward = inward * (1 - on_back)
     # Before the shoulders or behind them, not over them.
     ahead = places[:, 2] + SHOULDER_MM
-    before = SIDESTEP * np.tanh(ahead / 8) * ramp(places[:, 1], -25, -95)
-    behind = BACKSTEP * np.tanh(ahead / 12) * ramp(places[:, 1], -30, -90)
+    before = SIDESTEP * np.tanh(ahead / 8) * ramp(places[:, 1], *BEFORE_MM)
+    behind = BACKSTEP * np.tanh(ahead / 25) * ramp(places[:, 1], *BEHIND_MM)
+    behind = behind * ramp(ahead, *BACK_MM)
     around = np.where(ahead > 0, before, behind)
     across = (aside + inward)[:, None] * np.array([1.0, 0.0, 0.0])
     down = (1 - 0.6 * parted)[:, None] * np.array([0, -1.0, 0])
@@ -146,9 +147,15 @@ SPARED_MM, SPARED_M = 13.0, 0.18
 them in tufts."""
 LIFTED, LIFTED_MM = 1.5, 13.0
 """How much hair at the forehead is combed back, and how deep behind the hairline that ends."""
-SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.5
+SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.2
 """How far behind the tip of the nose the shoulders are, and how fast hair goes before them or
 behind: what falls straight onto them stays there in a tuft."""
+BEFORE_MM, BEHIND_MM = (-70.0, -145.0), (-30.0, -150.0)
+"""The heights over the eyes between which it does either: above them it covers the neck."""
+NAPE_MM = (10.0, -25.0)
+"""The heights between which hair leaves the back of the head and hangs."""
+BACK_MM = (-70.0, -35.0)
+"""So far behind them hair goes no further back: it hangs on the back, it does not stand off it."""
 FACE_MM = ((-200, -66), (-60, -60), (0, -56), (25, -48), (48, -24), (60, 10))
 """Heights over the eyes, and how far behind the tip of the nose hair begins that frames a face."""
 FRAME_MM = (-22.0, 30.0)
@@ -163,8 +170,9 @@ FRAMING_BLUNT = (0.75, 0.95)
 """Their lengths where the others end on one line."""
 FRAMING_WAVE_M = 0.003
 """They wave at least so far: straight ones are wires."""
-GATHER = 0.5
-"""How fast hair comes together on the back."""
+AROUND = 0.15
+"""Hair at the sides of the back is longer by this share of what hangs below the shoulders: its way
+is longer, and all would end in a point."""
 OFF_CLOTH_MM, WAVE_M = 9.0, 0.100
 FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
@@ -208,7 +216,9 @@ def falling(
         """Ends lie about equally low: what grows higher is longer."""
         whole = length_m + places[:, 1] / 1000 * 0.9 - 0.02 * front(places)
         on_shoulder = np.exp(-(((places[:, 2] + SHOULDER_MM) / SPARED_MM) ** 2))
-        return whole - np.maximum(length_m - SPARED_M, 0) * on_shoulder * ramp(places[:, 1], 70, 40)
+        aside = ramp(np.abs(places[:, 0]), 10, 65) * ramp(places[:, 2], -SHOULDER_MM, -150)
+        past = max(length_m - SPARED_M, 0)
+        return whole + past * (AROUND * aside - on_shoulder * ramp(places[:, 1], 70, 40))
 
     def volume(places: Places) -> np.ndarray:
         near = np.abs(places[:, 0] - part_mm)
@@ -233,8 +243,13 @@ def falling(
     return Groom(
         lambda places: _parted(places, part_mm, tuck), length, volume,
         rise_m=0.014, weight=1.6, stiff=0.6, wave_m=wave_m, wave_length_m=WAVE_M,
-        steps=steps, near=near, cut=cut, falls=True, parting=parting, free=free, layers=layers,
+        steps=steps, near=near, cut=cut, falls=True, parting=parting, hangs=_hangs, free=free,
+        layers=layers,
     )  # fmt: skip
+
+
+def _hangs(places: Places) -> np.ndarray:
+    return ramp(places[:, 1], *NAPE_MM) * ramp(places[:, 2], -140, -170)
 
 
 def _towards_one(share: float, even: float) -> float:
@@ -292,7 +307,7 @@ def long(body: Skin, shift: np.ndarray) -> Groom:
 
 def waves(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest in waves, from a parting at one side."""
-    return falling(0.29, PART_MM, 0.017, off_face_and(body, shift), 11, near=1.25)
+    return falling(0.32, PART_MM, 0.017, off_face_and(body, shift), 11, near=1.25)
 
 
 def bob(body: Skin, shift: np.ndarray) -> Groom:

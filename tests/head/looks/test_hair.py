@@ -66,8 +66,11 @@ def test_the_scalp_is_closed(style: str) -> None:
 
 @pytest.mark.parametrize("style", LONG)
 @pytest.mark.parametrize("clothes", ["crew", "roll", "collar"])
-def test_long_hair_lies_on_the_shirt(style: str, clothes: str) -> None:
-    worn = dress(load_builtin_head(), Look(hair=style, clothes=clothes))
+@pytest.mark.parametrize("who", FACES)
+def test_long_hair_lies_on_the_shirt(style: str, clothes: str, who: str) -> None:
+    """Of whoever: what lies under a collar's edge is all that is in the cloth."""
+    bare = load_builtin_head().with_identity(resolve_identity(who))
+    worn = dress(bare, Look(hair=style, clothes=clothes))
     of = {
         name: np.unique(worn.quads[worn.material == worn.material_names.index(name)])
         for name in ("hair", "clothes")

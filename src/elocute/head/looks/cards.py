@@ -69,11 +69,15 @@ class Cards:
 
     def scaled(self, factor: float) -> Cards:
         """The same with shorter or longer offsets."""
-        return replace(self, offset=self.offset * np.float32(factor))
+        return self.with_offset(self.offset * np.float32(factor))
+
+    def with_offset(self, offset: Float32Array) -> Cards:
+        """The same with other offsets, (vertex, 3) m."""
+        return replace(self, offset=offset)
 
     def scaled_to(self, head: HeadModel) -> Cards:
         """The same with offsets in the size of a head's skull."""
-        return replace(self, offset=self.offset * self._skull_size(head))
+        return self.with_offset(self.offset * self._skull_size(head))
 
     def _skull_size(self, head: HeadModel) -> Float32Array:
         points, axes = head.template, range(3)

@@ -12,6 +12,7 @@ from elocute.head.looks.cards import Cards, read_cards
 from elocute.head.looks.eyes import EDGE_RAD, IRIS_DEPTH, IRIS_RAD, eye_picture
 from elocute.head.looks.folds import PLACE, fold_depth, fold_lines
 from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR_COLOURS, Look
+from elocute.head.looks.lying import laid_on
 from elocute.head.looks.skin import normal_picture, skin_picture
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
@@ -66,24 +67,29 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
     brow = tuple(0.55 * c * warm for c, warm in zip(hair, BROW_WARMTH, strict=True))
     dressed = _bare(head, look, hair)
     if look.lashes > 0:
-        cards = read_cards(LASHES).scaled(SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes)
+        cards = read_cards(LASHES).scaled_to(head)
+        cards = cards.scaled(SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes)
         lash = tuple(least + LASH_OF_HAIR * c for least, c in zip(LASH_COLOUR, hair, strict=True))
         picture = SPARSE_LASHES if look.lashes < SPARSE_BELOW else LASHES
         dressed = _wearing(dressed, head, "lashes", cards, _strands(picture, lash))
     if look.brows != "none":
         place = f"brows/{look.brows}"
-        dressed = _wearing(dressed, head, "brows", read_cards(place), _strands(place, brow))
+        dressed = _wearing(
+            dressed, head, "brows", read_cards(place).scaled_to(head), _strands(place, brow)
+        )
+    place = f"clothes/{CLOTHES[look.clothes]}" if look.clothes != "none" else ""
+    clothes = read_cards(place).scaled_to(head) if place else None
     if look.hair != "none":
-        cards = read_cards(f"hair/{look.hair}")
+        cards = read_cards(f"hair/{look.hair}").scaled_to(head)
+        cards = laid_on(cards, clothes, head) if clothes else cards
         picture = _strands(f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}", hair)
         light = np.minimum(cards.shade / np.float32(OPEN_SHADE), 1) ** 2
         dressed = _wearing(_without(dressed, cards.covers), head, "hair", cards, picture, light)
-    if look.clothes != "none":
-        place = f"clothes/{CLOTHES[look.clothes]}"
-        cards, cloth = read_cards(place), _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
-        covered = np.union1d(cards.covers, head.regions["bust"])
-        bare = _shaded(_without(dressed, covered), cards)
-        dressed = _wearing(bare, head, "clothes", cards, cloth)
+    if clothes:
+        cloth = _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
+        covered = np.union1d(clothes.covers, head.regions["bust"])
+        bare = _shaded(_without(dressed, covered), clothes)
+        dressed = _wearing(bare, head, "clothes", clothes, cloth)
     return dressed
 
 
@@ -196,7 +202,6 @@ def _wearing(
 ) -> HeadModel:
     """A head with one more thing worn; `head` is the bare one that its skin belongs to, `light`
     how open each vertex of the thing is, (vertex,) 0 to 1."""
-    cards = cards.scaled_to(head)
     light = np.ones(len(cards), np.float32) if light is None else light
     first, texcoords = dressed.vertex_count, len(dressed.uv)
     names = dressed.material_names
