@@ -22,10 +22,14 @@ CURL_FINER, CURL_POINTS, CURL_CLUMPS = 3, 40, 4
 CURL_STRANDS = (26, 24, 20, 18, 16, 13, 10, 7)
 """Strands of each lock: the last are single hairs."""
 CURL_TONE, CURL_CLUMP_TONE = 0.72, 0.10
-BAND = 0.95
+BAND = 1.15
 """Width of a curl's ribbon by the radius."""
-SHELL_SHADE = 0.25
+SHELL_SHADE = 0.65
 """The shell under curls is dark."""
+RINGS, RING_PX, RING_BEND = 9000, (1.7, 4.2), (150, 330)
+"""How many coils its picture shows, their radius, and how far round they go, degrees."""
+RING_DEEP, RING_TONE, RING_UNEVEN = 0.34, 0.95, 0.30
+"""Brightness between them, of the lightest on average, and how much they differ."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,11 @@ BUZZ_M, BUZZ_INSET_MM = 0.0014, 2.0
 
 
 def curl_picture() -> np.ndarray:
+    """(CURL_PX, 2 CURL_PX, 4): coils of the shell, and beside them locks."""
+    return np.hstack([coil_picture(), lock_picture()])
+
+
+def lock_picture() -> np.ndarray:
     """(CURL_PX, CURL_PX, 4): locks side by side of strands that part, cross and end one by one."""
     rng = np.random.default_rng(23)
     size = CURL_PX * CURL_FINER
@@ -101,6 +110,26 @@ def curl_picture() -> np.ndarray:
     near = blurred(grey * cover, 2.0) / np.maximum(blurred(cover, 2.0), 1e-4)
     grey = np.where(cover > 0.02, grey * cover + near * (1 - cover), np.maximum(near, 0.3))
     return np.dstack([grey, grey, grey, np.clip(1.2 * cover, 0, 1)])
+
+
+def coil_picture() -> np.ndarray:
+    """(CURL_PX, CURL_PX, 4): coils that lie over each other, as one sees them between locks."""
+    rng = np.random.default_rng(31)
+    size = CURL_PX * CURL_FINER
+    tone = Image.new("L", (size, size), round(255 * RING_DEEP))
+    drawing = ImageDraw.Draw(tone)
+    for k in range(RINGS):
+        x, y = rng.uniform(0, size, 2)
+        wide, high = CURL_FINER * rng.uniform(*RING_PX, 2)
+        start = rng.uniform(0, 360)
+        # The later, the further out and the lighter.
+        light = RING_DEEP + (RING_TONE - RING_DEEP) * np.sqrt(k / RINGS)
+        fill = round(255 * np.clip(light + rng.normal(0, RING_UNEVEN / 2), 0.1, 1))
+        box = (x - wide, y - high, x + wide, y + high)
+        drawing.arc(box, start, start + rng.uniform(*RING_BEND), fill, int(rng.integers(2, 5)))
+    small = tone.resize((CURL_PX, CURL_PX), Image.Resampling.BOX)
+    grey = np.asarray(small, float) / 255
+    return np.dstack([grey, grey, grey, np.ones_like(grey)])
 
 
 SHELL_HEIGHT = 0.92
@@ -172,27 +201,29 @@ def curls(scalp: Scalp, curl: Curl) -> Cards:
         SHELL_SHADE,
         sideburns=True,
     )
-    # Here and there in a lock: a shell whose strands all run one way would shine as one.
-    spots = rng.uniform(0.1, 0.6, below.uv.shape) * [1 / LANES, 1.0]
-    return together(
-        replace(below, uv=spots),
-        ribbons(paths, across, index, weights, fitting.skin, uv, shade),
-    )
+    locks = ribbons(paths, across, index, weights, fitting.skin, uv, shade)
+    return _side_by_side(replace(below, uv=_round_the_crown(fitting.skin, below.points)), locks)
+
+
+def _round_the_crown(skin: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(n, 2) 0..1: places in a picture round the crown, the distance from it kept: nothing is
+    drawn out."""
+    x, y, z = (points - skin[skin[:, 1] > 0].mean(0)).T
+    down, round_ = np.arctan2(np.hypot(x, z), y), np.arctan2(x, z)
+    return 0.5 + 0.48 * (down / np.pi)[:, None] * np.stack([np.sin(round_), np.cos(round_)], 1)
+
+
+def _side_by_side(below: Cards, locks: Cards) -> Cards:
+    """A shell in the left half of a picture, locks in the right."""
+    left = replace(below, uv=below.uv * [0.5, 1.0])
+    return together(left, replace(locks, uv=locks.uv * [0.5, 1.0] + [0.5, 0]))
 
 
 def buzz(scalp: Scalp) -> Cards:
-    """The stubs of hair cut close: a shell in the left half of `buzz_picture`, and single hairs
-    at its edge in the right."""
+    """The stubs of hair cut close, a shell, and single hairs at its edge."""
     stubs = shell(scalp, BUZZ_M, BUZZ_INSET_MM, 1.0, sideburns=True)
-    # Round the crown, the distance from it kept: nothing is drawn out.
-    skin = scalp.fitting.skin
-    x, y, z = (stubs.points - skin[skin[:, 1] > 0].mean(0)).T
-    down, round_ = np.arctan2(np.hypot(x, z), y), np.arctan2(x, z)
-    uv = 0.5 + 0.48 * (down / np.pi)[:, None] * np.stack([np.sin(round_), np.cos(round_)], 1)
-    edge = ribbons_of(scalp, stubble())
-    return together(
-        replace(stubs, uv=uv * [0.5, 1.0]), replace(edge, uv=edge.uv * [0.5, 1.0] + [0.5, 0])
-    )
+    uv = _round_the_crown(scalp.fitting.skin, stubs.points)
+    return _side_by_side(replace(stubs, uv=uv), ribbons_of(scalp, stubble()))
 
 
 def buzz_picture(lanes: np.ndarray) -> np.ndarray:
