@@ -1,15 +1,21 @@
 """An iris lies behind its cornea: aslant it is seen where the cornea bends the view to."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 from elocute.errors import HeadError
+from elocute.export.gltf import glb_bytes
 from elocute.export.render import Camera, Stage, available_backends, open_renderer
+from elocute.export.sunk_irises import sunk
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import PEOPLE, dress
+from elocute.head.normals import vertex_normals
 from elocute.head.surface import surface_arrays, surfaces_of_arrays
+from elocute.motion.motion import Motion
 
 SIZE = (300, 200)
 FIELD_DEG, AWAY_M = 6.0, 0.25
@@ -50,6 +56,39 @@ def test_a_pupil_seen_aslant_lies_further_back(head, backend, need):
     # 1.6 mm deep: 0.7 mm in the picture.
     moved = pupil_px(head, backend, 45) - pupil_px(flat, backend, 45)
     assert 0.5 < moved * MM_OF_PX < 0.9
+
+
+@pytest.mark.parametrize("profile", ["for_viewer", "elsewhere"])
+def test_a_glb_sinks_the_iris_for_programs_without_corneas(head, profile):
+    """By a millimetre, and only there; highlights stay on the cornea: its normals are kept."""
+    motion = Motion(head, np.zeros((1, len(head.expression_names)), np.float32), 30.0)
+    data = glb_bytes(motion, for_viewer=profile == "for_viewer")
+    scene = trimesh.load_scene(io.BytesIO(data), file_type="glb", process=False)
+    (eyes,) = (m for m in scene.geometry.values() if m.visual.material.name == "eyeball")
+    own = np.unique(head.triangles[head.triangle_material == head.material_names.index("eyeball")])
+    normals = vertex_normals(head.template, head.triangles)[own]
+    assert len(eyes.vertices) == len(own)
+    sunk_mm = 1000 * np.linalg.norm(eyes.vertices - head.template[own], axis=1)
+    assert np.abs(eyes.vertex_normals - normals).max() < 0.002
+    if profile == "for_viewer":
+        assert sunk_mm.max() == 0
+    else:
+        assert 0.9 < sunk_mm.max() < 1.4
+        assert (sunk_mm == 0).mean() > 0.2
+
+
+def test_a_sunk_iris_turns_with_its_eye(head):
+    """Places and shapes shrink together: a turned iris is as far from the middle of the eye."""
+    basis = head.expression_basis
+    places, shapes = sunk(head, basis)
+    moved = np.flatnonzero((places != head.template).any(axis=1))
+    middle = head.joint_positions[head.joint_names.index("eyeLeft")]
+    own = moved[head.template[moved, 0] > 0]
+    share = np.linalg.norm(places - middle, axis=1) / np.linalg.norm(head.template - middle, axis=1)
+    look = head.expression_names.index("eyeLookOutLeft")
+    assert np.abs(basis[look, own]).max() > 0.001
+    turned, whole = places + shapes[look] - middle, head.template + basis[look] - middle
+    np.testing.assert_allclose(turned[own], share[own, None] * whole[own], atol=1e-6)
 
 
 def test_files_keep_the_iris_and_refuse_an_impossible_one(head):

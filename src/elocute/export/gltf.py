@@ -29,6 +29,7 @@ from elocute.export.options import GlbOptions
 from elocute.export.render.shading import socket_shade
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
+from elocute.export.sunk_irises import sunk
 from elocute.files.atomic import write_atomically
 from elocute.files.output_plan import OutputPlan
 from elocute.head.folds import ZONES
@@ -241,17 +242,19 @@ def _primitives(
 ) -> list[dict[str, Any]]:
     """Primitives of each material that has faces; `for_viewer`: with what our own pages draw."""
     normals = vertex_normals(head.template, head.triangles)
-    moves = _moves(head, shapes)
-    colors = linear_colors(head)
+    places, basis, colors = head.template, shapes.basis, linear_colors(head)
     if not for_viewer:
+        places, basis = sunk(head, basis)
         colors = _with_shade_of_lids(head, colors, normals)
+    moves = _moves(head, shapes.basis, basis)
     result = []
     folds = folds_of(head) if for_viewer else None
     for index, (name, material) in enumerate(zip(head.material_names, materials, strict=True)):
         vertices, texels, faces = corners_of(head, index)
         if not len(faces):
             continue
-        attributes = _attributes(file, head, vertices, texels, normals, colors)
+        attributes = {"POSITION": _positions(file, places[vertices])}
+        attributes |= _attributes(file, head, vertices, texels, normals, colors)
         if for_viewer:
             attributes["_OCCLUSION"] = file.array(
                 head.occlusion[vertices].astype(np.float32), "SCALAR", FLOAT, ARRAY_BUFFER
@@ -326,7 +329,6 @@ def _attributes(
     uv = head.uv[texels].astype(np.float32) * [1, -1] + [0, 1]  # glTF counts from the top
     rgba = np.concatenate([colors[vertices], np.ones((len(vertices), 1))], axis=1)
     attributes = {
-        "POSITION": _positions(file, head.template[vertices]),
         "NORMAL": file.array(_stepped(_unit(normals[vertices])), "VEC3", FLOAT, ARRAY_BUFFER),
         "TEXCOORD_0": file.array(uv.astype(np.float32), "VEC2", FLOAT, ARRAY_BUFFER),
         "COLOR_0": file.array(
@@ -375,11 +377,14 @@ def _four_joints(weights: NDArray[np.float32]) -> tuple[NDArray[np.uint8], NDArr
 _Part = tuple[NDArray[np.bool_], NDArray[np.float32]]
 
 
-def _moves(head: HeadModel, shapes: Targets) -> list[dict[str, _Part]]:
-    """Per shape: (vertex,) which vertices it moves and turns, and (vertex, 3) by how much."""
+def _moves(
+    head: HeadModel, shapes: NDArray[np.float32], drawn: NDArray[np.float32]
+) -> list[dict[str, _Part]]:
+    """Per shape: (vertex,) which vertices it moves and turns, and (vertex, 3) by how much; turned
+    as by `shapes`, moved as by `drawn`."""
     moves: list[dict[str, _Part]] = []
-    turns = morphed_normals(head.template, head.triangles, shapes.basis)
-    for delta, (near, change) in zip(shapes.basis, turns, strict=True):
+    turns = morphed_normals(head.template, head.triangles, shapes)
+    for delta, (near, change) in zip(drawn, turns, strict=True):
         clear = (change * change).sum(axis=1) > NORMAL_STEP**2
         turned, turn = np.zeros(len(delta), bool), np.zeros_like(delta)
         turned[near[clear]], turn[near[clear]] = True, _stepped(change[clear])
