@@ -14,6 +14,7 @@ from elocute.numerics.smoothing import smoothstep
 from recipes.head.atlas import SOURCE_PX, socket_patch, source_pixels
 from recipes.looks import lids
 from recipes.looks.canvas import Canvas, blurred, luma, noise
+from recipes.looks.scalp import grows
 
 SIZE, NORMAL_SIZE = 1024, 1536
 SKINS = {
@@ -79,6 +80,9 @@ EAR_GRAIN, EAR_SHADE, EAR_RIM = 0.25, (0.62, 0.86, 0.90), (1.0, 0.98, 0.97)
 """Share of the painted detail that stays in an ear; powers of the shade that its folds take,
 red least; what thin rims, through which light comes, are multiplied by."""
 SOCKET = (0.60, 0.33, 0.30)
+SHAVEN_MM = -8.0
+"""From where hair is taken off that is painted, behind our hairline: it begins before it in some.
+"""
 
 
 class Masks:
@@ -101,7 +105,11 @@ class Masks:
         front = at[:, 2] > -75
         crown = np.clip((at[:, 1] - 55) / 14, 0, 1)
         behind = np.clip((-95 - at[:, 2]) / 14, 0, 1) * np.clip((at[:, 1] + 62) / 20, 0, 1)
-        self.scalp = blurred(canvas.spread(np.maximum(crown, behind), size), size / 200)
+        scalp = np.maximum(crown, behind)
+        self.scalp = blurred(canvas.spread(scalp, size), size / 200)
+        self.shaven = blurred(
+            canvas.spread(np.maximum(scalp, grows(at, SHAVEN_MM)), size), size / 200
+        )
         self.lid = lids.lids(canvas, size)
         self.near_lid = (1.6 * blurred(self.lid, size / 110)).clip(0, 1)
         x, y = np.abs(at[:, 0]), at[:, 1]
@@ -186,14 +194,14 @@ def _skin_colour(colour: np.ndarray, masks: Masks) -> np.ndarray:
 
 
 def _shaven(colour: np.ndarray, masks: Masks) -> np.ndarray:
-    """The scalp in the colour of the forehead, a little of its own grain kept."""
+    """Where hair grows, the colour of the forehead; a little of its own grain is kept."""
     forehead = (masks.front > 0.9) & (masks.scalp < 0.15) & (masks.open > 0.8)
     bright = luma(colour)
     forehead &= bright > np.percentile(bright[forehead], 35)
     plain = np.median(colour[forehead], axis=0)
     grain = colour - blurred(colour, colour.shape[0] / 250)
     bare = plain * 0.97 + 0.15 * grain
-    share = masks.scalp.clip(0, 1)[..., None]
+    share = masks.shaven.clip(0, 1)[..., None]
     return colour * (1 - share) + bare * share
 
 

@@ -25,6 +25,7 @@ from elocute.cli import main
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError, InputError
 from elocute.head.builtin import load_builtin_head
+from elocute.head.looks import PEOPLE
 from elocute.motion.store import load_motion
 
 
@@ -156,7 +157,9 @@ def test_commands_learn_compare_and_show(corpus: Corpus, tmp_path: Path) -> None
     code, out, err = run("learn", folder, "-o", basis, "--components", 5, "--json")
     assert code == 0, err
     assert json.loads(out)["components"] == 5
-    assert load_motion(basis).head.expression_names == tuple(f"speech0{n}" for n in range(5))
+    learned = load_motion(basis).head
+    assert learned.expression_names == tuple(f"speech0{n}" for n in range(5))
+    assert learned.look == PEOPLE["mean"]
 
     report, plot = tmp_path / "report.json", tmp_path / "errors.png"
     code, out, err = run("compare", folder, basis, "-o", report, "--plot", plot)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,8 @@ from elocute.export.contact_sheet import COLUMNS, contact_sheet
 from elocute.export.meshes import MESH_FORMATS
 from elocute.export.render import Renderer, open_renderer, picture_size, portrait
 from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
+from elocute.head.looks.dressing import dress, wearable
+from elocute.head.looks.people import identity_look
 from elocute.head.model import HeadModel
 
 SHEET_MAX = 200  # faces on one picture
@@ -58,6 +60,7 @@ def write_identities(
     identities: NDArray[np.float32],
     path: str | Path,
     *,
+    first: int = 0,
     mesh: str = ".obj",
     size: tuple[int, int] = (800, 800),
     backend: str = "auto",
@@ -74,6 +77,9 @@ def write_identities(
     path : str or Path
         A .png for one sheet, twice as wide as `size`; otherwise a new folder of 00000.obj,
         00001.obj, … in metres, or of .ply by its own suffix or by `mesh`.
+    first : int
+        Number of the first face. On a sheet, faces of the built-in head's mesh are in the looks
+        that go with their numbers as seeds.
     mesh : str
         Suffix of the meshes in a folder: ".obj" or ".ply".
     size : (int, int)
@@ -96,24 +102,25 @@ def write_identities(
     people = (head.with_identity(coefficients) for coefficients in identities)
     if suffix == ".png":
         side = max(32, 2 * picture_size(size)[0] // COLUMNS)
-        _write_sheet(head, people, len(identities), path, side, backend, progress)
+        numbers = range(first, first + len(identities))
+        _write_sheet(head, people, numbers, path, side, backend, progress)
         return
     suffix = suffix or mesh
     with write_folder_atomically(path) as folder:
-        for number, person in enumerate(people):
+        for done, person in enumerate(people):
             # Faces that share all images share their files.
-            tag = "" if person.surfaces == head.surfaces else f"{number:05d}_"
+            tag = "" if person.surfaces == head.surfaces else f"{first + done:05d}_"
             writer = MESH_FORMATS[suffix](person, tag)
             writer.write_beside(folder)
-            (folder / f"{number:05d}{suffix}").write_bytes(writer.mesh(person.template))
+            (folder / f"{first + done:05d}{suffix}").write_bytes(writer.mesh(person.template))
             if progress:
-                progress((number + 1) / len(identities))
+                progress((done + 1) / len(identities))
 
 
 def _write_sheet(
     head: HeadModel,
     people: Iterable[HeadModel],
-    count: int,
+    numbers: Sequence[int],
     path: Path,
     side: int,
     backend: str,
@@ -121,13 +128,18 @@ def _write_sheet(
 ) -> None:
     pictures: list[NDArray[np.uint8]] = []
     with write_atomically(path) as draft, _renderers(head, side, backend) as renderer_of:
-        for person in people:
-            with renderer_of(person) as renderer:
-                pictures.append(renderer.frame(person.template))
+        for number, person in zip(numbers, people, strict=True):
+            seen = _in_look(person, number)
+            with renderer_of(seen) as renderer:
+                pictures.append(renderer.frame(seen.template))
             if progress:
-                progress(len(pictures) / count)
-        labels = [str(number) for number in range(count)]
-        contact_sheet(pictures, labels, min(COLUMNS, count)).save(draft)
+                progress(len(pictures) / len(numbers))
+        contact_sheet(pictures, list(map(str, numbers)), min(COLUMNS, len(numbers))).save(draft)
+
+
+def _in_look(person: HeadModel, seed: int) -> HeadModel:
+    look = identity_look("auto", str(seed)) if wearable(person) else None
+    return person if look is None else dress(person, look)
 
 
 _RendererOf = Callable[[HeadModel], contextlib.AbstractContextManager[Renderer]]

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         resolve_identity,
         sample_identities,
         sample_identity,
+        seeded_identities,
     )
     from elocute.head.mesh import head_from_arrays, read_mesh
     from elocute.head.model import HeadModel
@@ -44,6 +45,7 @@ __all__ = [
     "sample_identity",
     "save_flame_parameters",
     "save_head",
+    "seeded_identities",
     "solve_flame",
 ]
 __getattr__, __dir__ = lazy(
@@ -57,7 +59,13 @@ __getattr__, __dir__ = lazy(
             "save_flame_parameters",
         ),
         "flame_solver": ("solve_flame",),
-        "identity": ("identity_names", "resolve_identity", "sample_identities", "sample_identity"),
+        "identity": (
+            "identity_names",
+            "resolve_identity",
+            "sample_identities",
+            "sample_identity",
+            "seeded_identities",
+        ),
         "mesh": ("head_from_arrays", "read_mesh"),
         "model": ("HeadModel",),
         "registry": ("open_head",),

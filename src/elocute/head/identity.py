@@ -97,8 +97,7 @@ def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.f
     if choice in names:
         return np.array(names[choice], np.float32)
     if choice.isascii() and choice.isdigit() and len(choice) <= len(str(IDENTITY_SEED_MAX)):
-        seed = int(choice)
-        return sample_identity(seed) if head is None else sample_identities(head, 1, seed)[0]
+        return _seeded(int(choice), head)
     if choice.lower().endswith(".json"):
         if head is not None:
             return read_identity(Path(choice), 1, count)
@@ -110,6 +109,37 @@ def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.f
         found="unknown",
         allowed=f"{known}, a whole number from 0 to {IDENTITY_SEED_MAX}, a .json file",
     )
+
+
+def _seeded(seed: int, head: HeadModel | None) -> NDArray[np.float32]:
+    return sample_identity(seed) if head is None else sample_identities(head, 1, seed)[0]
+
+
+def seeded_identities(first: int, count: int, head: HeadModel | None = None) -> NDArray[np.float32]:
+    """Coefficients of the faces that `resolve_identity` knows by consecutive seeds.
+
+    Parameters
+    ----------
+    first : int
+        Seed of the first face, 0 to 999999999.
+    count : int
+        How many faces, 1 to 100000.
+    head : HeadModel, optional
+        Another head with identities than the built-in one.
+
+    Returns
+    -------
+    (count, identity) float32
+        Standard deviations.
+
+    Raises
+    ------
+    HeadError
+        For a head without an identity space, and for a count or seed out of range.
+    """
+    _check_range("count", count, 1, COUNT_MAX)
+    _check_range("seed", first, 0, IDENTITY_SEED_MAX + 1 - count)
+    return np.stack([_seeded(seed, head) for seed in range(first, first + count)])
 
 
 def read_identity(
@@ -165,12 +195,15 @@ def sample_identities(head: HeadModel, count: int, seed: int) -> NDArray[np.floa
         raise HeadError.about(
             f"head {head.name!r}", found="has no identity space", allowed="a head with one"
         )
-    ranges = {"count": (count, 1, COUNT_MAX), "seed": (seed, 0, IDENTITY_SEED_MAX)}
-    for name, (value, low, high) in ranges.items():
-        if not low <= value <= high:
-            raise HeadError.about(f"`{name}`", found=brief(value), allowed=f"{low} to {high}")
+    _check_range("count", count, 1, COUNT_MAX)
+    _check_range("seed", seed, 0, IDENTITY_SEED_MAX)
     drawn = (_drawn(components, seed, number) for number in range(count))
     return np.stack([_grown(one, head) for one in drawn])
+
+
+def _check_range(name: str, value: int, low: int, high: int) -> None:
+    if not low <= value <= high:
+        raise HeadError.about(f"`{name}`", found=brief(value), allowed=f"{low} to {high}")
 
 
 def _grown(drawn: FloatArray, head: HeadModel) -> NDArray[np.float32]:

@@ -12,6 +12,7 @@ from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.capture.video.person_fit import resting_frames
 from elocute.capture.video.video_to_motion import VideoCapture, fit_track, resample_motion
 from elocute.head.builtin import load_builtin_head
+from elocute.head.looks import face_look
 from elocute.head.mediapipe_face_mesh import EYE_CORNERS, GAP_PAIRS, LIPS
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.numerics.quaternions import multiply, to_axis_angle
@@ -85,6 +86,12 @@ def test_the_face_is_more_his_than_the_mean_is(filmed, captured):
 
     own, mean = apart_mm(captured.person.head.template), apart_mm(load_builtin_head().template)
     assert own < 0.7 * mean
+
+
+def test_he_is_drawn_as_somebody_of_his_age_sex_and_tone(captured):
+    look = captured.motion.head.look
+    assert look == face_look(captured.person.identity)
+    assert captured.motion.dressed().head.surfaces
 
 
 def test_the_resting_face_keeps_its_lips_sealed(captured):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,15 @@ from elocute import animate
 from elocute.errors import HeadError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import identity_names, resolve_identity
-from elocute.head.looks import PEOPLE, Look, identity_look, random_look, resolve_look
+from elocute.head.looks import (
+    PEOPLE,
+    Look,
+    face_look,
+    identity_look,
+    person,
+    random_look,
+    resolve_look,
+)
 from elocute.head.looks.look import EYES, HAIR, HAIR_COLOURS
 from elocute.motion.store import load_motion, save_motion
 
@@ -25,6 +35,27 @@ def test_auto_is_the_look_of_the_identity():
     assert identity_look("auto", "otto") == PEOPLE["otto"]
     assert identity_look("auto", "17") == identity_look("auto", "17")
     assert identity_look("none", "otto") is None
+
+
+def test_a_face_without_a_name_looks_like_somebody_of_its_age_sex_and_tone():
+    head = load_builtin_head()
+    for seed in range(20):
+        face = resolve_identity(str(seed))
+        look, drawn = face_look(face), random_look(seed)
+        tone, sex, age = np.vstack([head.tone_basis, head.trait_basis]) @ np.r_[1, face[:50]]
+        assert look.tone == pytest.approx(np.clip(tone, 0, 1), abs=1e-3)
+        assert look.sex == pytest.approx(np.clip(sex, 0, 1), abs=1e-3)
+        assert look.age == pytest.approx(np.clip(age, 20, 75), abs=1e-3)
+        (like,) = [who for who, one in PEOPLE.items() if one.hair == look.hair]
+        assert (PEOPLE[like].sex > 0.5) == (sex > 0.5), (seed, like, drawn)
+
+
+def test_a_face_from_a_file_is_a_person(tmp_path):
+    face = resolve_identity("19")
+    (tmp_path / "face.json").write_text(json.dumps({"identity": face.tolist()}))
+    stored = person(str(tmp_path / "face.json"))
+    assert stored.look == face_look(face)
+    assert np.array_equal(stored.template, person("19").template)
 
 
 def test_parts_are_changed_by_name():

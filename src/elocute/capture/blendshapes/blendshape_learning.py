@@ -19,6 +19,7 @@ from elocute.corpus.corpus_statistics import displacement_blocks
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 from elocute.head.builtin import load_builtin_head
+from elocute.head.looks.people import PEOPLE
 from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import one_line
@@ -130,6 +131,7 @@ def _head_with_basis(corpus: Corpus, basis: Float32Array) -> HeadModel:
             template=mean.astype(np.float32),
             expression_names=names,
             expression_basis=basis,
+            look=PEOPLE["mean"],
         )
     if corpus.faces is None:
         raise CorpusError.about(

@@ -16,6 +16,7 @@ from elocute.capture.video.face_tracking import FaceTrack, track_face
 from elocute.capture.video.frame_fit import FittedFrames, fit_frames
 from elocute.capture.video.person_fit import Person, fit_person
 from elocute.head.builtin import load_builtin_head
+from elocute.head.looks.people import face_look
 from elocute.motion.motion import Motion
 from elocute.numerics.monotone_cubic import monotone_cubic
 from elocute.numerics.quaternions import from_axis_angle, no_turn, to_axis_angle
@@ -148,7 +149,10 @@ def fit_track(track: FaceTrack, progress: Progress | None = None) -> VideoCaptur
     weights = _bridged(fitted.weights, flagged)
     turns = from_axis_angle(_bridged(to_axis_angle(fitted.poses.turns), flagged))
     motion = Motion(
-        person.head, weights.astype(np.float32), track.fps, _joint_rotations(person, turns)
+        replace(person.head, look=face_look(person.identity)),
+        weights.astype(np.float32),
+        track.fps,
+        _joint_rotations(person, turns),
     )
     return VideoCapture(motion, person, track, fitted, flagged)
 

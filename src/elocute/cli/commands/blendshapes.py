@@ -96,7 +96,7 @@ def show_command(
     plan.add(output, basis)
     if nothing_to_do(plan, overwrite, no_clobber):
         return
-    motion = load_motion(basis)
+    motion = load_motion(basis).dressed()
     side = max(32, 2 * format_options.parse_size(size)[0] // 8)
     camera, pictures, labels = portrait(motion.head, view), [], []
     with open_renderer(motion.head, (side, side), backend=backend, camera=camera) as renderer:

@@ -109,11 +109,10 @@ def _capture(path: Path, face: str | None, fps: float | None, quiet: bool) -> Vi
 
 def _dressed(motion: Motion, identity: str, zero_pose: bool) -> Motion:
     """The motion on the face asked for, with joint rotations or without."""
-    from elocute.head.builtin import load_builtin_head
-    from elocute.head.identity import resolve_identity
+    from elocute.head.looks import person
 
     if identity != OWN:
-        motion = replace(motion, head=load_builtin_head().with_identity(resolve_identity(identity)))
+        motion = replace(motion, head=person(identity))
     return replace(motion, rotations=None) if zero_pose else motion
 
 

@@ -213,7 +213,9 @@ def sample_command(
         ..., "-o", "--output", help="A .png for one contact sheet, or a new folder for mesh files."
     ),
     count: int = typer.Option(10, help="Number of faces."),
-    seed: int = typer.Option(0, help="The same seed draws the same faces."),
+    seed: int = typer.Option(
+        0, help="The first face; faces are numbered by what `--identity` takes."
+    ),
     head: str = typer.Option("builtin", help="A FLAME model (.pkl), a head (.npz), or `builtin`."),
     mesh: str = typer.Option(
         "obj", "--format", help="Format of the mesh files in a folder: obj or ply."
@@ -226,7 +228,7 @@ def sample_command(
 ) -> None:
     """Draw random faces of a head, as meshes or as one picture."""
     from elocute.export.identities import check_identity_output, write_identities
-    from elocute.head.identity import sample_identities
+    from elocute.head.identity import seeded_identities
     from elocute.head.registry import open_head
 
     suffix, pixels = f".{mesh.lower().removeprefix('.')}", format_options.parse_size(size)
@@ -236,10 +238,17 @@ def sample_command(
         return
     check_identity_output(output, count, suffix)
     model = open_head(head)
-    identities = sample_identities(model, count, seed)
+    identities = seeded_identities(seed, count, None if head == "builtin" else model)
     with plan.writing(output), progress_bar(f"drawing {output.name}", as_json) as progress:
         write_identities(
-            model, identities, output, mesh=suffix, size=pixels, backend=backend, progress=progress
+            model,
+            identities,
+            output,
+            first=seed,
+            mesh=suffix,
+            size=pixels,
+            backend=backend,
+            progress=progress,
         )
     if as_json:
         record = {"output": str(output), "head": model.name, "count": count, "seed": seed}

@@ -59,16 +59,16 @@ def render_command(
 
 
 def _load(path: Path) -> Motion:
-    """A motion; curves move the built-in head. Raises MotionError."""
+    """A motion; curves move the built-in head in its look. Raises MotionError."""
     from dataclasses import replace
 
     from elocute.export.curves_json import read_json_curves, read_json_rotations
-    from elocute.head.builtin import load_builtin_head
+    from elocute.head.looks import person
     from elocute.motion.curves import motion_from_curves
     from elocute.motion.store import load_motion
 
     if path.suffix.lower() != ".json":
         return load_motion(path)
-    head = load_builtin_head()
+    head = person("mean")
     turns = read_json_rotations(path, head.joint_names)
     return replace(motion_from_curves(head, read_json_curves(path)), rotations=turns)

@@ -122,14 +122,13 @@ def _motion(path: Path) -> Motion:
 
 def _chosen_head(path: Path | None, identity: str | None, motion: Motion | None) -> HeadModel:
     """The head asked for; else a motion's own; else the built-in one."""
-    from elocute.head.builtin import load_builtin_head
-    from elocute.head.identity import resolve_identity
+    from elocute.head.looks import person
 
     if path is not None:
         return _read_head(path)
     if identity is not None:
-        return load_builtin_head().with_identity(resolve_identity(identity))
-    return load_builtin_head() if motion is None else motion.head
+        return person(identity)
+    return person("mean") if motion is None else motion.head
 
 
 def _read_head(path: Path) -> HeadModel:

@@ -9,14 +9,38 @@ from elocute.lazy_loading import lazy
 if TYPE_CHECKING:
     from elocute.head.looks.dressing import dress, dressed
     from elocute.head.looks.look import Look
-    from elocute.head.looks.people import PEOPLE, identity_look, random_look, resolve_look
+    from elocute.head.looks.people import (
+        PEOPLE,
+        face_look,
+        identity_look,
+        person,
+        random_look,
+        resolve_look,
+    )
 
-__all__ = ["PEOPLE", "Look", "dress", "dressed", "identity_look", "random_look", "resolve_look"]
+__all__ = [
+    "PEOPLE",
+    "Look",
+    "dress",
+    "dressed",
+    "face_look",
+    "identity_look",
+    "person",
+    "random_look",
+    "resolve_look",
+]
 __getattr__, __dir__ = lazy(
     __name__,
     {
         "dressing": ("dress", "dressed"),
         "look": ("Look",),
-        "people": ("PEOPLE", "identity_look", "random_look", "resolve_look"),
+        "people": (
+            "PEOPLE",
+            "face_look",
+            "identity_look",
+            "person",
+            "random_look",
+            "resolve_look",
+        ),
     },
 )

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from elocute.array_types import Float32Array
 from elocute.errors import HeadError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
@@ -16,6 +17,7 @@ from elocute.head.looks.look import (
     HAIR_COLOURS,
     Look,
 )
+from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
 
 PEOPLE = {
@@ -155,11 +157,66 @@ def identity_look(choice: str | Look | None, identity: str) -> Look | None:
     """
     if identity in PEOPLE:
         return resolve_look(choice, identity)
+    return resolve_look(choice, identity, *_traits(resolve_identity(identity)))
+
+
+def person(identity: str) -> HeadModel:
+    """The built-in head with a face, in the look that goes with it.
+
+    Parameters
+    ----------
+    identity : str
+        A name, a seed or a .json file, as `resolve_identity` takes it.
+
+    Returns
+    -------
+    HeadModel
+
+    Raises
+    ------
+    HeadError
+        For an unknown identity.
+    """
+    face = load_builtin_head().with_identity(resolve_identity(identity))
+    return replace(face, look=identity_look("auto", identity))
+
+
+def face_look(coefficients: Float32Array) -> Look:
+    """The look of a face that has neither name nor seed, such as one that was captured.
+
+    Parameters
+    ----------
+    coefficients : (identity,)
+        Of the built-in head, standard deviations; at most as many as it has.
+
+    Returns
+    -------
+    Look
+        That of the named person who is nearest in tone, sex and age, with the face's own.
+    """
+    return _nearest(*_traits(coefficients))
+
+
+def _traits(coefficients: Float32Array) -> tuple[float, float, float]:
+    """Tone, 0 light to 1 dark; sex, 0 woman to 1 man; age, years."""
     head = load_builtin_head()
     bases = np.vstack([head.tone_basis, head.trait_basis])
-    given = resolve_identity(identity)[: bases.shape[1] - 1]
-    tone, sex, age = (bases[:, 0] + bases[:, 1:] @ given).tolist()
-    return resolve_look(choice, identity, min(1.0, max(0.0, tone)), sex, age)
+    known = coefficients[: bases.shape[1] - 1]
+    tone, sex, age = (bases[:, 0] + bases[:, 1 : 1 + len(known)] @ known).tolist()
+    return min(1.0, max(0.0, tone)), min(1.0, max(0.0, sex)), min(max(age, AGES[0]), AGES[2])
+
+
+def _nearest(tone: float | None, sex: float | None, age: float | None) -> Look:
+    given = {"tone": tone, "sex": sex, "age": age}
+    known = {name: round(value, 3) for name, value in given.items() if value is not None}
+    if not known:
+        return PEOPLE["mean"]
+    reach = {"tone": 1.0, "sex": 1.0, "age": AGES[2] - AGES[0]}
+
+    def apart(look: Look) -> float:
+        return sum(((getattr(look, name) - known[name]) / reach[name]) ** 2 for name in known)
+
+    return replace(min(PEOPLE.values(), key=apart), **known)
 
 
 def _named(
@@ -172,7 +229,7 @@ def _named(
     if name.isascii() and name.isdigit():
         return random_look(int(name), tone, sex, age)
     if lenient:  # an identity from a file
-        return PEOPLE["mean"] if tone is None else replace(PEOPLE["mean"], tone=tone)
+        return _nearest(tone, sex, age)
     raise _refused(name)
 
 

@@ -1,0 +1,39 @@
+"""Whatever command makes a motion of the built-in head, a person is seen, not a bust."""
+
+from __future__ import annotations
+
+import pytest
+
+from elocute import load_motion
+from elocute.animation import animate
+from elocute.head.looks import PEOPLE
+
+
+@pytest.fixture(scope="module")
+def take(speech_wav, tmp_path_factory):
+    place = tmp_path_factory.mktemp("take") / "talk"
+    spoken = animate(speech_wav, fps=2, identity="esi")
+    for suffix in (".npz", ".json", ".npy"):
+        spoken.write(place.with_suffix(suffix))
+    return place
+
+
+def test_curves_move_the_mean_person(take, tmp_path, cli):
+    cli("render", take.with_suffix(".json"), "-o", tmp_path / "back.npz")
+    assert load_motion(tmp_path / "back.npz").head.look == PEOPLE["mean"]
+
+
+@pytest.mark.parametrize(
+    ("given", "options", "who"),
+    [
+        (".npy", ["--fps", 2, "--identity", "esi"], "esi"),
+        (".npy", ["--fps", 2], "mean"),
+        (".npz", [], "esi"),
+        (".npz", ["--identity", "otto"], "otto"),
+    ],
+)
+def test_a_solved_motion_keeps_its_person(take, tmp_path, run, given, options, who):
+    out = tmp_path / "solved.npz"
+    result = run("solve", take.with_suffix(given), "-o", out, *options)
+    assert result.returncode == 0, result.stderr
+    assert load_motion(out).head.look == PEOPLE[who]
