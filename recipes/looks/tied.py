@@ -19,6 +19,13 @@ TAIL_LAYERS = (
     (14, 0.014, AIRY, 0.010, 1.0),
 )
 """Ribbons, their distance from the middle (m), locks, width (m) and brightness, layer by layer."""
+RISING_LAYERS = ((20, -0.0012, DENSE, 0.72), (26, 0.0, FULL, 0.9), (18, 0.0008, LOOSE, 1.0))
+"""Ribbons, their height over the middle one (m), locks and brightness of what rises to the tie."""
+RISING_M, RISING_STEPS, RISING_POWER, RISING_WIDE = (0.042, 0.0075), 7, 2.2, 1.9
+"""From which ring round the tie to which, and how they rise: late, as what is pulled tight; how
+much wider they are than the part of the ring that each has."""
+LYING_M, TIED_M = 0.0035, 0.0155
+"""Off the skin, where hair lies, and in the tie."""
 BAND_M, BAND_TURNS = 0.0105, 12
 KNOT_M, KNOT_DEEP_M = 0.031, 0.024
 """Half its width, and how far it stands out."""
@@ -31,9 +38,10 @@ CORE = (18, 30)
 
 
 def tail(scalp: Scalp) -> Cards:
-    """Hair that falls from the tie, and a lock wound round it."""
+    """Hair that rises to the tie and falls from it, and a lock wound round it."""
     rng = np.random.default_rng(5)
     parts = [_falling(scalp, *layer, rng) for layer in TAIL_LAYERS]
+    parts += [_rising(scalp, *layer, rng) for layer in RISING_LAYERS]
     whole = _band(scalp, rng)
     for part in parts:
         whole = together(whole, part)
@@ -72,6 +80,38 @@ def _falling(
     wide = width_m / 2 * (0.5 + 0.5 * np.clip(t / 0.15, 0, 1)) * (1 - 0.35 * t)
     return _hung(
         scalp, paths, across * wide[..., None], _lanes(lanes, count, t[0], rng), shade, rng
+    )
+
+
+def _rising(
+    scalp: Scalp,
+    count: int,
+    over_m: float,
+    lanes: tuple[int, ...],
+    shade: float,
+    rng: np.random.Generator,
+) -> Cards:
+    """From the hair that lies round the tie up into it, all round."""
+    around = (np.arange(count) + rng.uniform(-0.3, 0.3, count)) * (2 * np.pi / count)
+    ring = np.stack([np.cos(around), np.sin(around), 0 * around], 1)[:, None]
+    t = np.linspace(0, 1, RISING_STEPS)[None, :, None]
+    off = RISING_M[0] + (RISING_M[1] - RISING_M[0]) * t
+    foot, normal = scalp.skin.nearest((_metres(scalp, TIE_MM) + ring * off).reshape(-1, 3))
+    foot, normal = foot.reshape(count, -1, 3), normal.reshape(count, -1, 3)
+    high = LYING_M + over_m + (TIED_M - LYING_M) * t**RISING_POWER
+    paths = foot + normal * high
+    across = unit(np.cross(np.gradient(paths, axis=1), normal))
+    wide = RISING_WIDE * np.pi * off / count * np.ones((count, 1, 1))
+    index, weights = scalp.fitting.nearest(foot.reshape(-1, 3))
+    dark = shade * rng.uniform(0.85, 1.0, (count, 1)) * np.linspace(1, 0.75, RISING_STEPS)
+    return ribbons(
+        paths,
+        across * wide,
+        index.reshape(count, RISING_STEPS, -1),
+        weights.reshape(count, RISING_STEPS, -1),
+        scalp.fitting.skin,
+        _lanes(lanes, count, np.linspace(0.1, 0.6, RISING_STEPS), rng),
+        dark,
     )
 
 
