@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.spatial import KDTree
 
 from recipes.looks.cards import NEAREST, Cards
@@ -22,6 +23,9 @@ OFF_MM, WITHIN_MM = 5.0, 30.0
 """They stay so far off the skin; what lies deeper in it than the second is on its other side."""
 
 
+SMOOTHED, TIMES = 0.5, 12
+"""How far each pair of a ribbon comes to the middle of its neighbours at a time: what is led round
+cheeks, ears and shoulders one after the other would else be bent like wire."""
 STILL_M = 0.001
 """Locks follow the width of the cheeks, but only skin that no shape moves further."""
 
@@ -38,12 +42,24 @@ def beside_face(scalp: Scalp, cards: Cards, shapes: np.ndarray, far: float = 1.0
     moved[:, 0] = -far * INWARD_MM * foremost * np.sign(places[:, 0])
     moved[:, 2] = far * AHEAD_MM * share
     points = cards.points + moved / 1000
-    for _ in range(2):
+    along = _along(cards)
+    for _ in range(TIMES):
+        points = points + SMOOTHED * share[:, None] * (along @ points - points)
         foot, normal = scalp.skin.nearest(points)
         above = 1000 * ((points - foot) * normal).sum(1)
         within = (share > 0.02) & (above < OFF_MM) & (above > -WITHIN_MM)
         points = points + normal * np.where(within, OFF_MM - above, 0)[:, None] / 1000
     return _hung_on(scalp, replace(cards, points=points), np.sqrt(foremost), shapes)
+
+
+def _along(cards: Cards) -> sp.csr_matrix:
+    """(vertex, vertex) the mean of what is before and behind each in its ribbon; ends stay."""
+    quads, count = cards.quads, len(cards.points)
+    before, behind = quads[:, :2].ravel(), quads[:, [3, 2]].ravel()
+    links = sp.coo_matrix((np.ones(len(before)), (before, behind)), (count, count)).tocsr()
+    links = links + links.T
+    inner = np.asarray(links.sum(1)).ravel() == 2
+    return sp.diags(inner / 2) @ links + sp.diags(1.0 - inner)
 
 
 def _hung_on(scalp: Scalp, cards: Cards, share: np.ndarray, shapes: np.ndarray) -> Cards:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import reduce
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from recipes.looks.cards import Cards
 from recipes.looks.ribbons import ribbons, together
@@ -56,8 +57,9 @@ CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
 """How far they stay off neck and ears."""
-TIP_FALLS, TIPS_FROM_M = 0.5, 0.10
-"""Ribbons longer than the second are left out whose tips fall by less of their way."""
+TIP_FALLS, TIP_M, TIPS_FROM_M = 0.62, 0.11, 0.10
+"""Ribbons longer than the last end where their tips, of the second length, fall by less of their
+way."""
 HAIRLINE_M, HAIRLINE_STEPS = 0.028, 3
 """Length of the fine hair that is laid over what grows at the hairline."""
 OPEN_EDGE = 0.5
@@ -160,6 +162,8 @@ class Groom:
         (n,) length of what grows there, and how far its top lies above the skin.
     rise_m : float
         Over which length hair comes up to its height.
+    upright : float
+        How much it stands up from its root.
     weight : float
         How much it is drawn down rather than along the comb, at its tips.
     stiff : float
@@ -170,6 +174,8 @@ class Groom:
         How far behind the hairline the shell below begins.
     steps : int
         Pairs of vertices along a ribbon.
+    pairs : int
+        As many are drawn, on a smooth line through those, where that is to be more; for what falls.
     near : float
         How much closer pairs stand at the root: 1 for evenly, more for long hair, which bends
         round the head and then hangs straight.
@@ -190,12 +196,14 @@ class Groom:
     length_m: OfPlaces
     volume_m: OfPlaces
     rise_m: float = 0.009
+    upright: float = 1.0
     weight: float = 0.2
     stiff: float = 0.45
     wave_m: float = 0.0
     wave_length_m: float = 0.05
     inset_mm: float = 17.0
     steps: int = 8
+    pairs: int = 0
     near: float = 1.0
     cut: float = 1.0
     falls: bool = False
@@ -295,6 +303,11 @@ def _grown(
     narrow = np.where(short, *EDGE_WIDTH)
     narrow = narrow + (1 - narrow) * within_edge
     t = np.linspace(0, 1, steps) ** groom.near
+    if groom.falls and steps == groom.steps:
+        at = np.linspace(0, 1, groom.pairs) ** groom.near if groom.pairs else t
+        share = _falling_share(paths)
+        paths, normals = (_along_them(each, t, share, at) for each in (paths, normals))
+        t, length = at, length * share
     across = _across(paths, normals, wide * narrow, t, rng)
     along = length[:, None] * t
     dark = np.minimum(ROOT_DARK_M, ROOT_DARK * length)[:, None]
@@ -309,15 +322,25 @@ def _grown(
     index, weights = _hung(scalp, start, paths)
     skin = scalp.fitting.skin
     uv = _lanes(layer, length, t, groom.cut, roots.depth, rng)
-    whole = _hang(paths) | (length < TIPS_FROM_M) if groom.falls else np.ones(count, bool)
-    paths, across, index, weights = paths[whole], across[whole], index[whole], weights[whole]
-    return ribbons(paths, across, index, weights, skin, uv[whole], shade[whole])
+    return ribbons(paths, across, index, weights, skin, uv, shade)
 
 
-def _hang(paths: np.ndarray) -> np.ndarray:
-    """(n,) whether the tips of long ribbons fall: what stands off shoulders does not."""
-    tip = paths[:, -1] - paths[:, -2]
-    return tip[:, 1] < -TIP_FALLS * np.linalg.norm(tip, axis=1)
+def _falling_share(paths: np.ndarray) -> np.ndarray:
+    """(n,) of their length: up to where their tips fall no longer, as on shoulders, where they
+    would lie in tufts."""
+    ways = np.diff(paths, axis=1)
+    long = np.linalg.norm(ways, axis=2)
+    whole = long.sum(1)
+    gone = np.cumsum(long, axis=1) - long
+    lies = (ways[..., 1] > -TIP_FALLS * long) & (whole[:, None] - gone < TIP_M)
+    share = np.where(lies, gone / whole[:, None], 1.0).min(1)
+    return np.where(whole < TIPS_FROM_M, 1.0, share)
+
+
+def _along_them(paths: np.ndarray, t: np.ndarray, share: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n, k, 3) paths, given at `t`, up to that share of their length, at places `at`, 0..1."""
+    ways = (CubicSpline(t, path) for path in paths)
+    return np.stack([way(at * part) for way, part in zip(ways, share, strict=True)])
 
 
 def _hung(scalp: Scalp, start: np.ndarray, paths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -385,7 +408,8 @@ def _combed(
     phase = WAVE_TOGETHER * scalp.places(start) @ [[1.0], [0.6], [0.8]]
     phase = phase + rng.normal(0, 0.5, (count, 1))
     point = start - np.minimum(SUNK_M, SUNK * length)[:, None] * normal
-    direction = unit(0.4 * _along(groom.comb(scalp.places(start)), normal, 1.0) + normal)
+    flat = _along(groom.comb(scalp.places(start)), normal, 1.0)
+    direction = unit(0.4 * flat + groom.upright * normal)
     ways = np.linspace(0, 1, steps + 1) ** groom.near
     rise = np.minimum(groom.rise_m, 0.3 * length)[:, None]
     paths, normals = [point], [normal]

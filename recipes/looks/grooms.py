@@ -168,8 +168,10 @@ FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 FRAMING_BLUNT = (0.75, 0.95)
 """Their lengths where the others end on one line."""
-FRAMING_WAVE_M = 0.003
-"""They wave at least so far: straight ones are wires."""
+FRAMING_WAVE_M, FRAMING_PAIRS = 0.003, 19
+"""They wave at least so far: straight ones are wires. One sees each alone, and every bend of it."""
+WAVED_PAIRS = 20
+"""A wave is five of them long."""
 AROUND = 0.15
 """Hair at the sides of the back is longer by this share of what hangs below the shoulders: its way
 is longer, and all would end in a point."""
@@ -242,7 +244,7 @@ def falling(
     )
     return Groom(
         lambda places: _parted(places, part_mm, tuck), length, volume,
-        rise_m=0.014, weight=1.6, stiff=0.6, wave_m=wave_m, wave_length_m=WAVE_M,
+        rise_m=0.026, upright=0.2, weight=1.6, stiff=0.6, wave_m=wave_m, wave_length_m=WAVE_M,
         steps=steps, near=near, cut=cut, falls=True, parting=parting, hangs=_hangs, free=free,
         layers=layers,
     )  # fmt: skip
@@ -270,7 +272,16 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
     free = off_face_and(body, shift, FRAMING_AHEAD_MM)
     wave_m = max(whole.wave_m, FRAMING_WAVE_M)
     layer = FRAMING if whole.cut == 1 else replace(FRAMING, length=FRAMING_BLUNT)
-    return replace(whole, comb=comb, free=free, layers=(layer,), steps=11, near=1.2, wave_m=wave_m)
+    return replace(
+        whole,
+        comb=comb,
+        free=free,
+        layers=(layer,),
+        steps=11,
+        pairs=FRAMING_PAIRS,
+        near=1.2,
+        wave_m=wave_m,
+    )
 
 
 def fringe() -> Groom:
@@ -306,8 +317,9 @@ def long(body: Skin, shift: np.ndarray) -> Groom:
 
 
 def waves(body: Skin, shift: np.ndarray) -> Groom:
-    """Down to the chest in waves, from a parting at one side."""
-    return falling(0.32, PART_MM, 0.017, off_face_and(body, shift), 11, near=1.25)
+    """Down to the chest, from a parting at one side; its waves come after it is combed."""
+    straight = falling(0.32, PART_MM, 0.0012, off_face_and(body, shift), 10, near=1.4)
+    return replace(straight, pairs=WAVED_PAIRS)
 
 
 def bob(body: Skin, shift: np.ndarray) -> Groom:
@@ -376,4 +388,4 @@ GROOMS = {"crop": crop, "swept": swept, "slick": slick}
 FALLING = {"long": long, "waves": waves, "bob": bob}
 OVER_CHEEKS = {"long": 1.0, "waves": 1.0, "bob": 0.4}
 """How far each is led over the cheeks: what ends at the jaw stays off full ones."""
-FRINGED = ("long",)
+FRINGED, WAVED = ("long",), ("waves",)

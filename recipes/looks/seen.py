@@ -17,7 +17,7 @@ from scipy.spatial import KDTree
 from recipes.looks.cards import Cards
 from recipes.looks.surface import Skin
 
-SIDE, VIEWS, RADIUS_M = 640, 48, 0.30
+SIDE, VIEWS, RADIUS_M = 640, 96, 0.30
 """Pixels of a view's side, how many views there are, and half of what each shows at least."""
 BELOW = -0.5
 """Views from below end here: the sine of their height."""
@@ -26,7 +26,8 @@ SLACK_M = 0.0015
 CORE, FAINT = 0.8, 0.01
 """The alpha that hides what lies behind, and the least that is drawn."""
 SHOWN = 0.05
-"""The share of its pixels that a quad must show to be kept."""
+"""The share of its pixels that a quad must show to be kept, with those before and behind it in its
+ribbon, or one sees where it is cut off."""
 ROUND, OPEN = 40, (0.15, 0.45)
 """How many vertices lie round one; the share of pixels seen from which a card begins to lie open,
 and does."""
@@ -67,7 +68,7 @@ def without_hidden(cards: Cards, picture: np.ndarray, skin: Skin) -> Cards:
     """
     seen, whole = _pixels(cards, picture, skin)
     share = seen / np.maximum(whole, 1)
-    kept = share >= SHOWN
+    kept = _with_neighbours(cards, share >= SHOWN)
     cards = replace(cards, shade=_lit(cards, share))
     used, quads = np.unique(cards.quads[kept], return_inverse=True)
     places, uv_quads = np.unique(cards.uv_quads[kept], return_inverse=True)
@@ -81,6 +82,13 @@ def without_hidden(cards: Cards, picture: np.ndarray, skin: Skin) -> Cards:
             for name in ("index", "weights", "offset", "shade", "points")
         },
     )
+
+
+def _with_neighbours(cards: Cards, kept: np.ndarray) -> np.ndarray:
+    """(quad,) those kept, and those that share an end with one of them."""
+    ends = np.zeros(len(cards.points), bool)
+    ends[cards.quads[kept]] = True
+    return np.asarray(ends[cards.quads].any(1))
 
 
 def _lit(cards: Cards, share: np.ndarray) -> np.ndarray:

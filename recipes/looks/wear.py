@@ -21,6 +21,7 @@ from recipes.looks.scalp import Scalp
 from recipes.looks.seen import without_hidden
 from recipes.looks.surface import Skin
 from recipes.looks.tied import knot, tail
+from recipes.looks.waving import waved
 
 DEEP = (*grooms.FALLING, "ponytail", "bun")
 """Styles whose locks lie on many others."""
@@ -64,6 +65,8 @@ def styles(scalp: Scalp, shapes: np.ndarray) -> dict[str, Cards]:
             before = together(before, groom.ribbons_of(scalp, grooms.fringe()))
         hung = over_ears(face, together(groom.grown(earless, whole), before))
         made[name] = beside_face(earless, hung, shapes, grooms.OVER_CHEEKS[name])
+        if name in grooms.WAVED:
+            made[name] = waved(scalp, made[name])
     made |= {name: curls.curls(scalp, curl) for name, curl in curls.CURLS.items()}
     made |= {"ponytail": together(tied, tail(scalp)), "bun": together(tied, knot(scalp))}
     return made | {"buzz": curls.buzz(scalp)}

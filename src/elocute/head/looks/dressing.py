@@ -18,8 +18,9 @@ from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
 
 DEFAULT_TONE = 0.2
-DULL_WHITE = 0.22
-"""How much darker the whites of the eyes are in the darkest skin: pure white seems to glow."""
+DULL_WHITE, DULL_TEETH = 0.22, 0.36
+"""How much darker the whites of the eyes, and teeth, are in the darkest skin: pure white seems to
+glow."""
 HAIR_PICTURES = {"curls": "curls", "coils": "curls", "afro": "curls", "buzz": "buzz"}
 """Of styles that are not of straight strands."""
 LASHES, SPARSE_LASHES = "lashes/lashes", "lashes/sparse"
@@ -181,6 +182,8 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
     wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.6}
     surfaces = {"skin": skin, "eyeball": eye}
     surfaces |= {name: Surface(roughness_factor=rough) for name, rough in wet.items()}
+    ivory = 1 - DULL_TEETH * tone
+    surfaces["teeth"] = replace(surfaces["teeth"], tint=(ivory, 0.99 * ivory, 0.97 * ivory))
     return replace(
         head,
         quads=head.quads[kept],
