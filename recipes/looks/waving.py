@@ -1,4 +1,4 @@
-"""Waves of long hair: what hangs is led to and fro, locks together, after it is combed."""
+"""Waves of long hair: what hangs is led aside and back, locks together, after it is combed."""
 
 from __future__ import annotations
 
