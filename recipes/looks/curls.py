@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from PIL import Image, ImageDraw
+from scipy.interpolate import griddata
 from scipy.spatial import KDTree
 
 from recipes.looks.canvas import blurred, noise
@@ -14,7 +15,7 @@ from recipes.looks.groom import ribbons_of
 from recipes.looks.grooms import stubble
 from recipes.looks.ribbons import ribbons, together
 from recipes.looks.scalp import Places, Scalp, depth_mm, grows, shell
-from recipes.looks.surface import unit
+from recipes.looks.surface import subdivided, unit
 
 CURL_PX, LANES = 512, 8
 """Size of the picture of curls, and how many locks stand in it side by side."""
@@ -26,7 +27,7 @@ BAND = 1.15
 """Width of a curl's ribbon by the radius."""
 SHELL_SHADE = 0.65
 """The shell under curls is dark."""
-RINGS, RING_PX, RING_BEND = 9000, (1.7, 4.2), (150, 330)
+RINGS, RING_PX, RING_BEND = 6000, (2.1, 5.2), (150, 330)
 """How many coils its picture shows, their radius, and how far round they go, degrees."""
 RING_DEEP, RING_TONE, RING_UNEVEN = 0.34, 0.95, 0.30
 """Brightness between them, of the lightest on average, and how much they differ."""
@@ -52,6 +53,9 @@ class Curl:
         Under the curls lies a shell this far off the skin.
     volume_m : float
         How much further shell and curls lie off the skin in the middle of the head.
+    within : float
+        From how much nearer the crown its shell takes its picture: what stands steep at the
+        hairline is closed there.
     """
 
     apart_m: float
@@ -63,21 +67,22 @@ class Curl:
     steps: int
     shell_m: float
     volume_m: float = 0.0
+    within: float = 1.0
 
 
 CURLS = {
     "curls": Curl(0.0076, 0.0046, 0.0056, 0.0028, 0.0105, 2.2, 15, 0.0035),
     "coils": Curl(0.0051, 0.0034, 0.0034, 0.0019, 0.0050, 1.4, 7, 0.0022),
-    "afro": Curl(0.0061, 0.0043, 0.0048, 0.0026, 0.0072, 1.6, 7, 0.0030, 0.034),
+    "afro": Curl(0.0061, 0.0043, 0.0048, 0.0026, 0.0072, 1.6, 7, 0.0030, 0.034, 0.87),
 }
 """Styles by the names of their files."""
-BUZZ_M, BUZZ_INSET_MM = 0.0014, 2.0
+BUZZ_M = 0.0014
 """Hair cut to a few millimetres is a shell of stubs this far off the skin."""
 
 
-def curl_picture() -> np.ndarray:
+def curl_picture(scalp: Scalp) -> np.ndarray:
     """(CURL_PX, 2 CURL_PX, 4): coils of the shell, and beside them locks."""
-    return np.hstack([coil_picture(), lock_picture()])
+    return np.hstack([_thinned(coil_picture(), scalp, CURLED_THIN), lock_picture()])
 
 
 def lock_picture() -> np.ndarray:
@@ -136,8 +141,13 @@ SHELL_HEIGHT = 0.92
 """Where the shell lies, of the volume."""
 FULL_MM = (4.0, 10.0, 17.0, 25.0, 34.0)
 """Distances from the hairline between which hair comes to its volume."""
-CURLED_INSET_MM = 5.0
-"""How far behind the hairline the shell below curls begins."""
+THIN_MM = (-1.0, 1.0, 3.0, 5.0, 7.0, 9.0, 11.0)
+"""Distances from the hairline over which a shell closes: its edge is hairs, no line."""
+CURLED_THIN, STUBS_THIN, THIN_SOFT = 0.85, 0.75, 0.16
+"""How much of that way goes by before the gaps between coils close, or between stubs, and how soft
+their edges are."""
+MAP_RAD = 1.8
+"""How far down from the crown a shell's picture reaches."""
 CURLED_EDGE_MM, CURLED_LEAST = 9.0, 0.25
 """How deep the hairline of curls is, and how thick hair is there at least."""
 
@@ -197,12 +207,18 @@ def curls(scalp: Scalp, curl: Curl) -> Cards:
     below = shell(
         scalp,
         lambda places: curl.shell_m + SHELL_HEIGHT * curl.volume_m * full(places),
-        CURLED_INSET_MM,
+        0.0,
         SHELL_SHADE,
         sideburns=True,
     )
     locks = ribbons(paths, across, index, weights, fitting.skin, uv, shade)
-    return _side_by_side(replace(below, uv=_round_the_crown(fitting.skin, below.points)), locks)
+    return _side_by_side(_mapped(scalp, below, curl.within), locks)
+
+
+def _mapped(scalp: Scalp, below: Cards, within: float = 1.0) -> Cards:
+    """A shell with places in a picture round the crown, by the skin that it lies on."""
+    foot = np.einsum("vk,vkc->vc", below.weights, scalp.fitting.skin[below.index])
+    return replace(below, uv=0.5 + within * (_round_the_crown(scalp.fitting.skin, foot) - 0.5))
 
 
 def _round_the_crown(skin: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -210,7 +226,26 @@ def _round_the_crown(skin: np.ndarray, points: np.ndarray) -> np.ndarray:
     drawn out."""
     x, y, z = (points - skin[skin[:, 1] > 0].mean(0)).T
     down, round_ = np.arctan2(np.hypot(x, z), y), np.arctan2(x, z)
-    return 0.5 + 0.48 * (down / np.pi)[:, None] * np.stack([np.sin(round_), np.cos(round_)], 1)
+    away = 0.48 * np.minimum(down / MAP_RAD, 1)[:, None]
+    return 0.5 + away * np.stack([np.sin(round_), np.cos(round_)], 1)
+
+
+def _thinned(picture: np.ndarray, scalp: Scalp, thin: float) -> np.ndarray:
+    """A shell's picture (CURL_PX, CURL_PX, 4) with the hairline in its alpha: where hair is thin
+    there are but the lightest hairs, the uppermost, further back what lies between them too."""
+    skin = scalp.fitting.skin
+    points, _, _ = subdivided(skin, scalp.fitting.face.anatomy.skin_quads)
+    places = scalp.places(points)
+    near = grows(places, 2 * THIN_MM[0]) > 0
+    behind = np.mean([grows(places[near], inset) for inset in THIN_MM], axis=0)
+    texels = (np.arange(CURL_PX) + 0.5) / CURL_PX
+    u, v = np.meshgrid(texels, texels[::-1])
+    known = _round_the_crown(skin, points[near])
+    share = griddata(known, behind, (u, v), fill_value=0.0)
+    tone = picture[..., 0]
+    rank = (np.argsort(np.argsort(tone.ravel())) / tone.size).reshape(tone.shape)
+    cover = (share - thin * (1 - rank)) / THIN_SOFT
+    return np.dstack([picture[..., :3], np.where(share > 0, cover.clip(0, 1), 0)])
 
 
 def _side_by_side(below: Cards, locks: Cards) -> Cards:
@@ -221,15 +256,14 @@ def _side_by_side(below: Cards, locks: Cards) -> Cards:
 
 def buzz(scalp: Scalp) -> Cards:
     """The stubs of hair cut close, a shell, and single hairs at its edge."""
-    stubs = shell(scalp, BUZZ_M, BUZZ_INSET_MM, 1.0, sideburns=True)
-    uv = _round_the_crown(scalp.fitting.skin, stubs.points)
-    return _side_by_side(replace(stubs, uv=uv), ribbons_of(scalp, stubble()))
+    stubs = shell(scalp, BUZZ_M, 0.0, 1.0, sideburns=True)
+    return _side_by_side(_mapped(scalp, stubs), ribbons_of(scalp, stubble()))
 
 
-def buzz_picture(lanes: np.ndarray) -> np.ndarray:
+def buzz_picture(scalp: Scalp, lanes: np.ndarray) -> np.ndarray:
     """(CURL_PX, 2 CURL_PX, 4): stubs, and beside them a picture of locks made smaller."""
-    tone = (0.50 + 0.09 * noise(17, CURL_PX, 0.55) + 0.03 * noise(19, CURL_PX, 2.0)).clip(0.2, 1.0)
-    stubs = np.dstack([tone, tone, tone, np.ones_like(tone)])
+    tone = (0.50 + 0.09 * noise(17, CURL_PX, 0.7) + 0.03 * noise(19, CURL_PX, 2.7)).clip(0.2, 1.0)
+    stubs = _thinned(np.dstack([tone, tone, tone, np.ones_like(tone)]), scalp, STUBS_THIN)
     step = len(lanes) // CURL_PX
     small = lanes.reshape(CURL_PX, step, CURL_PX, step, 4).mean((1, 3))
     return np.hstack([stubs, small])

@@ -142,8 +142,8 @@ def shell(
     places = scalp.places(points[used])
     away = off_m(places) if callable(off_m) else off_m
     away = np.minimum(away, np.maximum(away * (2.4 * thick[used] ** 2 - 1.4), -DIVE_M))
+    index, weights = scalp.fitting.nearest(points[used])
     points = points[used] + normals[used] * away[:, None]
-    index, weights = scalp.fitting.nearest(points)
     # Strands run down, back and forth within one lock of the picture: shading needs their way.
     x, y, z = (points - points.mean(0)).T
     turn = np.arcsin(np.sin(SHELL_TURNS * np.arctan2(x, z))) / (np.pi / 2)

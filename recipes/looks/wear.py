@@ -45,8 +45,8 @@ def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path) -> None:
         write_hair(folder, fitting, name, cards)
         print(f"{name}: {len(cards.points)} vertices")
     save(folder / "strands.webp", lanes, 78)
-    save(folder / "curls.webp", curls.curl_picture(), 78)
-    save(folder / "buzz.webp", curls.buzz_picture(lanes), 78)
+    save(folder / "curls.webp", curls.curl_picture(scalp), 78)
+    save(folder / "buzz.webp", curls.buzz_picture(scalp, lanes), 78)
     save(folder / "roots.webp", roots(canvas), 60)
 
 
