@@ -181,6 +181,9 @@ class Groom:
         round the head and then hangs straight.
     cut : float
         Share of a lock, from its root, that long hair shows: less for a blunt end.
+    edge : float
+        How much deeper than others its hairline is in which locks are open: more where hair is
+        brushed to the front, and shows its roots.
     falls : bool
         Whether it hangs to the jaw and below, and covers the hairline beside the face.
     parting : function of Places
@@ -206,6 +209,7 @@ class Groom:
     pairs: int = 0
     near: float = 1.0
     cut: float = 1.0
+    edge: float = 1.0
     falls: bool = False
     parting: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     hangs: OfPlaces = field(default=lambda places: np.zeros(len(places)))
@@ -321,7 +325,7 @@ def _grown(
     shade = shade * (_patches(places) * rng.uniform(uneven, 1.0))[:, None]
     index, weights = _hung(scalp, start, paths)
     skin = scalp.fitting.skin
-    uv = _lanes(layer, length, t, groom.cut, roots.depth, rng)
+    uv = _lanes(layer, length, t, groom.cut, roots.depth, groom.edge, rng)
     return ribbons(paths, across, index, weights, skin, uv, shade)
 
 
@@ -370,6 +374,7 @@ def _lanes(
     t: np.ndarray,
     cut: float,
     depth: np.ndarray,
+    edge: float,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """(n, step, 2, 2) places in the picture; short hair has locks of its own; towards the hairline
@@ -378,7 +383,7 @@ def _lanes(
     short = (length < SHORT_M) | (layer.where == "hairline")
     uneven = depth + EDGE_UNEVEN_MM * rng.normal(size=len(depth))
     for up_to, lanes in EDGE_LANES:
-        lane = np.where(uneven < up_to, np.maximum(lane, rng.choice(lanes, len(lane))), lane)
+        lane = np.where(uneven < edge * up_to, np.maximum(lane, rng.choice(lanes, len(lane))), lane)
     flipped = rng.random((len(length), 1)) < 0.5
     edges = (lane[:, None] + np.where(flipped, [0.98, 0.02], [0.02, 0.98])) / LANES
     begun = (

@@ -64,7 +64,10 @@ def crop() -> Groom:
     def volume(places: Places) -> np.ndarray:
         return 0.0050 + (0.010 + 0.006 * front(places)) * top(places)
 
-    return Groom(comb, length, volume, rise_m=0.008, weight=0.45, steps=5, layers=SHORT_LAYERS)
+    return Groom(
+        comb, length, volume,
+        rise_m=0.010, upright=0.4, weight=0.45, steps=5, near=1.25, edge=1.7, layers=SHORT_LAYERS,
+    )  # fmt: skip
 
 
 def swept() -> Groom:
@@ -86,7 +89,16 @@ def swept() -> Groom:
         return 0.0045 + (0.008 + 0.010 * front(places)) * top(places)
 
     return Groom(
-        comb, length, volume, rise_m=0.012, weight=0.15, stiff=0.55, steps=6, layers=SHORT_LAYERS
+        comb,
+        length,
+        volume,
+        rise_m=0.012,
+        upright=0.6,
+        weight=0.15,
+        stiff=0.55,
+        steps=6,
+        near=1.2,
+        layers=SHORT_LAYERS,
     )
 
 
