@@ -31,6 +31,8 @@ ribbon, or one sees where it is cut off."""
 ROUND, OPEN = 40, (0.15, 0.45)
 """How many vertices lie round one; the share of pixels seen from which a card begins to lie open,
 and does."""
+DEEP_LIGHT = 0.35
+"""What light comes to cards that hardly show, between others or behind them."""
 _VERTEX = """#version 430
 uniform mat4 view; uniform float deeper;
 in vec3 place; in vec2 texcoord; out vec2 at;
@@ -93,14 +95,15 @@ def _with_neighbours(cards: Cards, kept: np.ndarray) -> np.ndarray:
 
 def _lit(cards: Cards, share: np.ndarray) -> np.ndarray:
     """(vertex,) shade where what lies open, since it was led round ears and cheeks, is no darker
-    than what lies open round it; `share` of each quad is seen."""
+    than what lies open round it, and what hardly shows is dark; `share` of each quad is seen."""
     open_ = np.zeros(len(cards.points))
     np.maximum.at(open_, cards.quads, share[:, None])
     near = KDTree(cards.points).query(cards.points, ROUND)[1]
     weight = open_[near] + 1e-3
     around = (weight * cards.shade[near]).sum(1) / weight.sum(1)
     less = np.maximum(around - cards.shade, 0)
-    return cards.shade + less * ((open_ - OPEN[0]) / np.ptp(OPEN)).clip(0, 1)
+    lit = cards.shade + less * ((open_ - OPEN[0]) / np.ptp(OPEN)).clip(0, 1)
+    return lit * np.interp(open_, (SHOWN, OPEN[0]), (DEEP_LIGHT, 1))
 
 
 def _views(points: np.ndarray) -> list[np.ndarray]:
