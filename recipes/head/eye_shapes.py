@@ -13,12 +13,12 @@ SHUT = 1.05
 """Of MakeHuman's shut eyes: lids overlap a little, so that eyes of other faces shut as well."""
 WIDE = 1.7
 """Wide eyes, of MakeHuman's."""
-LID_DOWN, LID_UP = 0.22, 0.24
+LID_DOWN, LID_UP = 0.14, 0.24
 """How far the lids follow a look down (of a blink) and up (of wide eyes)."""
 CHEEK = (
-    Pull((34, -23), (-1.0, 4.5, 3.2), (14, 11)),
+    Pull((34, -23), (-1.0, 5.4, 3.8), (14, 11)),
     Pull((44, -8), (-1.5, 1.6, 0.6), (9, 8)),
-    Fold(((17, -39), (22, -44), (28, -51)), 0.9, 0.8),
+    Fold(((17, -39), (22, -44), (28, -51)), 1.1, 1.0),
 )
 """The muscle round the eye: the cheek's apple rises, the skin beside the eye bunches."""
 LOWER_LID = 1.08
@@ -61,12 +61,12 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         outer = face.expression(f"eyebrows-{low}-extern-up")
         skin = {
             "browDown": 1.05 * face.expression(f"eyebrows-{low}-down") - arch - 0.35 * outer,
-            "browOuterUp": 0.8 * outer + 1.5 * arch,
+            "browOuterUp": 0.75 * outer + 1.15 * arch,
             "eyeBlink": SHUT * (face.expression(f"eye-{low}-closure") - EYES_OPEN * wide),
             "eyeWide": WIDE * wide,
             "eyeSquint": LOWER_LID * face.pose_unit(f"{side}LowerLidUp") + squint[side],
             "cheekSquint": face.off_the_lips(
-                0.55 * face.pose_unit(f"{side}CheekUp")
+                0.75 * face.pose_unit(f"{side}CheekUp")
                 + 0.34 * face.pose_unit(f"{side}LowerLidUp")
                 + cheek[side]
             ),

@@ -85,11 +85,11 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = -0.0003, 0.0023, 0.04
+BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = -0.0003, 0.0011, 0.04
 """How far the lower lip covers the incisors' edges in f (it stays below them, as teeth of random
 faces lie up to a millimetre lower), how far the upper one rises, and the jaw's opening that this is
 made for."""
-ROLLED, ROLLED_REACH, LIFTED_REACH = (0.40, 0.45), (0.0235, 0.6), (0.0185, 1.8)
+ROLLED, ROLLED_REACH, LIFTED_REACH = (0.55, 0.60), (0.0235, 0.6), (0.0170, 1.8)
 """What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
 in and the upper one lifted; see `reach`."""
 BITTEN_REACH = (0.0170, 0.8)

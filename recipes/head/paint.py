@@ -22,11 +22,11 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.20, 0.14, 0.09),
     (0.02,) * 3,
 )
-TOOTH, TOOTH_ROOT = (0.875, 0.845, 0.78), (0.80, 0.725, 0.625)
+TOOTH, TOOTH_ROOT = (0.875, 0.845, 0.78), (0.76, 0.665, 0.555)
 BITING, BITING_FROM = (0.735, 0.745, 0.745), 0.80
 """The edge of an incisor lets light through, from this share of its height."""
-GAP, GAP_SHARE = (0.36, 0.23, 0.18), 0.85
-DEEP_TOOTH, DEEP_SHARE, DEEP_M = (0.58, 0.36, 0.30), 0.75, 0.030
+GAP, GAP_SHARE = (0.36, 0.23, 0.18), 0.65
+DEEP_TOOTH, DEEP_SHARE, DEEP_M = (0.52, 0.32, 0.26), 0.85, 0.026
 GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.74, 0.43, 0.42), (0.46, 0.20, 0.20)
 TONGUE_COAT = (0.78, 0.58, 0.55)
 TONGUE_TIP_M, TONGUE_DEEP_M = 0.020, 0.056
@@ -49,12 +49,12 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
     colours[slices["tongue"]] = _tongue(face.vertices[slices["tongue"]])
     for jaw in ("upper", "lower"):
         part = face.assembly.jaws[f"teeth_{jaw}"]
-        tooth = mix(np.tile(TOOTH_ROOT, (len(part.shade), 1)), TOOTH, part.shade * 1.6)
+        tooth = mix(np.tile(TOOTH_ROOT, (len(part.shade), 1)), TOOTH, part.shade * 1.35)
         tooth = mix(tooth, BITING, (part.shade - BITING_FROM) / (1 - BITING_FROM))
         tooth = mix(tooth, GAP, GAP_SHARE * part.gap) * part.tone
         z = face.vertices[slices[f"teeth_{jaw}"], 2]
         # A red mouth colours its back teeth.
-        back = DEEP_SHARE * np.clip((z.max() - z - 0.006) / DEEP_M, 0, 1)
+        back = DEEP_SHARE * np.clip((z.max() - z - 0.004) / DEEP_M, 0, 1)
         colours[slices[f"teeth_{jaw}"]] = mix(tooth, DEEP_TOOTH, back)
         colours[slices[f"gums_{jaw}"]] = GUM
     colours[slices["bust"]] = SKIN

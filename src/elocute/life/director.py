@@ -42,6 +42,7 @@ POSTURE_DEG = (1.4, 2.1, 0.95)  # standard deviation of the postures that it tak
 ACCENT_DEG = (2.1, 1.3, 0.7)  # of a whole prominence
 SYLLABLE_DEG = 0.65  # of any syllable
 SETTLE_DEG = 0.9  # the nod that ends a phrase
+BROWS_HELD = 0.10  # of their shapes, by how far a head is from the middle
 
 REFRACTORY = 55  # rows from one blink to the next
 WAIT_ROWS = 150  # of silence at the beginning, before the face comes alive without a voice
@@ -127,7 +128,7 @@ class Director:
         wanted = 0.3 + 0.5 * min(1.0, max(0.0, syllable.pitch) / 4)
         if rested < 70 or syllable.prominence < 0.5 or self._draw() > wanted:
             return
-        size = (0.16 + 0.4 * self._draw()) * (0.4 + 0.6 * syllable.prominence)
+        size = (0.20 + 0.42 * self._draw()) * (0.4 + 0.6 * syllable.prominence)
         start = syllable.row - 18
         if syllable.pitch < 0.3 and self._draw() < 0.5:
             self._canvas.pulse(DOWN, start, _BROW_UP, 0.8 * size)
@@ -185,10 +186,15 @@ class Director:
         rows = round(60 + 60 * self._draw())
         turn = self._spread()
         tilt = 0.85 * self._spread() + 0.4 * turn
+        nod = self._spread()
         for channel, reach, drawn in zip(
-            (NOD, TURN, TILT), POSTURE_DEG, (self._spread(), turn, tilt), strict=True
+            (NOD, TURN, TILT), POSTURE_DEG, (nod, turn, tilt), strict=True
         ):
             self._canvas.step(channel, row, rise(rows), size * reach * drawn)
+        # Brows are held up with the head, or aside with it; the outer one where it tilts.
+        held, lean = size * BROWS_HELD * max(0.0, 0.3 * abs(turn) - nod), 0.2 * tilt
+        for channel, share in ((INNER, 0.9), (BROW_L, 0.8 + lean), (BROW_R, 0.8 - lean)):
+            self._canvas.step(channel, row, rise(rows), held * max(0.0, share))
 
     def _glance(self, row: int) -> None:
         """The eyes rest on something for a while, then jump; mostly back to the middle."""
