@@ -175,7 +175,7 @@ FRAME_MM = (-22.0, 30.0)
 behind it: a curtain thins out, a wall does not."""
 EDGE_MM = 7.0
 """How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge."""
-FRAMING = Layer(0.0036, 0.0080, FULL + LOOSE + AIRY, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
+FRAMING = Layer(0.0036, 0.0080, FULL[1:] + LOOSE, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 FRAMING_BLUNT = (0.75, 0.95)
@@ -316,10 +316,10 @@ def fringe() -> Groom:
 
 
 FRINGE = (
-    Layer(0.0034, 0.0120, FULL, 0.80, (0.80, 1.00), 0.07, 0.90, where="forehead"),
-    Layer(0.0038, 0.0110, LOOSE, 1.00, (0.84, 1.06), 0.14, 0.97, where="forehead"),
+    Layer(0.0030, 0.0100, FULL, 0.80, (0.72, 1.00), 0.10, 0.90, where="forehead"),
+    Layer(0.0028, 0.0085, LOOSE, 1.00, (0.78, 1.03), 0.15, 0.97, where="forehead"),
 )
-FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 29.0, 4.0, 0.30
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 28.0, 4.0, 0.30
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 
@@ -337,7 +337,7 @@ def waves(body: Skin, shift: np.ndarray) -> Groom:
 def bob(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chin, from a parting at one side."""
     return falling(
-        0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.84, tuck=0.9, even=0.7
+        0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.90, tuck=0.9, even=0.55
     )
 
 

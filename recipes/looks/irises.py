@@ -22,8 +22,8 @@ SIZE, FINER = 512, 3
 PUPIL_EDGE_RAD = 0.022
 PUPIL_RAD = EDGE_OF_PUPIL_RAD - PUPIL_EDGE_RAD / 2
 """Where its edge begins."""
-LIMBUS_RAD = 0.05
-"""Over which the iris gives way to the white."""
+LIMBUS_RAD, LIMBUS_DARK = 0.05, 0.38
+"""Over which the iris gives way to the white, and how dark its edge is."""
 Colour = tuple[float, float, float]
 
 
@@ -82,6 +82,7 @@ def _iris(iris: Iris, angle: np.ndarray, around: np.ndarray) -> np.ndarray:
     ring = np.exp(-(((out - wreath) / 0.07) ** 2))
     bright = 1 + iris.fibres * (0.115 * fine - 0.20 * pits * (1 - edge[..., 0]) + 0.10 * ring)
     bright *= 1 - 0.30 * np.exp(-((out / 0.10) ** 2))
+    bright *= 1 - LIMBUS_DARK * _eased((out - 0.80) / 0.24)
     height = np.sin(around) * angle / IRIS_RAD  # 1 at the lower edge
     bright *= TOP + (BELOW - TOP) * _eased((height + 0.85) / 1.1)
     towards = np.cos(around - np.radians(70)).clip(0, 1) ** 2
@@ -104,7 +105,7 @@ def _sclera(angle: np.ndarray, around: np.ndarray) -> np.ndarray:
     colour = colour * (1 - share) + np.array(VESSELS) * share
     # The edge of the cornea lets the dark behind it through.
     rim = np.exp(-(((angle - IRIS_RAD) / 0.07) ** 2))[..., None]
-    return colour * (1 - rim * [0.24, 0.20, 0.15])
+    return colour * (1 - rim * [0.30, 0.26, 0.20])
 
 
 def _vessels() -> np.ndarray:

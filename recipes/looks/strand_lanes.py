@@ -20,9 +20,9 @@ as fine and as uneven as they end: such hair shows its roots."""
 SHORT_STRANDS = (46, 40, 30, 26, 17, 14, 9, 6)
 CLUMPS, GATHERED, SHORT_GATHERED = (4, 8), (0.25, 0.75), (0.6, 1.1)
 """Into how many clumps the strands of a lock fall, and how far from their middle they end there."""
-TONE, CLUMP_TONE, STRAND_TONE, TONES = 0.78, 0.10, 0.18, (0.30, 1.0)
+TONE, CLUMP_TONE, STRAND_TONE, TONES = 0.78, 0.09, 0.13, (0.40, 1.0)
 """Mean tone of strands, how far that of clumps and of strands in a clump differs, and its ends."""
-DEEP_TONE = 0.42
+DEEP_TONE = 0.50
 """What one sees between strands of a closed lock lies in their shade."""
 FEW = 25
 """Fewer strands than this stand as chance has it."""
