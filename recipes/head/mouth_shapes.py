@@ -60,10 +60,10 @@ SMILING = {
 }
 """MakeHuman's pose units in a smile."""
 APPLE = (
-    Pull((34, -28), (-0.6, 1.7, 2.2), (14, 12)),
-    Pull((37, -40), (0.6, 2.8, 3.1), (14, 12)),
-    Fold(((17, -39), (23, -46), (31, -54), (36, -61)), 1.0, 0.9, 3.8),
-    Pull((33, -66), (-0.3, 0, -0.7), (5, 6)),
+    Pull((34, -28), (-0.6, 2.0, 3.0), (13, 11)),
+    Pull((37, -40), (0.8, 3.6, 4.6), (12, 11)),
+    Fold(((17, -39), (23, -46), (31, -54), (36, -61)), 1.2, 1.1, 3.6),
+    Pull((33, -66), (-0.4, 0, -1.1), (4, 5)),
 )
 """What a smile has more: the cheek's apple, the fold from the nose's wing round the corner, and a
 dimple beside it."""
