@@ -21,8 +21,6 @@ BELOW_MM, ABOVE_MM, ASIDE_MM = (34.0, -14.0), (-190.0, -110.0), (35.0, 50.0)
 """Heights over the eyes, and distances from the middle, between which they do."""
 OFF_MM, WITHIN_MM = 5.0, 30.0
 """They stay so far off the skin; what lies deeper in it than the second is on its other side."""
-
-
 SMOOTHED, TIMES = 0.5, 12
 """How far each pair of a ribbon comes to the middle of its neighbours at a time: what is led round
 cheeks, ears and shoulders one after the other would else be bent like wire."""

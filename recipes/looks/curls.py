@@ -245,7 +245,7 @@ def _thinned(picture: np.ndarray, scalp: Scalp, thin: float) -> np.ndarray:
     tone = picture[..., 0]
     rank = (np.argsort(np.argsort(tone.ravel())) / tone.size).reshape(tone.shape)
     cover = (share - thin * (1 - rank)) / THIN_SOFT
-    return np.dstack([picture[..., :3], np.where(share > 0, cover.clip(0, 1), 0)])
+    return np.dstack([picture[..., :3], cover.clip(0, 1)])
 
 
 def _side_by_side(below: Cards, locks: Cards) -> Cards:

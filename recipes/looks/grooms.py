@@ -89,17 +89,9 @@ def swept() -> Groom:
         return 0.0045 + (0.008 + 0.010 * front(places)) * top(places)
 
     return Groom(
-        comb,
-        length,
-        volume,
-        rise_m=0.012,
-        upright=0.6,
-        weight=0.15,
-        stiff=0.55,
-        steps=6,
-        near=1.2,
-        layers=SHORT_LAYERS,
-    )
+        comb, length, volume,
+        rise_m=0.012, upright=0.6, weight=0.15, stiff=0.55, steps=6, near=1.2, layers=SHORT_LAYERS,
+    )  # fmt: skip
 
 
 def slick() -> Groom:
@@ -285,15 +277,9 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
     wave_m = max(whole.wave_m, FRAMING_WAVE_M)
     layer = FRAMING if whole.cut == 1 else replace(FRAMING, length=FRAMING_BLUNT)
     return replace(
-        whole,
-        comb=comb,
-        free=free,
-        layers=(layer,),
-        steps=11,
-        pairs=FRAMING_PAIRS,
-        near=1.2,
-        wave_m=wave_m,
-    )
+        whole, comb=comb, free=free, layers=(layer,),
+        steps=11, pairs=FRAMING_PAIRS, near=1.2, wave_m=wave_m,
+    )  # fmt: skip
 
 
 def fringe() -> Groom:

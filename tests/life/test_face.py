@@ -54,6 +54,13 @@ def test_with_it_head_brows_lids_eyes_and_cheeks_do(alive):
     assert np.abs(turns(alive.motion, "jaw")).max() == 0
 
 
+def test_brows_are_held_between_accents_too(alive):
+    """As a head is held: they are not let go as soon as one is over."""
+    raised = alive.curves["browInnerUp"]
+    assert (raised > 0.01).mean() > 0.5
+    assert np.median(raised[raised > 0.01]) < 0.25
+
+
 def test_the_neck_takes_its_share(alive):
     neck, head = turns(alive.motion, "neck"), turns(alive.motion, "head")
     assert np.abs(neck / 0.4 - head / 0.6).max() < 0.01

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 from scipy.spatial import KDTree
 
 from elocute.head import HeadModel, load_builtin_head, resolve_identity
@@ -89,3 +92,43 @@ def test_hair_stays_with_the_scalp_while_the_face_moves() -> None:
         weights = worn.expression_vector({shape: 1.0})
         moved = np.linalg.norm(np.tensordot(weights, worn.expression_basis[:, hair], 1), axis=1)
         assert np.quantile(moved, 0.95) < 0.003, shape
+
+
+def bends(head: HeadModel) -> NDArray[np.float64]:
+    """Degrees by which locks beside the face turn from one pair of vertices to the next."""
+    quads = head.quads[head.material == head.material_names.index("hair")]
+    after = np.full(len(head.template), -1)
+    after[quads[:, 0]], after[quads[:, 1]] = quads[:, 3], quads[:, 2]
+    first = np.flatnonzero(after >= 0)
+    first = first[after[after[first]] >= 0]
+    second, third = after[first], after[after[first]]
+    eye = head.joint_positions[head.joint_names.index("eyeLeft")]
+    beside = (head.template[second, 1] < eye[1]) & (head.template[second, 2] > eye[2] - 0.06)
+    ways = np.diff(head.template[np.stack([first, second, third], 1)[beside]], axis=1)
+    ways /= np.linalg.norm(ways, axis=2, keepdims=True)
+    return np.degrees(np.arccos(np.clip((ways[:, 0] * ways[:, 1]).sum(1), -1, 1)))
+
+
+@pytest.mark.parametrize("who", FACES)
+def test_straight_hair_is_not_bent_like_wire_and_waves_wave(who: str) -> None:
+    for style in ("long", "bob"):
+        _, worn, _ = dressed(style, who)
+        assert np.median(bends(worn)) < 5, style
+    assert np.median(bends(dressed("waves", who)[1])) > 14
+
+
+@pytest.mark.parametrize("style", ["curls", "coils", "buzz"])
+def test_what_closes_the_scalp_under_short_curls_fades_out_at_the_hairline(style: str) -> None:
+    """Its mesh ends in steps, which nobody sees."""
+    _, worn, _ = dressed(style, "mean")
+    color = worn.surfaces["hair"].color
+    assert color is not None
+    alpha = np.asarray(Image.open(io.BytesIO(color)).convert("RGBA"))[..., 3]
+    uv_quads = worn.uv_quads[worn.material == worn.material_names.index("hair")]
+    shell = uv_quads[(worn.uv[uv_quads][..., 0] < 0.5).all(1)]  # locks are in the right half
+    sides = np.sort(np.concatenate([shell[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1)
+    pairs, count = np.unique(sides, axis=0, return_counts=True)
+    u, v = worn.uv[np.unique(pairs[count == 1])].T
+    rows, columns = (1 - v) * alpha.shape[0], u * alpha.shape[1]
+    edge = alpha[rows.astype(int), columns.astype(int)]
+    assert len(edge) > 100 and np.quantile(edge, 0.95) < 40
