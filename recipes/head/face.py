@@ -81,8 +81,8 @@ class NeutralFace:
         self.jaw_weights = jaw_weights(self.assembly)
 
     def finished(self, skin: np.ndarray) -> np.ndarray:
-        """Skin of any face: lips of human height, sealed; neck cut along the bust's plane."""
-        thin = skin + self.lips.thinned(skin)
+        """Skin of any face: lips of human height and outline, sealed; neck cut along a plane."""
+        thin = skin + self.lips.thinned(skin) + self.lips.bowed()
         return thin + self.lips.seal(thin) + self.bust(thin)
 
     def person(self, body: np.ndarray, moved: np.ndarray | float = 0.0) -> np.ndarray:

@@ -27,6 +27,13 @@ UPPER_DEPTH, LOWER_DEPTH = 0.74, 0.90
 """The same of how far the red lip stands out before the line where lips meet."""
 CORNER_HEIGHT, NEAR_CORNER = 0.35, 0.7
 """The same of heights at the corners, where lips hang over each other and sulk; from where on."""
+ACROSS = (0, 0.11, 0.24, 0.36, 0.47, 0.57, 0.68, 0.78, 0.86, 0.92, 0.96, 0.986, 1)
+"""Shares of the way from the middle of the mouth to its corners, of the following."""
+UPPER_BORDER_MM = (-0.2, 0.2, 0.4, 0.1, -0.6, -1.3, -2.0, -2.5, -1.7, -1.1, -0.7, -0.3, 0)
+MEETING_MM = (0, 0.05, 0.35, 0.45, 0.4, 0.25, -0.05, -0.4, -0.6, -0.55, -0.4, -0.1, 0)
+LOWER_BORDER_MM = (0.4, 0.2, 0.0, 0.0, 0.1, 0.3, 0.8, 0.6, 0.3, 0.2, 0.1, 0, 0)
+"""How much higher than MakeHuman's, which has bars for lips: a bow above that falls to the corners,
+the line where lips meet in three arcs, a round edge below."""
 RING_COUNT, COLUMN_COUNT = 10, 38
 EVENINGS = 8
 
@@ -84,6 +91,22 @@ class Lips:
         near_corner = np.clip((np.abs(self._across) - NEAR_CORNER) / (1 - NEAR_CORNER), 0, 1)
         less[:, 1] = np.maximum(less[:, 1], (1 - CORNER_HEIGHT) * near_corner)
         return self.field(-offset * less)
+
+    def bowed(self) -> np.ndarray:
+        """Displacement of any face that draws lips as people's are, `ACROSS` their width."""
+        across = np.abs(self._across)
+        lower = np.zeros(COLUMN_COUNT, bool)
+        lower[CORNERS[0] + 1 : CORNERS[1]] = True
+        border = np.where(
+            lower,
+            np.interp(across, ACROSS, LOWER_BORDER_MM),
+            np.interp(across, ACROSS, UPPER_BORDER_MM),
+        )
+        inwards = np.clip(np.arange(RING_COUNT) / CONTACT_RING, 0, 1)[:, None]
+        moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+        met = np.interp(across, ACROSS, MEETING_MM)
+        moves[:, :, 1] = (1 - inwards) * border + inwards * met
+        return self.field(moves / 1000)
 
     def seal(
         self,

@@ -40,6 +40,8 @@ class Lid:
         How dark the darkest are, 0..1.
     thick : tuple of float
         Of the thinnest and the thickest, pixels of the picture that is drawn.
+    tufted, bowed : float
+        How far tips come to the middle of their tuft, and how far hairs bend aside.
     """
 
     upper: bool
@@ -52,6 +54,8 @@ class Lid:
     hairs: int
     strong: float
     thick: tuple[float, float]
+    tufted: float = 0.45
+    bowed: float = 0.006
 
 
 UPPER = Lid(
@@ -67,7 +71,9 @@ LOWER = Lid(
     0.40,
     74,
     0.78,
-    (4.2, 6.6),
+    (4.0, 6.0),
+    tufted=0.18,
+    bowed=0.0025,
 )
 PICTURES = {
     "lashes": (UPPER, LOWER),
@@ -173,8 +179,8 @@ def _drawn(draw: ImageDraw.ImageDraw, lid: Lid, rng: np.random.Generator) -> Non
     tufts = np.sort(rng.uniform(0.02, 1.0, lid.hairs // 3))
     for root in roots:
         tuft = tufts[np.abs(tufts - root).argmin()]
-        tip = root + 0.45 * (tuft - root) + 0.012 * (root - 0.35) + 0.004 * rng.normal()
-        bow = 0.006 * rng.normal()
+        tip = root + lid.tufted * (tuft - root) + 0.012 * (root - 0.35) + 0.004 * rng.normal()
+        bow = lid.bowed * rng.normal()
         x = wide * (root + (tip - root) * t**1.3 + bow * np.sin(np.pi * t))
         y = floor - high * 0.97 * rng.uniform(0.55, 1.0) * t
         strong = lid.strong * rng.uniform(0.75, 1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,10 +25,6 @@ SOWN, LEAST_THICK = 40000, 0.2
 """Of how many places at random roots are chosen, and how thick hair is there at least."""
 REACH_M = 0.05
 """The scalp holds hair that is nearer than this."""
-HAIRLINE_MM = ((0, 54), (14, 53), (30, 56), (42, 54), (52, 46), (62, 38))
-"""How far aside, and the height over the eyes where hair begins there on the forehead."""
-TEMPLE_MM = ((-20, -84), (0, -80), (15, -74), (30, -68), (44, -60), (53, -46))
-"""Heights over the eyes, and how far behind the tip of the nose hair begins there."""
 LOWEST_MM = ((-205, -54), (-165, -52), (-150, -42), (-141, -22), (-133, 0), (-124, 11), (-100, 13))
 LOWEST_MM += ((-95, 2), (-91, -8), (-84, -12))
 """How far behind the tip of the nose, and the height over the eyes where hair ends there: at the
@@ -42,7 +39,36 @@ SIDEBURN_MM, SIDEBURN_SOFT_MM = (24.0, -116.0), (14.0, 8.0)
 """Below this height over the eyes, and before this, hair is a sideburn; how softly it begins."""
 
 
-def grows(millimetres: Places, inset_mm: float = 0.0, lower: float = 1.0) -> np.ndarray:
+@dataclass(frozen=True)
+class Hairline:
+    """Where hair begins on the forehead, and at the temples.
+
+    Parameters
+    ----------
+    front_mm : tuple of (float, float)
+        How far aside, and the height over the eyes there.
+    temple_mm : tuple of (float, float)
+        Heights over the eyes, and how far behind the tip of the nose there.
+    """
+
+    front_mm: tuple[tuple[float, float], ...]
+    temple_mm: tuple[tuple[float, float], ...]
+
+
+OVAL = Hairline(
+    ((0, 55), (12, 55), (26, 55), (36, 52), (45, 46), (53, 38), (62, 29)),
+    ((-20, -84), (0, -80), (15, -73), (30, -65), (44, -56), (53, -46)),
+)
+WIDE = Hairline(
+    ((0, 54), (14, 53), (30, 56), (42, 54), (52, 46), (62, 38)),
+    ((-20, -84), (0, -80), (15, -74), (30, -68), (44, -60), (53, -46)),
+)
+"""Of a face that is framed by what falls beside it: hair of its corners would hang into it."""
+
+
+def grows(
+    millimetres: Places, inset_mm: float = 0.0, lower: float = 1.0, line: Hairline = OVAL
+) -> np.ndarray:
     """(place,) 0 where no hair grows to 1 where it is thick, by `Canvas.millimetres`; `inset_mm`
     draws the hairline back, round the ears and at the nape by its share `lower`."""
     x, y, z = millimetres.T
@@ -53,17 +79,19 @@ def grows(millimetres: Places, inset_mm: float = 0.0, lower: float = 1.0) -> np.
     def above(values: np.ndarray, limit: float | np.ndarray, share: float = 1.0) -> np.ndarray:
         return np.clip((values - limit - share * inset_mm) / SOFT_MM + 0.5, 0, 1)
 
-    start = np.interp(y, *np.array(TEMPLE_MM).T)
+    start = np.interp(y, *np.array(line.temple_mm).T)
     side = above(-z, -start) * above(y, np.interp(z, *np.array(LOWEST_MM).T), lower)
-    line = np.interp(np.abs(x), *np.array(HAIRLINE_MM).T)
-    return np.maximum(above(y, line), side)
+    front = np.interp(np.abs(x), *np.array(line.front_mm).T)
+    return np.maximum(above(y, front), side)
 
 
-def depth_mm(millimetres: Places) -> np.ndarray:
+def depth_mm(millimetres: Places, line: Hairline = OVAL) -> np.ndarray:
     """(place,) how far behind the hairline, about, from 0 to DEEP_MM: it is closer round the ears
     and at the nape than it is on the forehead, and depths count for more there."""
     insets = np.arange(0, DEEP_MM, DEPTH_STEP_MM)
-    return DEPTH_STEP_MM * np.sum([grows(millimetres, inset, LOWER) for inset in insets], axis=0)
+    return DEPTH_STEP_MM * np.sum(
+        [grows(millimetres, inset, LOWER, line) for inset in insets], axis=0
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,14 +115,25 @@ class Roots:
 class Scalp:
     """The skin that hair grows on and lies on."""
 
-    def __init__(self, fitting: Fitting, millimetres: np.ndarray) -> None:
-        self.fitting = fitting
+    def __init__(self, fitting: Fitting, millimetres: np.ndarray, line: Hairline = OVAL) -> None:
+        self.fitting, self.line = fitting, line
         self.skin = Skin(fitting.skin, fitting.face.anatomy.skin_quads)
         self.shift = millimetres[0] - 1000 * fitting.skin[0]
-        self.thick = grows(self.places(self.skin.points))
+        self.thick = self.grows(self.places(self.skin.points))
 
     def places(self, points: np.ndarray) -> Places:
         return 1000 * points + self.shift
+
+    def lined(self, line: Hairline) -> Scalp:
+        """The same scalp with another hairline."""
+        other = copy(self)
+        other.line = line
+        other.thick = other.grows(self.places(self.skin.points))
+        return other
+
+    def grows(self, places: Places, inset_mm: float = 0.0) -> np.ndarray:
+        """As the function, by its own hairline."""
+        return grows(places, inset_mm, line=self.line)
 
     def hold(self, points: np.ndarray) -> np.ndarray:
         """(n, 1) 0..1 how much hair grows at the nearest places of the skin."""
@@ -105,7 +144,7 @@ class Scalp:
         """Places on the skin that stand apart, by a function of places; closer at the hairline."""
         points = self.skin.scattered(SOWN, self.thick > 0, rng)
         places = self.places(points)
-        thick = grows(places)
+        thick = self.grows(places)
         apart = apart_m(places) * (0.6 + 0.4 * thick)
         tree, free = KDTree(points), thick > LEAST_THICK
         chosen = []
@@ -114,7 +153,7 @@ class Scalp:
                 chosen.append(k)
                 free[tree.query_ball_point(points[k], apart[k])] = False
         kept = np.array(chosen)
-        return Roots(points[kept], places[kept], thick[kept], depth_mm(places[kept]))
+        return Roots(points[kept], places[kept], thick[kept], depth_mm(places[kept], self.line))
 
 
 def shell(
@@ -129,7 +168,7 @@ def shell(
     its edge, which stays `inset_mm` behind the hairline, dives under the skin. Without sideburns it
     ends above the ears: under the few hairs there it would show as a patch."""
     points, quads, _ = subdivided(scalp.fitting.skin, scalp.fitting.face.anatomy.skin_quads)
-    thick = grows(scalp.places(points), inset_mm)
+    thick = scalp.grows(scalp.places(points), inset_mm)
     if not sideburns:
         _, y, z = scalp.places(points).T
         below = np.clip((SIDEBURN_MM[0] - y) / SIDEBURN_SOFT_MM[0], 0, 1)
@@ -149,7 +188,7 @@ def shell(
     turn = np.arcsin(np.sin(SHELL_TURNS * np.arctan2(x, z))) / (np.pi / 2)
     down = SHELL_V[0] + SHELL_V[1] * y / np.abs(y).max()
     # Towards its edge come the tips of the lock: there it is no more than strands.
-    closed = np.mean([grows(places, inset_mm + more) for more in SHELL_FADE_MM], axis=0)
+    closed = np.mean([scalp.grows(places, inset_mm + more) for more in SHELL_FADE_MM], axis=0)
     uv = np.stack([(0.5 + 0.3 * turn) / LANES, SHELL_TIPS_V + (down - SHELL_TIPS_V) * closed], 1)
     offset = points - np.einsum("vk,vkc->vc", weights, scalp.fitting.skin[index])
     dark = shade(places) if callable(shade) else np.full(len(used), shade)

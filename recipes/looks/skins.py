@@ -341,7 +341,7 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     """(size, size, 3) 0..1: folds and pores from the skin's own detail, pits, creases of lips."""
     bright = luma(baked(folder, name, size))
     scale = size / 2048
-    fine = blurred(bright, 0.9 * scale) - blurred(bright, 8 * scale)
+    fine = blurred(bright, 0.9 * scale) - blurred(bright, 5 * scale)
     outside = 1 - masks.lip
     bare = (1 - masks.scalp.clip(0, 1)) * (1 - 0.95 * masks.lid) * (1 - masks.rim)
     bare *= (1 - 0.7 * masks.corner) * (1 - 0.7 * masks.ear)

@@ -7,7 +7,7 @@ from PIL import Image, ImageDraw
 
 from recipes.looks.canvas import blurred
 
-PX, FINER, LANES = 1024, 2, 8
+PX, FINER, LANES = 1024, 4, 8
 STRANDS = (120, 104, 70, 60, 34, 27, 12, 8)
 """Strands of each lock."""
 DENSE, FULL, LOOSE, AIRY = (0, 1), (2, 3), (4, 5), (6, 7)
@@ -32,9 +32,9 @@ SIDES = (0.02, 0.98)
 LATE_ROOT, LATE_LONG_ROOT = 0.22, 0.07
 """Strands of short hair, and of long, begin within this share of their lock."""
 POINTS = 24
-WIDTHS, SHORT_WIDTHS = (2, 3, 4, 5), (5, 6, 8, 10)
-BROADER = (0, 0, 0, 0, 0, 0, 1, 1)
-"""How much broader strands of an open lock are: narrow ribbons show it."""
+WIDTHS, SHORT_WIDTHS = (4, 6, 8, 10), (10, 12, 16, 20)
+BROADER = (0, 0, 0, 0, 0, 0, 2, 2)
+"""Pixels of the drawing, as are the former: how much broader strands of an open lock are: narrow ribbons show it."""
 Drawings = tuple[ImageDraw.ImageDraw, ImageDraw.ImageDraw]
 """Of the tone, and of what is covered."""
 
@@ -90,7 +90,7 @@ def _lock(drawings: Drawings, lane: int, count: int, rng: np.random.Generator) -
         cut = int(POINTS * 0.72)
         for drawing, fill in zip(drawings, (light[k], 255), strict=True):
             drawing.line(places[: cut + 1], fill=fill, width=broad, joint="curve")
-            drawing.line(places[cut:], fill=fill, width=max(1, broad - 2))
+            drawing.line(places[cut:], fill=fill, width=max(2, broad - 4))
 
 
 def _short_lock(drawings: Drawings, lane: int, count: int, rng: np.random.Generator) -> None:

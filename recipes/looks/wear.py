@@ -17,7 +17,7 @@ from recipes.looks.cuts import CUTS
 from recipes.looks.over_ears import over_ears, without_ears
 from recipes.looks.ribbons import together
 from recipes.looks.roots import roots
-from recipes.looks.scalp import Scalp
+from recipes.looks.scalp import WIDE, Scalp
 from recipes.looks.seen import without_hidden
 from recipes.looks.surface import Skin
 from recipes.looks.tied import knot, tail
@@ -55,7 +55,7 @@ def styles(scalp: Scalp, shapes: np.ndarray) -> dict[str, Cards]:
     face = scalp.fitting.face
     worn = reduce(together, (clothes.shirt(face, cut).cards for cut in CUTS.values()))
     body = Skin(worn.points, worn.quads)  # what hair lies on, whichever shirt it is
-    earless = without_ears(scalp)
+    earless = without_ears(scalp.lined(WIDE))
     tied = groom.grown(scalp, grooms.tied())
     made = {name: groom.grown(scalp, style()) for name, style in grooms.GROOMS.items()}
     for name, style in grooms.FALLING.items():

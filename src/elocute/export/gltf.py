@@ -45,8 +45,9 @@ from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
 
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
+DEEPEST_HAIR = 0.13  # linear share of its colour
 FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
-FINE = 1024  # steps of a normal's unit; floats of few bits pack well, in a page and over the net
+STEPS_OF_NORMAL, STEPS_OF_METRE = 2**10, 2**20  # of what is stored: a micrometre
 # Joints as engines and avatars name them, with other names that programs look for.
 JOINTS: dict[str, tuple[str, ...]] = {
     "neck": ("Neck", "neck_01", "mixamorig:Neck", "CC_Base_NeckTwist01", "J_Bip_C_Neck"),
@@ -245,7 +246,7 @@ def _primitives(
     places, basis, colors = head.template, shapes.basis, linear_colors(head)
     if not for_viewer:
         places, basis = sunk(head, basis)
-        colors = _with_shade_of_lids(head, colors, normals)
+        colors = _for_engines(head, colors, normals)
     moves = _moves(head, shapes.basis, basis)
     result = []
     folds = folds_of(head) if for_viewer else None
@@ -329,7 +330,9 @@ def _attributes(
     uv = head.uv[texels].astype(np.float32) * [1, -1] + [0, 1]  # glTF counts from the top
     rgba = np.concatenate([colors[vertices], np.ones((len(vertices), 1))], axis=1)
     attributes = {
-        "NORMAL": file.array(_stepped(_unit(normals[vertices])), "VEC3", FLOAT, ARRAY_BUFFER),
+        "NORMAL": file.array(
+            _stepped(_unit(normals[vertices]), STEPS_OF_NORMAL), "VEC3", FLOAT, ARRAY_BUFFER
+        ),
         "TEXCOORD_0": file.array(uv.astype(np.float32), "VEC2", FLOAT, ARRAY_BUFFER),
         "COLOR_0": file.array(
             np.round(rgba * 65535).astype(np.uint16), "VEC4", USHORT, ARRAY_BUFFER, normalized=True
@@ -342,15 +345,21 @@ def _attributes(
     return attributes
 
 
-def _with_shade_of_lids(
+def _for_engines(
     head: HeadModel, colors: NDArray[np.float32], normals: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Colours whose eyes lie in their sockets: where shadows are not drawn, they would stare."""
-    eyes = [name == "eyeball" for name in head.material_names]
-    chosen = np.unique(head.triangles[np.array(eyes)[head.triangle_material]])
+    """Colours for where shadows are not drawn: eyes lie in their sockets, else they would stare;
+    the deepest hair is no black, else its ends would be specks between lit hair."""
     shaded = colors.copy()
-    shaded[chosen] *= socket_shade(normals[chosen])
+    eyes, hair = (_vertices_of(head, name) for name in ("eyeball", "hair"))
+    shaded[eyes] *= socket_shade(normals[eyes])
+    shaded[hair] = np.maximum(shaded[hair], np.float32(DEEPEST_HAIR))
     return shaded
+
+
+def _vertices_of(head: HeadModel, name: str) -> NDArray[np.integer[Any]]:
+    named = np.array([material == name for material in head.material_names])
+    return np.unique(head.triangles[named[head.triangle_material]])
 
 
 def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -361,8 +370,9 @@ def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
     )
 
 
-def _stepped(normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.round(normals * FINE) / np.float32(FINE)
+def _stepped(values: NDArray[np.float32], steps: int) -> NDArray[np.float32]:
+    """Values in steps of their unit: floats of few bits pack well, in a page and over the net."""
+    return np.round(values * np.float32(steps)) / np.float32(steps)
 
 
 def _four_joints(weights: NDArray[np.float32]) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
@@ -387,7 +397,8 @@ def _moves(
     for delta, (near, change) in zip(drawn, turns, strict=True):
         clear = (change * change).sum(axis=1) > NORMAL_STEP**2
         turned, turn = np.zeros(len(delta), bool), np.zeros_like(delta)
-        turned[near[clear]], turn[near[clear]] = True, _stepped(change[clear])
+        turned[near[clear]], turn[near[clear]] = True, _stepped(change[clear], STEPS_OF_NORMAL)
+        delta = _stepped(delta, STEPS_OF_METRE)
         moves.append({"POSITION": (moved_vertices(delta), delta), "NORMAL": (turned, turn)})
     return moves
 

@@ -103,8 +103,8 @@ class HeadModel:
 
     Notes
     -----
-    The mesh is rendered as it is, without subdivision, so what holds for these vertices (sealed
-    lips, closed lids) holds in every picture and export.
+    What holds for these vertices (sealed lips, closed lids) holds in every picture and export:
+    a head that is dressed has more of them between these, which stay where they are.
     """
 
     name: str

@@ -10,6 +10,7 @@ import pytest
 from elocute.head import HeadModel, load_builtin_head, resolve_identity
 from elocute.head.folds import ZONES, Folds
 from elocute.head.looks import Look, dress
+from elocute.head.looks.finer import finer_face
 from elocute.head.looks.folds import fold_depth, fold_lines, folds_of
 from elocute.head.looks.pictures import decoded
 from elocute.head.surface import Surface, surface_arrays, surfaces_of_arrays
@@ -131,7 +132,8 @@ def test_masks_cover_the_face_and_share_what_lies_between(worn: HeadModel, folds
     masks = folds.masks_at(np.arange(worn.vertex_count)).astype(float) / 255
     assert masks.shape == (worn.vertex_count, ZONES)
     assert masks.reshape(-1, 2, ZONES // 2).sum(-1).max() < 1.01
-    assert not masks[len(load_builtin_head().template) :].any()  # nothing worn folds
+    own = finer_face()
+    assert not masks[own.count + own.more :].any()  # nothing worn folds
     assert (masks.max(0) > 0.9).all()
 
 

@@ -106,8 +106,11 @@ def test_a_look_travels_with_its_motion(speech_wav, tmp_path):
     assert worn.head.vertex_count > found.head.vertex_count
     assert {"skin", "hair", "brows", "lashes", "eyeball"} <= set(worn.head.surfaces)
     ours = found.vertices(5, 6)[0]
-    # Not to the bit: a processor sums products over more vertices in another order.
-    assert np.abs(worn.vertices(5, 6)[0][: len(ours)] - ours).max() < 1e-7
+    # Not to the bit: a processor sums products over more vertices in another order;
+    # and the balls of the eyes are evened.
+    away = np.abs(worn.vertices(5, 6)[0][: len(ours)] - ours)
+    assert away.max() < 5e-5
+    assert np.delete(away, found.head.regions["eyes"], axis=0).max() < 1e-7
 
 
 def test_another_head_wears_no_look(speech_wav):

@@ -10,6 +10,7 @@ from elocute.errors import HeadError
 from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
 from elocute.head.looks.eyes import EDGE_RAD, IRIS_DEPTH, IRIS_RAD, eye_picture
+from elocute.head.looks.finer import made_finer
 from elocute.head.looks.folds import PLACE, fold_depth, fold_lines
 from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR_COLOURS, Look
 from elocute.head.looks.lying import laid_on
@@ -18,9 +19,16 @@ from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
 
 DEFAULT_TONE = 0.2
-DULL_WHITE, DULL_TEETH = 0.22, 0.36
-"""How much darker the whites of the eyes, and teeth, are in the darkest skin: pure white seems to
-glow."""
+DULL_WHITE = 0.22
+"""How much darker the whites of the eyes are in the darkest skin: pure white seems to glow, as the
+camera is set for the skin."""
+INSIDE = {
+    "teeth": (0.36, 0.99, 0.97),
+    "gums": (0.45, 0.96, 0.98),
+    "tongue": (0.42, 0.97, 0.97),
+    "mouth": (0.35, 1.0, 1.0),
+}
+"""The same of what is in the mouth, and what is left of its green and blue."""
 HAIR_PICTURES = {"curls": "curls", "coils": "curls", "afro": "curls", "buzz": "buzz"}
 """Of styles that are not of straight strands."""
 LASHES, SPARSE_LASHES = "lashes/lashes", "lashes/sparse"
@@ -52,8 +60,9 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
     Returns
     -------
     HeadModel
-        The same vertices first, what is worn after them; the same expressions and joints, so
-        that every motion of `head` is one of this. Lips are of the material of the skin.
+        The same vertices first, then those of a finer face and of what is worn; the same
+        expressions and joints, so that every motion of `head` is one of this. Lips are of the
+        material of the skin.
 
     Raises
     ------
@@ -66,7 +75,10 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
         )
     hair = HAIR_COLOURS[look.hair_colour]
     brow = tuple(0.55 * c * warm for c, warm in zip(hair, BROW_WARMTH, strict=True))
-    dressed = _bare(head, look, hair)
+    place = f"clothes/{CLOTHES[look.clothes]}" if look.clothes != "none" else ""
+    clothes = read_cards(place).scaled_to(head) if place else None
+    locks = read_cards(f"hair/{look.hair}").scaled_to(head) if look.hair != "none" else None
+    dressed = made_finer(_uncovered(_bare(head, look, hair), locks, clothes))
     if look.lashes > 0:
         cards = read_cards(LASHES).scaled_to(head)
         cards = cards.scaled(SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes)
@@ -74,23 +86,17 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
         picture = SPARSE_LASHES if look.lashes < SPARSE_BELOW else LASHES
         dressed = _wearing(dressed, head, "lashes", cards, _strands(picture, lash))
     if look.brows != "none":
-        place = f"brows/{look.brows}"
-        dressed = _wearing(
-            dressed, head, "brows", read_cards(place).scaled_to(head), _strands(place, brow)
-        )
-    place = f"clothes/{CLOTHES[look.clothes]}" if look.clothes != "none" else ""
-    clothes = read_cards(place).scaled_to(head) if place else None
-    if look.hair != "none":
-        cards = read_cards(f"hair/{look.hair}").scaled_to(head)
-        cards = laid_on(cards, clothes, head) if clothes else cards
-        picture = _strands(f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}", hair)
-        light = np.minimum(cards.shade / np.float32(OPEN_SHADE), 1) ** 2
-        dressed = _wearing(_without(dressed, cards.covers), head, "hair", cards, picture, light)
+        picture = f"brows/{look.brows}"
+        cards = read_cards(picture).scaled_to(head)
+        dressed = _wearing(dressed, head, "brows", cards, _strands(picture, brow))
+    if locks:
+        locks = laid_on(locks, clothes, head) if clothes else locks
+        picture = f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}"
+        light = np.minimum(locks.shade / np.float32(OPEN_SHADE), 1) ** 2
+        dressed = _wearing(dressed, head, "hair", locks, _strands(picture, hair), light)
     if clothes:
         cloth = _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
-        covered = np.union1d(clothes.covers, head.regions["bust"])
-        bare = _shaded(_without(dressed, covered), clothes)
-        dressed = _wearing(bare, head, "clothes", clothes, cloth)
+        dressed = _wearing(dressed, head, "clothes", clothes, cloth)
     return dressed
 
 
@@ -137,11 +143,16 @@ def _without(head: HeadModel, vertices: np.ndarray) -> HeadModel:
     )
 
 
-def _shaded(head: HeadModel, cards: Cards) -> HeadModel:
-    """A head whose skin lies in the shade of what is worn."""
-    occlusion = head.occlusion.copy()
-    occlusion[cards.near] *= cards.near_light / np.float32(255)
-    return replace(head, occlusion=occlusion)
+def _uncovered(bare: HeadModel, hair: Cards | None, clothes: Cards | None) -> HeadModel:
+    """A head without what lies under its hair and clothes, and in the shade of these."""
+    if hair:
+        bare = _without(bare, hair.covers)
+    if not clothes:
+        return bare
+    bare = _without(bare, np.union1d(clothes.covers, bare.regions["bust"]))
+    occlusion = bare.occlusion.copy()
+    occlusion[clothes.near] *= clothes.near_light / np.float32(255)
+    return replace(bare, occlusion=occlusion)
 
 
 def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
@@ -182,8 +193,9 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
     wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.6}
     surfaces = {"skin": skin, "eyeball": eye}
     surfaces |= {name: Surface(roughness_factor=rough) for name, rough in wet.items()}
-    ivory = 1 - DULL_TEETH * tone
-    surfaces["teeth"] = replace(surfaces["teeth"], tint=(ivory, 0.99 * ivory, 0.97 * ivory))
+    for name, (dark, green, blue) in INSIDE.items():
+        left = 1 - dark * tone
+        surfaces[name] = replace(surfaces[name], tint=(left, green * left, blue * left))
     return replace(
         head,
         quads=head.quads[kept],

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from elocute.head.folds import Folds, folds_of_arrays
 from elocute.head.looks import baked
+from elocute.head.looks.finer import finer_face
 from elocute.head.model import HeadModel
 
 PLACE = "skins/folds"
@@ -36,6 +38,10 @@ def folds_of(head: HeadModel) -> Folds | None:
     return folds if head.vertex_count >= len(folds.masks) else None
 
 
-@lru_cache(maxsize=1)
+@cache
 def _baked() -> Folds:
-    return folds_of_arrays(baked.arrays(PLACE))
+    folds, finer = folds_of_arrays(baked.arrays(PLACE)), finer_face()
+    masks = np.zeros((finer.count, folds.masks.shape[1]), np.uint8)
+    masks[: len(folds.masks)] = folds.masks
+    more = np.round(finer.between(masks)).astype(np.uint8)
+    return replace(folds, masks=np.vstack([masks, more]))
