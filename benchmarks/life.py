@@ -19,11 +19,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.animation import animate
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.life.director import BLINK
+from elocute.life.director import ACCENT, BLINK
 from elocute.life.face import head_turns, rows_of_frames
 from elocute.life.moods import NEUTRAL
+from elocute.life.prosody import ROW_RATE, ProsodyStream
+from elocute.life.prosody_events import EventFinder, Syllable
 from elocute.life.settings import Life
 from elocute.life.stream import LifeStream
 
@@ -33,6 +36,15 @@ EXAMPLE = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
 RATE = 16000
 BANDS_HZ = ((0.0, 0.5), (0.5, 2.0), (2.0, 5.0), (5.0, 8.0))
 SHORT_S = 1.2  # the length of the shortest clips
+UPPER_FACE = (
+    "browInnerUp",
+    "browOuterUpLeft",
+    "browDownLeft",
+    "eyeWideLeft",
+    "eyeSquintLeft",
+    "cheekSquintLeft",
+)
+RAISED = 0.15  # of browInnerUp, a millimetre
 SHUT, OPEN = 0.45, 0.30  # lid closure that a blink exceeds, and that it begins and ends at
 JITTER_MAX, EYES_MIN_PX = 0.005, 60.0  # of the clips of small faces
 
@@ -76,6 +88,11 @@ def main() -> None:
             ours += made
         print(row(f"{source.name}, people", people, source.window_s))
         print(row(f"{source.name}, ours", ours, source.window_s), flush=True)
+    talk = given.data / "talkers" / "dev" / "clips" / "edtalk_pose2.ogg"
+    print(f"\n| | accents/min | with a raise | raises/min | {' | '.join(UPPER_FACE)} |")
+    print(f"|---|---|---|---|{'---|' * len(UPPER_FACE)}")
+    for name, path in (("example", EXAMPLE), ("one man, English", talk)):
+        print(upper_face(name, read_audio(path, sample_rate=RATE)), flush=True)
     sound = read_audio(EXAMPLE)
     whole, live = (cost(sound, block) for block in (len(sound.samples), sound.sample_rate // 100))
     print(f"\nProcessor time: {whole:.4f} s per second of sound, {live:.4f} in blocks of 10 ms")
@@ -88,6 +105,42 @@ def cost(sound: Waveform, block: int) -> float:
         stream.push(sound.samples[at : at + block])
     stream.flush()
     return (time.process_time() - started) / sound.duration_s
+
+
+def upper_face(name: str, sound: Waveform) -> str:
+    """How far shapes go (median, 95 %, most), and how often the brows go up with an accent."""
+    finder, events = EventFinder(), []
+    for batch in ProsodyStream().push(sound.samples):
+        events += finder.push(batch)
+    accents = [e.row for e in events if isinstance(e, Syllable) and e.prominence >= ACCENT]
+    curves = animate(sound).curves
+    brows, fps = curves["browInnerUp"], curves.fps
+    raises = raised(brows, round(0.3 * fps))
+    met = [np.abs(raises / fps - row / ROW_RATE).min(initial=1.0) < 0.25 for row in accents]
+    minutes = sound.duration_s / 60
+    shapes = [
+        " ".join(f"{v:.2f}" for v in np.percentile(curves[name], [50, 95, 100]))
+        for name in UPPER_FACE
+    ]
+    told = (
+        f"{len(accents) / minutes:.0f}",
+        f"{100 * np.mean(met):.0f} %",
+        f"{len(raises) / minutes:.0f}",
+        *shapes,
+    )
+    return f"| {name} | {' | '.join(told)} |"
+
+
+def raised(brows: NDArray[np.float32], within: int) -> NDArray[np.intp]:
+    """Frames where brows are highest after they rose by `RAISED` at least."""
+    found, last = [], -within
+    for frame in range(1, len(brows) - 1):
+        lowest = brows[max(0, frame - within) : frame + 1].min()
+        highest = brows[max(0, frame - within) : frame + within].max()
+        if brows[frame] == highest > lowest + RAISED and frame - last >= within:
+            found.append(frame)
+            last = frame
+    return np.array(found, np.intp)
 
 
 def train_sources(data: Path) -> list[Source]:

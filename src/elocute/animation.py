@@ -27,7 +27,7 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import HeadError, InputError, OutputError
 from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
-from elocute.head.identity import resolve_identity
+from elocute.head.identity import identity_choice, resolve_identity
 from elocute.head.looks.look import Look
 from elocute.head.looks.people import identity_look
 from elocute.head.model import HeadModel
@@ -35,6 +35,7 @@ from elocute.head.registry import open_head
 from elocute.known_speech import known_speech
 from elocute.life.face import LivingFace, rows_of_frames
 from elocute.life.moods import Mood, resolve_mood
+from elocute.life.people import AVERAGE, Person, person_of
 from elocute.life.settings import Life, resolve_life
 from elocute.life.stream import LifeStream
 from elocute.manners import Manner, Manners, mixed_manners
@@ -241,9 +242,9 @@ def animate(
     resolved = chosen.style(checked_style(style), outputs=outputs)
     wanted = None if edits is None else edits_of(edits)
     manners = Manners(chosen, resolved, feeling, outputs, wanted)
-    rig = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
+    rig, person = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
     rig = chosen.rig(replace(rig, look=_look(look, head, identity, rig)))
-    face = LivingFace(rig, alive, feeling)
+    face = LivingFace(rig, alive, feeling, person)
     with _sound_blocks(sound, channel) as blocks:
         listener = _Listener(face.stream(blocks.sample_rate))
         features, duration_s = extract_features(
@@ -297,8 +298,8 @@ class _Listener:
 
 def _rig(
     head: str | Path, mesh: str | None, identity: str | int | Path, *, own_shapes: bool
-) -> HeadModel:
-    """The head to animate, with its face; for a model with shapes of its own as its file has it.
+) -> tuple[HeadModel, Person]:
+    """The head to animate and who it is; for a model with shapes of its own as its file has it.
 
     Raises HeadError.
     """
@@ -306,7 +307,7 @@ def _rig(
     if not isinstance(head, str):
         head = path_of(head, HeadError)
     if str(head) == "builtin" and mesh is None:
-        return identity_head(identity)
+        return identity_head(identity), person_of(resolve_identity(identity_choice(identity)))
     opened = open_head(head) if own_shapes else open_speaking_head(head, mesh)
     if own_shapes and opened.character is not None:
         raise HeadError.about(
@@ -314,16 +315,17 @@ def _rig(
             found="a model that moves shapes of its own",
             allowed="for a character: a model of the built-in head's curves",
         )
-    choice = _identity_choice(identity)
+    choice = identity_choice(identity)
     if choice == "mean":
-        return opened
+        return opened, AVERAGE
     if not len(opened.identity_basis):
         raise InputError.about(
             f"identity {identity}",
             found=f"an identity for head {opened.name!r}, which has none",
             allowed="one of `head` and `identity`",
         )
-    return opened.with_identity(resolve_identity(choice, opened))
+    coefficients = resolve_identity(choice, opened)
+    return opened.with_identity(coefficients), person_of(coefficients)
 
 
 def _look(
@@ -331,7 +333,7 @@ def _look(
 ) -> Look | None:
     """What the built-in head wears; another head keeps its own. Raises HeadError."""
     if str(head) == "builtin":
-        return identity_look(look, _identity_choice(identity))
+        return identity_look(look, identity_choice(identity))
     if look in (None, "none"):
         return None
     if look == "auto":
@@ -339,12 +341,6 @@ def _look(
     raise HeadError.about(
         "look", found=f"one for head {rig.name!r}", allowed="a look of the built-in head"
     )
-
-
-def _identity_choice(identity: str | int | Path) -> str:
-    if isinstance(identity, os.PathLike):
-        identity = path_of(identity, HeadError)
-    return brief(identity) if isinstance(identity, int) else str(identity)
 
 
 def identity_head(identity: str | int | Path) -> HeadModel:
@@ -364,7 +360,7 @@ def identity_head(identity: str | int | Path) -> HeadModel:
     HeadError
         For an unknown name or a file that holds no coefficients.
     """
-    return _face(resolve_identity(_identity_choice(identity)).tobytes())
+    return _face(resolve_identity(identity_choice(identity)).tobytes())
 
 
 @lru_cache(maxsize=4)

@@ -54,6 +54,16 @@ def test_with_it_head_brows_lids_eyes_and_cheeks_do(alive):
     assert np.abs(turns(alive.motion, "jaw")).max() == 0
 
 
+def test_stress_is_seen_above_the_mouth(alive):
+    """Brows rise by two to four of their six to eight millimetres, lids and cheeks by a touch."""
+    peak = dict(zip(alive.curves.names, alive.curves.values.max(axis=0), strict=True))
+    assert 0.4 < peak["browInnerUp"] < 0.85 and 0.4 < peak["browOuterUpLeft"] < 0.85
+    assert 0.1 < peak["eyeWideLeft"] < 0.3 and 0.1 < peak["eyeSquintLeft"] < 0.3
+    assert 0.15 < peak["cheekSquintLeft"] < 0.4 and peak["browDownLeft"] < 0.25
+    left, right = (alive.curves[f"browOuterUp{side}"] for side in ("Left", "Right"))
+    assert 0.02 < np.abs(left - right).max() < 0.3
+
+
 def test_brows_are_held_between_accents_too(alive):
     """As a head is held: they are not let go as soon as one is over."""
     raised = alive.curves["browInnerUp"]
@@ -116,6 +126,18 @@ def test_a_pose_comes_on_top(alive):
     again = with_pose(posed, "head", (0, -20, 0))
     assert np.abs(again.rotations - alive.motion.rotations).max() < 1e-6
     assert np.abs(turns(posed, "head")[:, 1].mean() - 20) < 3
+
+
+def test_a_stream_lives_as_the_same_person_does(speech_wav):
+    sound = elocute.read_audio(speech_wav, sample_rate=16000)
+    whole = animate(sound, identity="ben")
+    live = elocute.stream(16000, identity="ben")
+    values = np.stack([frame.values for frame in [*live.push(sound.samples), *live.flush()]])
+    assert np.abs(values - whole.motion.weights).max() < 1e-5
+    mean = animate(sound)
+    assert np.abs(mean.motion.weights - whole.motion.weights).max() > 0.5
+    mouth = tuple(name for name in whole.curves.names if name.startswith(("mouth", "tongue")))
+    assert np.array_equal(whole.curves.select(mouth).values, mean.curves.select(mouth).values)
 
 
 @pytest.mark.parametrize("model", model_names())

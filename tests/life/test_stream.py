@@ -9,13 +9,34 @@ import pytest
 
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
+from elocute.head.identity import identity_names, resolve_identity
 from elocute.life import Life, LifeStream, resolve_mood
-from elocute.life.director import BLINK, CHANNELS, NOD, TILT, TURN
+from elocute.life.director import (
+    BLINK,
+    BROW_L,
+    BROW_R,
+    CHANNELS,
+    CHEEK_L,
+    DOWN,
+    INNER,
+    NOD,
+    SQUINT,
+    TILT,
+    TURN,
+    WIDE,
+)
+from elocute.life.people import AVERAGE, person_of
 from elocute.life.prosody import LEVEL, PITCH, ROW_RATE, VOICING, ProsodyStream
 from elocute.life.prosody_events import EventFinder, PhraseEnd, PhraseStart, Syllable
 
 RATE = 16000
 HEAD = [NOD, TURN, TILT]
+UPPER_FACE = [INNER, BROW_L, BROW_R, DOWN, WIDE, SQUINT, CHEEK_L]
+
+
+@pytest.fixture(scope="module")
+def people():
+    return {who: person_of(resolve_identity(who)) for who in identity_names()}
 
 
 @pytest.fixture(scope="module")
@@ -69,18 +90,24 @@ def test_phrases_begin_and_end_where_somebody_speaks():
     assert start.row == pytest.approx(50, abs=4) and end.row == pytest.approx(150, abs=4)
 
 
-def test_a_louder_higher_syllable_stands_out(speech):
+def syllables_of(samples):
     finder, events = EventFinder(), []
-    for batch in ProsodyStream().push(speech.samples):
+    for batch in ProsodyStream().push(samples):
         events += finder.push(batch)
-    syllables = [e for e in events if isinstance(e, Syllable)]
+    return [e for e in events if isinstance(e, Syllable)]
+
+
+def test_a_louder_higher_syllable_stands_out(speech):
+    syllables = syllables_of(speech.samples)
     assert 2 < len(syllables) / speech.duration_s < 6
     assert min(e.prominence for e in syllables) < 0.4 < 0.8 < max(e.prominence for e in syllables)
 
 
+@pytest.mark.parametrize("who", ["mean", "ben"])
 @pytest.mark.parametrize("block", [160, 777, 16000])
-def test_however_a_sound_is_cut_it_lives_the_same_bit_for_bit(speech, block):
-    assert np.array_equal(lived(speech.samples, block=block), lived(speech.samples))
+def test_however_a_sound_is_cut_it_lives_the_same_bit_for_bit(speech, people, block, who):
+    whole = lived(speech.samples, person=people[who])
+    assert np.array_equal(lived(speech.samples, block=block, person=people[who]), whole)
 
 
 def test_a_row_comes_within_the_look_ahead(speech):
@@ -127,6 +154,46 @@ def test_head_motion_is_smooth(speech):
     hz = np.fft.rfftfreq(len(rows), 1 / ROW_RATE)
     assert (power[hz > 8].sum(axis=0) < 0.01 * power.sum(axis=0)).all()
     assert np.abs(np.diff(rows, 2, axis=0)).max() < 0.2  # degrees
+
+
+def test_brows_go_with_stress(speech):
+    """On about a third of the accents they are well up, and higher than on other syllables."""
+    samples = np.tile(speech.samples, 3)
+    brows = lived(samples)[:, INNER]
+    at = {True: [], False: []}
+    for syllable in syllables_of(samples):
+        at[syllable.prominence >= 0.5].append(brows[syllable.row : syllable.row + 12].max())
+    stressed, others = np.array(at[True]), np.array(at[False])
+    assert 0.2 < (stressed > 0.3).mean() < 0.65
+    assert stressed.mean() > 1.3 * others.mean()
+
+
+def test_the_upper_face_never_twitches(speech):
+    """Brows need a tenth of a second for a third of their way, and more to come down."""
+    rows = lived(np.tile(speech.samples, 3)).astype(np.float64)[:, UPPER_FACE]
+    tenth = rows[10:] - rows[:-10]
+    assert tenth.max() < 0.45 and tenth.min() > -0.4
+    assert np.abs(np.diff(rows, 2, axis=0)).max() < 0.02
+    assert rows.min() > -1e-6 and rows.max() < 1
+
+
+def test_people_who_say_the_same_live_each_in_their_own_way(speech, people):
+    blinks = {who: blink_times(lived(speech.samples, person=one)) for who, one in people.items()}
+    assert np.array_equal(blinks["mean"], blink_times(lived(speech.samples)))
+    assert len({tuple(times) for times in blinks.values()}) == len(blinks)
+    assert all(1 <= len(times) <= 10 for times in blinks.values())
+    others = [lived(speech.samples, person=people[who])[:, INNER] for who in ("ada", "ben")]
+    assert np.abs(others[0] - others[1]).max() > 0.2
+
+
+def test_a_person_is_made_of_a_face(people):
+    assert people["mean"] == AVERAGE and len(set(people.values())) == len(people)
+    ada = resolve_identity("ada")
+    padded = person_of(np.concatenate([ada, np.zeros(9, np.float32)]))
+    assert padded.salt == pytest.approx(people["ada"].salt)
+    for one in people.values():
+        assert 0.7 < one.blink_rate < 1.4 and 0.85 < one.blink_length < 1.15
+        assert 0.8 < one.brows < 1.2 and abs(one.lean) < 0.15
 
 
 def test_a_long_silence_is_alive_but_calm():

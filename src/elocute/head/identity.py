@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from functools import cache
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from elocute.array_types import FloatArray
 from elocute.errors import HeadError
 from elocute.files.json_records import finite_number, read_record
+from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
@@ -66,6 +68,28 @@ def identity_names() -> tuple[str, ...]:
 @cache
 def _named() -> dict[str, list[float]]:
     return json.loads(NAMED_PATH.read_text(encoding="utf-8"))
+
+
+def identity_choice(identity: str | int | Path) -> str:
+    """What a caller names as `identity`, as the text that `resolve_identity` takes.
+
+    Parameters
+    ----------
+    identity : str, int or Path
+        A name, a seed, or a JSON file of coefficients.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    HeadError
+        For a path that is none.
+    """
+    if isinstance(identity, os.PathLike):
+        identity = path_of(identity, HeadError)
+    return brief(identity) if isinstance(identity, int) else str(identity)
 
 
 def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.float32]:

@@ -1,8 +1,8 @@
 """What a living head does about what it says: events of speech in, rows of motion out.
 
 Every event draws a course into the rows ahead: a nod on an accent, a brow, a blink where a phrase
-ends. What people leave to chance (when to blink, where to look) is drawn from the sound itself, so
-the same sound always gives the same motion and other sounds another.
+ends. What people leave to chance (when to blink, where to look) is drawn from the sound itself and
+from who speaks, so one face always moves the same to the same sound, and otherwise to others.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.life.canvas import Canvas, hill, joined, rise
+from elocute.life.people import AVERAGE, Person
 from elocute.life.prosody import BATCH, ROW_RATE
 from elocute.life.prosody_events import Event, EventFinder, PhraseEnd, PhraseStart, Syllable
 from elocute.motion.blink_timing import BLINK_S, lid_closure
@@ -24,15 +25,18 @@ CHANNELS = (
     "look_down",
     "look_left",
     "blink",
+    "breath",
     "brow_inner",
     "brow_left",
     "brow_right",
     "brow_down",
-    "breath",
+    "lid_wide",
+    "lid_squint",
+    "cheek_left",
+    "cheek_right",
 )
-(NOD, TURN, TILT, LOOK_DOWN, LOOK_LEFT, BLINK, INNER, BROW_L, BROW_R, DOWN, BREATH) = range(
-    len(CHANNELS)
-)
+NOD, TURN, TILT, LOOK_DOWN, LOOK_LEFT, BLINK, BREATH = range(7)
+INNER, BROW_L, BROW_R, DOWN, WIDE, SQUINT, CHEEK_L, CHEEK_R = range(7, len(CHANNELS))
 LOOKAHEAD_ROWS = 80
 """A row is certain once so many more were heard."""
 GOLDEN, PLASTIC = 0.6180339887498949, 0.7548776662466927  # step evenly through 0…1
@@ -44,15 +48,23 @@ SYLLABLE_DEG = 0.65  # of any syllable
 SETTLE_DEG = 0.9  # the nod that ends a phrase
 BROWS_HELD = 0.10  # of their shapes, by how far a head is from the middle
 
+# Stress on the upper face: prominences, and weights of shapes (least, spread of a draw).
+SOFT, ACCENT, EMPHATIC = 0.3, 0.5, 0.6
+STIR = 0.13  # of the brows with any syllable of whole prominence, so that they never freeze
+RAISE, KNIT, CHEEKS, NARROW = (0.34, 0.34), (0.09, 0.09), (0.04, 0.07), (0.03, 0.05)
+LIDS_WITH_BROWS = 0.34  # of a raise: lids widen with it
+BROW_REST = 55  # rows from one raise or knit to the next: brows come down before they rise
+LID_REST = 80
+
 REFRACTORY = 55  # rows from one blink to the next
 WAIT_ROWS = 150  # of silence at the beginning, before the face comes alive without a voice
 REDRAW_ROWS = 64
 SPEAKING_MEAN, SILENT_MEAN = 180.0, 420.0  # rows between blinks that nothing calls for
 
 
-_BLINK = lid_closure(np.arange(round(BLINK_S * ROW_RATE)) / ROW_RATE)
 _BREATH = joined([rise(45), 1 - rise(80)])
-_BROW_UP = joined([rise(16), np.ones(10), 1 - rise(34)])
+_STIR = joined([rise(22), 1 - rise(42)])
+_LIDS = joined([rise(20), np.ones(16), 1 - rise(44)])
 
 
 class Director:
@@ -64,14 +76,22 @@ class Director:
         Share of the blinks that are made, 0 to 1.
     blink_rate : float
         How often lids close, 1 as people do on average.
+    person : Person
+        Who speaks.
     """
 
-    def __init__(self, blinks: float = 1.0, blink_rate: float = 1.0) -> None:
+    def __init__(
+        self, blinks: float = 1.0, blink_rate: float = 1.0, person: Person = AVERAGE
+    ) -> None:
         self._finder = EventFinder()
         self._canvas = Canvas(len(CHANNELS), LOOKAHEAD_ROWS + BATCH)
-        self._blinks, self._blink_rate = blinks, blink_rate
+        self._blinks, self._blink_rate = blinks, blink_rate * person.blink_rate
+        length = BLINK_S * person.blink_length
+        moments = np.arange(round(length * ROW_RATE)) / ROW_RATE
+        self._closure = lid_closure(moments / person.blink_length)
+        self._person = person
         self._draws = 0
-        self._last_blink = self._last_brow = -1_000
+        self._last_blink = self._last_brow = self._last_lid = -1_000
         self._next_blink = self._next_posture = self._next_look = -1
         self._given = 0
 
@@ -91,10 +111,10 @@ class Director:
         return self._canvas.take(certain)
 
     def _draw(self) -> float:
-        """0 to 1, made of the sound of late and, for silence, of how long it has lasted."""
+        """0 to 1, made of the sound of late, of who speaks and, for silence, of its length."""
         self._draws += 1
         factor = 1 + self._draws * PLASTIC % 1
-        return (self._finder.content * factor + self._draws * GOLDEN) % 1.0
+        return ((self._finder.content + self._person.salt) * factor + self._draws * GOLDEN) % 1.0
 
     def _spread(self) -> float:
         """A draw around 0 with a standard deviation of 1, never beyond 3."""
@@ -109,7 +129,7 @@ class Director:
             self._end(event)
 
     def _stress(self, syllable: Syllable) -> None:
-        """Nod with a syllable, more with an accent; raise the brows on some."""
+        """Nod with a syllable, more with an accent; brows, lids and cheeks go with it."""
         prominence, row, canvas = syllable.prominence, syllable.row, self._canvas
         size = SYLLABLE_DEG + (ACCENT_DEG[0] - SYLLABLE_DEG) * prominence**1.5
         rows = round(17 + 21 * prominence + 6 * self._draw())
@@ -121,26 +141,62 @@ class Director:
             sideways = reach * self._spread() * (0.35 + 0.65 * prominence)
             wide = round(rows * (0.9 + 0.6 * self._draw()))
             canvas.pulse(channel, row - wide // 2 + 2, hill(wide), sideways)
-        self._raise_brows(syllable)
+        self._lift(row - len(_STIR) // 3, _STIR, STIR * prominence)
+        if prominence >= ACCENT:
+            self._accent(syllable)
+        elif prominence < SOFT and row - self._last_lid >= LID_REST and self._draw() < 0.5:
+            self._narrow(row, self._weight(NARROW))
 
-    def _raise_brows(self, syllable: Syllable) -> None:
-        rested = syllable.row - self._last_brow
-        wanted = 0.3 + 0.5 * min(1.0, max(0.0, syllable.pitch) / 4)
-        if rested < 70 or syllable.prominence < 0.5 or self._draw() > wanted:
-            return
-        size = (0.20 + 0.42 * self._draw()) * (0.4 + 0.6 * syllable.prominence)
-        start = syllable.row - 18
-        if syllable.pitch < 0.3 and self._draw() < 0.5:
-            self._canvas.pulse(DOWN, start, _BROW_UP, 0.8 * size)
-        else:
-            self._lift(start, size)
-        self._last_brow = syllable.row
+    def _weight(self, bounds: tuple[float, float]) -> float:
+        least, spread = bounds
+        return least + spread * self._draw()
 
-    def _lift(self, start: int, size: float) -> None:
-        lean = 0.35 * (2 * self._draw() - 1)
-        self._canvas.pulse(INNER, start, _BROW_UP, size * (0.7 + 0.3 * self._draw()))
-        self._canvas.pulse(BROW_L, start, _BROW_UP, 0.8 * size * (1 + lean))
-        self._canvas.pulse(BROW_R, start, _BROW_UP, 0.8 * size * (1 - lean))
+    def _accent(self, accent: Syllable) -> None:
+        """Raise the brows, or knit them where the voice is low, or else lift the cheeks."""
+        row, size = accent.row, 0.4 + 0.6 * accent.prominence
+        rested = row - self._last_brow
+        wanted = 0.1 + 0.5 * accent.prominence + 0.4 * min(1.0, max(0.0, accent.pitch) / 4)
+        # Brows that have been still for long are the more ready to go.
+        wanted *= 0.6 + 0.4 * min(2.5, rested / 150)
+        if rested >= BROW_REST and self._draw() < wanted:
+            if accent.pitch < 0.3 and self._draw() < 0.6:
+                self._knit(row, size * self._weight(KNIT))
+            else:
+                self._raise_brows(row, size * self._weight(RAISE))
+        elif accent.prominence >= EMPHATIC and self._draw() < 0.6:
+            self._lift_cheeks(row, size * self._weight(CHEEKS))
+
+    def _raise_brows(self, row: int, size: float) -> None:
+        """Before a syllable, highest on it, and down without haste; lids widen with them."""
+        size *= 1 - self._canvas.level[INNER]  # brows that are held up have less far to go
+        up, held = round(18 + 9 * self._draw()), round(3 + 14 * self._draw())
+        course = joined([rise(up), np.ones(held), 1 - rise(round(34 + 24 * self._draw()))])
+        self._lift(row - up, course, size)
+        self._canvas.pulse(WIDE, row - up, course, LIDS_WITH_BROWS * size)
+        self._last_brow = row
+
+    def _lift(self, start: int, course: Float64Array, size: float) -> None:
+        """Both brows, one more than the other."""
+        size *= self._person.brows
+        lean = 0.26 * (2 * self._draw() - 1) + self._person.lean
+        self._canvas.pulse(INNER, start, course, size * (0.7 + 0.3 * self._draw()))
+        self._canvas.pulse(BROW_L, start, course, 0.8 * size * (1 + lean))
+        self._canvas.pulse(BROW_R, start, course, 0.8 * size * (1 - lean))
+
+    def _knit(self, row: int, size: float) -> None:
+        self._canvas.pulse(DOWN, row - 20, _LIDS, size * self._person.brows)
+        self._narrow(row, 0.5 * size)
+        self._last_brow = row
+
+    def _lift_cheeks(self, row: int, size: float) -> None:
+        lean = 0.3 * (2 * self._draw() - 1)
+        self._canvas.pulse(CHEEK_L, row - 20, _LIDS, size * (1 + lean))
+        self._canvas.pulse(CHEEK_R, row - 20, _LIDS, size * (1 - lean))
+        self._narrow(row, 0.6 * size)
+
+    def _narrow(self, row: int, size: float) -> None:
+        self._canvas.pulse(SQUINT, row - 20, _LIDS, size)
+        self._last_lid = row
 
     def _begin(self, start: PhraseStart) -> None:
         """Breathe, take another posture, and look away now and then."""
@@ -152,8 +208,7 @@ class Director:
         if self._draw() < 0.4:
             self._look(row - 12, 5.0)
         if self._draw() < 0.35 and row - self._last_brow > 60:
-            self._lift(row - 20, 0.12 + 0.15 * self._draw())
-            self._last_brow = row
+            self._raise_brows(row, 0.16 + 0.24 * self._draw())
 
     def _end(self, end: PhraseEnd) -> None:
         """Settle, look back, and blink more often than not."""
@@ -223,5 +278,5 @@ class Director:
         self._last_blink, self._next_blink = row, row + round(REFRACTORY + wait)
         if made:
             depth = 1.0 if partial > 0.18 else 0.5 + 2.2 * partial
-            self._canvas.pulse(BLINK, row, _BLINK, depth)
-            self._canvas.pulse(LOOK_DOWN, row, _BLINK, depth)
+            self._canvas.pulse(BLINK, row, self._closure, depth)
+            self._canvas.pulse(LOOK_DOWN, row, self._closure, depth)

@@ -19,15 +19,20 @@ from elocute.life.director import (
     BREATH,
     BROW_L,
     BROW_R,
+    CHEEK_L,
+    CHEEK_R,
     DOWN,
     INNER,
     LOOK_DOWN,
     LOOK_LEFT,
     NOD,
+    SQUINT,
     TILT,
     TURN,
+    WIDE,
 )
 from elocute.life.moods import NEUTRAL, Mood
+from elocute.life.people import AVERAGE, Person
 from elocute.life.prosody import ROW_RATE
 from elocute.life.settings import Life
 from elocute.life.stream import LifeStream
@@ -64,12 +69,15 @@ class LivingFace:
     life : Life
         How much moves beside the mouth.
     mood : Mood
-        How the person feels.
+        How they feel.
+    person : Person
+        Who they are.
     """
 
     head: HeadModel
     life: Life
     mood: Mood
+    person: Person = AVERAGE
 
     @property
     def still(self) -> bool:
@@ -78,7 +86,7 @@ class LivingFace:
 
     def stream(self, sample_rate: int) -> LifeStream:
         """A stream of its life for one sound."""
-        return LifeStream(sample_rate, self.life, self.mood)
+        return LifeStream(sample_rate, self.life, self.mood, self.person)
 
     def curves(self, curves: Curves, rows: Float32Array) -> Curves:
         """`living_curves`, where the head has the shapes and anything is laid over."""
@@ -140,6 +148,7 @@ def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) ->
     spoken = {name: face.get(name, np.zeros(len(rows))).copy() for name in SPOKEN}
     resting = _resting(face)
     _follow_mouth(face, life.cheeks)
+    _squeeze(face, life.cheeks * lived)
     _feel(face, mood.curves, spoken)
     _breathe(face, life.breath * lived[:, BREATH], resting)
     _raise_brows(face, lived, life.brows * mood.brows, mood.curves.get("browDown", 0.0))
@@ -240,12 +249,19 @@ def _resting(face: Columns) -> Float64Array:
 def _follow_mouth(face: Columns, share: float) -> None:
     """Cheeks and lids that a smile, a wide vowel or a raised lip takes along."""
     for side in SIDES:
-        smile = face[f"mouthSmile{side}"] + 0.5 * face[f"mouthStretch{side}"]
+        smile = face[f"mouthSmile{side}"] + 0.65 * face[f"mouthStretch{side}"]
         raised = face[f"mouthUpperUp{side}"]
         cheek = share * np.clip(0.55 * smile + 0.25 * raised, 0, 0.6)
         lids = share * np.clip(0.25 * smile + 0.10 * face["jawOpen"], 0, 0.3)
         face[f"cheekSquint{side}"] = _over(face[f"cheekSquint{side}"], cheek)
         face[f"eyeSquint{side}"] = _over(face[f"eyeSquint{side}"], lids)
+
+
+def _squeeze(face: Columns, rows: Float64Array) -> None:
+    """Cheeks and lower lids that go with stress."""
+    for side, channel in zip(SIDES, (CHEEK_L, CHEEK_R), strict=True):
+        face[f"cheekSquint{side}"] = _over(face[f"cheekSquint{side}"], rows[:, channel])
+        face[f"eyeSquint{side}"] = _over(face[f"eyeSquint{side}"], rows[:, SQUINT])
 
 
 def _feel(face: Columns, mood: Mapping[str, float], spoken: Columns) -> None:
@@ -270,11 +286,13 @@ def _breathe(face: Columns, breath: Float64Array, resting: Float64Array) -> None
 
 
 def _raise_brows(face: Columns, rows: Float64Array, share: float, held_down: float) -> None:
+    """Brows, and the lids that widen with them."""
     raised = share * (1 - 0.6 * held_down)
     face["browInnerUp"] = _over(face["browInnerUp"], raised * rows[:, INNER])
     for side, channel in zip(SIDES, (BROW_L, BROW_R), strict=True):
         face[f"browOuterUp{side}"] = _over(face[f"browOuterUp{side}"], raised * rows[:, channel])
         face[f"browDown{side}"] = _over(face[f"browDown{side}"], share * rows[:, DOWN])
+        face[f"eyeWide{side}"] = _over(face[f"eyeWide{side}"], raised * rows[:, WIDE])
 
 
 def _look(face: Columns, eyes_deg: Float64Array) -> None:

@@ -22,11 +22,11 @@ class Life:
     """
 
     head: float = setting(1.0, low=0.0, high=1.0, help="Turns of head and neck.")
-    brows: float = setting(1.0, low=0.0, high=1.0, help="Brows on accents.")
+    brows: float = setting(1.0, low=0.0, high=1.0, help="Brows, and lids with them, on accents.")
     blinks: float = setting(1.0, low=0.0, high=1.0, help="Share of the blinks that are made.")
     gaze: float = setting(1.0, low=0.0, high=1.0, help="Movements of the eyes, and lids with them.")
     breath: float = setting(1.0, low=0.0, high=1.0, help="Breaths before phrases.")
-    cheeks: float = setting(1.0, low=0.0, high=1.0, help="Cheeks and lids that go with the mouth.")
+    cheeks: float = setting(1.0, low=0.0, high=1.0, help="Cheeks and lids, with mouth and accents.")
 
     def __post_init__(self) -> None:
         check_settings(self, about="life")

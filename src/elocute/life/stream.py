@@ -9,6 +9,7 @@ from elocute.audio.resampling_stream import RESAMPLING_S, ResamplingStream
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.life.director import CHANNELS, LOOKAHEAD_ROWS, Director
 from elocute.life.moods import NEUTRAL, Mood
+from elocute.life.people import AVERAGE, Person
 from elocute.life.prosody import BATCH, PROSODY_S, ROW_RATE, SILENT_ROW, ProsodyStream
 from elocute.life.settings import Life
 
@@ -29,15 +30,19 @@ class LifeStream:
         Only `blinks` matters here; the other parts scale what is laid over the face.
     mood : Mood
         Only its rate of blinks matters here.
+    person : Person
+        Who speaks.
     """
 
     name, rate = "life", ROW_RATE
 
-    def __init__(self, sample_rate: int, life: Life, mood: Mood = NEUTRAL) -> None:
+    def __init__(
+        self, sample_rate: int, life: Life, mood: Mood = NEUTRAL, person: Person = AVERAGE
+    ) -> None:
         self._sample_rate, self._samples = sample_rate, 0
         self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
         self._prosody = ProsodyStream()
-        self._director = Director(life.blinks, mood.blinks)
+        self._director = Director(life.blinks, mood.blinks, person)
         self._given = 0
 
     @property

@@ -24,6 +24,7 @@ from elocute.errors import AudioError, InputError
 from elocute.life.director import CHANNELS
 from elocute.life.face import LivingFace, rows_of_frames
 from elocute.life.moods import Mood, resolve_mood
+from elocute.life.people import person_of
 from elocute.life.prosody import ROW_RATE
 from elocute.life.settings import Life, resolve_life
 from elocute.life.stream import LifeStream
@@ -360,6 +361,7 @@ def stream(
     mix: str = "output",
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
+    identity: str | int | Path = "mean",
 ) -> Stream:
     """Animate speech while it comes in.
 
@@ -388,6 +390,9 @@ def stream(
         How much moves beside the mouth, as `animate` takes it.
     mood : str or Mood
         How the person feels, as `animate` takes it.
+    identity : str, int or Path
+        Who speaks, as `animate` takes it: people live each in their own way. Frames are curves,
+        which fit any face.
 
     Returns
     -------
@@ -397,7 +402,8 @@ def stream(
     Raises
     ------
     InputError
-        For settings out of range; AudioError for the rate, ModelError for model and style.
+        For settings out of range; AudioError for the rate, ModelError for model and style,
+        HeadError for the identity.
 
     Examples
     --------
@@ -411,6 +417,7 @@ def stream(
             ...
     """
     from elocute.head.builtin import load_builtin_head
+    from elocute.head.identity import identity_choice, resolve_identity
 
     alive, feeling = resolve_life(life), resolve_mood(mood)
     check_animation_settings(fps, strength)
@@ -425,8 +432,10 @@ def stream(
         contacts=contacts,
         mix=mix,
     )
-    face = LivingFace(load_builtin_head(), alive, feeling) if opened.makes_contacts else None
-    return Stream(curves, face)
+    person = person_of(resolve_identity(identity_choice(identity)))
+    if not opened.makes_contacts:
+        return Stream(curves, None)
+    return Stream(curves, LivingFace(load_builtin_head(), alive, feeling, person))
 
 
 def _check_level(level: SoundLevel | None) -> None:

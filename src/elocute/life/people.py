@@ -1,0 +1,62 @@
+"""What makes two people who say the same move differently: a few numbers made from a face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elocute.array_types import FloatArray
+
+
+@dataclass(frozen=True)
+class Person:
+    """How somebody's own way of moving differs from what people do on average.
+
+    Parameters
+    ----------
+    salt : float
+        Added to what draws are made of, so that other things happen at other times.
+    blink_rate : float
+        How often lids close.
+    blink_length : float
+        How long they take to.
+    brows : float
+        How far brows go with stress.
+    lean : float
+        Share by which the left brow goes further than the right.
+    """
+
+    salt: float = 0.0
+    blink_rate: float = 1.0
+    blink_length: float = 1.0
+    brows: float = 1.0
+    lean: float = 0.0
+
+
+AVERAGE = Person()
+
+
+def person_of(identity: FloatArray) -> Person:
+    """The person with a face.
+
+    Parameters
+    ----------
+    identity : (identity,) float32
+        Coefficients of the face. The mean face is `AVERAGE`; zeros behind others change nothing.
+
+    Returns
+    -------
+    Person
+    """
+    place = np.arange(1, len(identity) + 1)
+    # A wave of another length for each number: sums that no two faces share, and 0 of zeros.
+    sums = np.cos(np.outer((1.0, 1.7, 2.3, 2.9, 3.1), place)) @ np.asarray(identity, np.float64)
+    own = np.sin(2 * sums)
+    return Person(
+        salt=float(5 * sums[0]),
+        blink_rate=float(2 ** (0.4 * own[1])),
+        blink_length=float(1 + 0.12 * own[2]),
+        brows=float(2 ** (0.2 * own[3])),
+        lean=float(0.12 * own[4]),
+    )
