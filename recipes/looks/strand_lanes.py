@@ -34,7 +34,8 @@ LATE_ROOT, LATE_LONG_ROOT = 0.22, 0.07
 POINTS = 24
 WIDTHS, SHORT_WIDTHS = (4, 6, 8, 10), (10, 12, 16, 20)
 BROADER = (0, 0, 0, 0, 0, 0, 2, 2)
-"""Pixels of the drawing, as are the former: how much broader strands of an open lock are: narrow ribbons show it."""
+"""Pixels of the drawing, as are the former: how much broader strands of an open lock are, whose
+narrow ribbons show it."""
 Drawings = tuple[ImageDraw.ImageDraw, ImageDraw.ImageDraw]
 """Of the tone, and of what is covered."""
 

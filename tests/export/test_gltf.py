@@ -271,6 +271,17 @@ def test_eyes_lie_in_the_shade_of_their_lids(glb, motion):
     assert tops[0] < 0.5 * tops[1]
 
 
+def test_hair_tells_the_viewer_its_direction(dressed):
+    file = Glb(glb_bytes(dressed, options=WHOLE, for_viewer=True))
+    names = [material["name"] for material in file.json["materials"]]
+    for part in file.json["meshes"][0]["primitives"]:
+        name = names[part["material"]].removesuffix("_fringe")
+        assert ("_STRAND" in part["attributes"]) == (name in ("hair", "brows", "lashes"))
+        if name == "hair":
+            lengths = np.linalg.norm(file.accessor(part["attributes"]["_STRAND"]), axis=1)
+            assert np.all(np.abs(lengths[lengths > 0] - 1) < 0.02) and lengths.any()
+
+
 def test_a_picture_that_is_none_is_refused(motion):
     for broken in (b"no picture", b"\x89PNG\r\n\x1a\n" + bytes(40)):
         head = replace(motion.head, surfaces={"skin": Surface(color=broken)})

@@ -8,7 +8,7 @@ const ARRAYS = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: F
 const WIDTHS = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16 };
 const ATTRIBUTES = {
   POSITION: "position", NORMAL: "normal", TEXCOORD_0: "uv", COLOR_0: "color",
-  JOINTS_0: "skinIndex", WEIGHTS_0: "skinWeight", _OCCLUSION: "_occlusion",
+  JOINTS_0: "skinIndex", WEIGHTS_0: "skinWeight", _OCCLUSION: "_occlusion", _STRAND: "_strand",
   _FOLDS_0: "_folds_0", _FOLDS_1: "_folds_1", _FOLDS_2: "_folds_2", _FOLDS_3: "_folds_3",
 };
 const MOVED = { POSITION: "position", NORMAL: "normal" };

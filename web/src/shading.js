@@ -7,6 +7,10 @@ attribute float _occlusion;
 uniform mat4 key_view; uniform vec3 middle; uniform bool rounded;
 varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
 varying vec3 from_key;
+#ifdef STRANDS
+attribute vec3 _strand;
+varying vec3 along;
+#endif
 #ifdef FOLDS
 attribute vec4 _folds_0; attribute vec4 _folds_1; attribute vec4 _folds_2; attribute vec4 _folds_3;
 uniform vec4 fold_strengths[4];
@@ -37,6 +41,9 @@ void main() {
     paint.rgb = color.rgb / max(_occlusion, 0.05);
     #endif
     from_key = (key_view * world).xyz;
+    #ifdef STRANDS
+    along = _strand;
+    #endif
     gl_Position = VIEW;
 }`;
 
@@ -49,6 +56,9 @@ uniform sampler2D shadow_map;
 varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
 varying vec3 from_key;
 uniform vec3 eye;
+#ifdef STRANDS
+varying vec3 along;
+#endif
 vec2 texel_at() { return vec2(at.x, 1.0 - at.y); }
 #ifdef FOLDS
 uniform sampler2D folds_map; uniform float fold_lines; uniform float fold_step;
@@ -58,11 +68,6 @@ float height(vec2 off) {
     return dot(fold, vec3(crease, crease.x * fold_lines));
 }
 #endif
-vec3 strand_of(vec3 normal) {
-    vec3 across, along;
-    tangents(place, at, normal, across, along);
-    return along * inversesqrt(max(dot(along, along), 1e-20));
-}
 void main() {
     vec3 view = normalize(cameraPosition - place);
     vec2 spot = texel_at();
@@ -84,7 +89,10 @@ void main() {
     p.view = view;
     p.blunt = normalize(smooth_normal) * (turns && !gl_FrontFacing ? -1.0 : 1.0);
     p.normal = p.blunt;
-    p.strand = strand_of(p.blunt);
+    p.strand = vec3(0.0);
+    #ifdef STRANDS
+    p.strand = along * inversesqrt(max(dot(along, along), 1e-20));
+    #endif
     vec2 rough = vec2(1.0);
     #ifdef MAPPED
     rough = texture2D(roughness_map, texel_at()).rg;
@@ -177,7 +185,8 @@ export class Shading {
       side: part.both_sides ? THREE.DoubleSide : THREE.FrontSide,
       // Coarse levels thin hair out.
       defines: {
-        ...shape, ...(mapped && { MAPPED: "" }), ...(folds && { FOLDS: "" }), SHARPER: cards ? "-1.0" : "0.0",
+        ...shape, ...(mapped && { MAPPED: "" }), ...(folds && { FOLDS: "" }),
+        ...(mesh.geometry.hasAttribute("_strand") && { STRANDS: "" }), SHARPER: cards ? "-1.0" : "0.0",
       },
       ...(fringe && {
         transparent: true, depthWrite: false, blending: THREE.CustomBlending,

@@ -26,7 +26,8 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
-from elocute.export.render.shading import socket_shade
+from elocute.export.render.parts import strands
+from elocute.export.render.shading import finish_of, socket_shade
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.export.sunk_irises import sunk
@@ -47,7 +48,8 @@ from elocute.motion.motion import Motion
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
 DEEPEST_HAIR = 0.13  # linear share of its colour
 FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
-STEPS_OF_NORMAL, STEPS_OF_METRE = 2**10, 2**20  # of what is stored: a micrometre
+# Of what is stored: a metre's are of a micrometre.
+STEPS_OF_NORMAL, STEPS_OF_STRAND, STEPS_OF_METRE = 2**10, 2**6, 2**20
 # Joints as engines and avatars name them, with other names that programs look for.
 JOINTS: dict[str, tuple[str, ...]] = {
     "neck": ("Neck", "neck_01", "mixamorig:Neck", "CC_Base_NeckTwist01", "J_Bip_C_Neck"),
@@ -139,9 +141,9 @@ def glb_bytes(
     options : GlbOptions, optional
         Which shapes it has.
     for_viewer : bool
-        Whether our own viewer draws it, which knows occlusion, folds and the shade of lids:
-        vertices carry the occlusion that their colours hold (`_OCCLUSION`) and where they fold
-        (`_FOLDS_0` to `_FOLDS_3`).
+        Whether our own viewer draws it, which knows occlusion, strands, folds and the shade of
+        lids: vertices carry the occlusion that their colours hold (`_OCCLUSION`), the direction of
+        hair (`_STRAND`) and where they fold (`_FOLDS_0` to `_FOLDS_3`).
 
     Returns
     -------
@@ -250,6 +252,7 @@ def _primitives(
     moves = _moves(head, shapes.basis, basis)
     result = []
     folds = folds_of(head) if for_viewer else None
+    along = strands(head) if for_viewer else None
     for index, (name, material) in enumerate(zip(head.material_names, materials, strict=True)):
         vertices, texels, faces = corners_of(head, index)
         if not len(faces):
@@ -259,6 +262,10 @@ def _primitives(
         if for_viewer:
             attributes["_OCCLUSION"] = file.array(
                 head.occlusion[vertices].astype(np.float32), "SCALAR", FLOAT, ARRAY_BUFFER
+            )
+        if along is not None and finish_of(name).strand:
+            attributes["_STRAND"] = file.array(
+                _stepped(along[vertices], STEPS_OF_STRAND), "VEC3", FLOAT, ARRAY_BUFFER
             )
         if folds is not None and head.surfaces.get(name, Surface()).folds:
             for first, masks in enumerate(np.split(folds.masks_at(vertices), ZONES // 4, axis=1)):

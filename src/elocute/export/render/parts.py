@@ -137,7 +137,7 @@ class Parts:
         if self._folds is not None:
             self.fold_masks = self._folds.masks_at(self.source)
         self._hair = self._rounded_vertices()
-        self.strand: Float32Array = self._strands()
+        self.strand: Float32Array = strands(head)[self.source]
         """(split, 3) unit directions of hair, at rest; zero elsewhere."""
 
     def _rounded_vertices(self) -> NDArray[np.intp]:
@@ -146,23 +146,6 @@ class Parts:
         if not chosen:
             return np.zeros(0, np.intp)
         return np.unique(self.source[np.concatenate([p.triangles for p in chosen])])
-
-    def _strands(self) -> Float32Array:
-        """Where the second texture coordinate grows, the mean of the triangles round a vertex."""
-        places, at = self._head.template[self.source], self.at
-        sums = np.zeros((len(self._head.template), 3))
-        for part in self.parts:
-            if not part.finish.strand:
-                continue
-            a, b, c = part.triangles.T
-            edge, other = places[b] - places[a], places[c] - places[a]
-            one, two = at[b] - at[a], at[c] - at[a]
-            turned = np.sign(one[:, :1] * two[:, 1:] - two[:, :1] * one[:, 1:])
-            along = (other * one[:, :1] - edge * two[:, :1]) * turned
-            along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-            np.add.at(sums, self.source[part.triangles], along[:, None])
-        sums /= np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)
-        return sums[self.source].astype(np.float32)
 
     def moved(self, points: FloatArray) -> Float32Array:
         """(split, 6) places and unit normals of vertices (vertex, 3) m."""
@@ -207,6 +190,28 @@ class Parts:
         """The factor of light before the tone curve: darker skin is exposed for longer."""
         factor = (EXPOSED_AS / max(self.skin_color, 1e-3)) ** EXPOSURE_POWER
         return rig.exposure * float(np.clip(factor, *EXPOSURE_RANGE))
+
+
+def strands(head: HeadModel) -> Float32Array:
+    """Unit directions (vertex, 3) of hair at rest; zero elsewhere.
+
+    Where the second texture coordinate grows, the mean of the triangles round a vertex.
+    """
+    sums = np.zeros((len(head.template), 3))
+    for index, name in enumerate(head.material_names):
+        if not finish_of(name).strand:
+            continue
+        chosen = head.triangle_material == index
+        triangles = head.triangles[chosen]
+        a, b, c = head.template[triangles.T]
+        at, one, two = head.uv[head.uv_triangles[chosen].T]
+        edge, other, one, two = b - a, c - a, one - at, two - at
+        turned = np.sign(one[:, :1] * two[:, 1:] - two[:, :1] * one[:, 1:])
+        along = (other * one[:, :1] - edge * two[:, :1]) * turned
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+        np.add.at(sums, triangles, along[:, None])
+    sums /= np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)
+    return sums.astype(np.float32)
 
 
 def _dots(one: FloatArray, other: FloatArray) -> FloatArray:
