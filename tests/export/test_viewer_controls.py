@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import re
 import shutil
 import time
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
@@ -18,6 +20,7 @@ from elocute.animation import animate
 from elocute.export.html import write_html
 from elocute.export.options import HtmlOptions, PictureOptions
 from elocute.export.pictures import open_pictures
+from elocute.export.viewer_stage import viewer_stage
 from tests.support.browser import headless_browser, open_viewer, wait_for_viewer
 
 pytestmark = pytest.mark.browser
@@ -62,7 +65,7 @@ def place(viewer):
 
 
 def test_it_shows_what_a_picture_shows(viewer, motion):
-    """The mean face of both in the middle of the same view, pixel by pixel."""
+    """The face of both in the middle of the same view, pixel by pixel; hair on the whole."""
     viewer.execute_script("elocute.jump(2.5); elocute.show()")
     page = canvas(viewer)
     size = (page.shape[1], page.shape[0])
@@ -75,6 +78,11 @@ def test_it_shows_what_a_picture_shows(viewer, motion):
     apart = np.abs(page[face][..., :3].astype(int) - picture[face])
     assert apart.mean() < 4
     assert picture[face].mean((0, 1)) == pytest.approx(page[face][..., :3].mean((0, 1)), abs=2.5)
+    hair = (slice(size[1] // 4, size[1] * 5 // 16), slice(size[0] * 2 // 5, size[0] * 3 // 5))
+    solid = page[hair][..., 3] == 255
+    assert solid.mean() > 0.5
+    ours, theirs = page[hair][..., :3][solid], picture[hair][solid]
+    assert ours.mean(0) == pytest.approx(theirs.mean(0), abs=1.5)
 
 
 def canvas(viewer) -> np.ndarray:
@@ -277,6 +285,60 @@ def test_the_theme_is_chosen_by_hand(viewer):
     before = state(viewer, scheme)
     viewer.find_element(By.ID, "theme").click()
     assert {before, state(viewer, scheme)} == {"dark", "light"}
+
+
+BACK = "getComputedStyle(document.getElementById('stage')).backgroundImage"
+
+
+def test_the_stage_is_light_beside_light_controls(viewer):
+    theme = "document.documentElement.dataset.theme = arguments[0];"
+    middles = {}
+    for name in ("light", "dark"):
+        told = viewer.execute_script(f"{theme} return {BACK}", name)
+        middles[name] = [
+            float(each) for each in re.findall(r"[\d.]+", told.partition("rgb(")[2])[:3]
+        ]
+    assert min(middles["light"]) > 200 > 150 > max(middles["dark"])
+
+
+def test_a_chosen_light_keeps_its_ground(motion):
+    stages = {light: viewer_stage(motion.head, light) for light in ("studio", "dramatic", "day")}
+    assert min(stages["studio"]["light_ground"][0]) > max(stages["studio"]["ground"][0])
+    assert stages["dramatic"]["light_ground"] is None and stages["day"]["light_ground"] is None
+
+
+# What is told of a button, and the box that tells it; nothing while it is hidden.
+HINT = """(() => {
+const hint = document.getElementById("hint"), { left, right, top } = hint.getBoundingClientRect();
+if (!hint.classList.contains("shown")) return null;
+return [hint.textContent, left >= 0 && right <= innerWidth && top >= 0];
+})()"""
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_buttons_without_words_tell_what_they_do(viewer, width):
+    with sized(viewer, width, 800):
+        for name, told in (("loop", "LoopL"), ("reset", "Back to start, front view")):
+            button = viewer.find_element(By.ID, name)
+            ActionChains(viewer).move_to_element(button).perform()
+            assert state(viewer, HINT) == [told, True]
+        ActionChains(viewer).move_to_element(viewer.find_element(By.ID, "time")).perform()
+        assert state(viewer, HINT) is None
+        assert not viewer.execute_script(
+            "return [...document.querySelectorAll('#bar .icon, #bar summary')]"
+            ".filter((each) => !each.getAttribute('aria-label')).length"
+        )
+
+
+def test_the_keyboard_shows_and_hides_what_a_button_does(viewer):
+    viewer.find_element(By.ID, "seek").send_keys(Keys.TAB)
+    assert state(viewer, HINT) == ["PlaySpace", True]
+    ActionChains(viewer).send_keys(Keys.ESCAPE).perform()
+    assert state(viewer, HINT) is None
+    ActionChains(viewer).send_keys(Keys.TAB).perform()
+    assert state(viewer, HINT)[0] == "Speed"
+    viewer.find_element(By.TAG_NAME, "canvas").click()
+    assert state(viewer, HINT) is None
 
 
 def test_nothing_is_drawn_while_nothing_changes(viewer):

@@ -1,6 +1,7 @@
 // Buttons, keys and what is told of the time.
 
 import { save } from "./files.js";
+import { Hints } from "./hints.js";
 
 const $ = (id) => document.getElementById(id);
 const VIEW_NAMES = { "front": "Front", "three-quarter": "Three-quarter", "side": "Side", "mouth": "Mouth" };
@@ -23,6 +24,7 @@ export class Controls {
     this.addPlayback();
     this.addToggles();
     this.addDownloads();
+    this.hints = new Hints($("hint"));
     addEventListener("keydown", (event) => this.key(event));
   }
 

@@ -22,6 +22,15 @@ function told(error) {
 // A colour of three numbers to 255, by its luma: the controls go with the picture above them.
 const bright = ([red, green, blue]) => 0.3 * red + 0.59 * green + 0.11 * blue > 128;
 
+// What lies behind the head, as `ground` of the pictures' GLSL has it.
+function spot([middle, margin]) {
+  const stops = Array.from({ length: 9 }, (_, step) => {
+    const away = step / 8, share = away * away * (3 - 2 * away);
+    return `rgb(${middle.map((from, index) => (from + share * (margin[index] - from)).toFixed(1)).join(" ")})`;
+  });
+  return `radial-gradient(100% 87% at 50% 38%, ${stops})`;
+}
+
 function canvasOf(stage) {
   const renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
   const canvas = renderer.domElement;
@@ -29,9 +38,8 @@ function canvasOf(stage) {
   canvas.setAttribute("role", "img");
   canvas.setAttribute("aria-label", "A speaking head. Drag, or use A, D, W and S, to turn it.");
   $("stage").append(canvas);
-  const [middle, margin] = stage.ground.map((colour) => `rgb(${colour.join(" ")})`);
-  $("stage").style.background = `radial-gradient(100% 87% at 50% 38%, ${middle}, `
-    + `color-mix(in srgb, ${middle}, ${margin}) 50%, ${margin})`;
+  $("stage").style.setProperty("--ground", spot(stage.ground));
+  if (stage.light_ground) $("stage").style.setProperty("--light-ground", spot(stage.light_ground));
   document.documentElement.dataset.theme = bright(stage.ground[1]) ? "light" : "dark";
   return renderer;
 }

@@ -11,7 +11,7 @@ from elocute.export.gltf import corners_of
 from elocute.export.render import shading
 from elocute.export.render.backends_and_views import VIEWS
 from elocute.export.render.camera import FIELD_DEG, portrait
-from elocute.export.render.lights import RIGS
+from elocute.export.render.lights import RIGS, Triple
 from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import shadow_view
 from elocute.head.looks.folds import folds_of
@@ -20,6 +20,8 @@ from elocute.head.surface import EYE, Surface
 
 SHADOW_SIDE = 192
 """Pixels of the viewer's shadow: those of the fast profile."""
+LIGHT_GROUNDS = {"studio": ((0.88, 0.89, 0.90), (0.72, 0.735, 0.75))}
+"""By the light, the ground's colours beside light controls; other lights keep their own ground."""
 
 
 def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
@@ -36,8 +38,9 @@ def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
     -------
     dict
         Of plain values: `glsl` (`shading.glsl`), `exposure`, `key_view` (16, by columns), `taps`,
-        `shadow_side`, `shadow_bias`, `ground` (two sRGB colours of 0 to 255), and `parts`, by the
-        name of the material; `folds` where a material has them.
+        `shadow_side`, `shadow_bias`, `ground` (two sRGB colours of 0 to 255), `light_ground` (the
+        same beside light controls, or None where it stays), and `parts`, by the name of the
+        material; `folds` where a material has them.
     """
     rig, parts = RIGS[light], Parts(head)
     key = shadow_view(head, rig)
@@ -49,10 +52,15 @@ def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
         "taps": key.taps(SHADOW_SIDE),
         "shadow_side": SHADOW_SIDE,
         "shadow_bias": shading.SHADOW_BIAS,
-        "ground": [np.round(255 * np.array(each)).tolist() for each in (rig.middle, rig.margin)],
+        "ground": _bytes(rig.middle, rig.margin),
+        "light_ground": _bytes(*LIGHT_GROUNDS[light]) if light in LIGHT_GROUNDS else None,
         "parts": {part.name: _part(part) for part in parts.parts},
         "folds": _fold_zones(head, folds[0]) if folds else None,
     }
+
+
+def _bytes(*colors: Triple) -> list[list[float]]:
+    return [np.round(255 * np.array(each)).tolist() for each in colors]
 
 
 def _folds(head: HeadModel, name: str) -> bool:
