@@ -53,7 +53,7 @@ class Lips:
             column: _fraction(contact, column, *_beside(column)) for column in BETWEEN
         }
         half_width = np.abs(contact[list(CORNERS)]).mean()
-        self._across = np.clip(contact / half_width, -1, 1)  # (column,) -1 and 1 at the corners
+        self.across = np.clip(contact / half_width, -1, 1)  # (column,) -1 and 1 at the corners
         self.rest = skin
 
     def spreading(self, anatomy: Anatomy, skin: np.ndarray, radius_m: float) -> SmoothSpread:
@@ -79,7 +79,7 @@ class Lips:
         """
         offset = skin[self.rings] - skin[self.rings[CONTACT_RING]]
         offset[CONTACT_RING + 1 :] = 0
-        middle = 1 - np.abs(self._across) ** 4
+        middle = 1 - np.abs(self.across) ** 4
         lower = np.zeros(COLUMN_COUNT, bool)
         lower[CORNERS[0] + 1 : CORNERS[1]] = True
         less = np.where(
@@ -88,13 +88,13 @@ class Lips:
             [0, 1 - UPPER_HEIGHT, 1 - UPPER_DEPTH],
         )
         less *= middle[:, None]
-        near_corner = np.clip((np.abs(self._across) - NEAR_CORNER) / (1 - NEAR_CORNER), 0, 1)
+        near_corner = np.clip((np.abs(self.across) - NEAR_CORNER) / (1 - NEAR_CORNER), 0, 1)
         less[:, 1] = np.maximum(less[:, 1], (1 - CORNER_HEIGHT) * near_corner)
         return self.field(-offset * less)
 
     def bowed(self) -> np.ndarray:
         """Displacement of any face that draws lips as people's are, `ACROSS` their width."""
-        across = np.abs(self._across)
+        across = np.abs(self.across)
         lower = np.zeros(COLUMN_COUNT, bool)
         lower[CORNERS[0] + 1 : CORNERS[1]] = True
         border = np.where(

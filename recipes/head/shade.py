@@ -10,6 +10,7 @@ BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like h
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
 # And the mouth itself: dark red from the side, no black gap; how deep it lies where it is darkest.
 LINING, THROAT, TONGUE, LINING_M = 0.52, 0.06, 0.22, 0.052
+PIT_FROM, PIT = 0.80, 0.5  # from where on the way to a corner it is dark, and how dark
 BACK_TEETH = 0.30  # what light reaches the last of them
 LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 
@@ -63,6 +64,9 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     near_lips = face.lips.rings[[5, 6, 7, 8, 9]]
     for ring, most in zip(near_lips, (0.75, 0.62, 0.54, 0.38, 0.30), strict=True):
         light[ring] = np.minimum(light[ring], most)
+    # The pit of a corner, which lips shade from all sides.
+    pit = np.clip((np.abs(face.lips.across) - PIT_FROM) / (1 - PIT_FROM), 0, 1)
+    light[face.lips.rings[2:8]] *= 1 - PIT * pit
     tongue = face.vertices[slices["tongue"]]
     forward = (tongue[:, 2] - tongue[:, 2].min()) / np.ptp(tongue[:, 2])
     groove = np.clip(np.abs(tongue[:, 0]) / 0.004, 0, 1)  # a shallow fold along the middle

@@ -71,9 +71,9 @@ class Curl:
 
 
 CURLS = {
-    "curls": Curl(0.0076, 0.0046, 0.0056, 0.0028, 0.0105, 2.2, 15, 0.0035),
-    "coils": Curl(0.0051, 0.0034, 0.0034, 0.0019, 0.0050, 1.4, 9, 0.0022),
-    "afro": Curl(0.0061, 0.0043, 0.0048, 0.0026, 0.0072, 1.6, 7, 0.0030, 0.034, 0.87),
+    "curls": Curl(0.0076, 0.0038, 0.0056, 0.0028, 0.0105, 2.2, 15, 0.0035),
+    "coils": Curl(0.0051, 0.0025, 0.0034, 0.0019, 0.0050, 1.4, 9, 0.0022),
+    "afro": Curl(0.0061, 0.0034, 0.0048, 0.0026, 0.0072, 1.6, 7, 0.0030, 0.034, 0.87),
 }
 """Styles by the names of their files."""
 BUZZ_M = 0.0014
@@ -141,14 +141,14 @@ SHELL_HEIGHT = 0.92
 """Where the shell lies, of the volume."""
 FULL_MM = (4.0, 10.0, 17.0, 25.0, 34.0)
 """Distances from the hairline between which hair comes to its volume."""
-THIN_MM = (-1.0, 0.5, 2.0, 3.5, 5.0, 6.5, 8.0)
+THIN_MM = (-1.0, 0.0, 1.0, 2.0, 3.0, 4.5, 6.0)
 """Distances from the hairline over which a shell closes: its edge is hairs, no line."""
 CURLED_THIN, STUBS_THIN, THIN_SOFT = 0.85, 0.75, 0.16
 """How much of that way goes by before the gaps between coils close, or between stubs, and how soft
 their edges are."""
 MAP_RAD = 1.8
 """How far down from the crown a shell's picture reaches."""
-CURLED_EDGE_MM, CURLED_LEAST = 9.0, 0.25
+CURLED_EDGE_MM, CURLED_LEAST = 9.0, 0.15
 """How deep the hairline of curls is, and how thick hair is there at least."""
 
 

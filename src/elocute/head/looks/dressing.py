@@ -43,8 +43,9 @@ MODELLED = ("brows", "lashes")
 TEXTURED = ("skin", "lips", "eyeball")
 """Materials whose colour is all in their pictures."""
 
-OPEN_SHADE = 128
-"""Hair darker than this, of 255, lies under other hair, which keeps light and lustre from it."""
+OPEN_SHADE, DEEPEST_SHADE = 128, np.uint8(80)
+"""Hair darker than the first, of 255, lies under other hair, which keeps light and lustre from it;
+none is darker than the second: it would be a hole."""
 
 
 def dress(head: HeadModel, look: Look) -> HeadModel:
@@ -92,6 +93,7 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
     if locks:
         locks = laid_on(locks, clothes, head) if clothes else locks
         picture = f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}"
+        locks = replace(locks, shade=np.maximum(locks.shade, DEEPEST_SHADE))
         light = np.minimum(locks.shade / np.float32(OPEN_SHADE), 1) ** 2
         dressed = _wearing(dressed, head, "hair", locks, _strands(picture, hair), light)
     if clothes:
