@@ -35,6 +35,9 @@ LONGEST = 2.0
 """Edges are of any length; one beyond counts as being as long as the one that is cut, but is
 stretched no further than this."""
 Indices = NDArray[np.intp]
+WHOLE_FACE = np.array([[k, k] for k in range(4)])
+QUARTERS = np.array([[[k, k], [k, (k + 1) % 4], [0, 2], [k - 1 & 3, k]] for k in range(4)])
+"""Halfway between which corners of a face those of the whole, and of its quarters, lie."""
 Corner = tuple[int, tuple[int, int]]
 """A vertex, and the two corners of the face halfway between which it lies."""
 
@@ -98,17 +101,47 @@ class Finer:
         halfway : (piece, 4, 2) intp
             The corners of that face halfway between which each corner of the piece lies.
         """
-        middles = {_key(*ends): self.count + k for k, ends in enumerate(self.ends.tolist())}
-        first = self.count + len(self.ends)
-        centres = {tuple(face): first + k for k, face in enumerate(self.corners.tolist())}
-        found = [
-            (number, piece)
-            for number, quad in enumerate(quads.tolist())
-            for piece in _cut(quad, middles, centres.get(tuple(quad)))
+        middle, centre = self._middles(quads), self._centres(quads)
+        cut = centre >= 0
+        bordering = np.flatnonzero(~cut & (middle >= 0).any(1))
+        whole = np.flatnonzero(~cut & (middle < 0).all(1))
+        fans = [
+            (face, piece)
+            for face in bordering.tolist()
+            for piece in _fan(quads[face].tolist(), middle[face].tolist())
         ]
-        corners = [[vertex for vertex, _ in piece] for _, piece in found]
-        halfway = [[ends for _, ends in piece] for _, piece in found]
-        return np.array(corners), np.array([number for number, _ in found]), np.array(halfway)
+        before = np.roll(middle, 1, axis=1)
+        parts = (quads, middle, np.broadcast_to(centre[:, None], quads.shape), before)
+        quarters = np.stack([part[cut] for part in parts], 2).reshape(-1, 4)
+        pieces = [quads[whole], quarters, np.array([[v for v, _ in fan] for _, fan in fans])]
+        source = [whole, np.flatnonzero(cut).repeat(4), np.array([face for face, _ in fans])]
+        halfway = [
+            np.broadcast_to(WHOLE_FACE, (len(whole), 4, 2)),
+            np.tile(QUARTERS, (int(cut.sum()), 1, 1)),
+            np.array([[ends for _, ends in fan] for _, fan in fans]),
+        ]
+        return (
+            np.concatenate([each.reshape(-1, 4) for each in pieces]).astype(np.intp),
+            np.concatenate(source).astype(np.intp),
+            np.concatenate([each.reshape(-1, 4, 2) for each in halfway]).astype(np.intp),
+        )
+
+    def _middles(self, quads: NDArray[np.integer]) -> Indices:
+        """(face, 4) vertices in the middles of edges, the first between the first two corners; -1
+        where none is."""
+        pairs = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], 2), axis=2)
+        return self._found(_number(self.ends, self.count), _number(pairs, self.count), self.count)
+
+    def _centres(self, quads: NDArray[np.integer]) -> Indices:
+        """(face,) vertices in the middles of faces; -1 in those that are not cut in four."""
+        first = self.count + len(self.ends)
+        return self._found(_number(self.corners, self.count), _number(quads, self.count), first)
+
+    @staticmethod
+    def _found(known: Indices, wanted: Indices, first: int) -> Indices:
+        order = np.argsort(known)
+        at = order[np.minimum(np.searchsorted(known, wanted, sorter=order), len(known) - 1)]
+        return np.where(known[at] == wanted, first + at, -1)
 
 
 def made_finer(head: HeadModel) -> HeadModel:
@@ -129,7 +162,8 @@ def made_finer(head: HeadModel) -> HeadModel:
     head = replace(head, template=_evened(head))
     quads, source, halfway = finer.pieces(head.quads)
     at = np.sort(np.take_along_axis(head.uv_quads[source][:, None], halfway, 2), axis=2)
-    ends, uv_quads = np.unique(at.reshape(-1, 2), axis=0, return_inverse=True)
+    ends, uv_quads = np.unique(_number(at, len(head.uv)), return_inverse=True)
+    ends = np.stack([ends % len(head.uv), ends // len(head.uv)], 1)
     own = head.vertex_count + np.arange(finer.more, dtype=np.int32)
     color = np.round(finer.between(head.vertex_color)).astype(np.uint8)
     return replace(
@@ -240,35 +274,27 @@ class _Ways:
         return np.where(self._sorted[at] == wanted, self._order[at], -1)
 
 
-def _cut(
-    quad: list[int], middles: dict[tuple[int, int], int], centre: int | None
-) -> Iterator[list[Corner]]:
-    """The pieces of a face, whose edges may have middles, and it a centre."""
-    if centre is not None:
-        cut = [middles[_key(quad[k], quad[k - 3])] for k in range(4)]
-        for k in range(4):
-            after, before = (k, (k + 1) % 4), ((k - 1) % 4, k)
-            yield [(quad[k], (k, k)), (cut[k], after), (centre, (0, 2)), (cut[k - 1], before)]
-        return
+def _fan(quad: list[int], middles: list[int]) -> Iterator[list[Corner]]:
+    """The pieces of a face of which some edges have middles."""
     sides = 3 if quad[2] == quad[3] else 4
+    middles = middles if sides == 4 else [middles[0], middles[1], middles[3]]
     outline: list[Corner] = []
     for k in range(sides):
-        following = (k + 1) % sides
         outline.append((quad[k], (k, k)))
-        if (vertex := middles.get(_key(quad[k], quad[following]))) is not None:
-            outline.append((vertex, (k, following)))
-    if len(outline) > sides:
-        # From a new vertex on: no triangle is then a sliver along a cut edge.
-        start = next(k for k, (_, (one, two)) in enumerate(outline) if one != two)
-        outline = outline[start:] + outline[:start]
+        if middles[k] >= 0:
+            outline.append((middles[k], (k, (k + 1) % sides)))
+    # From a new vertex on: no triangle is then a sliver along a cut edge.
+    start = next(k for k, (_, (one, two)) in enumerate(outline) if one != two)
+    outline = outline[start:] + outline[:start]
     while len(outline) > 4:
         yield [outline[0], outline[1], outline[2], outline[2]]
         del outline[1]
     yield outline if len(outline) == 4 else [*outline, outline[2]]
 
 
-def _key(one: int, two: int) -> tuple[int, int]:
-    return (one, two) if one < two else (two, one)
+def _number(rows: NDArray[np.integer], count: int) -> Indices:
+    """(...,) one number for each row (..., n) of indices below a count."""
+    return rows.astype(np.int64) @ (count ** np.arange(rows.shape[-1], dtype=np.int64))
 
 
 def _with_more(basis: Float32Array, more: Float32Array) -> Float32Array:
