@@ -34,6 +34,8 @@ MEETING_MM = (0, 0.05, 0.35, 0.45, 0.4, 0.25, -0.05, -0.4, -0.6, -0.55, -0.4, -0
 LOWER_BORDER_MM = (0.4, 0.2, 0.0, 0.0, 0.1, 0.3, 0.8, 0.6, 0.3, 0.2, 0.1, 0, 0)
 """How much higher than MakeHuman's, which has bars for lips: a bow above that falls to the corners,
 the line where lips meet in three arcs, a round edge below."""
+BEHIND = np.array([0.4, 0.0])[:, None, None]
+"""How much of that the rings behind the line follow: teeth are there."""
 RING_COUNT, COLUMN_COUNT = 10, 38
 EVENINGS = 8
 
@@ -102,10 +104,12 @@ class Lips:
             np.interp(across, ACROSS, LOWER_BORDER_MM),
             np.interp(across, ACROSS, UPPER_BORDER_MM),
         )
-        inwards = np.clip(np.arange(RING_COUNT) / CONTACT_RING, 0, 1)[:, None]
+        # The rings next to the line go with it: they would else lie in the other lip.
+        inwards = 1 - np.clip(1 - np.arange(RING_COUNT) / CONTACT_RING, 0, 1)[:, None] ** 2
         moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
         met = np.interp(across, ACROSS, MEETING_MM)
         moves[:, :, 1] = (1 - inwards) * border + inwards * met
+        moves[CONTACT_RING + 1 :] *= BEHIND
         return self.field(moves / 1000)
 
     def seal(

@@ -32,8 +32,8 @@ SIDES = (0.02, 0.98)
 LATE_ROOT, LATE_LONG_ROOT = 0.22, 0.07
 """Strands of short hair, and of long, begin within this share of their lock."""
 POINTS = 24
-WIDTHS, SHORT_WIDTHS = (4, 6, 8, 10), (10, 12, 16, 20)
-BROADER = (0, 0, 0, 0, 0, 0, 2, 2)
+WIDTHS, SHORT_WIDTHS = (7, 8, 9, 11), (10, 12, 16, 20)
+BROADER = (0, 0, 0, 0, 1, 1, 3, 3)
 """Pixels of the drawing, as are the former: how much broader strands of an open lock are, whose
 narrow ribbons show it."""
 Drawings = tuple[ImageDraw.ImageDraw, ImageDraw.ImageDraw]

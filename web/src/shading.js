@@ -77,7 +77,7 @@ void main() {
         spot.y = 1.0 - spot.y;
     }
     #endif
-    vec4 texel = texture2D(color_map, spot, SHARPER);
+    vec4 texel = texture2D(color_map, spot);
     bool gone = false;
     #ifdef CARDS
     texel.a *= edge_on(place, view);
@@ -183,10 +183,9 @@ export class Shading {
     });
     mesh.material = program(EYE, this.stage.glsl + FRAGMENT, {
       side: part.both_sides ? THREE.DoubleSide : THREE.FrontSide,
-      // Coarse levels thin hair out.
       defines: {
         ...shape, ...(mapped && { MAPPED: "" }), ...(folds && { FOLDS: "" }),
-        ...(mesh.geometry.hasAttribute("_strand") && { STRANDS: "" }), SHARPER: cards ? "-1.0" : "0.0",
+        ...(mesh.geometry.hasAttribute("_strand") && { STRANDS: "" }),
       },
       ...(fringe && {
         transparent: true, depthWrite: false, blending: THREE.CustomBlending,

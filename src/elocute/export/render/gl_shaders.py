@@ -7,7 +7,6 @@ from elocute.export.render.lights import Rig
 from elocute.export.render.parts import Part
 from elocute.export.render.stage import Stage
 
-CARD_BIAS = "-1.0"  # finer levels of images with alpha: coarse ones thin hair out
 _VERTEX = """#version 330
 invariant gl_Position;
 uniform mat4 projection; uniform mat4 key_view;
@@ -68,7 +67,7 @@ uniform sampler2D color_map; uniform vec3 eye;
 in vec2 at; in vec3 place; out vec4 pixel;
 SHADING
 void main() {
-    float alpha = texture(color_map, at, CARD_BIAS).a;
+    float alpha = texture(color_map, at).a;
     if (alpha * edge_on(place, normalize(eye - place)) < CORE) discard;
     pixel = vec4(0.0);
 }
@@ -140,7 +139,6 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     """The fragments of a part: what of it is solid, or the fringe laid over what lies behind."""
     given = part.surface
     cut, alpha = "", "1.0"
-    bias = "" if part.solid else f", {CARD_BIAS}"
     if fringe:
         cut = "texel.a *= edge_on(place, normalize(eye - place)); "
         cut += f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
@@ -157,7 +155,7 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     )
     parts = {
         "SHADING": shading.glsl(rig),
-        "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, {where}{bias})",
+        "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, {where})",
         "CUT": cut,
         "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
         "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",
@@ -179,7 +177,7 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
 
 def cover(part: Part, rig: Rig) -> str:
     """Where cards are solid: of it only the depth is kept."""
-    parts = {"SHADING": shading.glsl(rig), "CARD_BIAS": CARD_BIAS, "CORE": f"{part.core:f}"}
+    parts = {"SHADING": shading.glsl(rig), "CORE": f"{part.core:f}"}
     return _filled(_COVER, parts)
 
 
