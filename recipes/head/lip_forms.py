@@ -12,6 +12,8 @@ from recipes.head.lips import COLUMN_COUNT, RING_COUNT, Lips
 LOWER_MIDDLE = sum(CORNERS) // 2
 FAN = 1.6
 """How the columns of a lip turn round the corner: 1 turns them evenly, more later."""
+STRETCHED = 0.8
+"""Share of the bow of resting lips that round ones do not have: it would be a roof."""
 ARC = 0.58
 """Exponent of a round hole's height: 0.5 is an ellipse, more a lens."""
 
@@ -38,6 +40,7 @@ class Aperture:
 def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
     """(ring, column, 3) m: from rest to the form."""
     rest = lips.rest[lips.rings] * 1000
+    even = rest - STRETCHED * 1000 * lips.bow()
     contact = rest[CONTACT_RING]
     corner_x = np.abs(contact[list(CORNERS), 0]).mean()
     line_y = contact[[0, 19], 1].mean()
@@ -61,7 +64,7 @@ def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
             ]
         )
         fanned = np.sign(u) * _from_middle(column) ** FAN * np.pi / 2
-        goal[:, column] = goal_contact + _profile(rest[:, column], form, fanned, side)
+        goal[:, column] = goal_contact + _profile(even[:, column], form, fanned, side)
     return (goal - rest) / 1000
 
 

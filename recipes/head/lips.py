@@ -96,6 +96,10 @@ class Lips:
 
     def bowed(self) -> np.ndarray:
         """Displacement of any face that draws lips as people's are, `ACROSS` their width."""
+        return self.field(self.bow())
+
+    def bow(self) -> np.ndarray:
+        """(ring, column, 3) m: the same of the lips themselves."""
         across = np.abs(self.across)
         lower = np.zeros(COLUMN_COUNT, bool)
         lower[CORNERS[0] + 1 : CORNERS[1]] = True
@@ -110,7 +114,7 @@ class Lips:
         met = np.interp(across, ACROSS, MEETING_MM)
         moves[:, :, 1] = (1 - inwards) * border + inwards * met
         moves[CONTACT_RING + 1 :] *= BEHIND
-        return self.field(moves / 1000)
+        return moves / 1000
 
     def seal(
         self,

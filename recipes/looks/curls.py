@@ -148,8 +148,9 @@ CURLED_THIN, STUBS_THIN, THIN_SOFT = 0.85, 0.75, 0.16
 their edges are."""
 MAP_RAD = 1.8
 """How far down from the crown a shell's picture reaches."""
-CURLED_EDGE_MM, CURLED_LEAST = 9.0, 0.15
-"""How deep the hairline of curls is, and how thick hair is there at least."""
+CURLED_EDGE_MM, CURLED_LEAST, CURLED_BELOW_MM = 9.0, (0.4, 0.15), (-20.0, 20.0)
+"""How deep the hairline of curls is, and how thick hair is there at least: below the ears, where
+single curls would hang from a lobe, and above them, between these heights over the eyes."""
 
 
 def full(millimetres: np.ndarray) -> np.ndarray:
@@ -281,7 +282,7 @@ def _apart(scalp: Scalp, rng: np.random.Generator, curl: Curl) -> np.ndarray:
     share = _behind(places)
     points = points + scalp.skin.normals * (curl.volume_m * full(places))[:, None]
     tree = KDTree(points)
-    free = scalp.thick > CURLED_LEAST
+    free = scalp.thick > np.interp(places[:, 1], CURLED_BELOW_MM, CURLED_LEAST)
     chosen = []
     for k in rng.permutation(np.flatnonzero(free)):
         if free[k]:
