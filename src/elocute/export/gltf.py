@@ -26,7 +26,7 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
-from elocute.export.render.parts import strands
+from elocute.export.render.parts import rounded_normals, strands
 from elocute.export.render.shading import finish_of, socket_shade
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
@@ -249,6 +249,10 @@ def _primitives(
     if not for_viewer:
         places, basis = sunk(head, basis)
         colors = _for_engines(head, colors, normals)
+    cards = "hair" in head.surfaces and not for_viewer
+    if cards:
+        hair = _vertices_of(head, "hair")
+        normals[hair] = rounded_normals(places[hair], normals[hair])
     moves = _moves(head, shapes.basis, basis)
     result = []
     folds = folds_of(head) if for_viewer else None
@@ -257,6 +261,8 @@ def _primitives(
         vertices, texels, faces = corners_of(head, index)
         if not len(faces):
             continue
+        if cards and name == "hair":
+            faces = _facing_out(faces, places[vertices], normals[vertices])
         attributes = {"POSITION": _positions(file, places[vertices])}
         attributes |= _attributes(file, head, vertices, texels, normals, colors)
         if for_viewer:
@@ -362,6 +368,19 @@ def _for_engines(
     shaded[eyes] *= socket_shade(normals[eyes])
     shaded[hair] = np.maximum(shaded[hair], np.float32(DEEPEST_HAIR))
     return shaded
+
+
+def _facing_out(
+    faces: NDArray[np.integer[Any]],
+    places: NDArray[np.float32],
+    normals: NDArray[np.float32],
+) -> NDArray[np.integer[Any]]:
+    """Triangles (3 triangle,) turned so that their fronts are where the normals point: engines turn
+    normals of the backs round, and hair with them would be lit from below."""
+    triangles = faces.reshape(-1, 3)
+    a, b, c = (places[triangles[:, k]] for k in range(3))
+    across = (np.cross(b - a, c - a) * normals[triangles].sum(axis=1)).sum(axis=1)
+    return np.where(across[:, None] < 0, triangles[:, ::-1], triangles).ravel()
 
 
 def _vertices_of(head: HeadModel, name: str) -> NDArray[np.integer[Any]]:

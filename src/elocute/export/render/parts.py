@@ -151,12 +151,8 @@ class Parts:
         """(split, 6) places and unit normals of vertices (vertex, 3) m."""
         normals = vertex_normals(points, self._head.triangles)
         if len(self._hair):
-            # Cards look crumpled by their own normals: half of a ball's smooths them.
             places, own = (np.take(each, self._hair, axis=0) for each in (points, normals))
-            away = places - np.full(len(places), 1 / len(places), places.dtype) @ places
-            away *= 0.6 / np.maximum(np.sqrt(_dots(away, away)), 1e-9)[:, None]
-            both = away + own * np.where(_dots(own, away) < 0, -0.4, 0.4)[:, None]
-            normals[self._hair] = both / np.sqrt(_dots(both, both))[:, None]
+            normals[self._hair] = rounded_normals(places, own)
         moved = np.concatenate([points, normals], axis=1).astype(np.float32, copy=False)
         return np.take(moved, self.source, axis=0)
 
@@ -212,6 +208,15 @@ def strands(head: HeadModel) -> Float32Array:
         np.add.at(sums, triangles, along[:, None])
     sums /= np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)
     return sums.astype(np.float32)
+
+
+def rounded_normals(places: FloatArray, normals: FloatArray) -> FloatArray:
+    """Unit normals (n, 3) of cards of hair at places (n, 3), half of them a ball's: by their own
+    cards look crumpled."""
+    away = places - np.full(len(places), 1 / len(places), places.dtype) @ places
+    away *= 0.6 / np.maximum(np.sqrt(_dots(away, away)), 1e-9)[:, None]
+    both = away + normals * np.where(_dots(normals, away) < 0, -0.4, 0.4)[:, None]
+    return both / np.sqrt(_dots(both, both))[:, None]
 
 
 def _dots(one: FloatArray, other: FloatArray) -> FloatArray:
