@@ -29,9 +29,9 @@ CORNER_HEIGHT, NEAR_CORNER = 0.35, 0.7
 """The same of heights at the corners, where lips hang over each other and sulk; from where on."""
 ACROSS = (0, 0.11, 0.24, 0.36, 0.47, 0.57, 0.68, 0.78, 0.86, 0.92, 0.96, 0.986, 1)
 """Shares of the way from the middle of the mouth to its corners, of the following."""
-UPPER_BORDER_MM = (-0.2, 0.2, 0.4, 0.1, -0.6, -1.3, -2.0, -2.5, -1.7, -1.1, -0.7, -0.3, 0)
-MEETING_MM = (0, 0.05, 0.35, 0.45, 0.4, 0.25, -0.05, -0.4, -0.6, -0.55, -0.4, -0.1, 0)
-LOWER_BORDER_MM = (0.4, 0.2, 0.0, 0.0, 0.1, 0.3, 0.8, 0.6, 0.3, 0.2, 0.1, 0, 0)
+UPPER_BORDER_MM = (-0.2, 0.2, 0.4, 0.1, -0.6, -1.3, -2.0, -2.5, -1.9, -1.4, -1.1, -0.9, -0.7)
+MEETING_MM = (0, 0.05, 0.35, 0.45, 0.4, 0.25, 0.0, -0.25, -0.45, -0.65, -0.75, -0.75, -0.7)
+LOWER_BORDER_MM = (0.4, 0.2, 0.0, 0.0, 0.1, 0.3, 0.8, 0.6, 0.2, -0.1, -0.4, -0.6, -0.7)
 """How much higher than MakeHuman's, which has bars for lips: a bow above that falls to the corners,
 the line where lips meet in three arcs, a round edge below."""
 BEHIND = np.array([0.4, 0.0])[:, None, None]

@@ -79,6 +79,8 @@ FROWNED = (
 )
 """What a frown does beside the mouth: the fold down from the corner, and the chin bunches."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
+SMILE_ARC_M = 0.0013
+"""How far lips lie under the straight line from the middle to a corner of a smile."""
 THINNER = {"mouthSmile": 0.15, "mouthStretch": 0.25, "mouthDimple": 0.18}
 """Share of their height that lips lose while corners are drawn apart."""
 SHRUG_FORWARD_M = 0.0022
@@ -162,6 +164,14 @@ def _smiling_cheeks(face: NeutralFace) -> np.ndarray:
     return face.off_the_lips(raised + _beside(face, *APPLE))
 
 
+def _curved(face: NeutralFace) -> np.ndarray:
+    """Both lips lower between the middle and the corners: a smile is an arc, no angle."""
+    across = np.abs(face.lips.across)
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    moves[:, :, 1] = -SMILE_ARC_M * 4 * across * (1 - across)
+    return face.lips.field(moves)
+
+
 def _flattened(face: NeutralFace, share: float) -> np.ndarray:
     """The red of both lips loses a share of its height, towards the line where they meet."""
     rings = face.lips.rings
@@ -210,7 +220,8 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     thin = {name: _flattened(face, share) for name, share in THINNER.items()}
     dimpled = face.expression("mouth-compression") * [0.6, 0.3, 0.6] + apart * [0.55, 0.1, 0.6]
     sources = {
-        "mouthSmile": face.resealed(smile + thin["mouthSmile"]) + _smiling_cheeks(face),
+        "mouthSmile": face.resealed(smile + thin["mouthSmile"] + _curved(face))
+        + _smiling_cheeks(face),
         "mouthFrown": face.resealed(1.12 * face.expression("mouth-depression"))
         + face.off_the_lips(_beside(face, *FROWNED)),
         "mouthStretch": face.resealed(apart * [1.5, 0.1, 0.9] + thin["mouthStretch"])

@@ -10,8 +10,8 @@ BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like h
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
 # And the mouth itself: dark red from the side, no black gap; how deep it lies where it is darkest.
 LINING, THROAT, TONGUE, LINING_M = 0.52, 0.06, 0.22, 0.052
-PIT_FROM, PIT = 0.80, 0.5  # from where on the way to a corner it is dark, and how dark
-BACK_TEETH = 0.30  # what light reaches the last of them
+PIT_FROM, PIT = 0.80, 0.4  # from where on the way to a corner it is dark, and how dark
+BACK_TEETH = {"upper": 0.30, "lower": 0.14}  # what light reaches the last of them
 LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 
 
@@ -75,7 +75,8 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
         teeth = slices[f"teeth_{jaw}"]
         from_gum = np.clip(2 * face.assembly.jaws[f"teeth_{jaw}"].shade, 0, 1)
         near_gum = LIP_SHADE + (1 - LIP_SHADE) * from_gum
-        lit = BACK_TEETH + (1 - BACK_TEETH) * (1 - depth[teeth]) ** 1.3
+        last = BACK_TEETH[jaw]
+        lit = last + (1 - last) * (1 - depth[teeth]) ** 1.3
         light[teeth] = np.minimum(lit, brightest) * near_gum
         gums = slices[f"gums_{jaw}"]
         light[gums] = BOUNCE + 0.60 * (1 - depth[gums]) ** 2.5

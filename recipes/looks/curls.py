@@ -148,7 +148,7 @@ CURLED_THIN, STUBS_THIN, THIN_SOFT = 0.85, 0.75, 0.16
 their edges are."""
 MAP_RAD = 1.8
 """How far down from the crown a shell's picture reaches."""
-CURLED_EDGE_MM, CURLED_LEAST, CURLED_BELOW_MM = 9.0, (0.4, 0.15), (-20.0, 20.0)
+CURLED_EDGE_MM, CURLED_LEAST, CURLED_BELOW_MM = 9.0, (0.4, 0.22), (-20.0, 20.0)
 """How deep the hairline of curls is, and how thick hair is there at least: below the ears, where
 single curls would hang from a lobe, and above them, between these heights over the eyes."""
 

@@ -57,7 +57,7 @@ CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
 """How far they stay off neck and ears."""
-TIP_FALLS, TIP_M, TIPS_FROM_M = 0.62, 0.11, 0.10
+TIP_FALLS, TIP_M, TIPS_FROM_M = 0.80, 0.11, 0.10
 """Ribbons longer than the last end where their tips, of the second length, fall by less of their
 way."""
 HAIRLINE_M, HAIRLINE_STEPS = 0.028, 3

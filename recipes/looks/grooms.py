@@ -229,7 +229,9 @@ def falling(
     def volume(places: Places) -> np.ndarray:
         near = np.abs(places[:, 0] - part_mm)
         return (
-            0.006 + 0.008 * top(places) * ramp(near, 0, 14) + 0.004 * ramp(places[:, 2], -120, -180)
+            0.0045
+            + 0.0095 * top(places) * ramp(near, 0, 32)
+            + 0.004 * ramp(places[:, 2], -120, -180)
         )
 
     def parting(places: Places) -> np.ndarray:

@@ -26,8 +26,8 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
-from elocute.export.render.parts import rounded_normals, strands
-from elocute.export.render.shading import finish_of, socket_shade
+from elocute.export.render.parts import exposure_of, rounded_normals, strands
+from elocute.export.render.shading import finish_of, socket_shade, to_linear
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.export.sunk_irises import sunk
@@ -35,6 +35,7 @@ from elocute.files.atomic import write_atomically
 from elocute.files.output_plan import OutputPlan
 from elocute.head.folds import ZONES
 from elocute.head.looks.folds import folds_of
+from elocute.head.looks.pictures import decoded
 from elocute.head.model import HeadModel
 from elocute.head.normals import (
     linear_colors,
@@ -46,6 +47,7 @@ from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
 
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
+SKIN_WARMTH = (1.0, 0.95, 0.91)
 DEEPEST_HAIR = 0.13  # linear share of its colour
 FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
 # Of what is stored: a metre's are of a micrometre.
@@ -361,13 +363,28 @@ def _attributes(
 def _for_engines(
     head: HeadModel, colors: NDArray[np.float32], normals: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Colours for where shadows are not drawn: eyes lie in their sockets, else they would stare;
-    the deepest hair is no black, else its ends would be specks between lit hair."""
+    """Colours for where shadows are not drawn, nor the light that comes through skin: eyes lie in
+    their sockets, else they would stare; the deepest hair is no black, else its ends would be
+    specks between lit hair; skin is exposed as in our pictures, and warmer, else it is wax."""
     shaded = colors.copy()
-    eyes, hair = (_vertices_of(head, name) for name in ("eyeball", "hair"))
+    skin, eyes, hair = (_vertices_of(head, name) for name in ("skin", "eyeball", "hair"))
+    shaded[skin] *= _skin_exposure(head) * np.array(SKIN_WARMTH, np.float32)
     shaded[eyes] *= socket_shade(normals[eyes])
     shaded[hair] = np.maximum(shaded[hair], np.float32(DEEPEST_HAIR))
     return shaded
+
+
+def _skin_exposure(head: HeadModel) -> np.float32:
+    """How much darker than it is our pictures show pale skin with an image."""
+    surface = head.surfaces.get("skin", Surface())
+    if not surface.color:
+        return np.float32(1)
+    picture = decoded(surface.color)
+    faces = head.material == head.material_names.index("skin")
+    at = head.uv[np.unique(head.uv_quads[faces])] * [1, -1] + [0, 1]
+    columns, rows = np.minimum((at * picture.shape[1::-1]).astype(int), picture.shape[0] - 1).T
+    green = float(to_linear(picture[rows, columns, 1] / np.float32(255)).mean())
+    return np.float32(min(exposure_of(green), 1.0))
 
 
 def _facing_out(

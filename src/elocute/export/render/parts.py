@@ -184,8 +184,13 @@ class Parts:
 
     def exposure(self, rig: Rig) -> float:
         """The factor of light before the tone curve: darker skin is exposed for longer."""
-        factor = (EXPOSED_AS / max(self.skin_color, 1e-3)) ** EXPOSURE_POWER
-        return rig.exposure * float(np.clip(factor, *EXPOSURE_RANGE))
+        return rig.exposure * exposure_of(self.skin_color)
+
+
+def exposure_of(skin_color: float) -> float:
+    """How long skin of a mean linear colour (green) is exposed, by what lights are set for."""
+    factor = (EXPOSED_AS / max(skin_color, 1e-3)) ** EXPOSURE_POWER
+    return float(np.clip(factor, *EXPOSURE_RANGE))
 
 
 def strands(head: HeadModel) -> Float32Array:
