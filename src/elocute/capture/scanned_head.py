@@ -151,7 +151,8 @@ def scanned_head(scan: Scan, landmarks: Landmarks) -> ScannedHead:
         trait_basis=builtin.trait_basis[:0],
         notice="",
     )
-    plain = dress(person, Look(hair="none", clothes="none", brows="none", lashes=0.0))
+    bare = Look(hair="none", clothes="none", brows="none", lashes=0.0)
+    plain = dress(person, bare, finer=False)
     if scan.colors is None:
         return ScannedHead(plain, found)
     seen = baked_colors(plain, found.vertices[: plain.vertex_count], scan)

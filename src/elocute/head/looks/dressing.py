@@ -48,7 +48,7 @@ OPEN_SHADE, DEEPEST_SHADE = 128, np.uint8(80)
 none is darker than the second: it would be a hole."""
 
 
-def dress(head: HeadModel, look: Look) -> HeadModel:
+def dress(head: HeadModel, look: Look, *, finer: bool = True) -> HeadModel:
     """A head as its look shows it.
 
     Parameters
@@ -57,6 +57,8 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
         The built-in head or one of its mesh: with an identity, with other expression bases.
     look : Look
         What it looks like.
+    finer : bool
+        Whether its face gets more vertices; without, a head that wears nothing keeps to its own.
 
     Returns
     -------
@@ -79,7 +81,8 @@ def dress(head: HeadModel, look: Look) -> HeadModel:
     place = f"clothes/{CLOTHES[look.clothes]}" if look.clothes != "none" else ""
     clothes = read_cards(place).scaled_to(head) if place else None
     locks = read_cards(f"hair/{look.hair}").scaled_to(head) if look.hair != "none" else None
-    dressed = made_finer(_uncovered(_bare(head, look, hair), locks, clothes))
+    dressed = _uncovered(_bare(head, look, hair), locks, clothes)
+    dressed = made_finer(dressed) if finer else dressed
     if look.lashes > 0:
         cards = read_cards(LASHES).scaled_to(head)
         cards = cards.scaled(SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes)

@@ -35,7 +35,7 @@ def folds_of(head: HeadModel) -> Folds | None:
         return None
     folds = _baked()
     # Images may come with any mesh; where folds are is known of the built-in one alone.
-    return folds if head.vertex_count >= len(folds.masks) else None
+    return folds if head.vertex_count >= finer_face().count else None
 
 
 @cache
