@@ -306,7 +306,7 @@ def fringe() -> Groom:
 FRINGE = (
     Layer(0.0028, 0.0075, FULL, 0.80, (0.74, 0.98), 0.10, 0.90, where="forehead"),
     Layer(0.0023, 0.0055, LOOSE, 0.95, (0.80, 1.05), 0.14, 0.97, where="forehead"),
-    Layer(0.0030, 0.0050, AIRY, 1.05, (0.80, 1.14), 0.20, 0.97, where="forehead"),
+    Layer(0.0030, 0.0050, AIRY, 1.05, (0.80, 1.08), 0.20, 0.97, where="forehead"),
 )
 FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 28.0, 4.0, 0.30
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
