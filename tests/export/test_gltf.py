@@ -18,6 +18,7 @@ from elocute.export.gltf import glb_bytes, write_glb
 from elocute.export.options import GlbOptions
 from elocute.export.portable_pictures import portable_picture
 from elocute.head.builtin import load_builtin_head
+from elocute.head.normals import linear_colors
 from elocute.head.surface import Surface
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.curves import ARKIT_NAMES
@@ -295,6 +296,17 @@ def test_no_lock_is_lit_from_within(clad):
     assert (fronts >= -1e-12).all()
     colors = clad.accessor(hair["attributes"]["COLOR_0"])[:, :3]
     assert colors.min() > 0.1 * 65535
+
+
+def test_a_head_without_cards_keeps_its_colours(glb, motion):
+    """Modelled brows are dark, bare skin is as its vertices have it."""
+    head = motion.head
+    for name in ("hair", "skin"):
+        (index,) = [i for i, m in enumerate(glb.json["materials"]) if m["name"] == name]
+        (part,) = [p for p in glb.json["meshes"][0]["primitives"] if p["material"] == index]
+        found = glb.accessor(part["attributes"]["COLOR_0"])[:, :3] / 65535
+        vertices = np.unique(head.quads[head.material == head.material_names.index(name)])
+        assert found.min() == pytest.approx(linear_colors(head)[vertices].min(), abs=1e-3)
 
 
 def test_a_picture_that_is_none_is_refused(motion):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.errors import HeadError
 from elocute.export.gltf_character import character_glb
 from elocute.export.gltf_file import (
     ARRAY_BUFFER,
@@ -26,7 +27,8 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
-from elocute.export.render.parts import exposure_of, rounded_normals, strands
+from elocute.export.render.images import Image, open_pixels
+from elocute.export.render.parts import exposure_of, mean_skin, rounded_normals, strands
 from elocute.export.render.shading import finish_of, socket_shade, to_linear
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
@@ -35,7 +37,6 @@ from elocute.files.atomic import write_atomically
 from elocute.files.output_plan import OutputPlan
 from elocute.head.folds import ZONES
 from elocute.head.looks.folds import folds_of
-from elocute.head.looks.pictures import decoded
 from elocute.head.model import HeadModel
 from elocute.head.normals import (
     linear_colors,
@@ -47,7 +48,7 @@ from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
 
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
-SKIN_WARMTH = (1.0, 0.95, 0.91)
+SKIN_WARMTH, SKIN_SIDE = (1.0, 0.95, 0.91), 256  # pixels that tell its mean
 DEEPEST_HAIR = 0.13  # linear share of its colour
 FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
 # Of what is stored: a metre's are of a micrometre.
@@ -370,7 +371,8 @@ def _for_engines(
     skin, eyes, hair = (_vertices_of(head, name) for name in ("skin", "eyeball", "hair"))
     shaded[skin] *= _skin_exposure(head) * np.array(SKIN_WARMTH, np.float32)
     shaded[eyes] *= socket_shade(normals[eyes])
-    shaded[hair] = np.maximum(shaded[hair], np.float32(DEEPEST_HAIR))
+    if "hair" in head.surfaces:
+        shaded[hair] = np.maximum(shaded[hair], np.float32(DEEPEST_HAIR))
     return shaded
 
 
@@ -379,12 +381,11 @@ def _skin_exposure(head: HeadModel) -> np.float32:
     surface = head.surfaces.get("skin", Surface())
     if not surface.color:
         return np.float32(1)
-    picture = decoded(surface.color)
-    faces = head.material == head.material_names.index("skin")
-    at = head.uv[np.unique(head.uv_quads[faces])] * [1, -1] + [0, 1]
-    columns, rows = np.minimum((at * picture.shape[1::-1]).astype(int), picture.shape[0] - 1).T
-    green = float(to_linear(picture[rows, columns, 1] / np.float32(255)).mean())
-    return np.float32(min(exposure_of(green), 1.0))
+    vertices, texels, faces = corners_of(head, head.material_names.index("skin"))
+    image = Image(open_pixels(surface.color, "color of skin", SKIN_SIDE, HeadError), True)
+    colors = to_linear(head.vertex_color[vertices] / np.float32(255))
+    exposure = exposure_of(mean_skin(colors[faces], head.uv[texels[faces]], surface, image))
+    return np.float32(min(exposure, 1.0))
 
 
 def _facing_out(

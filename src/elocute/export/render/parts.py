@@ -174,17 +174,18 @@ class Parts:
         for part in self.parts:
             if finish_of(part.name) is finish_of("skin"):
                 corners = part.triangles.ravel()
-                color = float(self.color[corners, 1].mean()) * part.surface.tint[1]
-                if part.color is not None:
-                    texels = part.color.texels(self.at[corners])
-                    color = float((self.color[corners, 1] * texels[:, 1]).mean())
-                    color *= part.surface.tint[1]
-                return color
+                return mean_skin(self.color[corners], self.at[corners], part.surface, part.color)
         return EXPOSED_AS
 
     def exposure(self, rig: Rig) -> float:
         """The factor of light before the tone curve: darker skin is exposed for longer."""
         return rig.exposure * exposure_of(self.skin_color)
+
+
+def mean_skin(colors: FloatArray, at: FloatArray, surface: Surface, image: Image | None) -> float:
+    """Mean linear colour (green) of skin with vertex colours (corner, 3) at places (corner, 2)."""
+    green = colors[:, 1] if image is None else colors[:, 1] * image.texels(at)[:, 1]
+    return float(green.mean()) * surface.tint[1]
 
 
 def exposure_of(skin_color: float) -> float:

@@ -130,18 +130,16 @@ class Finer:
         """(face, 4) vertices in the middles of edges, the first between the first two corners; -1
         where none is."""
         pairs = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], 2), axis=2)
-        return self._found(_number(self.ends, self.count), _number(pairs, self.count), self.count)
+        return self._found(self.ends, pairs, self.count)
 
     def _centres(self, quads: NDArray[np.integer]) -> Indices:
         """(face,) vertices in the middles of faces; -1 in those that are not cut in four."""
         first = self.count + len(self.ends)
-        return self._found(_number(self.corners, self.count), _number(quads, self.count), first)
+        return self._found(self.corners, quads, first)
 
-    @staticmethod
-    def _found(known: Indices, wanted: Indices, first: int) -> Indices:
-        order = np.argsort(known)
-        at = order[np.minimum(np.searchsorted(known, wanted, sorter=order), len(known) - 1)]
-        return np.where(known[at] == wanted, first + at, -1)
+    def _found(self, known: Indices, wanted: NDArray[np.integer], first: int) -> Indices:
+        row = _rows_of(_number(known, self.count), _number(wanted, self.count))
+        return np.where(row < 0, -1, first + row)
 
 
 def made_finer(head: HeadModel) -> HeadModel:
@@ -172,8 +170,8 @@ def made_finer(head: HeadModel) -> HeadModel:
         quads=quads.astype(np.int32),
         uv=head.uv[ends].mean(1),
         uv_quads=uv_quads.reshape(-1, 4).astype(np.int32),
-        identity_basis=_with_more(head.identity_basis, finer.on_curves(head.identity_basis)),
-        expression_basis=_with_more(head.expression_basis, finer.on_curves(head.expression_basis)),
+        identity_basis=np.hstack([head.identity_basis, finer.on_curves(head.identity_basis)]),
+        expression_basis=np.hstack([head.expression_basis, finer.on_curves(head.expression_basis)]),
         skin_weights=np.vstack([head.skin_weights, finer.between(head.skin_weights)]),
         material=head.material[source],
         vertex_color=np.vstack([head.vertex_color, color]),
@@ -245,8 +243,6 @@ class _Ways:
         before = first[:, None] + (corner - 1) % sides[:, None]
         self._end, self._before = self._begin[after[real]], before[real]
         self._count = count
-        self._order = np.argsort(self._begin * count + self._end)
-        self._sorted = (self._begin * count + self._end)[self._order]
         self._other = self._numbers(self._end, self._begin)
         self._edges = np.bincount(self._begin, minlength=count)
         rims = np.unique(np.r_[self._begin[self._other < 0], self._end[self._other < 0]])
@@ -269,9 +265,8 @@ class _Ways:
 
     def _numbers(self, begin: NDArray[np.integer], end: NDArray[np.integer]) -> Indices:
         """(edge,) of edges by their vertices; -1 where no face has them in that direction."""
-        wanted = begin.astype(np.int64) * self._count + end
-        at = np.minimum(np.searchsorted(self._sorted, wanted), len(self._sorted) - 1)
-        return np.where(self._sorted[at] == wanted, self._order[at], -1)
+        own, wanted = np.stack([self._begin, self._end], 1), np.stack([begin, end], 1)
+        return _rows_of(_number(own, self._count), _number(wanted, self._count))
 
 
 def _fan(quad: list[int], middles: list[int]) -> Iterator[list[Corner]]:
@@ -297,5 +292,8 @@ def _number(rows: NDArray[np.integer], count: int) -> Indices:
     return rows.astype(np.int64) @ (count ** np.arange(rows.shape[-1], dtype=np.int64))
 
 
-def _with_more(basis: Float32Array, more: Float32Array) -> Float32Array:
-    return np.concatenate([basis, more], axis=1)
+def _rows_of(known: Indices, wanted: Indices) -> Indices:
+    """(...,) the row of `known` (row,) that has each number of `wanted` (...,), or -1."""
+    order = np.argsort(known)
+    at = order[np.minimum(np.searchsorted(known, wanted, sorter=order), len(known) - 1)]
+    return np.where(known[at] == wanted, at, -1)
