@@ -9,6 +9,7 @@ import pytest
 
 from elocute.capture.video.camera_fit import fit_poses, initial_poses
 from elocute.capture.video.face_mesh_points import builtin_face_points
+from elocute.capture.video.lip_and_lid_contact import lid_openness
 from elocute.capture.video.person_fit import resting_frames
 from elocute.capture.video.video_to_motion import VideoCapture, fit_track, resample_motion
 from elocute.head.builtin import load_builtin_head
@@ -63,6 +64,17 @@ def test_a_blink_shuts_the_lids_and_lets_them_open(filmed, captured):
     true = filmed.motion.weights[:, filmed.motion.names.index("eyeBlinkLeft")]
     assert blink[true > 0.99].min() > 0.8
     assert blink[true < 0.01].mean() < 0.1
+
+
+def test_lids_do_not_part_in_the_midst_of_a_blink(filmed):
+    shut = np.flatnonzero((lid_openness(filmed.track) <= 0).all(axis=1))
+    before, amid, after = shut[0], shut[0] + 1, shut[0] + 2
+    points = filmed.track.points.copy()
+    points[after] = points[before]
+    points[amid] = points[before - 8]  # open
+    openness = lid_openness(replace(filmed.track, points=points))
+    assert (openness[before : after + 1] == 0).all()
+    assert (openness[before - 8] > 0.8).all()
 
 
 def test_eyes_look_to_the_side_they_looked_to(filmed, captured):

@@ -7,6 +7,7 @@ exactly where the track shows them shut.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,6 +29,8 @@ SHUT, SHUT_NARROW, SHUT_NOISE = 0.32, 0.46, 0.04
 """Share of the usual openness that the detector still sees between shut lids: 0.2 to 0.37 on most
 real and drawn faces, up to the second where eyes are narrow. A least of a video between the two is
 taken as shut, and what lies above it by no more than the detector's noise."""
+BLINK_PART_S = 0.1
+"""Nobody opens the eyes and shuts them again within this time: lids seen to do so stay shut."""
 WIDEST = 1.4
 MIDDLE = slice(3, 6)  # of a lid's points: around the pupil
 WEIGHT = 3.0  # weight of a mm, in the detector's errors
@@ -164,7 +167,13 @@ def lid_openness(track: FaceTrack) -> Float64Array:
     tracked /= usual
     least = tracked[track.seen].min(axis=0) + SHUT_NOISE
     shut = np.where(least < SHUT_NARROW, np.maximum(least, SHUT), SHUT)
-    return np.clip((tracked - shut) / (1 - shut), 0, WIDEST)
+    openness = np.clip((tracked - shut) / (1 - shut), 0, WIDEST)
+    for side in openness.T:
+        shut_frames = np.flatnonzero(side <= 0)
+        for first, last in pairwise(shut_frames):
+            if last - first < BLINK_PART_S * track.fps:
+                side[first:last] = 0
+    return openness
 
 
 def add_lid_equations(
