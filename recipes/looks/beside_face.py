@@ -28,17 +28,16 @@ STILL_M = 0.001
 """Locks follow the width of the cheeks, but only skin that no shape moves further."""
 
 
-def beside_face(scalp: Scalp, cards: Cards, shapes: np.ndarray, far: float = 1.0) -> Cards:
-    """The same cards, led over the cheeks; `shapes` (shape, vertex, 3) m move the skin,
-    and `far` says how much of the way they are led."""
+def beside_face(scalp: Scalp, cards: Cards, shapes: np.ndarray) -> Cards:
+    """The same cards, led over the cheeks; `shapes` (shape, vertex, 3) m move the skin."""
     places = scalp.places(cards.points)
     aside, height, depth = np.abs(places[:, 0]), places[:, 1], places[:, 2]
     share = ramp(height, *BELOW_MM) * ramp(height, *ABOVE_MM) * ramp(aside, *ASIDE_MM)
     share = share * ramp(depth, *AHEAD_FROM_MM)
     foremost = share * ramp(depth, *INWARD_FROM_MM)
     moved = np.zeros_like(places)
-    moved[:, 0] = -far * INWARD_MM * foremost * np.sign(places[:, 0])
-    moved[:, 2] = far * AHEAD_MM * share
+    moved[:, 0] = -INWARD_MM * foremost * np.sign(places[:, 0])
+    moved[:, 2] = AHEAD_MM * share
     points = cards.points + moved / 1000
     along = _along(cards)
     for _ in range(TIMES):

@@ -84,7 +84,7 @@ FADE_MM, FADE_BELOW_MM = 30.0, 30.0
 height over the eyes below which it does."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
 """Temples: before the first, below the second height, and how deep behind the hairline."""
-FOREHEAD_MM, FOREHEAD_DEEP_MM = (42.0, 40.0), (7.0, 22.0)
+FOREHEAD_MM, FOREHEAD_DEEP_MM = (54.0, 34.0), (7.0, 22.0)
 """A fringe grows this far aside at most, this high over the eyes, and between these depths."""
 HAIRLINE_DEEP_MM = 17.0
 """How deep fine hair is laid over the hairline."""

@@ -114,9 +114,10 @@ def slick() -> Groom:
     )
 
 
-def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
+def _parted(places: Places, part_mm: float, tuck: float, swept: float) -> np.ndarray:
     """Directions away from a parting, which ends at the crown, then down, off the face, and tips
-    towards the neck by `tuck`."""
+    towards the neck by `tuck`; `swept` is how far hair goes aside over the forehead rather than
+    back."""
     parted = ramp(places[:, 2], -175, -120) * ramp(places[:, 1], 25, 56)
     beside = places[:, 0] - part_mm * parted
     aside = np.tanh(beside / PART_SOFT_MM) * parted
@@ -124,7 +125,8 @@ def _parted(places: Places, part_mm: float, tuck: float) -> np.ndarray:
     temple = ramp(places[:, 2], -95, -55) * ramp(places[:, 1], 8, 36)
     # What grows at the forehead stands back from it before it falls aside.
     lifted = LIFTED * front(places) * (1 - grows(places, LIFTED_MM))
-    back = (0.15 + 0.5 * front(places) + lifted + along) * ramp(places[:, 1], 5, 50) + 0.45 * temple
+    back = 0.15 + (0.5 * front(places) + lifted) * (1 - swept) + along
+    back = back * ramp(places[:, 1], 5, 50) + 0.45 * temple * (1 - swept)
     inward = -0.12 * np.tanh(places[:, 0] / 40) * ramp(places[:, 1], 10, -40)
     # On the back it hangs straight.
     on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 30) * ramp(places[:, 1], -70, -120)
@@ -165,10 +167,11 @@ FACE_MM = ((-200, -66), (-60, -60), (0, -56), (25, -48), (48, -24), (60, 10))
 FRAME_MM = (-22.0, 30.0)
 """Hair that would hang between these distances behind and before that line is pushed together
 behind it: a curtain thins out, a wall does not."""
-EDGE_MM = 7.0
-"""How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge."""
+EDGE_MM, EDGE_MOST = 7.0, (-2.5, 0.8)
+"""How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge; and
+how often as far at most: what stands alone before the others is a wire."""
 FRAMING = Layer(0.0036, 0.0080, FULL[1:] + LOOSE, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
-FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.45
+FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.20
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 FRAMING_BLUNT = (0.75, 0.95)
 """Their lengths where the others end on one line."""
@@ -179,6 +182,9 @@ WAVED_PAIRS = 20
 AROUND = 0.15
 """Hair at the sides of the back is longer by this share of what hangs below the shoulders: its way
 is longer, and all would end in a point."""
+STIFF, SWEPT_STIFF = 0.6, 0.15
+"""Of hair that falls, and how much stiffer it is where it is swept aside: it bends from there down
+the temple in an arc, not at a corner."""
 OFF_CLOTH_MM, WAVE_M = 9.0, 0.100
 FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
@@ -187,7 +193,7 @@ FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
     """Rows are ribbons, in their order from step to step: each keeps a line of its own."""
     y = places[:, 1]
-    own = EDGE_MM * np.random.default_rng(29).normal(size=len(places))
+    own = EDGE_MM * np.clip(np.random.default_rng(29).normal(size=len(places)), *EDGE_MOST)
     limit = np.interp(y, *np.array(FACE_MM).T) + ahead_mm + own
     limit = limit + 5 * np.sin(y / 28 + own)
     behind, before = FRAME_MM
@@ -215,8 +221,10 @@ def falling(
     cut: float = 1.0,
     tuck: float = 0.0,
     even: float = 0.0,
+    swept: float = 0.0,
 ) -> Groom:
-    """Hair that falls from a parting; `even` is how far its tips end on one line, 0 to 1."""
+    """Hair that falls from a parting; `even` is how far its tips end on one line, 0 to 1, `tuck`
+    and `swept` as for `_parted`."""
 
     def length(places: Places) -> np.ndarray:
         """Ends lie about equally low: what grows higher is longer."""
@@ -249,10 +257,10 @@ def falling(
         for layer in LAYERS
     )
     return Groom(
-        lambda places: _parted(places, part_mm, tuck), length, volume,
-        rise_m=0.026, upright=0.2, weight=1.6, stiff=0.6, wave_m=wave_m, wave_length_m=WAVE_M,
-        steps=steps, near=near, cut=cut, falls=True, parting=parting, hangs=_hangs, free=free,
-        layers=layers,
+        lambda places: _parted(places, part_mm, tuck, swept), length, volume,
+        rise_m=0.026, upright=0.2, weight=1.6, stiff=STIFF + SWEPT_STIFF * swept,
+        wave_m=wave_m, wave_length_m=WAVE_M, steps=steps, near=near, cut=cut,
+        falls=True, parting=parting, hangs=_hangs, free=free, layers=layers,
     )  # fmt: skip
 
 
@@ -308,26 +316,30 @@ FRINGE = (
     Layer(0.0023, 0.0055, LOOSE, 0.95, (0.80, 1.05), 0.14, 0.97, where="forehead"),
     Layer(0.0030, 0.0050, AIRY, 1.05, (0.80, 1.08), 0.20, 0.97, where="forehead"),
 )
-FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 28.0, 4.0, 0.30
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 27.0, 2.5, 0.30
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 
 def long(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest, from a parting in the middle."""
-    return falling(0.31, 0.0, 0.0012, off_face_and(body, shift), 10)
+    return falling(0.31, 0.0, 0.0012, off_face_and(body, shift, 5.0), 10, swept=0.7)
 
 
 def waves(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest, from a parting at one side; its waves come after it is combed."""
-    straight = falling(0.32, PART_MM, 0.0012, off_face_and(body, shift), 10, near=1.4)
+    straight = falling(
+        0.32, PART_MM, 0.0012, off_face_and(body, shift, 5.0), 10, near=1.4, swept=0.7
+    )
     return replace(straight, pairs=WAVED_PAIRS)
 
 
 def bob(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chin, from a parting at one side."""
-    return falling(
-        0.125, -PART_MM, 0.0010, off_face_and(body, shift), 9, cut=0.90, tuck=0.9, even=0.55
-    )
+    straight = falling(
+        0.125, -PART_MM, 0.0010, off_face_and(body, shift, 8.0), 9, cut=0.86, tuck=1.3, even=0.6,
+        swept=0.8,
+    )  # fmt: skip
+    return replace(straight, pairs=13)
 
 
 TIE_MM = np.array([0.0, 48.0, -210.0])
@@ -387,6 +399,4 @@ def stubble() -> Groom:
 
 GROOMS = {"crop": crop, "swept": swept, "slick": slick}
 FALLING = {"long": long, "waves": waves, "bob": bob}
-OVER_CHEEKS = {"long": 1.0, "waves": 1.0, "bob": 0.4}
-"""How far each is led over the cheeks: what ends at the jaw stays off full ones."""
 FRINGED, WAVED = ("long",), ("waves",)

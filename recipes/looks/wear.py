@@ -64,7 +64,7 @@ def styles(scalp: Scalp, shapes: np.ndarray) -> dict[str, Cards]:
         if name in grooms.FRINGED:
             before = together(before, groom.ribbons_of(scalp, grooms.fringe()))
         hung = over_ears(face, together(groom.grown(earless, whole), before))
-        made[name] = beside_face(earless, hung, shapes, grooms.OVER_CHEEKS[name])
+        made[name] = beside_face(earless, hung, shapes)
         if name in grooms.WAVED:
             made[name] = waved(scalp, made[name])
     made |= {name: curls.curls(scalp, curl) for name, curl in curls.CURLS.items()}

@@ -58,13 +58,13 @@ def skin_picture(
     strand = np.array(hair, np.float32)
     through = np.float32(SKIN_THROUGH) * colour  # black on brown skin would be blue
     for place, strength, tint in (
-        ("skins/freckles", 0.9 * freckles, colour * np.array(FRECKLE, np.float32)),
+        ("skins/freckles", 0.75 * freckles, colour * np.array(FRECKLE, np.float32)),
         ("skins/stubble", STUBBLE_STRENGTH * stubble, through + strand),
         ("hair/roots", ROOTS_STRENGTH * rooted, through + np.float32(ROOT_OF_HAIR) * strand),
     ):
         if strength > 0:
             share = np.float32(strength) * _grey(place)[..., None]
-            colour = colour * (1 - share) + tint * share
+            colour = colour ** (1 - share) * tint**share
     return jpeg(np.round(255 * _srgb(colour)).astype(np.uint8))
 
 
