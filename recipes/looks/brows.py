@@ -40,7 +40,7 @@ class Brow:
     tail: float = 15.8
     arch_at: float = 0.62
     thick: float = 7.0
-    hairs: int = 600
+    hairs: int = 700
     length: float = 7.5
     width: float = 0.15
     wild: float = 1.0
@@ -50,20 +50,20 @@ class Brow:
 STYLES = {
     "natural": Brow(),
     "straight": Brow(
-        inner=16.6, arch=19.4, tail=15.6, arch_at=0.66, thick=7.0, hairs=520, length=8.2, wild=1.1
+        inner=16.6, arch=19.4, tail=15.6, arch_at=0.66, thick=7.0, hairs=620, length=8.2, wild=1.1
     ),
     "full": Brow(
-        start=11.5, inner=16.6, arch=20.4, tail=15.6, thick=8.0, hairs=640, length=9.0,
+        start=11.5, inner=16.6, arch=20.4, tail=15.6, thick=8.0, hairs=720, length=9.0,
         width=0.155, wild=1.4, ground=0.28,
     ),
     "fine": Brow(
-        start=14.0, inner=17.0, arch=21.8, tail=16.2, thick=4.6, hairs=420, length=5.6, width=0.13,
+        start=14.0, inner=17.0, arch=21.8, tail=16.2, thick=4.6, hairs=480, length=5.6, width=0.13,
         wild=0.7, ground=0.20,
     ),
     "arched": Brow(
         inner=16.4, arch=22.6, tail=15.8, arch_at=0.66, thick=6.2, hairs=640, length=6.8, wild=0.8
     ),
-    "soft": Brow(thick=6.4, arch=20.6, hairs=540, length=7.0, width=0.14, ground=0.22),
+    "soft": Brow(thick=6.4, arch=20.6, hairs=640, length=7.0, width=0.14, ground=0.22),
 }  # fmt: skip
 
 
@@ -118,7 +118,7 @@ def cards(face: NeutralFace, brow: Brow) -> Cards:
     )
 
 
-def picture(brow: Brow, seed: int = 3) -> np.ndarray:
+def picture(brow: Brow, seed: int) -> np.ndarray:
     """(HEIGHT_PX, WIDTH_PX, 4) 0..1: grey hairs and their alpha, inner end at the left."""
     rng = np.random.default_rng(seed)
     size = (WIDTH_PX * FINER, HEIGHT_PX * FINER)
@@ -133,11 +133,12 @@ def picture(brow: Brow, seed: int = 3) -> np.ndarray:
         strong = int(
             255
             * rng.uniform(0.6, 1.0)
-            * np.interp(t, [-0.02, 0.08, 0.24, 0.38, 0.72, 0.95], [0.10, 0.42, 0.8, 1, 0.9, 0.4])
+            * np.interp(t, [-0.02, 0.08, 0.24, 0.38, 0.72, 0.95], [0.35, 0.6, 0.85, 1, 0.9, 0.4])
         )
         points = (hair + lead) * scale
         points[:, 1] = size[1] / 2 - points[:, 1]
-        thick = brow.width * scale[0] * rng.uniform(0.7, 1.3)
+        fine = np.interp(t, [0, 0.25], [0.55, 1])
+        thick = brow.width * scale[0] * fine * rng.uniform(0.7, 1.3)
         for k, (a, b) in enumerate(pairwise(points)):
             wide = max(1, round(thick * (1 - 0.9 * k / len(points))))
             draw.line([*a, *b], fill=strong, width=wide)
@@ -154,7 +155,7 @@ def _roots(brow: Brow, rng: np.random.Generator) -> list[tuple[float, float]]:
     roots = []
     while len(roots) < brow.hairs:
         t, side = rng.uniform(-0.02, 0.94), rng.uniform(-1, 1)
-        here = np.interp(t, [-0.02, 0.05, 0.2, 0.36, 0.7, 0.94], [0.12, 0.36, 0.74, 1, 0.9, 0.28])
+        here = np.interp(t, [-0.02, 0.05, 0.2, 0.36, 0.7, 0.94], [0.14, 0.44, 0.80, 1, 0.9, 0.28])
         if rng.random() < here * (1 - 0.45 * abs(side) ** 3):
             roots.append((t, side))
     return sorted(roots, key=lambda root: -root[0])
@@ -166,9 +167,9 @@ def _hair(brow: Brow, t: float, side: float, rng: np.random.Generator) -> np.nda
     thick = float(thickness(brow, np.array(max(t, 0))))
     along = t * (brow.end - brow.start)
     root = np.array([along, side * 0.46 * thick])
-    lean = np.interp(t, [0, 0.1, 0.25, 0.5, 1], [66, 50, 34, 20, 8])
-    angle = np.radians(lean - side * np.interp(t, [0, 0.3, 1], [4, 17, 10]))
-    angle += np.radians(9) * brow.wild * rng.normal()
+    lean = np.interp(t, [0, 0.1, 0.25, 0.5, 1], [84, 66, 40, 20, 6])
+    angle = np.radians(lean - side * np.interp(t, [0, 0.3, 1], [6, 24, 12]))
+    angle += np.radians(np.interp(t, [0, 0.3], [5, 8])) * brow.wild * rng.normal()
     bend = np.radians(np.interp(t, [0, 0.3, 1], [-34, -26, -10]) * rng.uniform(0.6, 1.2))
     length = (
         brow.length * rng.uniform(0.65, 1.1) * np.interp(t, [0, 0.15, 0.7, 1], [0.7, 1, 0.85, 0.45])

@@ -81,9 +81,9 @@ def write_hair(folder: Path, fitting: Fitting, name: str, cards: Cards) -> None:
 
 
 def bake_brows(fitting: Fitting, assets: Path) -> None:
-    for name, brow in brows.STYLES.items():
+    for seed, (name, brow) in enumerate(brows.STYLES.items()):
         write(assets / "brows" / f"{name}.npz", fitting, brows.cards(fitting.face, brow))
-        size = save(assets / "brows" / f"{name}.webp", brows.picture(brow), 80)
+        size = save(assets / "brows" / f"{name}.webp", brows.picture(brow, seed), 80)
         print(f"brows {name}: {size / 1e3:.0f} kB")
 
 

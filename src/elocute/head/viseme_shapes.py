@@ -20,7 +20,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
     "PP": {"jawOpen": 0.06, "mouthClose": 0.06, **_both("mouthPress", 0.5)},
     "FF": {**LABIODENTAL, **_both("mouthUpperUp", INCISORS)},
     "TH": {
-        "jawOpen": 0.13,
+        "jawOpen": 0.16,
         "tongueDental": 1.0,
         **_both("mouthLowerDown", 0.18),
         **_both("mouthUpperUp", 0.08),
