@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from elocute.numerics.smoothing import smoothstep
+from recipes.head import nose
 from recipes.head.anatomy import Anatomy
 from recipes.head.assembly import Assembly
 from recipes.head.bite import Bite
@@ -71,6 +72,7 @@ class NeutralFace:
         self.bust = BustCut(self.anatomy, raw[self.skin_slice])
         self.ears = Ears(self.anatomy, raw[self.skin_slice])
         raw[self.skin_slice] = self.finished(raw[self.skin_slice]) + self.ears.sculpted()
+        raw[self.skin_slice] += nose.sculpted(self.anatomy, raw[self.skin_slice])
         self.vertices = self.assembly.attach(symmetrised(raw, self.assembly.mirror))
         self.tongue_rest = resting(self.vertices[self.assembly.slices["tongue"]])
         self.vertices[self.assembly.slices["tongue"]] += self.tongue_rest
