@@ -56,10 +56,10 @@ LIDS_WITH_BROWS = 0.34  # of a raise: lids widen with it
 BROW_REST = 55  # rows from one raise or knit to the next: brows come down before they rise
 LID_REST = 80
 
-REFRACTORY = 55  # rows from one blink to the next
+REFRACTORY = 85  # rows from one blink to the next
 WAIT_ROWS = 150  # of silence at the beginning, before the face comes alive without a voice
 REDRAW_ROWS = 64
-SPEAKING_MEAN, SILENT_MEAN = 180.0, 420.0  # rows between blinks that nothing calls for
+SPEAKING_MEAN, SILENT_MEAN = 150.0, 390.0  # rows between blinks that nothing calls for
 
 
 _BREATH = joined([rise(45), 1 - rise(80)])
