@@ -16,9 +16,8 @@ WIDE = 1.7
 LID_DOWN, LID_UP = 0.14, 0.24
 """How far the lids follow a look down (of a blink) and up (of wide eyes)."""
 CHEEK = (
-    Pull((34, -23), (-1.0, 5.4, 3.8), (14, 11)),
-    Pull((44, -8), (-1.5, 1.6, 0.6), (9, 8)),
-    Fold(((17, -39), (22, -44), (28, -51)), 1.1, 1.0),
+    Pull((32, -22), (-0.3, 5.6, 3.2), (13, 9)),
+    Pull((52, -22), (-1.4, 4.4, 1.2), (13, 13)),
 )
 """The muscle round the eye: the cheek's apple rises, the skin beside the eye bunches."""
 LOWER_LID = 1.08
@@ -66,9 +65,7 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
             "eyeWide": WIDE * wide,
             "eyeSquint": LOWER_LID * face.pose_unit(f"{side}LowerLidUp") + squint[side],
             "cheekSquint": face.off_the_lips(
-                0.75 * face.pose_unit(f"{side}CheekUp")
-                + 0.34 * face.pose_unit(f"{side}LowerLidUp")
-                + cheek[side]
+                0.34 * face.pose_unit(f"{side}LowerLidUp") + cheek[side]
             ),
             "noseSneer": face.resealed(
                 NOSE_UP * face.expression(f"nose-{low}-elevation") + sneer[side]

@@ -51,22 +51,17 @@ BELOW_M, BESIDE_M = 0.008, 0.016
 distance beside the corners from which it is nothing."""
 SUCKED = {"mouthFunnel": 0.35, "mouthPucker": 0.85}
 """How far cheeks are drawn in while lips are round, of MakeHuman's sucked cheeks."""
-SMILING = {
-    "LeftCheekUp": 0.75,
-    "RightCheekUp": 0.75,
-    "LeftLowerLidUp": 0.36,
-    "RightLowerLidUp": 0.36,
-    "NasolabialDeepener": 0.65,
-}
-"""MakeHuman's pose units in a smile."""
-APPLE = (
-    Pull((34, -28), (-0.6, 2.0, 3.0), (13, 11)),
-    Pull((37, -40), (0.8, 3.6, 4.6), (12, 11)),
-    Fold(((17, -39), (23, -46), (31, -54), (36, -61)), 1.2, 1.1, 3.6),
-    Pull((33, -66), (-0.4, 0, -1.1), (4, 5)),
+LIFTED = (
+    Pull((33, -27), (0.4, 5.4, 4.2), (12, 10)),
+    Pull((51, -25), (-0.5, 3.0, 1.2), (11, 11)),
+    Pull((44, -40), (1.4, 3.8, 2.4), (12, 13)),
+    Pull((43, -69), (0.8, 2.0, -1.4), (9, 11)),
+    Fold(((17, -40), (22, -47), (29, -55), (35, -64)), 1.2, 2.2, 3.8),
 )
-"""What a smile has more: the cheek's apple, the fold from the nose's wing round the corner, and a
-dimple beside it."""
+"""What a smile does beside the mouth: the cheek's apple rises and bunches below the eye, the cheek
+under it and beside the corner follows the corner, and a fold runs from the nose's wing round it."""
+LID_RAISED = 0.36
+"""Of MakeHuman's raised lower lid in a smile."""
 STRETCHED = (
     Fold(((33, -54), (36, -65), (33, -77)), 1.3, 1.2),
     Pull((40, -84), (3.0, -2.0, 0.0), (14, 13)),
@@ -157,11 +152,9 @@ def _sucked_cheeks(face: NeutralFace) -> np.ndarray:
 
 
 def _smiling_cheeks(face: NeutralFace) -> np.ndarray:
-    """What a smile does beside the mouth: cheeks and lower lids rise, the fold from the nose to
-    the corner deepens."""
-    units = {name: face.pose_unit(name) for name in SMILING}
-    raised = np.sum([SMILING[name] * units[name] for name in SMILING], axis=0)
-    return face.off_the_lips(raised + _beside(face, *APPLE))
+    """What a smile does beside the mouth: cheeks and lower lids rise, the nose stays."""
+    lids = face.pose_unit("LeftLowerLidUp") + face.pose_unit("RightLowerLidUp")
+    return LID_RAISED * lids + face.off_the_lips(_beside(face, *LIFTED))
 
 
 def _curved(face: NeutralFace) -> np.ndarray:
