@@ -9,7 +9,7 @@ from recipes.head.anatomy import CONTACT_RING, CORNERS
 from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
 from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
-from recipes.head.lips import COLUMN_COUNT, PAIRS, RING_COUNT
+from recipes.head.lips import COLUMN_COUNT, FOLLOW, PAIRS, RING_COUNT
 from recipes.head.pulls import Fold, Pull, both_sides, pulled
 from recipes.head.tongue import along
 
@@ -73,6 +73,15 @@ FROWNED = (
     Pull((9, -89), (0, 1.6, 1.6), (9, 8)),
 )
 """What a frown does beside the mouth: the fold down from the corner, and the chin bunches."""
+UPPER_UP_M, UPPER_BACK_M, UPPER_ARC = 0.0065, 0.0012, 2.5
+"""How far the middle of the upper lip's edge rises, how far its border goes back with it, and the
+power of the way to the corner by which both are less."""
+SIDES_UP = (
+    Pull((14, -43), (0.4, 1.2, 0.2), (7, 7)),
+    Fold(((17, -40), (22, -46), (28, -53)), 0.8, 1.0, 3.4),
+)
+"""What a raised upper lip does beside itself: the nose's wing follows a little, the fold beside it
+deepens."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
 SMILE_ARC_M = 0.0013
 """How far lips lie under the straight line from the middle to a corner of a smile."""
@@ -222,13 +231,24 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         "mouthDimple": face.resealed(dimpled + thin["mouthDimple"])
         + face.off_the_lips(_beside(face, *DIMPLED)),
         "mouthLowerDown": _lower_half(face, face.expression("mouth-depression-retraction")),
-        "mouthUpperUp": face.expression("mouth-elevation"),
+        "mouthUpperUp": _upper_lip_up(face),
     }
     return {
         name + side: half
         for name, moved in sources.items()
         for side, half in face.halves(moved).items()
     }
+
+
+def _upper_lip_up(face: NeutralFace) -> np.ndarray:
+    """The upper lip rises in an arc and keeps its bow; corners and lower lip stay."""
+    upper = np.r_[0 : CORNERS[0], CORNERS[1] + 1 : COLUMN_COUNT]
+    arc = 1 - np.abs(face.lips.across[upper]) ** UPPER_ARC
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    moves[:, upper, 1] = UPPER_UP_M * FOLLOW[:, None] * arc
+    moves[:, upper, 2] = -UPPER_BACK_M * ((1 - FOLLOW) / (1 - FOLLOW[0]))[:, None] * arc
+    moves[CONTACT_RING:, :, 2] = 0
+    return face.lips.field(moves) + face.off_the_lips(_beside(face, *SIDES_UP))
 
 
 def _lower_half(face: NeutralFace, displacement: np.ndarray) -> np.ndarray:
