@@ -8,8 +8,8 @@ from elocute.numerics.smoothing import smoothstep
 from recipes.head.anatomy import CONTACT_RING, CORNERS
 from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
-from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
-from recipes.head.lips import COLUMN_COUNT, FOLLOW, PAIRS, RING_COUNT
+from recipes.head.lip_forms import LOWER_MIDDLE, Aperture, aperture_moves, carried_block, reach
+from recipes.head.lips import COLUMN_COUNT, FOLLOW, PAIRS, RING_COUNT, Lips
 from recipes.head.pulls import Fold, Pull, both_sides, pulled
 from recipes.head.tongue import along
 
@@ -41,11 +41,9 @@ PUCKER = Aperture(
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""
-CORNERS_FALL_M, CORNERS_IN_M = 0.0052, 0.0028
+CORNERS_FALL_M, CORNERS_IN_M = 0.0052, 0.0045
 """How far the corners fall with a wide open jaw, besides what its bone draws them, and how far they
 come in: a mouth opens round."""
-UPPER_FALL, LOWER_FALL = 2.4, 0.45
-"""Power of the way to the corner by which the upper lip falls too; from where on the lower does."""
 BELOW_M, BESIDE_M = 0.008, 0.016
 """Depth under the line of the lips from which what pulls the lower lip down is whole, and the
 distance beside the corners from which it is nothing."""
@@ -126,19 +124,20 @@ def _jaw_open(face: NeutralFace) -> np.ndarray:
     where = face.assembly.slices["tongue"]
     back = (along(face.vertices[where]) - TONGUE_SINKS_AT[0]) / TONGUE_SINKS_AT[1]
     moved[where, 1] -= TONGUE_SINKS_M * np.exp(-(back**2))
-    return moved + face.of_skin(face.lips.field(_corners_fall(face)))
+    rounded = _opened_round(face.lips, (face.vertices + moved)[face.skin_slice])
+    return moved + face.of_skin(face.lips.field(rounded))
 
 
-def _corners_fall(face: NeutralFace) -> np.ndarray:
-    """(ring, column, 3) m: the corners come down and in, the lips beside them less and less."""
-    contact = face.skin[face.lips.rings[CONTACT_RING], 0]
-    across = np.clip(contact / np.abs(contact[list(CORNERS)]).mean(), -1, 1)
-    fall = np.abs(across) ** UPPER_FALL
-    lower = slice(CORNERS[0] + 1, CORNERS[1])
-    fall[lower] = smoothstep(np.clip((np.abs(across[lower]) - LOWER_FALL) / (1 - LOWER_FALL), 0, 1))
+def _opened_round(lips: Lips, opened: np.ndarray) -> np.ndarray:
+    """(ring, column, 3) m: what makes an ellipse of the mouth that the jaw's bone has opened."""
+    contact, across = opened[lips.rings[CONTACT_RING]], lips.across
+    middle = np.full(COLUMN_COUNT, contact[0, 1])
+    middle[CORNERS[0] + 1 : CORNERS[1]] = contact[LOWER_MIDDLE, 1]
+    corner = contact[list(CORNERS), 1].mean() - CORNERS_FALL_M
+    ellipse = corner + (middle - corner) * np.sqrt(1 - across**2)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
     moves[:, :, 0] = -CORNERS_IN_M * across
-    moves[:, :, 1] = -CORNERS_FALL_M * fall
+    moves[:, :, 1] = ellipse - contact[:, 1]
     return moves
 
 
