@@ -14,29 +14,31 @@ from recipes.head.pulls import Fold, Pull, both_sides, pulled
 from recipes.head.tongue import along
 
 FUNNEL = Aperture(
-    half_width=9.4,
-    above=4.3,
-    below=3.55,
+    half_width=8.4,
+    above=4.8,
+    below=4.2,
     drop=0.9,
-    forward=6.0,
+    forward=6.5,
     corner_back=4.2,
-    evert_deg=14,
+    evert_deg=12,
+    fullness=1.5,
     thickness=0.92,
-    taper=0.10,
+    taper=0.30,
     roundness=0.75,
 )
 PUCKER = Aperture(
     half_width=7.3,
-    above=0.84,
-    below=0.38,
+    above=1.05,
+    below=0.6,
     drop=2.5,
-    forward=7.5,
+    forward=8.0,
     corner_back=4.4,
-    evert_deg=8,
+    evert_deg=6,
+    fullness=1.5,
     thickness=0.84,
-    taper=0.45,
+    taper=0.55,
     roundness=0.85,
-    hole=0.62,
+    hole=0.54,
     pinch=1.0,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
