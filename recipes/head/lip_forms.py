@@ -91,7 +91,8 @@ def _profile(profile: np.ndarray, form: Aperture, angle: float, side: float) -> 
     normal = (1 - form.roundness) * radial + form.roundness * ellipse
     normal /= np.linalg.norm(normal)
     thinner = 1 - form.taper * np.sin(angle) ** 2
-    along = offset[:, :2] @ radial * form.thickness * thinner
+    along = offset[:, :2] @ radial * form.thickness
+    along[:CONTACT_RING] *= thinner
     edge_to_edge = offset[0, 2] * (offset[:, :2] @ radial) / (offset[0, :2] @ radial)
     bulge = (offset[:, 2] - edge_to_edge)[:CONTACT_RING]
     depth = offset[:, 2].copy()

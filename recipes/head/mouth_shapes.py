@@ -14,12 +14,12 @@ from recipes.head.pulls import Fold, Pull, both_sides, pulled
 from recipes.head.tongue import along
 
 FUNNEL = Aperture(
-    half_width=8.4,
+    half_width=8.8,
     above=4.8,
     below=4.2,
     drop=0.9,
     forward=6.5,
-    corner_back=4.2,
+    corner_back=4.7,
     evert_deg=12,
     fullness=1.5,
     thickness=0.92,
@@ -32,7 +32,7 @@ PUCKER = Aperture(
     below=0.6,
     drop=2.5,
     forward=8.0,
-    corner_back=4.4,
+    corner_back=4.9,
     evert_deg=6,
     fullness=1.5,
     thickness=0.84,
