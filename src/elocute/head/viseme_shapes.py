@@ -26,13 +26,13 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthUpperUp", 0.08),
     },
     "DD": {
-        "jawOpen": 0.10,
+        "jawOpen": 0.07,
         "tongueTipUp": 1.0,
-        **_both("mouthLowerDown", 0.20),
+        **_both("mouthLowerDown", 0.27),
         **_both("mouthUpperUp", 0.04),
-        **_both("mouthStretch", 0.12),
+        **_both("mouthStretch", 0.18),
     },
-    "kk": {"jawOpen": 0.22, **_both("mouthUpperUp", 0.02)},
+    "kk": {"jawOpen": 0.25},
     "CH": {
         "jawOpen": 0.02,
         "mouthFunnel": 0.36,
@@ -48,8 +48,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
     "nn": {
         "jawOpen": 0.18,
         "tongueTipUp": 1.0,
-        **_both("mouthLowerDown", 0.05),
-        **_both("mouthUpperUp", 0.02),
+        **_both("mouthLowerDown", 0.08),
     },
     "RR": {"jawOpen": 0.11, "mouthFunnel": 0.28, "mouthPucker": 0.30},
     "aa": {
