@@ -73,7 +73,7 @@ FROWNED = (
     Pull((9, -89), (0, 1.6, 1.6), (9, 8)),
 )
 """What a frown does beside the mouth: the fold down from the corner, and the chin bunches."""
-UPPER_UP_M, UPPER_BACK_M, UPPER_ARC = 0.0065, 0.0012, 2.5
+UPPER_UP_M, UPPER_BACK_M, UPPER_ARC = 0.0067, 0.0012, 2.0
 """How far the middle of the upper lip's edge rises, how far its border goes back with it, and the
 power of the way to the corner by which both are less."""
 SIDES_UP = (
