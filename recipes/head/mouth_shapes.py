@@ -63,10 +63,10 @@ under it and beside the corner follows the corner, and a fold runs from the nose
 LID_RAISED = 0.36
 """Of MakeHuman's raised lower lid in a smile."""
 STRETCHED = (
-    Fold(((33, -54), (36, -65), (33, -77)), 1.3, 1.2),
+    Fold(((33, -54), (36, -65), (33, -77)), 1.0, 0.9, 4.0),
     Pull((40, -84), (3.0, -2.0, 0.0), (14, 13)),
 )
-DIMPLED = (Fold(((31, -56), (34, -64), (32, -72)), 2.0, 2.2),)
+DIMPLED = (Fold(((31, -56), (34, -64), (32, -72)), 1.5, 1.2, 4.0),)
 """What a stretched and a dimpled mouth do beside the corners."""
 FROWNED = (
     Fold(((28, -67), (31, -77), (29, -87)), 1.1, 1.0),
