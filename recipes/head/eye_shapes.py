@@ -16,9 +16,8 @@ WIDE = 1.7
 LID_DOWN, LID_UP = 0.14, 0.24
 """How far the lids follow a look down (of a blink) and up (of wide eyes)."""
 CHEEK = (
-    Pull((34, -23), (-1.0, 5.4, 3.8), (14, 11)),
-    Pull((44, -8), (-1.5, 1.6, 0.6), (9, 8)),
-    Fold(((17, -39), (22, -44), (28, -51)), 1.1, 1.0),
+    Pull((32, -22), (-0.3, 5.6, 3.2), (13, 9)),
+    Pull((52, -22), (-1.4, 4.4, 1.2), (13, 13)),
 )
 """The muscle round the eye: the cheek's apple rises, the skin beside the eye bunches."""
 LOWER_LID = 1.08
@@ -34,16 +33,19 @@ SNEER = (
     Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
 )
 """The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
-BLOWN, BUCCAL_MM, BUCCAL_REACH_MM = 0.70, (37, -56), (21, 26)
-"""Blown cheeks, of MakeHuman's, and where between cheekbone and jaw they are blown; see `Pull`."""
+BLOWN_MM, BLOWN_AT, BLOWN_REACH = 11.5, (42, -55, 4), (18, 18, 24)
+"""How far air blows a cheek out, and where, between the corner of the mouth and the cheekbone: as
+the place of a `Pull` and, third, mm before the eyes."""
+BLOWN_FROM = (18, -56, -26)
+"""From where air pushes."""
 FILLED = (
-    Pull((34, -58), (3.4, 0.0, 5.4), (16, 18)),
-    Pull((16, -49), (0.6, 0.6, 2.8), (12, 7)),
-    Pull((18, -84), (0.6, 0.0, 2.2), (12, 8)),
+    Pull((15, -50), (0.6, 0.6, 2.6), (12, 7)),
+    Pull((16, -83), (0.4, 0.0, 2.2), (13, 7)),
+    Pull((10, -66), (-0.3, 0.0, 2.2), (12, 12)),
 )
-"""What air does beside the corners of the mouth, and above and below them."""
-PUFFED_LIPS, PUFFED_M = 0.45, 0.0008
-"""How far lips follow blown cheeks, and how far they overlap then."""
+"""What air does above and below the lips, and how it pushes them out."""
+PUFFED_M = 0.0008
+"""How far lips overlap then."""
 NOSE_UP = 0.4
 """Of MakeHuman's raised wing in a sneer."""
 
@@ -66,9 +68,7 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
             "eyeWide": WIDE * wide,
             "eyeSquint": LOWER_LID * face.pose_unit(f"{side}LowerLidUp") + squint[side],
             "cheekSquint": face.off_the_lips(
-                0.75 * face.pose_unit(f"{side}CheekUp")
-                + 0.34 * face.pose_unit(f"{side}LowerLidUp")
-                + cheek[side]
+                0.34 * face.pose_unit(f"{side}LowerLidUp") + cheek[side]
             ),
             "noseSneer": face.resealed(
                 NOSE_UP * face.expression(f"nose-{low}-elevation") + sneer[side]
@@ -82,21 +82,21 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes["browInnerUp"] = 1.5 * face.of_skin(
         face.expression("eyebrows-left-inner-up") + face.expression("eyebrows-right-inner-up")
     )
-    blown = _blown(face)
-    beside = face.off_the_lips(blown)
-    shapes["cheekPuff"] = face.of_skin(
-        face.resealed(beside + PUFFED_LIPS * (blown - beside), PUFFED_M)
-    )
+    shapes["cheekPuff"] = face.of_skin(face.resealed(_blown(face), PUFFED_M))
     return shapes
 
 
 def _blown(face: NeutralFace) -> np.ndarray:
-    """Both cheeks full of air beside the mouth; the edge of the jaw stays."""
-    eye = face.assembly.eye_centre
-    place = np.stack([np.abs(face.skin[:, 0]), face.skin[:, 1] - eye[1]], 1) * 1000
-    buccal = np.exp(-(((place - BUCCAL_MM) / BUCCAL_REACH_MM) ** 2).sum(1))[:, None]
+    """Both cheeks full of air beside the mouth, as balls; the edge of the jaw stays."""
+    eye, side = face.assembly.eye_centre, np.sign(face.skin[:, [0]])
+    place = (face.skin - [0, eye[1], eye[2]]) * 1000
+    place[:, 0] = np.abs(place[:, 0])
+    outwards = place - BLOWN_FROM
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    share = np.exp(-(((place - BLOWN_AT) / BLOWN_REACH) ** 2).sum(1))[:, None]
+    ball = BLOWN_MM / 1000 * share * outwards * np.hstack([side, np.ones((len(side), 2))])
     filled = both_sides(face, pulled(face, *FILLED))
-    return BLOWN * buccal * face.pose_unit("CheeksPump") + filled["Left"] + filled["Right"]
+    return ball + filled["Left"] + filled["Right"]
 
 
 def _look(face: NeutralFace, way: str, side: str) -> np.ndarray:

@@ -14,7 +14,7 @@ FAN = 1.6
 """How the columns of a lip turn round the corner: 1 turns them evenly, more later."""
 STRETCHED = 0.8
 """Share of the bow of resting lips that round ones do not have: it would be a roof."""
-ARC = 0.58
+ARC = 0.5
 """Exponent of a round hole's height: 0.5 is an ellipse, more a lens."""
 
 
@@ -29,6 +29,7 @@ class Aperture:
     forward: float  # of the middle of the lips
     corner_back: float  # how far the corners lie behind the middle
     evert_deg: float = 0.0  # outward turn of the lips' profile
+    fullness: float = 1.0  # how far the red lip bulges before its edges against rest
     thickness: float = 1.0  # height of the red lip against rest
     taper: float = 0.0  # how much thinner the lips are at the corners than at rest
     roundness: float = 1.0  # 0 keeps the rest outline's normals, 1 takes the ellipse's
@@ -89,9 +90,13 @@ def _profile(profile: np.ndarray, form: Aperture, angle: float, side: float) -> 
         ellipse = np.array([np.sign(angle), 0.0])
     normal = (1 - form.roundness) * radial + form.roundness * ellipse
     normal /= np.linalg.norm(normal)
-    thinner = 1 - form.taper * np.abs(np.sin(angle)) ** 4
-    along = offset[:, :2] @ radial * form.thickness * thinner
-    depth = offset[:, 2]
+    thinner = 1 - form.taper * np.sin(angle) ** 2
+    along = offset[:, :2] @ radial * form.thickness
+    along[:CONTACT_RING] *= thinner
+    edge_to_edge = offset[0, 2] * (offset[:, :2] @ radial) / (offset[0, :2] @ radial)
+    bulge = (offset[:, 2] - edge_to_edge)[:CONTACT_RING]
+    depth = offset[:, 2].copy()
+    depth[:CONTACT_RING] += (form.fullness - 1) * bulge
     turn = np.radians(form.evert_deg) * np.clip(np.arange(RING_COUNT) / -9 + 1.2, 0, 1)
     turned = along * np.cos(turn) + depth * np.sin(turn) * 0.5
     raised = depth * np.cos(turn) + along * np.sin(turn)

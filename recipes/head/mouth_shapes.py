@@ -8,76 +8,80 @@ from elocute.numerics.smoothing import smoothstep
 from recipes.head.anatomy import CONTACT_RING, CORNERS
 from recipes.head.face import NeutralFace
 from recipes.head.jaw import FORWARD_M, OPEN_DEG, SIDE_DEG
-from recipes.head.lip_forms import Aperture, aperture_moves, carried_block, reach
-from recipes.head.lips import COLUMN_COUNT, PAIRS, RING_COUNT
+from recipes.head.lip_forms import LOWER_MIDDLE, Aperture, aperture_moves, carried_block, reach
+from recipes.head.lips import COLUMN_COUNT, FOLLOW, PAIRS, RING_COUNT, Lips
 from recipes.head.pulls import Fold, Pull, both_sides, pulled
 from recipes.head.tongue import along
 
 FUNNEL = Aperture(
-    half_width=9.4,
-    above=4.3,
-    below=3.55,
+    half_width=8.8,
+    above=4.8,
+    below=4.2,
     drop=0.9,
-    forward=6.0,
-    corner_back=4.2,
-    evert_deg=14,
+    forward=6.5,
+    corner_back=4.7,
+    evert_deg=12,
+    fullness=1.5,
     thickness=0.92,
-    taper=0.10,
+    taper=0.30,
     roundness=0.75,
 )
 PUCKER = Aperture(
     half_width=7.3,
-    above=0.84,
-    below=0.38,
+    above=1.05,
+    below=0.6,
     drop=2.5,
-    forward=7.5,
-    corner_back=4.4,
-    evert_deg=8,
+    forward=8.0,
+    corner_back=4.9,
+    evert_deg=6,
+    fullness=1.5,
     thickness=0.84,
-    taper=0.45,
+    taper=0.55,
     roundness=0.85,
-    hole=0.62,
+    hole=0.54,
     pinch=1.0,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""
-CORNERS_FALL_M, CORNERS_IN_M = 0.0052, 0.0028
+CORNERS_FALL_M, CORNERS_IN_M = 0.0052, 0.0045
 """How far the corners fall with a wide open jaw, besides what its bone draws them, and how far they
 come in: a mouth opens round."""
-UPPER_FALL, LOWER_FALL = 2.4, 0.45
-"""Power of the way to the corner by which the upper lip falls too; from where on the lower does."""
 BELOW_M, BESIDE_M = 0.008, 0.016
 """Depth under the line of the lips from which what pulls the lower lip down is whole, and the
 distance beside the corners from which it is nothing."""
 SUCKED = {"mouthFunnel": 0.35, "mouthPucker": 0.85}
 """How far cheeks are drawn in while lips are round, of MakeHuman's sucked cheeks."""
-SMILING = {
-    "LeftCheekUp": 0.75,
-    "RightCheekUp": 0.75,
-    "LeftLowerLidUp": 0.36,
-    "RightLowerLidUp": 0.36,
-    "NasolabialDeepener": 0.65,
-}
-"""MakeHuman's pose units in a smile."""
-APPLE = (
-    Pull((34, -28), (-0.6, 2.0, 3.0), (13, 11)),
-    Pull((37, -40), (0.8, 3.6, 4.6), (12, 11)),
-    Fold(((17, -39), (23, -46), (31, -54), (36, -61)), 1.2, 1.1, 3.6),
-    Pull((33, -66), (-0.4, 0, -1.1), (4, 5)),
+LIFTED = (
+    Pull((33, -27), (0.4, 5.4, 4.2), (12, 10)),
+    Pull((51, -25), (-0.5, 3.0, 1.2), (11, 11)),
+    Pull((44, -40), (1.4, 3.8, 2.4), (12, 13)),
+    Pull((43, -69), (0.8, 2.0, -1.4), (9, 11)),
+    Fold(((17, -40), (22, -47), (29, -55), (35, -64)), 1.2, 2.2, 3.8),
 )
-"""What a smile has more: the cheek's apple, the fold from the nose's wing round the corner, and a
-dimple beside it."""
+"""What a smile does beside the mouth: the cheek's apple rises and bunches below the eye, the cheek
+under it and beside the corner follows the corner, and a fold runs from the nose's wing round it."""
+LID_RAISED = 0.36
+"""Of MakeHuman's raised lower lid in a smile."""
 STRETCHED = (
-    Fold(((33, -54), (36, -65), (33, -77)), 1.3, 1.2),
+    Fold(((33, -54), (36, -65), (33, -77)), 1.0, 0.9, 4.0),
     Pull((40, -84), (3.0, -2.0, 0.0), (14, 13)),
 )
-DIMPLED = (Fold(((31, -56), (34, -64), (32, -72)), 2.0, 2.2),)
+DIMPLED = (Fold(((31, -56), (34, -64), (32, -72)), 1.5, 1.2, 4.0),)
 """What a stretched and a dimpled mouth do beside the corners."""
 FROWNED = (
     Fold(((28, -67), (31, -77), (29, -87)), 1.1, 1.0),
     Pull((9, -89), (0, 1.6, 1.6), (9, 8)),
 )
 """What a frown does beside the mouth: the fold down from the corner, and the chin bunches."""
+UPPER_UP_M, UPPER_BACK_M, UPPER_ARC = 0.0067, 0.0012, 2.0
+"""How far the middle of the upper lip's edge rises, how far its border goes back with it, and the
+power of the way to the corner by which both are less."""
+SIDES_UP = (
+    Pull((14, -43), (0.4, 1.2, 0.2), (7, 7)),
+    Fold(((17, -40), (22, -46), (28, -53)), 0.8, 1.0, 3.4),
+)
+"""What a raised upper lip does beside itself: the nose's wing follows a little, the fold beside it
+deepens."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
 SMILE_ARC_M = 0.0013
 """How far lips lie under the straight line from the middle to a corner of a smile."""
@@ -122,19 +126,20 @@ def _jaw_open(face: NeutralFace) -> np.ndarray:
     where = face.assembly.slices["tongue"]
     back = (along(face.vertices[where]) - TONGUE_SINKS_AT[0]) / TONGUE_SINKS_AT[1]
     moved[where, 1] -= TONGUE_SINKS_M * np.exp(-(back**2))
-    return moved + face.of_skin(face.lips.field(_corners_fall(face)))
+    rounded = _opened_round(face.lips, (face.vertices + moved)[face.skin_slice])
+    return moved + face.of_skin(face.lips.field(rounded))
 
 
-def _corners_fall(face: NeutralFace) -> np.ndarray:
-    """(ring, column, 3) m: the corners come down and in, the lips beside them less and less."""
-    contact = face.skin[face.lips.rings[CONTACT_RING], 0]
-    across = np.clip(contact / np.abs(contact[list(CORNERS)]).mean(), -1, 1)
-    fall = np.abs(across) ** UPPER_FALL
-    lower = slice(CORNERS[0] + 1, CORNERS[1])
-    fall[lower] = smoothstep(np.clip((np.abs(across[lower]) - LOWER_FALL) / (1 - LOWER_FALL), 0, 1))
+def _opened_round(lips: Lips, opened: np.ndarray) -> np.ndarray:
+    """(ring, column, 3) m: what makes an ellipse of the mouth that the jaw's bone has opened."""
+    contact, across = opened[lips.rings[CONTACT_RING]], lips.across
+    middle = np.full(COLUMN_COUNT, contact[0, 1])
+    middle[CORNERS[0] + 1 : CORNERS[1]] = contact[LOWER_MIDDLE, 1]
+    corner = contact[list(CORNERS), 1].mean() - CORNERS_FALL_M
+    ellipse = corner + (middle - corner) * np.sqrt(1 - across**2)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
     moves[:, :, 0] = -CORNERS_IN_M * across
-    moves[:, :, 1] = -CORNERS_FALL_M * fall
+    moves[:, :, 1] = ellipse - contact[:, 1]
     return moves
 
 
@@ -157,11 +162,9 @@ def _sucked_cheeks(face: NeutralFace) -> np.ndarray:
 
 
 def _smiling_cheeks(face: NeutralFace) -> np.ndarray:
-    """What a smile does beside the mouth: cheeks and lower lids rise, the fold from the nose to
-    the corner deepens."""
-    units = {name: face.pose_unit(name) for name in SMILING}
-    raised = np.sum([SMILING[name] * units[name] for name in SMILING], axis=0)
-    return face.off_the_lips(raised + _beside(face, *APPLE))
+    """What a smile does beside the mouth: cheeks and lower lids rise, the nose stays."""
+    lids = face.pose_unit("LeftLowerLidUp") + face.pose_unit("RightLowerLidUp")
+    return LID_RAISED * lids + face.off_the_lips(_beside(face, *LIFTED))
 
 
 def _curved(face: NeutralFace) -> np.ndarray:
@@ -229,13 +232,24 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         "mouthDimple": face.resealed(dimpled + thin["mouthDimple"])
         + face.off_the_lips(_beside(face, *DIMPLED)),
         "mouthLowerDown": _lower_half(face, face.expression("mouth-depression-retraction")),
-        "mouthUpperUp": face.expression("mouth-elevation"),
+        "mouthUpperUp": _upper_lip_up(face),
     }
     return {
         name + side: half
         for name, moved in sources.items()
         for side, half in face.halves(moved).items()
     }
+
+
+def _upper_lip_up(face: NeutralFace) -> np.ndarray:
+    """The upper lip rises in an arc and keeps its bow; corners and lower lip stay."""
+    upper = np.r_[0 : CORNERS[0], CORNERS[1] + 1 : COLUMN_COUNT]
+    arc = 1 - np.abs(face.lips.across[upper]) ** UPPER_ARC
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    moves[:, upper, 1] = UPPER_UP_M * FOLLOW[:, None] * arc
+    moves[:, upper, 2] = -UPPER_BACK_M * ((1 - FOLLOW) / (1 - FOLLOW[0]))[:, None] * arc
+    moves[CONTACT_RING:, :, 2] = 0
+    return face.lips.field(moves) + face.off_the_lips(_beside(face, *SIDES_UP))
 
 
 def _lower_half(face: NeutralFace, displacement: np.ndarray) -> np.ndarray:
