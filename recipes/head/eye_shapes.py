@@ -33,7 +33,7 @@ SNEER = (
     Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
 )
 """The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
-BLOWN_MM, BLOWN_AT, BLOWN_REACH = 11.5, (42, -55, 4), (18, 18, 24)
+BLOWN_MM, BLOWN_AT, BLOWN_REACH = 12.5, (44, -51, 1), (18, 17, 24)
 """How far air blows a cheek out, and where, between the corner of the mouth and the cheekbone: as
 the place of a `Pull` and, third, mm before the eyes."""
 BLOWN_FROM = (18, -56, -26)
