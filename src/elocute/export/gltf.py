@@ -7,6 +7,7 @@ the jaw joint is there to pose, and rests. What was done to fit the format stand
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,15 +29,17 @@ from elocute.export.gltf_file import (
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
 from elocute.export.render.images import Image, open_pixels
-from elocute.export.render.parts import exposure_of, mean_skin, rounded_normals, strands
-from elocute.export.render.shading import finish_of, socket_shade, to_linear
+from elocute.export.render.parts import mean_skin, rounded_normals, strands
+from elocute.export.render.shading import finish_of, socket_shade, to_linear, to_srgb
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.export.sunk_irises import sunk
 from elocute.files.atomic import write_atomically
+from elocute.files.mesh_part import PICTURE_SIDE_MAX
 from elocute.files.output_plan import OutputPlan
 from elocute.head.folds import ZONES
 from elocute.head.looks.folds import folds_of
+from elocute.head.looks.pictures import jpeg
 from elocute.head.model import HeadModel
 from elocute.head.normals import (
     linear_colors,
@@ -48,7 +51,10 @@ from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
 
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
-SKIN_WARMTH, SKIN_SIDE = (1.0, 0.95, 0.91), 256  # pixels that tell its mean
+# Linear skin that stays as it is for other programs, whose lights are whiter and whose tone curves
+# are steeper than ours, and how far that of others comes to it: pale skin would be chalk, dark red.
+KEPT_SKIN, KEPT_POWER = (0.19, 0.080, 0.047), (0.27, 0.365, 0.45)
+SKIN_SIDE = 256  # pixels that tell its mean
 DEEPEST_HAIR = 0.13  # linear share of its colour
 FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
 # Of what is stored: a metre's are of a micrometre.
@@ -190,7 +196,7 @@ def animated_file(motion: Motion, options: GlbOptions, for_viewer: bool = False)
         For a head with an image that is none.
     """
     file = GltfFile()
-    head = motion.head
+    head = motion.head if for_viewer else _with_skin_for_engines(motion.head)
     shapes = target_shapes(head, options.profile, options.visemes)
     materials = add_materials(file, head, folds=for_viewer)
     file.json["asset"] |= {"copyright": head.notice} if head.notice else {}
@@ -366,26 +372,31 @@ def _for_engines(
 ) -> NDArray[np.float32]:
     """Colours for where shadows are not drawn, nor the light that comes through skin: eyes lie in
     their sockets, else they would stare; the deepest hair is no black, else its ends would be
-    specks between lit hair; skin is exposed as in our pictures, and warmer, else it is wax."""
+    specks between lit hair."""
     shaded = colors.copy()
-    skin, eyes, hair = (_vertices_of(head, name) for name in ("skin", "eyeball", "hair"))
-    shaded[skin] *= _skin_exposure(head) * np.array(SKIN_WARMTH, np.float32)
+    eyes, hair = (_vertices_of(head, name) for name in ("eyeball", "hair"))
     shaded[eyes] *= socket_shade(normals[eyes])
     if "hair" in head.surfaces:
         shaded[hair] = np.maximum(shaded[hair], np.float32(DEEPEST_HAIR))
     return shaded
 
 
-def _skin_exposure(head: HeadModel) -> np.float32:
-    """How much darker than it is our pictures show pale skin with an image."""
-    surface = head.surfaces.get("skin", Surface())
-    if not surface.color:
-        return np.float32(1)
+def _with_skin_for_engines(head: HeadModel) -> HeadModel:
+    """A head whose skin, where it has an image, other programs draw as our pictures show it."""
+    skin = head.surfaces.get("skin", Surface())
+    if not skin.color:
+        return head
+    pixels = open_pixels(skin.color, "color of the material 'skin'", PICTURE_SIDE_MAX, HeadError)
     vertices, texels, faces = corners_of(head, head.material_names.index("skin"))
-    image = Image(open_pixels(surface.color, "color of skin", SKIN_SIDE, HeadError), True)
-    colors = to_linear(head.vertex_color[vertices] / np.float32(255))
-    exposure = exposure_of(mean_skin(colors[faces], head.uv[texels[faces]], surface, image))
-    return np.float32(min(exposure, 1.0))
+    colors = to_linear(head.vertex_color[vertices[faces]] / np.float32(255))
+    small = Image(open_pixels(skin.color, "color of skin", SKIN_SIDE, HeadError), True)
+    mean = mean_skin(colors, head.uv[texels[faces]], skin, small)
+    factor = (np.array(KEPT_SKIN) / np.maximum(mean, 1e-3)) ** np.array(KEPT_POWER)
+    linear = to_linear(np.arange(256, dtype=np.float32) / 255)
+    shown = to_srgb(np.minimum(linear[:, None] * factor, 1).astype(np.float32))
+    table = np.round(255 * shown).clip(0, 255).astype(np.uint8)
+    color = jpeg(np.stack([table[pixels[..., k], k] for k in range(3)], axis=-1))
+    return replace(head, surfaces={**head.surfaces, "skin": replace(skin, color=color)})
 
 
 def _facing_out(
