@@ -17,9 +17,9 @@ TONES = {"light": 0.16, "dark": 0.84}
 """Their place on the scale of `elocute.head.skin_tone`."""
 TONE_STRENGTH = 0.85
 """How far the blend is moved to the tone's own colour."""
-FLUSH, FLUSH_MEAN = (1.03, 0.70, 0.68), 0.47
+FLUSH, FLUSH_MEAN = (1.03, 0.64, 0.62), 0.47
 """What skin that blood shows through keeps of its colour, against skin without any; its mean."""
-FLUSH_OF_DARK = 0.3
+FLUSH_OF_DARK = 0.4
 """How much of that is seen in the darkest skin."""
 FRECKLE = (0.72, 0.50, 0.40)
 STUBBLE_STRENGTH = 0.55
