@@ -50,7 +50,7 @@ LIP_ENDS_MM, LIP_END = (0.5, 8.5), 0.35
 at the corners, where it comes to an end in skin, not in a point."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
-NOSE_BASE, NOSE_WINGS = (0, -50, 20, 17), (19, -42, 11, 12)
+NOSE_BASE, NOSE_WINGS = (0, -50, 18, 16), (16, -41, 7, 9)
 """Where it is evened under the nose and beside its wings: middle and half size, mm, from the middle
 of the face and from the eyes' height."""
 NOSTRIL_MM, NOSTRIL = ((9.3, -39.2, -10.6), 3.3), (0.46, 0.35, 0.33)
@@ -68,7 +68,7 @@ VEIN_OF_SKIN = (0.92, 0.86, 0.90)
 RIM_OF_SKIN, RIM_FLESH, RIM_IS_FLESH = (0.97, 0.79, 0.785), (0.84, 0.52, 0.49), 0.12
 LASH_LINE_OF_SKIN = (0.58, 0.48, 0.46)
 """The edges of lids are wet, and flesh of the same red in everybody; roots of lashes are dark."""
-CARUNCLE_MM, CARUNCLE = (1.2, 1.5), 0.6
+CARUNCLE_MM, CARUNCLE = (1.2, 1.8), 0.8
 """The flesh in the inner corner of an eye: how far outwards of the corner, its half size; how far
 it covers the skin there."""
 FOREHEAD_OF_SKIN = (1.0, 0.995, 0.955)
@@ -399,8 +399,9 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     height = depth * fine * bare * outside * (1 - np.maximum(masks.plain, masks.round_eye))
     bare *= 1 - 0.6 * masks.plain
     pores, grain = masks.relief
-    wide = PORES[0] + (PORES[1] - PORES[0]) * masks.pored
-    height -= bare * outside * (wide * pores + GRAIN * grain + 0.003 * noise(1, size, 0.9 * scale))
+    deep, furrowed = (few + (many - few) * masks.pored for few, many in (PORES, GRAIN))
+    rough = deep * pores + furrowed * grain + 0.003 * noise(1, size, 0.9 * scale)
+    height -= bare * outside * rough
     height -= LIP_CREASE_DEPTH * masks.lip * _lip_creases(size)
     height -= CREASE_DEPTH * masks.crease
     wide_px, high_px = LID_CREPE_PX
@@ -447,11 +448,11 @@ PORE_SHADE, MOTTLE = 0.07, 0.014
 """How much darker pores are; deviation of green, by which skin is redder here than there."""
 PITCH_MM, PORE_WIDTH = (0.95, 1.6), 0.26
 """Between pores, on the whole and beside the nose; their width by that."""
-PORES, GRAIN = (0.045, 0.065), 0.026
-"""Depth of pores where there are few, and beside the nose; of the furrows between."""
+PORES, GRAIN = (0.030, 0.065), (0.016, 0.026)
+"""Depth of pores, and of the furrows between, on the whole and beside the nose."""
 NORMALS = {
-    "young": ("young_lightskinned_female2", 0.7),
-    "middle": ("middleage_lightskinned_male", 0.85),
+    "young": ("young_lightskinned_female2", 0.5),
+    "middle": ("middleage_lightskinned_male", 0.65),
     "old": ("old_darkskinned_male", 1.3),
 }
 """Source of the relief and its depth."""

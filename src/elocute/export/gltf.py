@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import HeadError
 from elocute.export.gltf_character import character_glb
 from elocute.export.gltf_file import (
     ARRAY_BUFFER,
@@ -28,18 +27,16 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
-from elocute.export.render.images import Image, open_pixels
-from elocute.export.render.parts import mean_skin, rounded_normals, strands
-from elocute.export.render.shading import finish_of, socket_shade, to_linear, to_srgb
+from elocute.export.render.parts import rounded_normals, strands
+from elocute.export.render.shading import finish_of, socket_shade
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.export.sunk_irises import sunk
 from elocute.files.atomic import write_atomically
-from elocute.files.mesh_part import PICTURE_SIDE_MAX
 from elocute.files.output_plan import OutputPlan
 from elocute.head.folds import ZONES
 from elocute.head.looks.folds import folds_of
-from elocute.head.looks.pictures import jpeg
+from elocute.head.looks.skin import picture_for_engines
 from elocute.head.model import HeadModel
 from elocute.head.normals import (
     linear_colors,
@@ -51,10 +48,6 @@ from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
 
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
-# Linear skin that stays as it is for other programs, whose lights are whiter and whose tone curves
-# are steeper than ours, and how far that of others comes to it: pale skin would be chalk, dark red.
-KEPT_SKIN, KEPT_POWER = (0.19, 0.080, 0.047), (0.27, 0.365, 0.45)
-SKIN_SIDE = 256  # pixels that tell its mean
 DEEPEST_HAIR = 0.13  # linear share of its colour
 FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
 # Of what is stored: a metre's are of a micrometre.
@@ -382,20 +375,12 @@ def _for_engines(
 
 
 def _with_skin_for_engines(head: HeadModel) -> HeadModel:
-    """A head whose skin, where it has an image, other programs draw as our pictures show it."""
+    """A head whose skin other programs draw as our pictures show it. Those of looks alone, which
+    are the ones with folds: pictures from elsewhere stay as they are."""
     skin = head.surfaces.get("skin", Surface())
-    if not skin.color:
+    if not skin.folds:
         return head
-    pixels = open_pixels(skin.color, "color of the material 'skin'", PICTURE_SIDE_MAX, HeadError)
-    vertices, texels, faces = corners_of(head, head.material_names.index("skin"))
-    colors = to_linear(head.vertex_color[vertices[faces]] / np.float32(255))
-    small = Image(open_pixels(skin.color, "color of skin", SKIN_SIDE, HeadError), True)
-    mean = mean_skin(colors, head.uv[texels[faces]], skin, small)
-    factor = (np.array(KEPT_SKIN) / np.maximum(mean, 1e-3)) ** np.array(KEPT_POWER)
-    linear = to_linear(np.arange(256, dtype=np.float32) / 255)
-    shown = to_srgb(np.minimum(linear[:, None] * factor, 1).astype(np.float32))
-    table = np.round(255 * shown).clip(0, 255).astype(np.uint8)
-    color = jpeg(np.stack([table[pixels[..., k], k] for k in range(3)], axis=-1))
+    color = picture_for_engines(skin.color)
     return replace(head, surfaces={**head.surfaces, "skin": replace(skin, color=color)})
 
 

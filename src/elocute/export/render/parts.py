@@ -174,8 +174,7 @@ class Parts:
         for part in self.parts:
             if finish_of(part.name) is finish_of("skin"):
                 corners = part.triangles.ravel()
-                mean = mean_skin(self.color[corners], self.at[corners], part.surface, part.color)
-                return float(mean[1])
+                return mean_skin(self.color[corners], self.at[corners], part.surface, part.color)
         return EXPOSED_AS
 
     def exposure(self, rig: Rig) -> float:
@@ -183,12 +182,10 @@ class Parts:
         return rig.exposure * exposure_of(self.skin_color)
 
 
-def mean_skin(
-    colors: FloatArray, at: FloatArray, surface: Surface, image: Image | None
-) -> FloatArray:
-    """Mean linear colour (3,) of skin with vertex colours (corner, 3) at places (corner, 2)."""
-    painted = colors if image is None else colors * image.texels(at)[:, :3]
-    return painted.mean(axis=0) * np.array(surface.tint, np.float32)
+def mean_skin(colors: FloatArray, at: FloatArray, surface: Surface, image: Image | None) -> float:
+    """Mean linear colour (green) of skin with vertex colours (corner, 3) at places (corner, 2)."""
+    green = colors[:, 1] if image is None else colors[:, 1] * image.texels(at)[:, 1]
+    return float(green.mean()) * surface.tint[1]
 
 
 def exposure_of(skin_color: float) -> float:
