@@ -98,7 +98,7 @@ def _sclera(angle: np.ndarray, around: np.ndarray) -> np.ndarray:
     """Off-white, yellower here and there; pink and veined towards the corners."""
     corner = _eased((angle - 0.42) / 0.62) * (0.35 + 0.65 * np.cos(around) ** 2)
     colour = np.array(SCLERA) + CORNERS * corner[..., None] * np.subtract(FAR_SCLERA, SCLERA)
-    flesh = (_eased((angle - 0.72) / 0.26) * np.cos(around) ** 2)[..., None]
+    flesh = (_eased((angle - 0.66) / 0.24) * np.cos(around) ** 2)[..., None]
     colour = colour + 0.9 * flesh * (np.array(FLESH) - colour)
     colour = colour * (1 + 0.012 * noise(35, SIZE, 18)[..., None] * np.array([0.4, 1.0, 1.6]))
     share = VESSEL_STRENGTH * _vessels()[..., None]

@@ -54,32 +54,32 @@ class Lid:
     hairs: int
     strong: float
     thick: tuple[float, float]
-    tufted: float = 0.45
+    tufted: float = 0.30
     bowed: float = 0.006
 
 
 UPPER = Lid(
-    True, 8.6, (0.40, 0.62, 0.80, 0.92, 1.0, 1.0, 0.85), 1.0, 0.24, 0.85, 0.55, 175, 1.0, (4.6, 7.6)
+    True, 7.9, (0.40, 0.62, 0.80, 0.92, 1.0, 1.0, 0.85), 1.0, 0.24, 0.85, 0.55, 250, 1.0, (3.4, 5.2)
 )
 LOWER = Lid(
     False,
-    4.6,
+    4.0,
     (0.35, 0.55, 0.75, 0.90, 1.0, 1.0, 0.8),
     0.9,
     -0.65,
     -0.35,
     0.40,
-    74,
-    0.78,
-    (4.0, 6.0),
+    120,
+    0.7,
+    (2.8, 4.2),
     tufted=0.18,
     bowed=0.0025,
 )
 PICTURES = {
     "lashes": (UPPER, LOWER),
     "sparse": (
-        replace(UPPER, hairs=105, strong=0.85, thick=(3.8, 6.0)),
-        replace(LOWER, hairs=44, strong=0.65, thick=(3.4, 5.2)),
+        replace(UPPER, hairs=170, strong=0.85, thick=(2.9, 4.3)),
+        replace(LOWER, hairs=80, strong=0.6, thick=(2.4, 3.6)),
     ),
 }
 """Of the upper lid and the lower: full ones, and fewer and finer ones, as most men have."""
@@ -167,24 +167,27 @@ def picture(lids: tuple[Lid, Lid]) -> np.ndarray:
         _drawn(draw, lid, rng)
     small = np.asarray(alpha.resize((WIDTH_PX, HEIGHT_PX), Image.Resampling.BOX), float) / 255
     white = np.ones_like(small)
-    return np.dstack([white, white, white, np.clip(1.6 * small, 0, 1)])
+    return np.dstack([white, white, white, np.clip(1.5 * small, 0, 1)])
 
 
 def _drawn(draw: ImageDraw.ImageDraw, lid: Lid, rng: np.random.Generator) -> None:
-    wide, high = WIDTH_PX * FINER, HEIGHT_PX * FINER // 2
+    across, high = WIDTH_PX * FINER, HEIGHT_PX * FINER // 2
     floor = high if lid.upper else 2 * high
-    t = np.linspace(0, 1, 10)
-    roots = np.sort(rng.uniform(0.02, 0.985, lid.hairs))
+    t = np.linspace(0, 1, 14)
+    places = (np.arange(lid.hairs) + rng.uniform(-0.3, 1.3, lid.hairs)) / lid.hairs
+    roots = np.sort(0.02 + 0.965 * places.clip(0, 1))
     # Tips of neighbours meet in tufts.
     tufts = np.sort(rng.uniform(0.02, 1.0, lid.hairs // 3))
     for root in roots:
         tuft = tufts[np.abs(tufts - root).argmin()]
         tip = root + lid.tufted * (tuft - root) + 0.012 * (root - 0.35) + 0.004 * rng.normal()
         bow = lid.bowed * rng.normal()
-        x = wide * (root + (tip - root) * t**1.3 + bow * np.sin(np.pi * t))
+        x = across * (root + (tip - root) * t**1.3 + bow * np.sin(np.pi * t))
         y = floor - high * 0.97 * rng.uniform(0.55, 1.0) * t
         strong = lid.strong * rng.uniform(0.75, 1.0)
         thick = rng.uniform(*lid.thick)
         for k, (a, b) in enumerate(pairwise(zip(x, y, strict=True))):
-            line = max(1, round(thick * (1 - 0.85 * t[k])))
-            draw.line([*a, *b], fill=round(255 * strong), width=line)
+            wide = thick * (1 - t[k]) ** 0.8
+            # No line is thinner than a pixel: it is paler instead.
+            fill = round(255 * strong * min(wide, 1))
+            draw.line([*a, *b], fill=fill, width=max(1, round(wide)))

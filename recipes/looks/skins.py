@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +50,12 @@ LIP_ENDS_MM, LIP_END = (0.5, 8.5), 0.35
 at the corners, where it comes to an end in skin, not in a point."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
+NOSE_BASE, NOSE_WINGS = (0, -50, 18, 16), (16, -41, 7, 9)
+"""Where it is evened under the nose and beside its wings: middle and half size, mm, from the middle
+of the face and from the eyes' height."""
+NOSTRIL_MM, NOSTRIL = ((9.3, -39.2, -10.6), 3.3), (0.46, 0.35, 0.33)
+"""Middle and half size of a nostril, mm; what its inside, where light hardly comes, keeps of the
+colour of skin."""
 LID_OF_SKIN = {"light": (0.95, 0.89, 0.88), "dark": (0.80, 0.75, 0.73)}
 NEAR_LID_OF_SKIN = (0.955, 0.905, 0.905)
 """Lids are thin and redder than the skin round them, which comes to their colour by and by."""
@@ -62,10 +68,16 @@ VEIN_OF_SKIN = (0.92, 0.86, 0.90)
 RIM_OF_SKIN, RIM_FLESH, RIM_IS_FLESH = (0.97, 0.79, 0.785), (0.84, 0.52, 0.49), 0.12
 LASH_LINE_OF_SKIN = (0.58, 0.48, 0.46)
 """The edges of lids are wet, and flesh of the same red in everybody; roots of lashes are dark."""
+CARUNCLE_MM, CARUNCLE = (1.2, 1.8), 0.8
+"""The flesh in the inner corner of an eye: how far outwards of the corner, its half size; how far
+it covers the skin there."""
+FOREHEAD_OF_SKIN = (1.0, 0.995, 0.955)
+JAW_OF_SKIN = {"light": (0.955, 0.97, 0.99), "dark": (0.96, 0.965, 0.98)}
+"""There is little blood over the bone of a forehead; hair that is shaven off shimmers through."""
 UNDER_EYE_OF_SKIN = {"light": (0.935, 0.925, 0.955), "dark": (0.96, 0.945, 0.935)}
 ROUND_EYE = {"light": 1.0, "dark": 0.35}
 """How much of a lid's colour the skin round the eye takes: in dark skin it would be a bruise."""
-EVENED_HUE, EVENED_LIGHT, EVENED_ORBIT = 0.85, 0.60, 0.9
+EVENED_HUE, EVENED_ORBIT, EVENED_LIGHT = 0.85, 0.9, {"light": 0.60, "dark": 0.85}
 """How far patches of another hue or brightness come to the colour of the cheeks; round eyes."""
 ORBIT_EVENED = 1.0
 """How far the shade between lid and brow, painted as if by a light, gives way to skin."""
@@ -101,8 +113,14 @@ class Masks:
         red = LIP_END + (1 - LIP_END) * smoothstep(along)
         self.red = blurred(canvas.spread(red, size), size / 400).clip(0, 1)
         beside = np.exp(-((away / CORNER_MM) ** 2))
-        self.corner = blurred(canvas.spread(beside, size), size / 250) * (1 - self.lip)
         front = at[:, 2] > -75
+        x, y = np.abs(at[:, 0]), at[:, 1]
+        nose = [
+            np.exp(-(((x - across) / wide) ** 4) - ((y - up) / high) ** 4) * front
+            for across, up, wide, high in (NOSE_BASE, NOSE_WINGS)
+        ]
+        plain = np.maximum.reduce([beside, *nose])
+        self.plain = blurred(canvas.spread(plain, size), size / 250) * (1 - self.lip)
         crown = np.clip((at[:, 1] - 55) / 14, 0, 1)
         behind = np.clip((-95 - at[:, 2]) / 14, 0, 1) * np.clip((at[:, 1] + 62) / 20, 0, 1)
         scalp = np.maximum(crown, behind)
@@ -112,7 +130,6 @@ class Masks:
         )
         self.lid = lids.lids(canvas, size)
         self.near_lid = (1.6 * blurred(self.lid, size / 110)).clip(0, 1)
-        x, y = np.abs(at[:, 0]), at[:, 1]
         orbit = (x > 12) & (x < 48) & (y > 1) & (y < 24)
         corner = (x > 42) & (x < 66) & (y > -11) & (y < 9)
         self.orbit = (1.4 * canvas.chosen(front & (orbit | corner), size, 1 / 60)).clip(0, 1)
@@ -133,6 +150,27 @@ class Masks:
         self.round_eye = canvas.spread(np.exp(-(within**4)) * front, size).clip(0, 1)
         self.rim = lids.rims(canvas, size)
         self.crease, self.lid_fold, self.lash_line = lids.lines(canvas, size)
+        forehead = np.exp(-((x / 55) ** 4) - ((y - 48) / 26) ** 4) * front
+        self.forehead = canvas.spread(forehead, size).clip(0, 1)
+        self.millimetres = np.stack([canvas.spread(at[:, k], size) for k in range(3)], -1)
+
+        outwards, half = CARUNCLE_MM
+        inner = at[head.landmarks[[39, 42]]]
+        self.caruncle = self._round(inner + outwards * np.sign(inner[:, :1]) * [1, 0, 0], half)
+
+        middle, half = NOSTRIL_MM
+        self.nostril = self._round(np.array([middle, middle * np.array([-1, 1, 1])]), half)
+
+    def _round(self, middles: np.ndarray, half: float) -> np.ndarray:
+        """Soft discs round places (n, 3) mm."""
+        away = np.linalg.norm(self.millimetres[..., None, :] - middles, axis=-1).min(axis=-1)
+        return np.exp(-((away / half) ** 4))
+
+    @cached_property
+    def relief(self) -> tuple[np.ndarray, np.ndarray]:
+        """Pores, 0..1, and the furrows between fine fields of skin; both larger beside the nose."""
+        fine, coarse = (_cells(self.millimetres, pitch) for pitch in PITCH_MM)
+        return tuple(a + (b - a) * self.pored for a, b in zip(fine, coarse, strict=True))
 
 
 def beard(canvas: Canvas, size: int) -> np.ndarray:
@@ -178,11 +216,12 @@ def skin(folder: Path, name: str, masks: Masks, size: int) -> np.ndarray:
     colour = _plain_lids(colour, masks, tone)
     colour = _without_orange(colour, masks)
     colour = _without_glints(colour, masks)
-    colour = _evened(colour, masks)
-    colour = _plain_corners(colour, masks)
+    colour = _evened(colour, masks, tone)
+    colour = _plain_mouth(colour, masks)
     colour = _plain_ears(colour, masks)
     colour = _natural_lips(colour, masks, f"{tone}_{sex}")
     colour = _eyes_bedded(colour, masks, tone)
+    colour = _toned(colour, masks, tone, sex)
     colour = _mottled(colour, masks)
     colour[socket_patch(size)] = np.array(SOCKET) * np.clip(_skin_colour(colour, masks) * 1.3, 0, 1)
     return colour.clip(0, 1)
@@ -250,7 +289,7 @@ def _without_glints(colour: np.ndarray, masks: Masks) -> np.ndarray:
     return colour / (over**share)[..., None]
 
 
-def _evened(colour: np.ndarray, masks: Masks) -> np.ndarray:
+def _evened(colour: np.ndarray, masks: Masks, tone: str) -> np.ndarray:
     """Large patches nearer to the colour of the cheeks: painted light, and hues that no blood
     gives. What blood does give is laid over a skin later."""
     size = colour.shape[0]
@@ -260,7 +299,7 @@ def _evened(colour: np.ndarray, masks: Masks) -> np.ndarray:
     hue = plain / wide / light
     bare = (1 - masks.lip) * (1 - masks.scalp.clip(0, 1)) * (1 - masks.ear)
     bare *= np.maximum(((masks.open - 0.55) / 0.25).clip(0, 1), masks.orbit)
-    bright = bare * (EVENED_LIGHT + (EVENED_ORBIT - EVENED_LIGHT) * masks.orbit)
+    bright = bare * np.maximum(EVENED_LIGHT[tone], EVENED_ORBIT * masks.orbit)
     return colour * light ** bright[..., None] * hue ** (EVENED_HUE * bare)[..., None]
 
 
@@ -276,28 +315,40 @@ def _eyes_bedded(colour: np.ndarray, masks: Masks, tone: str) -> np.ndarray:
         (masks.lash_line, LASH_LINE_OF_SKIN),
     ):
         colour = colour * (1 - share[..., None] * (1 - np.array(factor)))
-    flesh = RIM_IS_FLESH * masks.rim[..., None] * (1 - masks.lash_line[..., None])
+    flesh = RIM_IS_FLESH * masks.rim * (1 - masks.lash_line)
+    flesh = np.maximum(flesh, CARUNCLE * masks.caruncle)[..., None]
     return colour * (1 - flesh) + np.array(RIM_FLESH) * flesh
+
+
+def _toned(colour: np.ndarray, masks: Masks, tone: str, sex: str) -> np.ndarray:
+    """Yellower foreheads, greyer jaws of men; the red of blood is laid over a skin later."""
+    jaw = masks.beard * (sex == "male")
+    for share, factor in ((masks.forehead, FOREHEAD_OF_SKIN), (jaw, JAW_OF_SKIN[tone])):
+        colour = colour * (1 - share[..., None] * (1 - np.array(factor)))
+    return colour
 
 
 def _mottled(colour: np.ndarray, masks: Masks) -> np.ndarray:
     """Pores are darker than the skin round them, and no skin is of one red."""
     size = colour.shape[0]
-    pores, _ = _relief(size)
+    pores, _ = masks.relief
     bare = (1 - masks.lip) * (1 - masks.lid) * (1 - masks.scalp.clip(0, 1)) * (1 - masks.ear)
     dark = PORE_SHADE * pores * (0.35 + 0.65 * masks.pored) * bare
     red = MOTTLE * (0.6 * noise(21, size, size / 340) + 0.4 * noise(22, size, size / 110)) * bare
     return colour * (1 - dark[..., None]) * np.exp(red[..., None] * [0.25, -1.0, -0.8])
 
 
-def _plain_corners(colour: np.ndarray, masks: Masks) -> np.ndarray:
-    """Skin beside the mouth without painted lines, which round lips would draw out to streaks."""
+def _plain_mouth(colour: np.ndarray, masks: Masks) -> np.ndarray:
+    """Skin round the mouth and under the nose without painted lines and shade: lips would draw them
+    out to streaks, and noses of other shapes have their shade elsewhere."""
     size = colour.shape[0]
     bare = (1 - masks.lip)[..., None] ** 2 * (masks.open > 0.7)[..., None]
-    around = blurred(colour * bare, size / 60) / np.maximum(blurred(bare, size / 60), 1e-4)
+    bare *= 1 - 0.9 * masks.plain[..., None]
+    around = blurred(colour * bare, size / 30) / np.maximum(blurred(bare, size / 30), 1e-4)
     grain = colour - blurred(colour, size / 500)
-    share = masks.corner[..., None]
-    return colour * (1 - share) + (around + LID_GRAIN * grain) * share
+    share = masks.plain[..., None]
+    colour = colour * (1 - share) + (around + LID_GRAIN * grain) * share
+    return colour * (1 - masks.nostril[..., None] * (1 - np.array(NOSTRIL)))
 
 
 def _plain_ears(colour: np.ndarray, masks: Masks) -> np.ndarray:
@@ -344,11 +395,13 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     fine = blurred(bright, 0.9 * scale) - blurred(bright, 5 * scale)
     outside = 1 - masks.lip
     bare = (1 - masks.scalp.clip(0, 1)) * (1 - 0.95 * masks.lid) * (1 - masks.rim)
-    bare *= (1 - 0.7 * masks.corner) * (1 - 0.7 * masks.ear)
-    height = depth * fine * bare * outside
-    pores, grain = _relief(size)
-    wide = PORES[0] + (PORES[1] - PORES[0]) * masks.pored
-    height -= bare * outside * (wide * pores + GRAIN * grain + 0.003 * noise(1, size, 0.9 * scale))
+    bare *= 1 - 0.7 * masks.ear
+    height = depth * fine * bare * outside * (1 - np.maximum(masks.plain, masks.round_eye))
+    bare *= 1 - 0.6 * masks.plain
+    pores, grain = masks.relief
+    deep, furrowed = (few + (many - few) * masks.pored for few, many in (PORES, GRAIN))
+    rough = deep * pores + furrowed * grain + 0.003 * noise(1, size, 0.9 * scale)
+    height -= bare * outside * rough
     height -= LIP_CREASE_DEPTH * masks.lip * _lip_creases(size)
     height -= CREASE_DEPTH * masks.crease
     wide_px, high_px = LID_CREPE_PX
@@ -359,41 +412,47 @@ def normals(folder: Path, name: str, masks: Masks, size: int, depth: float) -> n
     return normal / np.linalg.norm(normal, axis=-1, keepdims=True) * 0.5 + 0.5
 
 
-@cache
-def _relief(size: int) -> tuple[np.ndarray, np.ndarray]:
-    """(size, size) 0..1 pores, and 0..1 the furrows between the fields of skin round them."""
+def _cells(at: np.ndarray, pitch: float) -> tuple[np.ndarray, np.ndarray]:
+    """(size, size) 0..1 pores, and 0..1 the furrows between the fields of skin round them: as far
+    apart on the skin, at places `at` (size, size, 3) mm, however the atlas is stretched."""
     rng = np.random.default_rng(4)
-    pitch = PITCH * size
-    grid = np.stack(np.meshgrid(*[np.arange(-1, size / pitch + 1)] * 2), -1).reshape(-1, 2)
-    middles = (grid + rng.uniform(0, 0.9, grid.shape)) * pitch
-    at = np.stack(np.meshgrid(*[np.arange(size) + 0.5] * 2), -1)
-    away, nearest = map(np.asarray, KDTree(middles).query(at, 2))
-    strong = rng.uniform(0.1, 1.0, len(middles))[nearest[..., 0]]
-    pores = strong * np.exp(-((away[..., 0] / (0.24 * pitch)) ** 2))
-    furrows = np.exp(-(((away[..., 1] - away[..., 0]) / (0.28 * pitch)) ** 2))
-    return pores, furrows * (0.6 + 0.4 * noise(6, size, 3 * pitch)).clip(0, 1.5)
+    places = at.reshape(-1, 3)
+    order = rng.permutation(len(places))
+    # One place of each box that the skin passes through: at random, but nowhere crowded.
+    _, first = np.unique(
+        np.floor(places[order] / pitch).astype(np.int16), axis=0, return_index=True
+    )
+    middles = places[order[first]]
+    away, nearest = KDTree(middles).query(places, 2, workers=2)
+    strong = rng.uniform(0.1, 1.0, len(middles))[nearest[:, 0]]
+    pores = strong * np.exp(-((away[:, 0] / (PORE_WIDTH * pitch)) ** 2))
+    furrows = np.exp(-(((away[:, 1] - away[:, 0]) / (0.28 * pitch)) ** 2))
+    size = len(at)
+    return pores.reshape(size, size), furrows.reshape(size, size)
 
 
 def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
     rough = 0.50 - 0.11 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
-    rough += 0.16 * masks.lid - 0.28 * masks.rim * (1 - masks.lip)
+    rough += 0.16 * masks.lid - 0.28 * np.maximum(masks.rim * (1 - masks.lip), masks.caruncle)
+    rough += 0.3 * masks.nostril
     shade = np.maximum(
         0.35 + 0.65 * masks.open, np.maximum(LID_OPEN * masks.lid, 0.92 * masks.orbit)
     )
+    shade *= 1 - 0.7 * masks.nostril
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
 
 PORE_SHADE, MOTTLE = 0.07, 0.014
 """How much darker pores are; deviation of green, by which skin is redder here than there."""
-PITCH = 1 / 300
-"""Between pores, as a part of the atlas: a good millimetre."""
-PORES, GRAIN = (0.045, 0.090), 0.032
-"""Depth of pores where there are few, and beside the nose; of the furrows between."""
+PITCH_MM, PORE_WIDTH = (0.95, 1.6), 0.26
+"""Between pores, on the whole and beside the nose; their width by that."""
+PORES, GRAIN = (0.030, 0.065), (0.016, 0.026)
+"""Depth of pores, and of the furrows between, on the whole and beside the nose."""
 NORMALS = {
-    "young": ("young_lightskinned_female2", 0.7),
-    "middle": ("middleage_lightskinned_male", 0.85),
+    "young": ("young_lightskinned_female2", 0.5),
+    "middle": ("middleage_lightskinned_male", 0.65),
     "old": ("old_darkskinned_male", 1.3),
 }
 """Source of the relief and its depth."""
@@ -429,5 +488,5 @@ def flush(canvas: Canvas, masks: Masks) -> np.ndarray:
     plain = np.maximum(0.55 * spot(0, 40, 30, 16), 0.7 * spot(27, -62, 9, 9))
     broad = blurred(canvas.spread(warm - 0.6 * plain, SIZE), SIZE / 200) + masks.ear
     blotches = 0.5 * noise(11, SIZE, 16) + 0.5 * noise(12, SIZE, 6) + 0.3 * noise(13, SIZE, 3)
-    uneven = 0.12 * blotches * (1 - masks.lip) * (1 - masks.lid)
+    uneven = 0.09 * blotches * (1 - masks.lip) * (1 - masks.lid)
     return (0.42 + 0.50 * broad + uneven).clip(0, 1)

@@ -18,6 +18,7 @@ from elocute.export.gltf import glb_bytes, write_glb
 from elocute.export.options import GlbOptions
 from elocute.export.portable_pictures import portable_picture
 from elocute.head.builtin import load_builtin_head
+from elocute.head.looks import person
 from elocute.head.normals import linear_colors
 from elocute.head.surface import Surface
 from elocute.head.viseme_shapes import VISEME_SHAPES
@@ -223,6 +224,23 @@ def test_images_are_png_or_jpeg_wherever_they_come_from(clad, dressed):
     assert told["skin"]["normal"] == {"pixels": [32, 32], "media": "image/png"}
     # What two materials share is stored once: skin 3, teeth 1, hair 1.
     assert len(clad.json["images"]) == 5
+
+
+@pytest.mark.parametrize(("who", "lighter"), [("ada", False), ("chidi", True)])
+def test_skin_of_looks_comes_nearer_to_a_middle_brown(who, lighter):
+    """Others would bleach pale skin and redden dark skin; our own viewer gets it as it is."""
+    head = person(who)
+    take = Motion(head, np.zeros((1, len(head.expression_names)), np.float32), 30)
+    colours = []
+    for for_viewer in (True, False):
+        file = Glb(glb_bytes(take, for_viewer=for_viewer))
+        (skin,) = file.materials("skin")
+        _, image = file.image(skin["pbrMetallicRoughness"]["baseColorTexture"]["index"])
+        colours.append(np.asarray(image, float).mean((0, 1)))
+    ours, theirs = colours
+    assert np.all(theirs > ours) if lighter else np.all(theirs < ours)
+    redness = [colour[0] / colour[1] for colour in colours]
+    assert (redness[1] < redness[0]) == lighter
 
 
 def test_what_is_cut_out_and_what_blends(clad, dressed):

@@ -7,13 +7,13 @@ the jaw joint is there to pose, and rests. What was done to fit the format stand
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import HeadError
 from elocute.export.gltf_character import character_glb
 from elocute.export.gltf_file import (
     ARRAY_BUFFER,
@@ -27,9 +27,8 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
-from elocute.export.render.images import Image, open_pixels
-from elocute.export.render.parts import exposure_of, mean_skin, rounded_normals, strands
-from elocute.export.render.shading import finish_of, socket_shade, to_linear
+from elocute.export.render.parts import rounded_normals, strands
+from elocute.export.render.shading import finish_of, socket_shade
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.export.sunk_irises import sunk
@@ -37,6 +36,7 @@ from elocute.files.atomic import write_atomically
 from elocute.files.output_plan import OutputPlan
 from elocute.head.folds import ZONES
 from elocute.head.looks.folds import folds_of
+from elocute.head.looks.skin import picture_for_engines
 from elocute.head.model import HeadModel
 from elocute.head.normals import (
     linear_colors,
@@ -48,7 +48,6 @@ from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
 
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
-SKIN_WARMTH, SKIN_SIDE = (1.0, 0.95, 0.91), 256  # pixels that tell its mean
 DEEPEST_HAIR = 0.13  # linear share of its colour
 FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
 # Of what is stored: a metre's are of a micrometre.
@@ -190,7 +189,7 @@ def animated_file(motion: Motion, options: GlbOptions, for_viewer: bool = False)
         For a head with an image that is none.
     """
     file = GltfFile()
-    head = motion.head
+    head = motion.head if for_viewer else _with_skin_for_engines(motion.head)
     shapes = target_shapes(head, options.profile, options.visemes)
     materials = add_materials(file, head, folds=for_viewer)
     file.json["asset"] |= {"copyright": head.notice} if head.notice else {}
@@ -366,26 +365,23 @@ def _for_engines(
 ) -> NDArray[np.float32]:
     """Colours for where shadows are not drawn, nor the light that comes through skin: eyes lie in
     their sockets, else they would stare; the deepest hair is no black, else its ends would be
-    specks between lit hair; skin is exposed as in our pictures, and warmer, else it is wax."""
+    specks between lit hair."""
     shaded = colors.copy()
-    skin, eyes, hair = (_vertices_of(head, name) for name in ("skin", "eyeball", "hair"))
-    shaded[skin] *= _skin_exposure(head) * np.array(SKIN_WARMTH, np.float32)
+    eyes, hair = (_vertices_of(head, name) for name in ("eyeball", "hair"))
     shaded[eyes] *= socket_shade(normals[eyes])
     if "hair" in head.surfaces:
         shaded[hair] = np.maximum(shaded[hair], np.float32(DEEPEST_HAIR))
     return shaded
 
 
-def _skin_exposure(head: HeadModel) -> np.float32:
-    """How much darker than it is our pictures show pale skin with an image."""
-    surface = head.surfaces.get("skin", Surface())
-    if not surface.color:
-        return np.float32(1)
-    vertices, texels, faces = corners_of(head, head.material_names.index("skin"))
-    image = Image(open_pixels(surface.color, "color of skin", SKIN_SIDE, HeadError), True)
-    colors = to_linear(head.vertex_color[vertices] / np.float32(255))
-    exposure = exposure_of(mean_skin(colors[faces], head.uv[texels[faces]], surface, image))
-    return np.float32(min(exposure, 1.0))
+def _with_skin_for_engines(head: HeadModel) -> HeadModel:
+    """A head whose skin other programs draw as our pictures show it. Those of looks alone, which
+    are the ones with folds: pictures from elsewhere stay as they are."""
+    skin = head.surfaces.get("skin", Surface())
+    if not skin.folds:
+        return head
+    color = picture_for_engines(skin.color)
+    return replace(head, surfaces={**head.surfaces, "skin": replace(skin, color=color)})
 
 
 def _facing_out(

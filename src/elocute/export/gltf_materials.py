@@ -47,7 +47,7 @@ class Finish:
 
 
 FINISHES = {
-    "skin": Finish(0.55, 0.7, relief=0.6),
+    "skin": Finish(0.55, 0.45, relief=0.6),
     "lips": Finish(0.38, 0.8),
     "mouth": Finish(0.5, 0.15, both_sides=True),
     "teeth": Finish(0.25, 0.35, kept=0.8),

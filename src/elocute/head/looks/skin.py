@@ -17,9 +17,9 @@ TONES = {"light": 0.16, "dark": 0.84}
 """Their place on the scale of `elocute.head.skin_tone`."""
 TONE_STRENGTH = 0.85
 """How far the blend is moved to the tone's own colour."""
-FLUSH, FLUSH_MEAN = (1.03, 0.70, 0.68), 0.47
+FLUSH, FLUSH_MEAN = (1.03, 0.64, 0.62), 0.47
 """What skin that blood shows through keeps of its colour, against skin without any; its mean."""
-FLUSH_OF_DARK = 0.3
+FLUSH_OF_DARK = 0.4
 """How much of that is seen in the darkest skin."""
 FRECKLE = (0.72, 0.50, 0.40)
 STUBBLE_STRENGTH = 0.55
@@ -27,6 +27,10 @@ ROOTS_STRENGTH, ROOT_OF_HAIR, SKIN_THROUGH = 0.98, 0.28, 0.02
 LEAST_SHARE = 0.02
 MEAN_PLACE = (slice(480, 700), slice(300, 724))
 """Rows and columns of the atlas (1024 px) whose mean says what colour a skin is: the cheeks."""
+
+KEPT_SKIN, KEPT_POWER = (0.24, 0.115, 0.067), (0.22, 0.34, 0.42)
+"""Linear skin that is the same in other programs, and how far that of others comes to it: under
+whiter lights and steeper tone curves than ours pale skin would be chalk, dark skin red."""
 
 
 @lru_cache(maxsize=8)
@@ -66,6 +70,15 @@ def skin_picture(
             share = np.float32(strength) * _grey(place)[..., None]
             colour = colour ** (1 - share) * tint**share
     return jpeg(np.round(255 * _srgb(colour)).astype(np.uint8))
+
+
+@lru_cache(maxsize=8)
+def picture_for_engines(skin: bytes) -> bytes:
+    """One of `skin_picture` as other programs are to have it, to look as it does in ours."""
+    pixels, linear = decoded(skin), np.exp(_LOGS)
+    factor = (np.array(KEPT_SKIN) / linear[pixels[MEAN_PLACE]].mean((0, 1))) ** KEPT_POWER
+    table = np.round(255 * _srgb(linear[:, None] * factor)).astype(np.uint8)
+    return jpeg(np.stack([table[pixels[..., k], k] for k in range(3)], axis=-1))
 
 
 @lru_cache(maxsize=1)
