@@ -57,9 +57,14 @@ CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
 """How far they stay off neck and ears."""
-TIP_FALLS, TIP_M, TIPS_FROM_M = 0.80, 0.11, 0.10
-"""Ribbons longer than the last end where their tips, of the second length, fall by less of their
-way."""
+TIP_FALLS, TIP_M, TIPS_BELOW_MM, STUB = 0.80, 0.11, -50.0, 0.45
+"""Ribbons end where their tips, of the second length and below the third height over the eyes, fall
+by less of their way; those of which no more than the last share is left are left out."""
+HEAVY_M = 0.10
+"""Of hair that falls, shorter ribbons are drawn down less: they are the fine hair at its edge."""
+UNBENT, UNBENT_TIMES, HUNG_MM = 0.5, 3, (55.0, 25.0)
+"""How far kinks of falling hair are taken out at a time, how often, and the heights over the eyes
+between which that begins."""
 HAIRLINE_M, HAIRLINE_STEPS = 0.028, 3
 """Length of the fine hair that is laid over what grows at the hairline."""
 OPEN_EDGE = 0.5
@@ -290,28 +295,33 @@ def _grown(
     steps: int,
     rng: np.random.Generator,
 ) -> Cards:
-    start, places, thick, count = roots.points, roots.places, roots.thick, len(roots)
+    places, thick, count = roots.places, roots.thick, len(roots)
     most = HAIRLINE_M if layer.where == "hairline" else np.inf
     length = np.minimum(groom.length_m(places), most) * rng.uniform(*layer.length, count)
-    within_edge = _within(roots.depth)
     short = (length < SHORT_M) | (layer.where == "hairline")
     cut = np.clip(roots.depth / np.where(places[:, 1] < FADE_BELOW_MM, FADE_MM, EDGE_MM), 0, 1)
     length *= np.where(short, EDGE_LENGTH + (1 - EDGE_LENGTH) * cut, 0.7 + 0.3 * thick)
     height = groom.volume_m(places) * layer.height * (0.4 + 0.6 * thick)
     height *= rng.uniform(*(AIRY_HEIGHT if layer.lanes == AIRY else UNEVEN_HEIGHT), count)
-    paths, normals = _combed(scalp, groom, start, length, height, layer.stray, steps, rng)
+    paths, normals = _combed(scalp, groom, roots.points, length, height, layer.stray, steps, rng)
+    t = np.linspace(0, 1, steps) ** groom.near
+    if groom.falls and steps == groom.steps:
+        heights_mm = scalp.places(paths)[..., 1]
+        paths = _unbent(paths, heights_mm)
+        share = _falling_share(paths, heights_mm)
+        kept = share > STUB
+        roots, length, short, share = roots[kept], length[kept], short[kept], share[kept]
+        at = np.linspace(0, 1, groom.pairs) ** groom.near if groom.pairs else t
+        paths, normals = (_along_them(each[kept], t, share, at) for each in (paths, normals))
+        t, length = at, length * share
+    start, places, count = roots.points, roots.places, len(roots)
+    within_edge = _within(roots.depth)
     slender = SLENDER * (CLOSED_BY if layer.lanes == DENSE else 1)
     wide = np.minimum(layer.width_m, slender * length + SLENDEREST_M)
     wide = wide * rng.uniform(0.75, 1.25, count)
     parted = groom.parting(places)
     narrow = np.where(short, *EDGE_WIDTH)
     narrow = narrow + (1 - narrow) * within_edge
-    t = np.linspace(0, 1, steps) ** groom.near
-    if groom.falls and steps == groom.steps:
-        at = np.linspace(0, 1, groom.pairs) ** groom.near if groom.pairs else t
-        share = _falling_share(paths)
-        paths, normals = (_along_them(each, t, share, at) for each in (paths, normals))
-        t, length = at, length * share
     across = _across(paths, normals, wide * narrow, t, rng)
     along = length[:, None] * t
     dark = np.minimum(ROOT_DARK_M, ROOT_DARK * length)[:, None]
@@ -329,16 +339,25 @@ def _grown(
     return ribbons(paths, across, index, weights, skin, uv, shade)
 
 
-def _falling_share(paths: np.ndarray) -> np.ndarray:
+def _unbent(paths: np.ndarray, heights_mm: np.ndarray) -> np.ndarray:
+    """Nearer to the middle of what is before and behind, where hair hangs: it does not kink."""
+    share = UNBENT * np.interp(-heights_mm, [-HUNG_MM[0], -HUNG_MM[1]], (0, 1))[..., None]
+    for _ in range(UNBENT_TIMES):
+        middle = (paths[:, :-2] + paths[:, 2:]) / 2
+        paths[:, 1:-1] += share[:, 1:-1] * (middle - paths[:, 1:-1])
+    return paths
+
+
+def _falling_share(paths: np.ndarray, heights_mm: np.ndarray) -> np.ndarray:
     """(n,) of their length: up to where their tips fall no longer, as on shoulders, where they
     would lie in tufts."""
     ways = np.diff(paths, axis=1)
     long = np.linalg.norm(ways, axis=2)
     whole = long.sum(1)
     gone = np.cumsum(long, axis=1) - long
-    lies = (ways[..., 1] > -TIP_FALLS * long) & (whole[:, None] - gone < TIP_M)
-    share = np.where(lies, gone / whole[:, None], 1.0).min(1)
-    return np.where(whole < TIPS_FROM_M, 1.0, share)
+    tips = (whole[:, None] - gone < TIP_M) & (heights_mm[:, 1:] < TIPS_BELOW_MM)
+    lies = tips & (ways[..., 1] > -TIP_FALLS * long)
+    return np.where(lies, gone / whole[:, None], 1.0).min(1)
 
 
 def _along_them(paths: np.ndarray, t: np.ndarray, share: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -417,6 +436,7 @@ def _combed(
     direction = unit(0.4 * flat + groom.upright * normal)
     ways = np.linspace(0, 1, steps + 1) ** groom.near
     rise = np.minimum(groom.rise_m, 0.3 * length)[:, None]
+    heavy = np.minimum(length / HEAVY_M, 1)[:, None] if groom.falls else 1.0
     paths, normals = [point], [normal]
     for step in range(1, steps + 1):
         t, gone = ways[step], ways[step] * length[:, None]
@@ -428,7 +448,8 @@ def _combed(
         wave = groom.wave_m * 2 * np.pi / groom.wave_length_m
         wave = wave * np.clip((gone - WAVE_FROM_M) / WAVE_FROM_M, 0, 1)
         bent = aside + wave * np.cos(2 * np.pi * gone / groom.wave_length_m + phase)
-        wanted = unit(comb + bent * sideways + groom.weight * t * np.array([0, -1.0, 0]))
+        drawn = groom.weight * t * heavy * np.array([0, -1.0, 0])
+        wanted = unit(comb + bent * sideways + drawn)
         direction = unit(groom.stiff * direction + (1 - groom.stiff) * wanted)
         point = point + stride * direction
         foot, normal = scalp.skin.nearest(point)
