@@ -68,9 +68,10 @@ VEIN_OF_SKIN = (0.92, 0.86, 0.90)
 RIM_OF_SKIN, RIM_FLESH, RIM_IS_FLESH = (0.97, 0.79, 0.785), (0.84, 0.52, 0.49), 0.12
 LASH_LINE_OF_SKIN = (0.58, 0.48, 0.46)
 """The edges of lids are wet, and flesh of the same red in everybody; roots of lashes are dark."""
-CARUNCLE_MM, CARUNCLE = (1.2, 1.8), 0.8
-"""The flesh in the inner corner of an eye: how far outwards of the corner, its half size; how far
-it covers the skin there."""
+CARUNCLE_MM, CARUNCLE_SHARE = ((17.9, -2.4, -29.0), 1.6), 0.75
+CARUNCLE = {"light": (0.84, 0.47, 0.44), "dark": (0.50, 0.28, 0.25)}
+"""The flesh in the inner corner of an eye: its middle and half size, mm; how far it covers the
+skin there; its colour."""
 FOREHEAD_OF_SKIN = (1.0, 0.995, 0.955)
 JAW_OF_SKIN = {"light": (0.955, 0.97, 0.99), "dark": (0.96, 0.965, 0.98)}
 """There is little blood over the bone of a forehead; hair that is shaven off shimmers through."""
@@ -79,6 +80,8 @@ ROUND_EYE = {"light": 1.0, "dark": 0.35}
 """How much of a lid's colour the skin round the eye takes: in dark skin it would be a bruise."""
 EVENED_HUE, EVENED_ORBIT, EVENED_LIGHT = 0.85, 0.9, {"light": 0.60, "dark": 0.85}
 """How far patches of another hue or brightness come to the colour of the cheeks; round eyes."""
+STAINS = {"light": 1.0, "dark": 0.35}
+"""Share of painted strokes that stays: on dark skin they are stains."""
 ORBIT_EVENED = 1.0
 """How far the shade between lid and brow, painted as if by a light, gives way to skin."""
 ORANGE_EVENED = 0.85
@@ -154,16 +157,12 @@ class Masks:
         self.forehead = canvas.spread(forehead, size).clip(0, 1)
         self.millimetres = np.stack([canvas.spread(at[:, k], size) for k in range(3)], -1)
 
-        outwards, half = CARUNCLE_MM
-        inner = at[head.landmarks[[39, 42]]]
-        self.caruncle = self._round(inner + outwards * np.sign(inner[:, :1]) * [1, 0, 0], half)
+        self.caruncle, self.nostril = self._pair(*CARUNCLE_MM), self._pair(*NOSTRIL_MM)
 
-        middle, half = NOSTRIL_MM
-        self.nostril = self._round(np.array([middle, middle * np.array([-1, 1, 1])]), half)
-
-    def _round(self, middles: np.ndarray, half: float) -> np.ndarray:
-        """Soft discs round places (n, 3) mm."""
-        away = np.linalg.norm(self.millimetres[..., None, :] - middles, axis=-1).min(axis=-1)
+    def _pair(self, middle: tuple[float, float, float], half: float) -> np.ndarray:
+        """Soft discs round a place, mm, and round that on the other side."""
+        x, y, z = np.moveaxis(self.millimetres, -1, 0)
+        away = np.linalg.norm(np.stack([np.abs(x), y, z], -1) - middle, axis=-1)
         return np.exp(-((away / half) ** 4))
 
     @cached_property
@@ -217,6 +216,7 @@ def skin(folder: Path, name: str, masks: Masks, size: int) -> np.ndarray:
     colour = _without_orange(colour, masks)
     colour = _without_glints(colour, masks)
     colour = _evened(colour, masks, tone)
+    colour = _unstained(colour, masks, STAINS[tone])
     colour = _plain_mouth(colour, masks)
     colour = _plain_ears(colour, masks)
     colour = _natural_lips(colour, masks, f"{tone}_{sex}")
@@ -303,6 +303,14 @@ def _evened(colour: np.ndarray, masks: Masks, tone: str) -> np.ndarray:
     return colour * light ** bright[..., None] * hue ** (EVENED_HUE * bare)[..., None]
 
 
+def _unstained(colour: np.ndarray, masks: Masks, kept: float) -> np.ndarray:
+    """Less of what is smaller than shade and larger than grain: painted strokes."""
+    size = colour.shape[0]
+    strokes = blurred(colour, size / 500) - blurred(colour, size / 60)
+    share = (1 - kept) * masks.cheek * (1 - masks.lip)
+    return colour - strokes * share[..., None]
+
+
 def _eyes_bedded(colour: np.ndarray, masks: Masks, tone: str) -> np.ndarray:
     """Thin skin under the eyes, creases, veins and wet edges of the lids, dark roots of lashes."""
     for share, factor in (
@@ -315,9 +323,12 @@ def _eyes_bedded(colour: np.ndarray, masks: Masks, tone: str) -> np.ndarray:
         (masks.lash_line, LASH_LINE_OF_SKIN),
     ):
         colour = colour * (1 - share[..., None] * (1 - np.array(factor)))
-    flesh = RIM_IS_FLESH * masks.rim * (1 - masks.lash_line)
-    flesh = np.maximum(flesh, CARUNCLE * masks.caruncle)[..., None]
-    return colour * (1 - flesh) + np.array(RIM_FLESH) * flesh
+    for share, flesh in (
+        (RIM_IS_FLESH * masks.rim * (1 - masks.lash_line), RIM_FLESH),
+        (CARUNCLE_SHARE * masks.caruncle, CARUNCLE[tone]),
+    ):
+        colour = colour * (1 - share[..., None]) + np.array(flesh) * share[..., None]
+    return colour
 
 
 def _toned(colour: np.ndarray, masks: Masks, tone: str, sex: str) -> np.ndarray:
@@ -448,7 +459,7 @@ PORE_SHADE, MOTTLE = 0.07, 0.014
 """How much darker pores are; deviation of green, by which skin is redder here than there."""
 PITCH_MM, PORE_WIDTH = (0.95, 1.6), 0.26
 """Between pores, on the whole and beside the nose; their width by that."""
-PORES, GRAIN = (0.030, 0.065), (0.016, 0.026)
+PORES, GRAIN = (0.030, 0.052), (0.016, 0.021)
 """Depth of pores, and of the furrows between, on the whole and beside the nose."""
 NORMALS = {
     "young": ("young_lightskinned_female2", 0.5),
