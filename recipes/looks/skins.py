@@ -156,7 +156,6 @@ class Masks:
         forehead = np.exp(-((x / 55) ** 4) - ((y - 48) / 26) ** 4) * front
         self.forehead = canvas.spread(forehead, size).clip(0, 1)
         self.millimetres = np.stack([canvas.spread(at[:, k], size) for k in range(3)], -1)
-
         self.caruncle, self.nostril = self._pair(*CARUNCLE_MM), self._pair(*NOSTRIL_MM)
 
     def _pair(self, middle: tuple[float, float, float], half: float) -> np.ndarray:
@@ -168,8 +167,9 @@ class Masks:
     @cached_property
     def relief(self) -> tuple[np.ndarray, np.ndarray]:
         """Pores, 0..1, and the furrows between fine fields of skin; both larger beside the nose."""
-        fine, coarse = (_cells(self.millimetres, pitch) for pitch in PITCH_MM)
-        return tuple(a + (b - a) * self.pored for a, b in zip(fine, coarse, strict=True))
+        fine, coarse = (np.array(_cells(self.millimetres, pitch)) for pitch in PITCH_MM)
+        pores, furrows = fine + (coarse - fine) * self.pored
+        return pores, furrows
 
 
 def beard(canvas: Canvas, size: int) -> np.ndarray:
@@ -434,7 +434,7 @@ def _cells(at: np.ndarray, pitch: float) -> tuple[np.ndarray, np.ndarray]:
         np.floor(places[order] / pitch).astype(np.int16), axis=0, return_index=True
     )
     middles = places[order[first]]
-    away, nearest = KDTree(middles).query(places, 2, workers=2)
+    away, nearest = map(np.asarray, KDTree(middles).query(places, 2, workers=2))
     strong = rng.uniform(0.1, 1.0, len(middles))[nearest[:, 0]]
     pores = strong * np.exp(-((away[:, 0] / (PORE_WIDTH * pitch)) ** 2))
     furrows = np.exp(-(((away[:, 1] - away[:, 0]) / (0.28 * pitch)) ** 2))
