@@ -133,7 +133,7 @@ def picture(brow: Brow, seed: int) -> np.ndarray:
         strong = int(
             255
             * rng.uniform(0.6, 1.0)
-            * np.interp(t, [-0.02, 0.08, 0.24, 0.38, 0.72, 0.95], [0.35, 0.6, 0.85, 1, 0.9, 0.4])
+            * np.interp(t, [-0.02, 0.08, 0.24, 0.38, 0.72, 0.95], [0.15, 0.45, 0.8, 1, 0.9, 0.4])
         )
         points = (hair + lead) * scale
         points[:, 1] = size[1] / 2 - points[:, 1]
@@ -167,9 +167,9 @@ def _hair(brow: Brow, t: float, side: float, rng: np.random.Generator) -> np.nda
     thick = float(thickness(brow, np.array(max(t, 0))))
     along = t * (brow.end - brow.start)
     root = np.array([along, side * 0.46 * thick])
-    lean = np.interp(t, [0, 0.1, 0.25, 0.5, 1], [84, 66, 40, 20, 6])
+    lean = np.interp(t, [0, 0.1, 0.25, 0.5, 1], [74, 60, 38, 20, 6])
     angle = np.radians(lean - side * np.interp(t, [0, 0.3, 1], [6, 24, 12]))
-    angle += np.radians(np.interp(t, [0, 0.3], [5, 8])) * brow.wild * rng.normal()
+    angle += np.radians(np.interp(t, [0, 0.3], [9, 8])) * brow.wild * rng.normal()
     bend = np.radians(np.interp(t, [0, 0.3, 1], [-34, -26, -10]) * rng.uniform(0.6, 1.2))
     length = (
         brow.length * rng.uniform(0.65, 1.1) * np.interp(t, [0, 0.15, 0.7, 1], [0.7, 1, 0.85, 0.45])
