@@ -101,7 +101,9 @@ def card(alpha):
         ("cutout", 100, 0),
         ("cutout", 160, 1),
         ("blend", 255, 1),
-        ("blend", 102, 0.4),
+        ("blend", 102, 0.5),  # full where the core begins, at 204
+        ("sheer", 255, 1),
+        ("sheer", 102, 0.4),
     ],
 )
 def test_cards_are_solid_blended_or_not_there(draw, backend, opacity, alpha, share):

@@ -5,6 +5,7 @@ import * as THREE from "three";
 
 const GLB_HEADER = 12, CHUNK_HEADER = 8;
 const ARRAYS = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
+const CLAMP_TO_EDGE = 33071;
 const WIDTHS = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16 };
 const ATTRIBUTES = {
   POSITION: "position", NORMAL: "normal", TEXCOORD_0: "uv", COLOR_0: "color",
@@ -191,12 +192,13 @@ export class Head {
 
   // The pictures of all materials, by the index of their texture.
   async pictures() {
-    const { textures = [], materials } = this.glb.json;
+    const { textures = [], materials, samplers = [] } = this.glb.json;
     const colors = new Set(materials.map((each) => each.pbrMetallicRoughness.baseColorTexture?.index));
-    return Promise.all(textures.map(async (_, index) => {
+    return Promise.all(textures.map(async ({ sampler }, index) => {
       const texture = new THREE.Texture(await this.glb.picture(index));
       texture.flipY = false;
-      texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+      const clamped = samplers[sampler]?.wrapS === CLAMP_TO_EDGE;
+      texture.wrapS = texture.wrapT = clamped ? THREE.ClampToEdgeWrapping : THREE.RepeatWrapping;
       texture.colorSpace = colors.has(index) ? THREE.SRGBColorSpace : THREE.NoColorSpace;
       texture.needsUpdate = true;
       return texture;

@@ -5,16 +5,16 @@ const VERTEX = `
 #include <skinning_pars_vertex>
 attribute float _occlusion;
 uniform mat4 key_view; uniform vec3 middle; uniform bool rounded;
-varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
+varying vec3 place; centroid varying vec3 smooth_normal; varying vec2 at; centroid varying vec4 paint;
 varying vec3 from_key;
 #ifdef STRANDS
 attribute vec3 _strand;
-varying vec3 along;
+centroid varying vec3 along;
 #endif
 #ifdef FOLDS
 attribute vec4 _folds_0; attribute vec4 _folds_1; attribute vec4 _folds_2; attribute vec4 _folds_3;
 uniform vec4 fold_strengths[4];
-varying vec2 crease;
+centroid varying vec2 crease;
 #endif
 void main() {
     #include <beginnormal_vertex>
@@ -49,20 +49,20 @@ void main() {
 
 const FRAGMENT = `
 uniform Finish finish; uniform vec3 tint; uniform float rough_factor; uniform bool turns;
-uniform float core; uniform bool fringe; uniform float shadow_bias;
+uniform float core; uniform float fringe_gain; uniform bool fringe; uniform float shadow_bias;
 uniform float exposure; uniform float normal_scale; uniform bool relief; uniform bool shadowed;
 uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
 uniform sampler2D shadow_map;
-varying vec3 place; varying vec3 smooth_normal; varying vec2 at; varying vec4 paint;
+varying vec3 place; centroid varying vec3 smooth_normal; varying vec2 at; centroid varying vec4 paint;
 varying vec3 from_key;
 uniform vec3 eye;
 #ifdef STRANDS
-varying vec3 along;
+centroid varying vec3 along;
 #endif
 vec2 texel_at() { return vec2(at.x, 1.0 - at.y); }
 #ifdef FOLDS
 uniform sampler2D folds_map; uniform float fold_lines; uniform float fold_step;
-varying vec2 crease;
+centroid varying vec2 crease;
 float height(vec2 off) {
     vec3 fold = texture2D(folds_map, texel_at() + off).rgb * 2.0 - 1.0;
     return dot(fold, vec3(crease, crease.x * fold_lines));
@@ -115,7 +115,7 @@ void main() {
         if (shadowed)
             p.shadow = open_to_key(textureLod(shadow_map, from_key.xy * 0.5 + 0.5, 0.0).xy,
                 from_key.z - shadow_bias);
-        float alpha = fringe ? texel.a : 1.0;
+        float alpha = fringe ? min(texel.a * fringe_gain, 1.0) : 1.0;
         gl_FragColor = vec4(shown(lit(p, finish), exposure) * alpha, alpha);
     }
 }`;
@@ -153,7 +153,7 @@ export class Shading {
   dress(mesh, pictures, folded) {
     const { record } = mesh.userData;
     const folds = folded?.mesh === mesh ? folded : null;
-    const fringe = record.name.endsWith("_fringe");
+    const fringe = record.alphaMode === "BLEND";
     const part = this.stage.parts[record.name.replace(/_fringe$/, "")];
     const { baseColorTexture: color, metallicRoughnessTexture: rough } = record.pbrMetallicRoughness;
     const cards = part.core > 0;
@@ -167,6 +167,7 @@ export class Shading {
       turns: { value: part.turns },
       core: { value: part.core },
       fringe: { value: fringe },
+      fringe_gain: { value: part.fringe_gain },
       rounded: { value: part.rounded },
       middle: { value: middleOf(mesh) },
       relief: { value: Boolean(record.normalTexture) },

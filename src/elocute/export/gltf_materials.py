@@ -12,6 +12,8 @@ from elocute.head.surface import Surface
 
 ALPHA_CUTOFF = {"cutout": 0.5, "blend": 0.8}  # from where a surface hides what lies behind
 SAMPLER = {"magFilter": 9729, "minFilter": 9987}  # linear; linear between mipmaps
+CLAMP = {"wrapS": 33071, "wrapT": 33071}  # or roots of strands show behind their tips
+
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,8 @@ def _layers(record: dict[str, Any], opacity: str) -> list[dict[str, Any]]:
     """The record once for each time that its faces are drawn."""
     if opacity == "opaque":
         return [record]
+    if opacity == "sheer":
+        return [record | {"alphaMode": "BLEND"}]
     solid = record | {"alphaMode": "MASK", "alphaCutoff": ALPHA_CUTOFF[opacity]}
     if opacity == "cutout":
         return [solid]
@@ -169,7 +173,9 @@ def _add_images(
         images[kind] = {"pixels": list(picture.size), "media": picture.media}
         if picture.made_from:
             images[kind]["made_from"] = picture.made_from
-        return {"index": _texture(file, picture.data, picture.media, f"{record['name']}_{kind}")}
+        sampler = SAMPLER | CLAMP if surface.fringed else SAMPLER
+        name = f"{record['name']}_{kind}"
+        return {"index": _texture(file, picture.data, picture.media, name, sampler)}
 
     shaded = record["pbrMetallicRoughness"]
     if surface.color:
@@ -187,14 +193,16 @@ def _add_images(
         record["extras"] = {"folds": texture("folds", surface.folds)["index"]}
 
 
-def _texture(file: GltfFile, data: bytes, media: str, name: str) -> int:
+def _texture(
+    file: GltfFile, data: bytes, media: str, name: str, sampler: dict[str, int]
+) -> int:
     """A texture of an image; an image that several materials have is stored once."""
-    if not file.json["samplers"]:
-        file.add("samplers", SAMPLER)
+    samplers = file.json["samplers"]
+    number = samplers.index(sampler) if sampler in samplers else file.add("samplers", sampler)
     stored = file.json["images"]
     view = file.shared(data)
     source = next((i for i, image in enumerate(stored) if image["bufferView"] == view), None)
     if source is None:
         source = file.add("images", {"name": name, "bufferView": view, "mimeType": media})
-        return file.add("textures", {"sampler": 0, "source": source})
+        return file.add("textures", {"sampler": number, "source": source})
     return source  # each image has one texture, added with it

@@ -98,6 +98,7 @@ def _part(part: Part) -> dict[str, Any]:
         "rounded": part.rounded,
         "casts": part.casts,
         "core": part.core,
+        "fringe_gain": part.fringe_gain,
     }
 
 

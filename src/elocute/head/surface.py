@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from elocute.errors import HeadError
 from elocute.files.json_records import as_record, finite_number, parse_json
 
-OPACITIES = ("opaque", "cutout", "blend")
+OPACITIES = ("opaque", "cutout", "blend", "sheer")
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,8 @@ class Surface:
         Factor of the normals' x and y.
     opacity : str
         "opaque"; "cutout": alpha of one half or more is solid, the rest is not there; "blend":
-        solid where alpha is near one, the fringe laid over what lies behind.
+        solid where alpha is near one, the fringe laid over what lies behind; "sheer": all of it
+        laid over what lies behind, for single cards close to a surface.
     both_sides : bool
         Whether the far side of its faces is seen.
     folds : bytes
@@ -66,6 +67,11 @@ class Surface:
     eye_rad: float = 0.0
     iris_rad: float = 0.0
     iris_depth: float = 0.0
+
+    @property
+    def fringed(self) -> bool:
+        """Whether some of it is laid over what lies behind."""
+        return self.opacity in ("blend", "sheer")
 
 
 IMAGES = ("color", "normal", "roughness", "folds")

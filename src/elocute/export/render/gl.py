@@ -70,7 +70,8 @@ class GlRenderer:
         for part in parts.parts:
             for kind in IMAGES:
                 if (image := getattr(part, kind)) is not None:
-                    self._images[part.name, kind] = self._image(image)
+                    self._images[part.name, kind] = texture = self._image(image)
+                    texture.repeat_x = texture.repeat_y = not part.surface.fringed
         self._projection = camera.matrix(size[0] / size[1])
         self._shared: dict[str, Any] = {
             "projection": self._projection.T,
@@ -81,17 +82,19 @@ class GlRenderer:
         self._shadow = _Shadow(self, shadow_view(head, stage.rig))
         # What hides others is drawn first; then what is solid from the outside in.
         cards = [part for part in parts.parts if not part.solid]
+        cores = [part for part in cards if part.core <= 1]
         solid = [part for part in parts.parts if part.solid]
-        self._solid = [(self._drawing(part), part) for part in (*cards, *solid)]
+        self._solid = [(self._drawing(part), part) for part in (*cores, *solid)]
         # Depths alone; what is solid before cards, as much of these lies behind the head.
         self._depths = [
             (self.array(self.program(gl_shaders.VERTEX_AT, fragment), part), part)
             for part, fragment in (
-                *((part, gl_shaders.HIDING) for part in solid if cards),
-                *((part, gl_shaders.cover(part, stage.rig)) for part in cards),
+                *((part, gl_shaders.HIDING) for part in solid if cores),
+                *((part, gl_shaders.cover(part, stage.rig)) for part in cores),
             )
         ]
-        fringed = [part for part in cards if part.surface.opacity == "blend"]
+        # What is sheer lies close on the skin, under the hair.
+        fringed = sorted((part for part in cards if part.surface.fringed), key=lambda part: -part.core)
         self._fringes = [(self._drawing(part, fringe=True), part) for part in fringed]
         scale = stage.profile.oversampling
         large = (round(size[0] * scale), round(size[1] * scale))

@@ -142,7 +142,7 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
     if fringe:
         cut = "texel.a *= edge_on(place, normalize(eye - place)); "
         cut += f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
-        alpha = "texel.a"
+        alpha = f"min(texel.a * {part.fringe_gain:f}, 1.0)"
     where = "at"
     if given.iris_depth > 0:
         where = f"refracted(at, vec3({given.eye_rad:f}, {given.iris_rad:f}, {given.iris_depth:f}), "

@@ -79,8 +79,13 @@ class Part:
 
     @property
     def core(self) -> float:
-        """The alpha from which it hides what lies behind; 0 for all of it."""
-        return {"opaque": 0.0, "cutout": 0.5, "blend": 0.8}[self.surface.opacity]
+        """The alpha from which it hides what lies behind; 0 for all of it, 2 for none."""
+        return {"opaque": 0.0, "cutout": 0.5, "blend": 0.8, "sheer": 2.0}[self.surface.opacity]
+
+    @property
+    def fringe_gain(self) -> float:
+        """Factor of a fringe's alpha: it is full where the core begins, or that would show."""
+        return 1 / min(self.core, 1.0) if self.surface.fringed else 1.0
 
     def fold_heights(
         self, strong: Float32Array, at: Float32Array, density: Float32Array

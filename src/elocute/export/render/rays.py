@@ -374,9 +374,9 @@ class _Scene:
             if slant is not None:
                 alpha = alpha * shading.edge_on(slant[chosen])
             core = alpha >= (0.5 if for_shadow else part.core)
-            fringe = np.where(alpha >= 0.01, alpha, 0) if part.surface.opacity == "blend" else 0
+            fringe = np.where(alpha >= 0.01, alpha, 0) * part.surface.fringed * part.fringe_gain
             hits.solid[chosen] = core
-            hits.alpha[chosen] = np.where(core, 1, fringe)
+            hits.alpha[chosen] = np.where(core, 1, np.minimum(fringe, 1))
 
 
 def _weighted(values: Float32Array, corners: Any, shares: Float32Array) -> Float32Array:

@@ -88,11 +88,11 @@ def dress(head: HeadModel, look: Look, *, finer: bool = True) -> HeadModel:
         cards = cards.scaled(SHORTEST_LASH + (1 - SHORTEST_LASH) * look.lashes)
         lash = tuple(least + LASH_OF_HAIR * c for least, c in zip(LASH_COLOUR, hair, strict=True))
         picture = SPARSE_LASHES if look.lashes < SPARSE_BELOW else LASHES
-        dressed = _wearing(dressed, head, "lashes", cards, _strands(picture, lash))
+        dressed = _wearing(dressed, head, "lashes", cards, _strands(picture, lash, "sheer"))
     if look.brows != "none":
         picture = f"brows/{look.brows}"
         cards = read_cards(picture).scaled_to(head)
-        dressed = _wearing(dressed, head, "brows", cards, _strands(picture, brow))
+        dressed = _wearing(dressed, head, "brows", cards, _strands(picture, brow, "sheer"))
     if locks:
         locks = laid_on(locks, clothes, head) if clothes else locks
         picture = f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}"
@@ -120,12 +120,12 @@ def wearable(head: HeadModel) -> bool:
     return all(part in head.regions for part in parts)
 
 
-def _strands(place: str, colour: tuple[float, ...]) -> Surface:
+def _strands(place: str, colour: tuple[float, ...], opacity: str = "blend") -> Surface:
     return Surface(
         color=baked.picture(place),
         tint=(colour[0], colour[1], colour[2]),
         roughness_factor=0.5,
-        opacity="blend",
+        opacity=opacity,
         both_sides=True,
     )
 
