@@ -77,11 +77,11 @@ those of the lowest layer are so many times wider, and close it."""
 LATE_M, BEGUN = 0.06, 0.75
 """Longer hair leaves out so much of the beginnings of its locks, but for the hairline: they would
 thin it for centimetres."""
-EDGE_LANES = ((3.5, AIRY), (8.0, LOOSE), (13.0, FULL))
+EDGE_LANES = ((6.0, AIRY), (11.0, LOOSE), (16.0, FULL))
 """Up to which depths behind the hairline, mm, locks are no closer than these."""
 EDGE_UNEVEN_MM = 2.5
 """How far those depths differ from ribbon to ribbon: a hairline is no line."""
-EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.5, 0.75), 0.30, 0.55
+EDGE_MM, EDGE_WIDTH, EDGE_LENGTH, EDGE_KEPT = 10.0, (0.6, 0.75), 0.30, 0.75
 """How deep the hairline is; what short and long ribbons at it have of the width of others, and
 short ones of the length; and how many of them there are."""
 FADE_MM, FADE_BELOW_MM = 30.0, 30.0
@@ -89,7 +89,7 @@ FADE_MM, FADE_BELOW_MM = 30.0, 30.0
 height over the eyes below which it does."""
 TEMPLE_MM, TEMPLE_DEEP_MM = (-105.0, 52.0), 11.0
 """Temples: before the first, below the second height, and how deep behind the hairline."""
-FOREHEAD_MM, FOREHEAD_DEEP_MM = (54.0, 34.0), (7.0, 22.0)
+FOREHEAD_MM, FOREHEAD_DEEP_MM = (54.0, 34.0), (7.0, 40.0)
 """A fringe grows this far aside at most, this high over the eyes, and between these depths."""
 HAIRLINE_DEEP_MM = 17.0
 """How deep fine hair is laid over the hairline."""
@@ -150,7 +150,7 @@ SHORT_LAYERS = (
     Layer(0.0074, 0.0060, FULL, 0.65, (0.75, 1.05), 0.12, 0.94),
     Layer(0.0090, 0.0050, LOOSE, 0.95, (0.70, 1.10), 0.18, 0.97),
     Layer(0.0140, 0.0048, AIRY, 1.15, (0.70, 1.15), 0.30, 0.96),
-    Layer(0.0025, 0.0030, FULL[1:] + LOOSE, 0.40, (0.60, 1.10), 0.18, 0.90, where="hairline"),
+    Layer(0.0019, 0.0028, LOOSE + AIRY, 0.40, (0.60, 1.10), 0.22, 0.90, where="hairline"),
 )
 """Of short hair: narrow ribbons, many of them."""
 

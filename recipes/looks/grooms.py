@@ -8,7 +8,7 @@ import numpy as np
 
 from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
 from recipes.looks.scalp import Places, depth_mm, grows
-from recipes.looks.strand_lanes import AIRY, FULL, LOOSE
+from recipes.looks.strand_lanes import AIRY, DENSE, FULL, LOOSE
 from recipes.looks.surface import Skin
 
 CROWN = np.array([9.0, 92.0, -158.0])
@@ -170,15 +170,15 @@ behind it: a curtain thins out, a wall does not."""
 EDGE_MM, EDGE_MOST = 7.0, (-2.5, 0.8)
 """How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge; and
 how often as far at most: what stands alone before the others is a wire."""
-FRAMING = Layer(0.0036, 0.0080, FULL[1:] + LOOSE, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
+FRAMING = Layer(0.0040, 0.0075, DENSE[1:] + FULL, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.20
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 FRAMING_BLUNT = (0.75, 0.95)
 """Their lengths where the others end on one line."""
 FRAMING_WAVE_M, FRAMING_PAIRS = 0.003, 19
 """They wave at least so far: straight ones are wires. One sees each alone, and every bend of it."""
-WAVED_PAIRS = 20
-"""A wave is five of them long."""
+LONG_PAIRS, BOB_PAIRS, WAVED_PAIRS = 12, 16, 20
+"""Fewer, and the outline of a head has corners; a wave is five of them long."""
 AROUND = 0.15
 """Hair at the sides of the back is longer by this share of what hangs below the shoulders: its way
 is longer, and all would end in a point."""
@@ -307,14 +307,14 @@ def fringe() -> Groom:
 
     return Groom(
         comb, length, lambda places: np.full(len(places), 0.009),
-        rise_m=0.010, weight=1.2, stiff=0.5, steps=7, cut=0.86, layers=FRINGE,
+        rise_m=0.010, weight=1.2, stiff=0.5, steps=6, near=1.15, cut=0.86, layers=FRINGE,
     )  # fmt: skip
 
 
 FRINGE = (
-    Layer(0.0028, 0.0075, FULL, 0.80, (0.74, 0.98), 0.10, 0.90, where="forehead"),
-    Layer(0.0023, 0.0055, LOOSE, 0.95, (0.80, 1.05), 0.14, 0.97, where="forehead"),
-    Layer(0.0030, 0.0050, AIRY, 1.05, (0.80, 1.08), 0.20, 0.97, where="forehead"),
+    Layer(0.0044, 0.0085, FULL, 0.80, (0.70, 0.98), 0.10, 0.90, where="forehead"),
+    Layer(0.0037, 0.0062, LOOSE, 0.95, (0.76, 1.05), 0.14, 0.97, where="forehead"),
+    Layer(0.0050, 0.0055, AIRY, 1.05, (0.80, 1.08), 0.20, 0.97, where="forehead"),
 )
 FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 27.0, 2.5, 0.30
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
@@ -322,7 +322,8 @@ FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 27.0, 2.5, 0.30
 
 def long(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chest, from a parting in the middle."""
-    return falling(0.31, 0.0, 0.0012, off_face_and(body, shift, 5.0), 10, swept=0.7)
+    straight = falling(0.31, 0.0, 0.0012, off_face_and(body, shift, 5.0), 10, swept=0.7)
+    return replace(straight, pairs=LONG_PAIRS)
 
 
 def waves(body: Skin, shift: np.ndarray) -> Groom:
@@ -336,10 +337,10 @@ def waves(body: Skin, shift: np.ndarray) -> Groom:
 def bob(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chin, from a parting at one side."""
     straight = falling(
-        0.125, -PART_MM, 0.0010, off_face_and(body, shift, 8.0), 9, cut=0.86, tuck=1.3, even=0.6,
+        0.125, -PART_MM, 0.0010, off_face_and(body, shift, 8.0), 9, cut=0.94, tuck=1.3, even=0.8,
         swept=0.8,
     )  # fmt: skip
-    return replace(straight, pairs=13)
+    return replace(straight, pairs=BOB_PAIRS)
 
 
 TIE_MM = np.array([0.0, 48.0, -210.0])

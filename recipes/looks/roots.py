@@ -9,16 +9,16 @@ from recipes.looks.canvas import Canvas, blurred
 from recipes.looks.scalp import depth_mm
 
 SIZE, FINER = 1024, 3
-SHADE_MM, SOFT_PX = (6.0, 15.0), 3.0
+SHADE_MM, SOFT_PX = (3.0, 18.0), 5.0
 """Between these depths behind the hairline the shade comes."""
-HAIRS, HAIRS_MM = 15000, (1.5, 10.0, 18.0)
+HAIRS, HAIRS_MM = 22000, (0.5, 11.0, 20.0)
 """Fine hairs that are drawn: from which depth more grow, where most do, where none is seen."""
-HAIR_PX, STRAY_DEG = (6.0, 18.0), 12.0
+HAIR_PX, STRAY_DEG = (8.0, 20.0), 14.0
 """Length of the fine hairs, and how far they stray from the way into the hair."""
 SIDE_MM, SIDE_DOWN = (46.0, 22.0), 1.5
 """Between these heights over the eyes hair turns from back to down, and how much."""
 BEHIND_MM = -108.0
-THIN = 0.55
+THIN = 0.22
 """How dark a hair is at most: it is thinner than a pixel."""
 
 
@@ -27,7 +27,7 @@ def roots(canvas: Canvas) -> np.ndarray:
     # By the place of each pixel: between vertices the line would be jagged.
     axes = [canvas.spread(column, SIZE).ravel() for column in canvas.millimetres.T]
     depth = depth_mm(np.stack(axes, 1)).reshape(SIZE, SIZE)
-    wide = blurred(np.interp(depth, SHADE_MM, (0, 1)), SOFT_PX)
+    wide = blurred(np.interp(depth, SHADE_MM, (0, 1)) ** 1.5, SOFT_PX)
     # Behind the ears the atlas has no room for single hairs.
     seen = axes[2].reshape(SIZE, SIZE) > BEHIND_MM
     hairs = _hairs(depth, axes[1].reshape(SIZE, SIZE), seen)
@@ -56,6 +56,6 @@ def _hairs(depth: np.ndarray, height: np.ndarray, seen: np.ndarray) -> np.ndarra
         steps = np.stack([np.cos(turned), np.sin(turned)], 1) * length[k] / 3
         path = (start[k] + np.vstack([np.zeros(2), np.cumsum(steps, 0)])) * FINER
         strong = 255 * rng.uniform(0.45, 1.0)
-        draw.line([tuple(place) for place in path], fill=int(strong), width=int(rng.integers(2, 4)))
+        draw.line([tuple(place) for place in path], fill=int(strong), width=int(rng.integers(1, 3)))
     fine = np.asarray(picture.resize((SIZE, SIZE), Image.Resampling.BOX), float) / 255
     return THIN * np.clip(fine / float(np.quantile(fine[fine > 0.05], 0.9)), 0, 1)

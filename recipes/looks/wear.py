@@ -112,6 +112,8 @@ def bake_lashes(fitting: Fitting, folder: Path) -> None:
 
 def write(path: Path, fitting: Fitting, cards: Cards, skull_m=None, **more: np.ndarray) -> None:
     """Places in `more` are whole numbers; a skull there takes the place of the head's own."""
+    if len(cards.points) > np.iinfo(np.uint16).max:
+        raise ValueError(f"{path.name}: {len(cards.points)} vertices")
     path.parent.mkdir(parents=True, exist_ok=True)
     pairs, between = fitting.skull()
     between = between if skull_m is None else skull_m

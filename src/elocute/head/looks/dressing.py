@@ -46,6 +46,8 @@ TEXTURED = ("skin", "lips", "eyeball")
 OPEN_SHADE, DEEPEST_SHADE = 128, np.uint8(80)
 """Hair darker than the first, of 255, lies under other hair, which keeps light and lustre from it;
 none is darker than the second: it would be a hole."""
+FAIR, THROUGH_FAIR = 0.5, 0.5
+"""The brightest channel of fair hair, and how much less of a shade there is in it."""
 
 
 def dress(head: HeadModel, look: Look, *, finer: bool = True) -> HeadModel:
@@ -96,7 +98,7 @@ def dress(head: HeadModel, look: Look, *, finer: bool = True) -> HeadModel:
     if locks:
         locks = laid_on(locks, clothes, head) if clothes else locks
         picture = f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}"
-        locks = replace(locks, shade=np.maximum(locks.shade, DEEPEST_SHADE))
+        locks = replace(locks, shade=_let_through(np.maximum(locks.shade, DEEPEST_SHADE), hair))
         light = np.minimum(locks.shade / np.float32(OPEN_SHADE), 1) ** 2
         dressed = _wearing(dressed, head, "hair", locks, _strands(picture, hair), light)
     if clothes:
@@ -118,6 +120,13 @@ def wearable(head: HeadModel) -> bool:
     if head.surfaces or head.material_names != names:
         return False
     return all(part in head.regions for part in parts)
+
+
+def _let_through(shade: np.ndarray, hair: tuple[float, ...]) -> np.ndarray:
+    """Shade of locks, 0 to 255: fair hair lets light through to what lies below."""
+    fair = min(max(hair) / FAIR, 1.0)
+    lifted = (shade / np.float32(255)) ** np.float32(1 - THROUGH_FAIR * fair)
+    return np.round(255 * lifted).astype(np.uint8)
 
 
 def _strands(place: str, colour: tuple[float, ...], opacity: str = "blend") -> Surface:
