@@ -12,7 +12,7 @@ from elocute.export.render.shading import box
 from elocute.head.model import HeadModel
 
 ROOM = 1.12  # of the head's ball, for jaws that open and heads that turn
-BLUR_M = 0.0030  # standard deviation of the blur
+BLUR_M = 0.0048  # standard deviation of the blur
 REACH = 2.2  # taps end at this many of them
 
 
