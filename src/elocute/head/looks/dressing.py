@@ -198,6 +198,8 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
     wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.6}
     surfaces = {"skin": skin, "eyeball": eye}
     surfaces |= {name: Surface(roughness_factor=rough) for name, rough in wet.items()}
+    # Beside a corner that is drawn wide the lining is seen from behind; it would be a hole.
+    surfaces["mouth"] = replace(surfaces["mouth"], both_sides=True)
     for name, (dark, green, blue) in INSIDE.items():
         left = 1 - dark * tone
         surfaces[name] = replace(surfaces[name], tint=(left, green * left, blue * left))
