@@ -39,13 +39,13 @@ LIP_OF_SKIN = {
     "dark_male": (0.80, 0.69, 0.71),
 }
 """Lips as factors of the skin around them (sRGB): less red in men, duller in dark skin."""
-LIP_CREASE, LIP_ROLL = (0.045, 0.075, 0.07), 0.035
+LIP_CREASE, LIP_ROLL = (0.028, 0.045, 0.042), 0.035
 """How much darker lips are in their fine upright creases; how much paler the skin along them."""
-LIP_CREASE_PX, LIP_CREASE_DEPTH = (15, 1.5), 0.022
+LIP_CREASE_PX, LIP_CREASE_DEPTH = (15, 1.9), 0.011
 """Length and width of a crease on an atlas of 2048 px, and how deep it is."""
 LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
-LIP_ENDS_MM, LIP_END = (0.5, 8.5), 0.35
+LIP_ENDS_MM, LIP_END = (0.5, 6.5), 0.62
 """Over which distance from the corners of the mouth lips take on their red, and their share of it
 at the corners, where it comes to an end in skin, not in a point."""
 CORNER_MM = 11.0
@@ -445,7 +445,7 @@ def _cells(at: np.ndarray, pitch: float) -> tuple[np.ndarray, np.ndarray]:
 def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
-    rough = 0.50 - 0.11 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
+    rough = 0.50 - 0.11 * masks.t_zone - 0.13 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
     rough += 0.16 * masks.lid - 0.28 * np.maximum(masks.rim * (1 - masks.lip), masks.caruncle)
     rough += 0.3 * masks.nostril
     shade = np.maximum(
