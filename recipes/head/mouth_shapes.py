@@ -237,7 +237,7 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     return {
         name + side: half
         for name, moved in sources.items()
-        for side, half in face.halves(moved).items()
+        for side, half in face.halves(face.lips.evened_corners(moved)).items()
     }
 
 

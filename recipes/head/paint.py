@@ -13,7 +13,7 @@ from recipes.head.face import NeutralFace
 MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball", "hair")
 SKIN = (0.735, 0.545, 0.455)
 LIP = (0.645, 0.37, 0.345)
-INNER = (0.52, 0.21, 0.20)
+INNER = (0.55, 0.29, 0.26)
 FLUSH = (0.73, 0.43, 0.36)
 BROW, LASH = (0.30, 0.215, 0.165), (0.11, 0.08, 0.07)
 SCLERA, IRIS, IRIS_RIM, PUPIL = (

@@ -12,9 +12,9 @@ REACH_M = 0.12
 BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like holes
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
 # And the mouth itself: dark red from the side, no black gap; how deep it lies where it is darkest.
-LINING, THROAT, TONGUE, LINING_M = 0.58, 0.17, 0.22, 0.052
-CORNER_FROM, CORNER = 0.78, 0.7  # from where to a corner the line of the lips fades, and how much
-FOLD_M, FOLD = 0.006, 0.16  # the soft fold that it ends in: how far round it is shade, how much
+LINING, THROAT, TONGUE, LINING_M = 0.58, 0.26, 0.22, 0.052
+CORNER_FROM, CORNER = 0.78, 0.35  # from where to a corner the line of the lips fades, and how much
+FOLD_M, FOLD = 0.006, 0.20  # the soft fold that it ends in: how far round it is shade, how much
 BACK_TEETH = {"upper": 0.30, "lower": 0.14}  # what light reaches the last of them
 LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 
@@ -88,5 +88,5 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
         lit = last + (1 - last) * (1 - depth[teeth]) ** 1.3
         light[teeth] = np.minimum(lit, brightest) * near_gum
         gums = slices[f"gums_{jaw}"]
-        light[gums] = BOUNCE + 0.60 * (1 - depth[gums]) ** 2.5
+        light[gums] = BOUNCE + 0.70 * (1 - depth[gums]) ** 2.5
     return light

@@ -24,12 +24,12 @@ LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
 SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.45, 1.05), (0.80, 1.40), (1.10, 1.50), (1.10, 1.20), (0.90, 0.95))
+CORNERS_MM = ((0.50, 1.25), (0.95, 1.50), (1.10, 1.50), (1.10, 1.20), (0.90, 0.95))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
 """Of that fall, what the teeth of the lower jaw have."""
-SHARPNESS = (3.6, 2.8, 1.25, 1.4, 1.5)
+SHARPNESS = (3.0, 2.6, 1.25, 1.4, 1.5)
 """Exponent of that fall: 1 is a point, more an edge with round corners."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""

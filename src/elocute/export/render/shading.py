@@ -149,7 +149,7 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     mirrored = 2 * facing * p.normal[:, 1:2] - p.view[:, 1:2]
     shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient * (1 - f.strand))
     for index, lamp in enumerate(rig.lamps):
-        kept = CREVICE + (1 - CREVICE) * (1 - f.ambient) if index == 0 else ENCLOSED
+        kept = 1 - f.ambient * (1 - (CREVICE if index == 0 else ENCLOSED))
         through = _mix(1.0, p.occlusion, kept)
         bled = through
         if index == 0:
@@ -399,7 +399,7 @@ def glsl(rig: Rig) -> str:
     """
     lamps = []
     for index, lamp in enumerate(rig.lamps):
-        kept = f"mix(1.0, {CREVICE:f}, f.ambient)" if index == 0 else f"{ENCLOSED:f}"
+        kept = f"mix(1.0, {CREVICE if index == 0 else ENCLOSED:f}, f.ambient)"
         through = f"mix(1.0, p.occlusion, {kept})"
         bled = "vec3(through)"
         if index == 0:

@@ -38,7 +38,7 @@ LASH_COLOUR, LASH_OF_HAIR = (0.006, 0.005, 0.004), 0.05
 """What lashes have at least, and how much of the hair's colour they take."""
 BROW_WARMTH = (1.0, 0.93, 0.84)
 """Brows over warm skin would else look blue."""
-CORNER_M, CORNER_SKIN = 0.005, 0.6
+CORNER_M, CORNER_SKIN = 0.005, 0.4
 """How far from the corners of the mouth the edge of its lining is skin's too, and how much there.
 """
 MODELLED = ("brows", "lashes")
@@ -198,9 +198,10 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
         iris_rad=IRIS_RAD,
         iris_depth=IRIS_DEPTH,
     )
-    wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.6}
+    wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.56, "mouth": 0.6}
     surfaces = {"skin": skin, "eyeball": eye}
     surfaces |= {name: Surface(roughness_factor=rough) for name, rough in wet.items()}
+    surfaces["tongue"] = replace(surfaces["tongue"], normal=baked.picture("skins/tongue"))
     for name, (dark, green, blue) in INSIDE.items():
         left = 1 - dark * tone
         surfaces[name] = replace(surfaces[name], tint=(left, green * left, blue * left))
