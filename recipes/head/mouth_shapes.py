@@ -28,8 +28,8 @@ FUNNEL = Aperture(
 )
 PUCKER = Aperture(
     half_width=7.0,
-    above=1.55,
-    below=1.05,
+    above=0.7,
+    below=0.45,
     drop=2.5,
     forward=8.0,
     corner_back=4.9,
@@ -38,8 +38,8 @@ PUCKER = Aperture(
     thickness=0.84,
     taper=0.55,
     roundness=0.85,
-    hole=0.80,
-    pinch=0.4,
+    hole=0.78,
+    pinch=0.5,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""
