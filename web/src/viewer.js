@@ -119,7 +119,7 @@ async function start() {
   new ResizeObserver(() => { resize(); show(); }).observe($("stage"));
   renderer.setAnimationLoop(show);
   // What a script or a test may want to hold on to.
-  window.elocute = { take, sound, meshes, folds, camera, renderer, show, jump };
+  window.elocute = { take, sound, meshes, folds, mouth, camera, renderer, show, jump };
   document.body.classList.add("ready");
 }
 
